@@ -25,7 +25,7 @@ bool precedes(Key a, Key b) {
 }
 
 #ifdef GEOMETRY  // and not a pass that covers every pixel
-flat in uint first_key;
+layout(location = PEELER_FIRST_KEY) flat in uint first_key;
 
 Key fragmentKey() { return Key(gl_FragCoord.z, first_key + uint(gl_PrimitiveID)); }
 #endif

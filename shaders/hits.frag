@@ -9,7 +9,7 @@
 #include "slots.glsl"
 
 #ifdef SLOPES
-noperspective in float clip_depth;
+layout(location = PEELER_CLIP_DEPTH) noperspective in float clip_depth;
 #endif
 
 void main() {

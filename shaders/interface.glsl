@@ -20,6 +20,16 @@ using glm::vec4;
 #define PEELER_TEXCOORD1 4
 #define PEELER_COLOR 5
 
+// Varyings. Drivers need not find places for them alike in stages that are compiled apart.
+#define PEELER_FIRST_KEY 0
+#define PEELER_CLIP_DEPTH 1
+#define PEELER_SURFACE 2          // a block of five
+#define PEELER_WORLD_FROM_VIEW 7  // a matrix of three columns
+#define PEELER_MATERIAL_COLOR 10
+#define PEELER_MATERIAL_EMISSIVE 11
+#define PEELER_MATERIAL_FACTORS 12
+#define PEELER_MESH_SCALE 13
+
 // Uniform blocks.
 #define PEELER_FRAME_BLOCK 0
 #define PEELER_DRAW_BLOCK 1

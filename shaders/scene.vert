@@ -10,13 +10,14 @@ layout(std430, binding = PEELER_INSTANCES) readonly buffer Instances { Placement
 
 // What is the same for all of a draw goes down as flat varyings: a fragment shader of llvmpipe reads one of them with an
 // instruction, and a uniform with some twenty.
-flat out uint first_key;  // of the primitives of the instance
+layout(location = PEELER_FIRST_KEY) flat out uint first_key;  // of the primitives of the instance
 
 layout(location = PEELER_POSITION) in vec3 position;
 invariant gl_Position;
 
 #ifdef SLOPES
-noperspective out float clip_depth;  // unlike gl_FragCoord.z not clamped where a triangle does not reach
+// Unlike gl_FragCoord.z not clamped where a triangle does not reach.
+layout(location = PEELER_CLIP_DEPTH) noperspective out float clip_depth;
 #endif
 
 #ifdef VARYINGS  // defined in every pass that looks at the surface, not only at its position
@@ -26,7 +27,7 @@ layout(location = PEELER_TEXCOORD0) in vec2 texcoord0;
 layout(location = PEELER_TEXCOORD1) in vec2 texcoord1;
 layout(location = PEELER_COLOR) in vec4 color;
 
-out Surface {
+layout(location = PEELER_SURFACE) out Surface {
     vec3 position;  // view space
     vec3 normal;    // view space
     vec4 tangent;   // view space, w = handedness
@@ -37,11 +38,13 @@ out Surface {
 layout(std140, binding = PEELER_FRAME_BLOCK) uniform FrameBlock { FrameRecord frame; };
 layout(std140, binding = PEELER_MATERIAL_BLOCK) uniform MaterialBlock { MaterialRecord material; };
 
-flat out mat3 world_from_view;
-flat out vec4 material_color, material_emissive, material_factors;
+layout(location = PEELER_WORLD_FROM_VIEW) flat out mat3 world_from_view;
+layout(location = PEELER_MATERIAL_COLOR) flat out vec4 material_color;
+layout(location = PEELER_MATERIAL_EMISSIVE) flat out vec4 material_emissive;
+layout(location = PEELER_MATERIAL_FACTORS) flat out vec4 material_factors;
 
 #ifdef TRANSMISSION
-flat out float mesh_scale;  // what a length of the mesh is in view space
+layout(location = PEELER_MESH_SCALE) flat out float mesh_scale;  // what a length of the mesh is in view space
 #endif
 #endif
 

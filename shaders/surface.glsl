@@ -12,7 +12,7 @@ layout(binding = PEELER_OCCLUSION_UNIT) uniform sampler2D occlusion_texture;
 layout(binding = PEELER_EMISSIVE_UNIT) uniform sampler2D emissive_texture;
 #endif
 
-in Surface {
+layout(location = PEELER_SURFACE) in Surface {
     vec3 position;
     vec3 normal;
     vec4 tangent;
@@ -20,8 +20,10 @@ in Surface {
     vec4 color;
 } surface;
 
-flat in mat3 world_from_view;
-flat in vec4 material_color, material_emissive, material_factors;
+layout(location = PEELER_WORLD_FROM_VIEW) flat in mat3 world_from_view;
+layout(location = PEELER_MATERIAL_COLOR) flat in vec4 material_color;
+layout(location = PEELER_MATERIAL_EMISSIVE) flat in vec4 material_emissive;
+layout(location = PEELER_MATERIAL_FACTORS) flat in vec4 material_factors;
 
 /// Screen-space derivatives. They are undefined after a discard or in divergent flow, so every shader
 /// takes them first, and textures are sampled with explicit gradients: the same texel in every pass.

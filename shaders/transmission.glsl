@@ -17,7 +17,7 @@ layout(binding = PEELER_TRANSMISSION_UNIT) uniform sampler2D transmission_textur
 layout(binding = PEELER_THICKNESS_UNIT) uniform sampler2D thickness_texture;
 #endif
 
-flat in float mesh_scale;
+layout(location = PEELER_MESH_SCALE) flat in float mesh_scale;
 
 /// Light that a volume leaves of white light (Beer & Lambert). Its thickness is in mesh space.
 vec3 attenuation(Gradients g) {

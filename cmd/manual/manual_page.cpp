@@ -29,6 +29,7 @@ constexpr EnvironmentVariable kVariables[] = {
     {"LD_LIBRARY_PATH",
      "where libraries are looked for, by the program that decodes Draco, too, which gets no other"},
     {"PEELER_SHADERS", "a folder whose shaders are used instead of those in the program"},
+    {"PEELER_SAVE_SHADERS", "a folder for the shaders as the driver gets them, for bug reports"},
 };
 
 constexpr std::string_view kSpecials = "\\-'\"`^~";

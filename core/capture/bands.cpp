@@ -43,16 +43,6 @@ std::uint64_t usedBytesWith(const MemoryBudget& budget, std::uint64_t more) {
     return usedBytes(budget) + more;
 }
 
-void checkReadingMemory(const MemoryBudget& budget, std::uint64_t needed,
-                        const std::string& where) {
-    if (budget == 0 || needed <= budget) return;
-    throw Error(ErrorKind::kMemory,
-                "the memory budget is " + mebibytesText(budget) +
-                    ", and to read the input at least " + mebibytesText(needed) +
-                    " are needed, at " + where,
-                budget.where(), budget.hint(needed));
-}
-
 void returnFreeMemory() {
 #ifdef __GLIBC__
     malloc_trim(0);

@@ -20,9 +20,6 @@ std::uint64_t usedBytes(const MemoryBudget& budget);
 /// The same and so many bytes more. If that is over the budget, what has been freed and not handed
 /// back to the system is, so that it does not count.
 std::uint64_t usedBytesWith(const MemoryBudget& budget, std::uint64_t more);
-/// While input is read, for `where`: throws Error (kMemory) if `needed` bytes, of all that the
-/// process holds, are over the budget.
-void checkReadingMemory(const MemoryBudget& budget, std::uint64_t needed, const std::string& where);
 
 /// Hands memory that was freed back to the system, where malloc would keep it: it is not resident
 /// any longer.

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <sstream>
 #include <utility>
@@ -85,9 +86,27 @@ std::string infoLog(GLuint name, GetIv get_iv, GetLog get_log) {
     return log;
 }
 
-GLuint compile(const Functions& gl, std::string_view file, const std::string& prologue) {
+/// What a driver is given, for bug reports about one and for other compilers of GLSL: the texts of
+/// a program go to the folder in PEELER_SAVE_SHADERS, under one name.
+void save(std::span<const std::string_view> files, std::span<const std::string> texts) {
+    const char* folder = std::getenv("PEELER_SAVE_SHADERS");
+    if (!folder || !*folder) return;
+    std::string all, names;
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        all += texts[i];
+        names += std::string(files[i].substr(0, files[i].find('.'))) + '-';
+    }
+    std::ostringstream stem;
+    stem << names << std::hex << std::hash<std::string>()(all);
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        const std::string_view extension = files[i].substr(files[i].rfind('.'));
+        std::ofstream(std::filesystem::path(folder) / (stem.str() + std::string(extension)))
+            << texts[i];
+    }
+}
+
+GLuint compile(const Functions& gl, std::string_view file, const std::string& source) {
     const GLuint shader = gl.CreateShader(stageOf(file));
-    const std::string source = prologue + shaderText(file);
     const char* text = source.c_str();
     gl.ShaderSource(shader, 1, &text, nullptr);
     gl.CompileShader(shader);
@@ -117,12 +136,16 @@ Program::Program(const Functions& gl, const std::vector<std::string_view>& files
         std::replace(definition.begin(), definition.end(), '=', ' ');
         prologue += "#define " + definition + "\n";
     }
+    std::vector<std::string> texts;
+    for (const auto& file : files)
+        texts.push_back(prologue + shaderText(file));
+    save(files, texts);
     std::string names;
-    for (const auto& file : files) {
-        const GLuint shader = compile(gl, file, prologue);
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        const GLuint shader = compile(gl, files[i], texts[i]);
         gl.AttachShader(name_, shader);
         gl.DeleteShader(shader);  // freed with the program
-        names += std::string(names.empty() ? "" : " + ") + std::string(file);
+        names += std::string(names.empty() ? "" : " + ") + std::string(files[i]);
     }
     gl.LinkProgram(name_);
     GLint linked = GL_FALSE;

@@ -145,8 +145,10 @@ void PlyFile::fail(const std::string& what) const {
 
 /// Reads a line; false if it was the last one of the header.
 bool PlyFile::readLine() {
-    ++line_;
-    const std::size_t end = text_.find('\n', at_);
+    // Turk's own files (1994) and those of old Macs end lines by carriage returns alone.
+    if (const std::size_t first = text_.find_first_of("\r\n"); ++line_ == 1 && first != text_.npos)
+        line_end_ = text_.substr(first).starts_with("\r\n") ? '\n' : text_[first];
+    const std::size_t end = text_.find(line_end_, at_);
     if (end > kMostHeader) fail("there is no end_header");  // or this line has no end
     const std::string_view line = text_.substr(at_, end - at_);
     const std::vector<std::string_view> words = wordsOf(line);

@@ -77,6 +77,7 @@ class PlyFile {
     std::string_view text_;
     const std::string& where_;
     std::size_t at_ = 0, line_ = 0;
+    char line_end_ = '\n';
     std::string format_;
     std::vector<PlyElement> elements_;
     std::vector<std::string> comments_;

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "core/base/error.h"
-#include "core/capture/bands.h"
+#include "formats/file/reading_limits.h"
 #include "formats/file/regular_file.h"
 
 namespace peeler {
@@ -36,9 +36,8 @@ bool isUsable(const glm::dvec3& point) {
 }  // namespace
 
 std::vector<glm::dvec3> readPoints(const std::filesystem::path& path, const MemoryBudget& memory) {
-    const auto allow = [&](std::uint64_t bytes) {
-        if (memory != 0) checkReadingMemory(memory, usedBytesWith(memory, bytes), path.string());
-    };
+    ReadingMemory reading(memory);
+    const auto allow = [&](std::uint64_t bytes) { reading.allow(bytes, path.string()); };
     allow(RegularFile(path).size());
     const std::vector<std::uint8_t> bytes = readRegularFile(path, kMostFileBytes);
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());

@@ -56,7 +56,8 @@ std::optional<T> numberIn(std::string_view word) {
     const auto [end, failure] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (end != word.data() + word.size()) return {};
     if (failure == std::errc()) return value;
-    if (failure == std::errc::result_out_of_range && word.find("e-") != std::string_view::npos)
+    if (failure == std::errc::result_out_of_range &&
+        (word.find("e-") != std::string_view::npos || word.find("E-") != std::string_view::npos))
         return T{0};
     return {};
 }

@@ -47,24 +47,10 @@ Interpolation interpolationOf(const json& sampler) {
     return name == "CUBICSPLINE" ? Interpolation::kCubicSpline : Interpolation::kLinear;
 }
 
-/// The bytes that keyframes may still take.
-struct Budget {
-    std::uint64_t limit, left;
-
-    void take(std::uint64_t bytes, const std::string& where) {
-        if (bytes > left)
-            throw Error(
-                ErrorKind::kInput,
-                "the animations need more than the limit of " + std::to_string(limit) + " bytes",
-                where, "split the scene");
-        left -= bytes;
-    }
-};
-
 class AnimationReader {
   public:
-    AnimationReader(GltfDocument& document, const Scene& scene, Budget& budget, const json& source,
-                    std::string where)
+    AnimationReader(GltfDocument& document, const Scene& scene, SizeLimit& budget,
+                    const json& source, std::string where)
         : document_(document),
           scene_(scene),
           budget_(budget),
@@ -138,7 +124,7 @@ class AnimationReader {
         const std::uint64_t bytes =
             (times + elements * 4) * sizeof(float);  // a value has at most four
         budget_.take(bytes, where);
-        document_.allow(bytes, where);
+        document_.memory.allow(bytes, where);
         result.times = accessors_.floats(input, kTime, {0, times}, where + "/input");
         for (std::size_t i = 0; i < times; ++i)
             if (!std::isfinite(result.times[i]) || (i > 0 && result.times[i] < result.times[i - 1]))
@@ -163,7 +149,7 @@ class AnimationReader {
 
     GltfDocument& document_;
     const Scene& scene_;
-    Budget& budget_;
+    SizeLimit& budget_;
     AccessorReader accessors_;
     const json& source_;
     std::string where_;
@@ -177,7 +163,7 @@ class AnimationReader {
 std::vector<Animation> readGltfAnimations(GltfDocument& document, const GltfOptions& options,
                                           const Scene& scene) {
     std::vector<Animation> result;
-    Budget budget{options.max_geometry_bytes, options.max_geometry_bytes};
+    SizeLimit budget("the animations need", options.max_geometry_bytes);
     for (std::size_t i = 0; i < document.animations.size(); ++i)
         result.push_back(AnimationReader(document, scene, budget, document.animations[i],
                                          childPointer("/animations", i))

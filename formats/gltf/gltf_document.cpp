@@ -87,7 +87,8 @@ constexpr std::uint64_t grownBytes(std::uint64_t elements, std::uint64_t size) {
 
 /// The bytes of memory that JSON takes once parsed: texts, arrays and objects (maps) are allocated
 /// apart from their values, and members are nodes of a red-black tree. The largest array exists
-/// once and a half while it grows, and the parser's buffer of text holds the longest one.
+/// three times for a moment when it is freed, since its values are moved into a list that doubles,
+/// and the parser has two buffers with the longest text: as it is, and as messages show it.
 std::uint64_t parsedBytes(std::string_view text) {
     constexpr std::uint64_t kTreeNode = 4 * sizeof(void*);
     constexpr std::uint64_t kText = allocated(sizeof(json::string_t));
@@ -122,7 +123,7 @@ std::uint64_t parsedBytes(std::string_view text) {
             largest = std::max(largest, array);
         }
     }
-    return bytes + largest / 2 + std::bit_ceil(longest);
+    return bytes + 2 * largest + 2 * longest;
 }
 
 /// How many values there are in objects of that name, themselves included.
@@ -134,8 +135,19 @@ std::uint64_t valuesIn(const json& value, const char* name, bool inside = false)
     return values;
 }
 
-/// The bytes that tinygltf's model takes of what the arrays list, besides the numbers and texts of
-/// theirs. A vector that doubles exists once and a half for a moment.
+/// The bytes of all arrays of numbers in tinygltf's model.
+std::uint64_t numberBytes(const json& value) {
+    if (!value.is_structured()) return 0;
+    if (value.is_array() && !value.empty() && value.front().is_number())
+        return grownBytes(value.size(), sizeof(double)) * 3 / 2;
+    std::uint64_t bytes = 0;
+    for (const json& member : value)
+        bytes += numberBytes(member);
+    return bytes;
+}
+
+/// The bytes that tinygltf's model takes of what the arrays list, besides the texts of theirs. A
+/// vector that doubles exists once and a half for a moment.
 std::uint64_t modelBytes(const json& gltf) {
     constexpr std::pair<const char*, std::uint64_t> kElements[] = {
         {"nodes", sizeof(tinygltf::Node)},
@@ -150,7 +162,7 @@ std::uint64_t modelBytes(const json& gltf) {
     };
     // An extension is a tree of values, which are members of maps or elements of vectors.
     constexpr std::uint64_t kOfExtension = 2 * sizeof(tinygltf::Value);
-    std::uint64_t bytes = kOfExtension * valuesIn(gltf, "extensions");
+    std::uint64_t bytes = kOfExtension * valuesIn(gltf, "extensions") + numberBytes(gltf);
     for (const auto& [name, size] : kElements) {
         if (const auto found = gltf.find(name); found != gltf.end())
             bytes += grownBytes(found->size(), size) * 3 / 2;
@@ -197,8 +209,8 @@ tinygltf::Model parseModel(json gltf, GltfDocument& document, const std::string&
     const std::vector<std::vector<int>> indices = takeIndices(gltf);
     const std::uint64_t of_model = modelBytes(gltf);
     const std::string text = dumpJson(std::exchange(gltf, {}));
-    // Numbers and texts are both in tinygltf's JSON and, without their keys, in its model.
-    document.allow(of_model + parsedBytes(text) + text.size(), path);
+    // Texts are both in tinygltf's JSON and, without their keys, in its model.
+    document.memory.allow(of_model + parsedBytes(text) + text.size(), path);
     if (text.size() > std::numeric_limits<unsigned int>::max())
         throw Error(ErrorKind::kInput, "the JSON has more than 4 GiB", path,
                     "move the data URIs to files of their own");
@@ -315,7 +327,7 @@ void GltfDocument::warn(const std::string& text) {
 std::span<const std::uint8_t> GltfDocument::readUri(const std::string& uri,
                                                     const std::string& where) {
     if (isDataUri(uri)) {
-        allow(uri.size() * 3 / 4, where);
+        memory.allow(uri.size() * 3 / 4, where);
         return storage.emplace_back(decodeDataUri(uri, where));
     }
     const auto [entry, is_new] = read_.try_emplace(uri);
@@ -326,21 +338,13 @@ std::span<const std::uint8_t> GltfDocument::readUri(const std::string& uri,
     std::error_code unknown;
     if (const auto file = folder.find(uri))
         if (const auto size = std::filesystem::file_size(*file, unknown); !unknown)
-            allow(size, where);
+            memory.allow(size, where);
     try {
         return entry->second = keep(folder.read(uri, where));
     } catch (...) {
         read_.erase(entry);
         throw;
     }
-}
-
-void GltfDocument::allow(std::uint64_t bytes, const std::string& where) {
-    constexpr std::uint64_t kUnnoticed = 1U << 20U;  // to look at the memory takes a moment
-    if (memory == 0 || (allowed_ += bytes) < kUnnoticed) return;
-    // What comes next may go unnoticed.
-    const std::uint64_t more = std::exchange(allowed_, 0) + kUnnoticed;
-    checkReadingMemory(memory, usedBytesWith(memory, more), where);
 }
 
 std::span<const std::uint8_t> GltfDocument::keep(std::vector<std::uint8_t> bytes) {
@@ -353,19 +357,19 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     const std::string name = path.string();
     std::error_code unknown;
     if (const auto size = std::filesystem::file_size(path, unknown); !unknown)
-        document.allow(size, name);
+        document.memory.allow(size, name);
     const auto bytes = document.keep(readRegularFile(path, options.max_file_bytes));
     if (bytes.empty())
         throw Error(ErrorKind::kInput, "the file is empty", name, "copy or export it again");
     const GltfContainer container = splitGltfContainer(bytes, name, document.warnings);
     checkJsonDepth(container.json, name);
-    document.allow(parsedBytes(container.json), name);
+    document.memory.allow(parsedBytes(container.json), name);
     json gltf = parseGltfJson(container.json, name);
     checkGltfVersion(gltf, name);
     checkRequiredExtensions(gltf, options.ignored_extensions);
     // To check millions of nodes that there is no room for would take seconds.
     if (const auto nodes = gltf.find("nodes"); nodes != gltf.end() && nodes->is_array())
-        document.allow(nodes->size() * (sizeof(tinygltf::Node) + sizeof(Node)), name);
+        document.memory.allow(nodes->size() * (sizeof(tinygltf::Node) + sizeof(Node)), name);
     checkGltfSchema(gltf);
     checkGltfForest(gltf);
     const json buffers = take(gltf, "buffers"), images = take(gltf, "images");
@@ -376,6 +380,8 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     document.node_extras = takeFromNodes(gltf, "extras");
     document.variants = readVariantNames(gltf);
     const json views = gltf.value("bufferViews", json::array());
+    // The rest is written once more, into a text that doubles.
+    document.memory.allow(2 * container.json.size(), name);
     document.model = parseModel(std::move(gltf), document, name);
     checkGltfCameras(document.model);
     readBuffers(document, buffers, container);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/scene/scene.h"
+#include "formats/file/reading_limits.h"
 #include "formats/gltf/gltf_files.h"
 #include "formats/gltf/gltf_reader.h"
 
@@ -66,13 +67,9 @@ struct GltfDocument {
     /// What several things name is read once.
     std::span<const std::uint8_t> readUri(const std::string& uri, const std::string& where);
 
-    /// Called before something is allocated that a file can make large: throws Error (kMemory) if
-    /// so many bytes are not within `memory`. Belongs to one thread.
-    void allow(std::uint64_t bytes, const std::string& where);
-    MemoryBudget memory;
+    ReadingMemory memory;
 
   private:
-    std::uint64_t allowed_ = 0;  ///< since the resident memory was looked at
     std::map<std::string, std::span<const std::uint8_t>> read_;  ///< by URI
 };
 

@@ -12,7 +12,6 @@
 #include "core/base/error.h"
 #include "core/base/memory_budget.h"
 #include "core/base/parallel.h"
-#include "core/capture/bands.h"
 #include "formats/gltf/gltf_accessor.h"
 #include "formats/gltf/gltf_decoders.h"
 #include "formats/gltf/gltf_schema.h"
@@ -138,7 +137,7 @@ class DracoReader {
 
     /// Returns the bytes that come out of all jobs together.
     std::uint64_t checkSizes() const {
-        std::uint64_t bytes = 0;
+        SizeLimit limit("the decompressed geometry needs", options_.max_geometry_bytes);
         for (const DracoJob& job : jobs_) {
             const DracoLimits limits = limitsOf(job.request);
             std::uint64_t point_bytes = 0;
@@ -153,17 +152,11 @@ class DracoReader {
             const double needed =
                 12.0 * static_cast<double>(limits.faces) +
                 static_cast<double>(point_bytes) * static_cast<double>(limits.points);
-            if (needed <= static_cast<double>(options_.max_geometry_bytes - bytes)) {
-                bytes += static_cast<std::uint64_t>(needed);
-                document_.allow(static_cast<std::uint64_t>(needed), job.where);
-                continue;
-            }
-            throw Error(ErrorKind::kInput,
-                        "the decompressed geometry needs more than the limit of " +
-                            std::to_string(options_.max_geometry_bytes) + " bytes",
-                        job.where, "split the scene");
+            const auto bytes = static_cast<std::uint64_t>(std::min(needed, 0x1p63));
+            limit.take(bytes, job.where);
+            document_.memory.allow(bytes, job.where);
         }
-        return bytes;
+        return limit.taken();
     }
 
     /// What decoding all jobs may take, in microseconds: four times what meshes take whose every
@@ -189,9 +182,9 @@ class DracoReader {
     /// What a decoder may take of the memory budget, of which `decoded` bytes are spoken for.
     std::uint64_t mostMemory(std::uint64_t decoded) const {
         constexpr std::uint64_t kLeast = 32U << 20U;  // to begin, and to say that it is too little
-        if (document_.memory == 0) return std::numeric_limits<std::uint64_t>::max();
-        const std::uint64_t taken = usedBytes(document_.memory) + decoded;
-        const std::uint64_t left = document_.memory - std::min(taken, document_.memory.bytes);
+        if (document_.memory.budget() == 0) return std::numeric_limits<std::uint64_t>::max();
+        std::uint64_t left = document_.memory.left();
+        left -= std::min(left, decoded);
         const std::size_t at_once = std::min(jobs_.size(), static_cast<std::size_t>(threadCount()));
         return std::max(left / at_once, kLeast);
     }
@@ -236,8 +229,8 @@ class DracoReader {
             job.mesh = decodeDracoMesh(accessors.bufferView(job.request.buffer_view), attributes,
                                        limits, &microseconds_);
         } catch (const Error& error) {
-            if (error.kind() == ErrorKind::kMemory && document_.memory != 0) {
-                const MemoryBudget& budget = document_.memory;
+            if (error.kind() == ErrorKind::kMemory && document_.memory.budget() != 0) {
+                const MemoryBudget& budget = document_.memory.budget();
                 job.problem = Error(error.kind(),
                                     "the memory budget is " + mebibytesText(budget) + ": " +
                                         error.what() + ", at " + job.where,

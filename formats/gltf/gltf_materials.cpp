@@ -209,7 +209,7 @@ class MaterialReader {
                 decoded_[i].problem = problem;
             }
         }
-        const std::uint64_t used = usedBytes(document_.memory);
+        const std::uint64_t used = usedBytes(document_.memory.budget());
         std::atomic<std::uint64_t> decoded = 0;
         parallelFor(used_images_.size() - first, [&](std::size_t item) {
             Decoded& out = decoded_[first + item];
@@ -217,7 +217,7 @@ class MaterialReader {
             const auto& source =
                 document_.images[static_cast<std::size_t>(used_images_[first + item])];
             const auto allow = [&](std::uint64_t more) {
-                checkReadingMemory(document_.memory, used + (decoded += more),
+                checkReadingMemory(document_.memory.budget(), used + (decoded += more),
                                    pointerOf(first + item));
             };
             try {

@@ -74,32 +74,10 @@ std::uint64_t primitiveBytes(const Primitive& primitive) {
     return sum;
 }
 
-/// The bytes that all primitives together may take.
-class GeometryBudget {
-  public:
-    explicit GeometryBudget(std::uint64_t limit) : limit_(limit) {}
-
-    /// Throws Error (kInput) if there is no room for so many more.
-    void check(std::uint64_t more, const std::string& where) const {
-        if (taken_ + more > limit_)
-            throw Error(
-                ErrorKind::kInput,
-                "the geometry needs more than the limit of " + std::to_string(limit_) + " bytes",
-                where, "split the scene");
-    }
-    void take(std::uint64_t bytes, const std::string& where) {
-        check(bytes, where);
-        taken_ += bytes;
-    }
-
-  private:
-    std::uint64_t limit_, taken_ = 0;
-};
-
 class PrimitiveReader {
   public:
     PrimitiveReader(GltfDocument& document, const tinygltf::Primitive& source, std::string where,
-                    const GeometryBudget& budget)
+                    const SizeLimit& budget)
         : document_(document),
           accessors_(document),
           source_(source),
@@ -156,8 +134,8 @@ class PrimitiveReader {
         budget_.check(least_bytes_,
                       childPointer("/accessors", static_cast<std::size_t>(found->second)));
         // Twice: as numbers and as what is made of them.
-        document_.allow(2 * used_.count * static_cast<std::size_t>(components) * sizeof(float),
-                        use);
+        document_.memory.allow(
+            2 * used_.count * static_cast<std::size_t>(components) * sizeof(float), use);
         std::vector<float> values = accessors_.floats(found->second, format, used_, use);
         for (float& value : values) {
             if (std::isfinite(value)) continue;
@@ -225,7 +203,7 @@ class PrimitiveReader {
     std::vector<std::uint32_t> indices() {
         const std::string where = where_ + "/indices";
         std::uint32_t restart = 0;
-        document_.allow(accessors_.count(source_.indices) * sizeof(std::uint32_t), where);
+        document_.memory.allow(accessors_.count(source_.indices) * sizeof(std::uint32_t), where);
         std::vector<std::uint32_t> result = accessors_.indices(source_.indices, where, restart);
         for (std::size_t i = 0; i < result.size(); ++i) {
             if (result[i] < vertex_count_ && result[i] != restart) continue;
@@ -298,7 +276,7 @@ class PrimitiveReader {
     AccessorReader accessors_;
     const tinygltf::Primitive& source_;
     std::string where_;
-    const GeometryBudget& budget_;
+    const SizeLimit& budget_;
     std::uint64_t least_bytes_ = 0;  ///< of what has been read, in the scene
     std::size_t vertex_count_ = 0;
     ElementRange used_;  ///< of the vertices
@@ -309,7 +287,7 @@ class PrimitiveReader {
 std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& options,
                                  int default_material) {
     std::vector<Mesh> meshes;
-    GeometryBudget budget(options.max_geometry_bytes);
+    SizeLimit budget("the geometry needs", options.max_geometry_bytes);
     meshes.reserve(document.model.meshes.size());
     for (std::size_t i = 0; i < document.model.meshes.size(); ++i) {
         const tinygltf::Mesh& source = document.model.meshes[i];

@@ -105,17 +105,12 @@ std::vector<MeshoptProblem> decodeMeshoptViews(const json& buffer_views, GltfDoc
                                                const GltfOptions& options) {
     std::vector<MeshoptJob> jobs = listJobs(buffer_views, document);
     if (jobs.empty()) return {};
-    std::uint64_t bytes = 0;
+    SizeLimit limit("the decompressed data needs", options.max_geometry_bytes);
     for (const MeshoptJob& job : jobs) {
         if (job.problem) continue;
-        // Each is at most 64 times a file (checkMeshoptStream): the sum is not near 2^64.
-        bytes += job.stream.count * job.stream.stride;
-        if (bytes > options.max_geometry_bytes)
-            throw Error(ErrorKind::kInput,
-                        "the decompressed data needs more than the limit of " +
-                            std::to_string(options.max_geometry_bytes) + " bytes",
-                        job.where, "split the scene");
-        document.allow(job.stream.count * job.stream.stride, job.where);
+        // Each is at most 64 times a file (checkMeshoptStream): the product is not near 2^64.
+        limit.take(job.stream.count * job.stream.stride, job.where);
+        document.memory.allow(job.stream.count * job.stream.stride, job.where);
     }
     document.decoded_views.resize(buffer_views.size());
     for (MeshoptJob& job : jobs)

@@ -66,12 +66,15 @@ std::size_t jointsOf(const Mesh& mesh) {
 class NodeReader {
   public:
     NodeReader(GltfDocument& document, const GltfOptions& options, Scene& scene)
-        : document_(document), options_(options), scene_(scene), accessors_(document) {}
+        : document_(document),
+          scene_(scene),
+          accessors_(document),
+          limit_("instances and deformed meshes need", options.max_geometry_bytes) {}
 
     void read() {
         for (std::size_t i = 0; i < document_.skins.size(); ++i)
             scene_.skins.push_back(skin(document_.skins[i], childPointer("/skins", i)));
-        document_.allow(document_.model.nodes.size() * sizeof(Node), "/nodes");
+        document_.memory.allow(document_.model.nodes.size() * sizeof(Node), "/nodes");
         scene_.nodes.reserve(document_.model.nodes.size());
         for (std::size_t i = 0; i < document_.model.nodes.size(); ++i)
             scene_.nodes.push_back(node(i, childPointer("/nodes", i)));
@@ -91,7 +94,7 @@ class NodeReader {
         if (!source.weights.empty()) node.weights = source.weights;
         readExtensions(document_.node_extensions[index], where + "/extensions", node);
         node.extras = scalarsOf(document_.node_extras[index]);
-        document_.allow(node.extras.size() * sizeof(node.extras.front()), where);
+        document_.memory.allow(node.extras.size() * sizeof(node.extras.front()), where);
         checkSkin(node, where);
         checkWeights(node, where);
         takeBytes(deformedBytes(node), where);
@@ -179,13 +182,8 @@ class NodeReader {
 
     /// Takes bytes from what the limit allows: the nodes of a small file may need much room.
     void takeBytes(std::uint64_t bytes, const std::string& where) {
-        document_.allow(bytes, where);
-        bytes_ += bytes;
-        if (bytes_ > options_.max_geometry_bytes)
-            throw Error(ErrorKind::kInput,
-                        "instances and deformed meshes need more than the limit of " +
-                            std::to_string(options_.max_geometry_bytes) + " bytes",
-                        where, "split the scene");
+        limit_.take(bytes, where);
+        document_.memory.allow(bytes, where);
     }
 
     /// What the node needs where joints or morph targets move its mesh: vertices of its own.
@@ -204,7 +202,8 @@ class NodeReader {
             skin.name = name->get<std::string>();
         skin.joints = source["joints"].get<std::vector<int>>();
         if (skin.joints.empty()) failGltf("a skin has at least one joint", where + "/joints");
-        document_.allow(skin.joints.size() * (sizeof(glm::dmat4) + 16 * sizeof(float)), where);
+        document_.memory.allow(skin.joints.size() * (sizeof(glm::dmat4) + 16 * sizeof(float)),
+                               where);
         skin.inverse_bind.assign(skin.joints.size(), glm::dmat4(1));
         const auto matrices = source.find("inverseBindMatrices");
         if (matrices == source.end()) return skin;
@@ -239,11 +238,10 @@ class NodeReader {
     }
 
     GltfDocument& document_;
-    const GltfOptions& options_;
     Scene& scene_;
     AccessorReader accessors_;
     std::vector<std::size_t> mesh_joints_;  ///< how many joints each mesh needs
-    std::uint64_t bytes_ = 0;               ///< of instances and deformed meshes
+    SizeLimit limit_;
 };
 
 }  // namespace

@@ -6,7 +6,6 @@
 
 #include "core/base/color.h"
 #include "core/base/error.h"
-#include "core/capture/bands.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/regular_file.h"
 #include "formats/file/text_words.h"
@@ -15,16 +14,12 @@
 namespace peeler {
 namespace {
 
-/// How much may be taken before the resident memory is looked at again.
-constexpr std::uint64_t kUnchecked = std::uint64_t{4} << 20;
-
-std::vector<std::uint8_t> readWithin(const std::filesystem::path& path,
-                                     const SceneReadOptions& options) {
+std::vector<std::uint8_t> readWithin(ReadingMemory& memory, const std::filesystem::path& path,
+                                     std::uint64_t most_bytes) {
     const RegularFile file(path);
     file.check();
-    if (options.memory != 0)
-        checkReadingMemory(options.memory, usedBytes(options.memory) + file.size(), path.string());
-    return readRegularFile(path, options.max_file_bytes);
+    memory.allow(file.size(), path.string());
+    return readRegularFile(path, most_bytes);
 }
 
 bool showsSomething(const Mesh& mesh) {
@@ -63,7 +58,9 @@ glm::vec4 linearColor(const glm::vec4& encoded) {
 MeshFile::MeshFile(const std::filesystem::path& path, const SceneReadOptions& options)
     : options_(options),
       name_(path.string()),
-      bytes_(readWithin(path, options)),
+      memory_(options.memory),
+      geometry_("the geometry needs", options.max_geometry_bytes),
+      bytes_(readWithin(memory_, path, options.max_file_bytes)),
       folder_(path, options.max_file_bytes, options.allow_outside) {
     scene_.content_hash = contentHash(std::as_bytes(std::span(bytes_)), 0);
 }
@@ -76,21 +73,8 @@ std::string MeshFile::stem() const {
     return std::filesystem::path(name_).stem().string();
 }
 
-void MeshFile::allow(std::uint64_t bytes) {
-    if (options_.memory == 0) return;
-    allowed_ += bytes;
-    if (allowed_ < kUnchecked) return;
-    checkReadingMemory(options_.memory, usedBytes(options_.memory) + allowed_, name_);
-    allowed_ = 0;
-}
-
 void MeshFile::allowGeometry(std::uint64_t bytes) {
-    geometry_ += bytes;
-    if (geometry_ > options_.max_geometry_bytes)
-        throw Error(ErrorKind::kInput,
-                    "the geometry needs more than the limit of " +
-                        std::to_string(options_.max_geometry_bytes) + " bytes",
-                    name_, "split the scene");
+    geometry_.take(bytes, name_);
     allow(bytes);
 }
 

@@ -18,6 +18,7 @@
 
 #include "core/base/error.h"
 #include "core/scene/scene.h"
+#include "formats/file/reading_limits.h"
 #include "formats/gltf/gltf_files.h"
 #include "formats/meshes/scene_reader.h"
 
@@ -54,7 +55,7 @@ class MeshFile {
 
     /// Called before something is allocated that a file can make large: throws Error (kMemory) if
     /// so many bytes are not within the budget.
-    void allow(std::uint64_t bytes);
+    void allow(std::uint64_t bytes) { memory_.allow(bytes, name_); }
     /// The same of vertices and indices as the scene has them, which max_geometry_bytes limits.
     void allowGeometry(std::uint64_t bytes);
 
@@ -80,12 +81,12 @@ class MeshFile {
   private:
     const SceneReadOptions& options_;
     std::string name_;
+    ReadingMemory memory_;
+    SizeLimit geometry_;
     std::vector<std::uint8_t> bytes_;
     GltfFolder folder_;
     Scene scene_;
     int neutral_ = -1;
-    std::uint64_t allowed_ = 0;   ///< since the resident memory was looked at
-    std::uint64_t geometry_ = 0;  ///< bytes
 };
 
 /// Neither metal nor mirror, seen from both sides; of `color`, linear.

@@ -31,7 +31,7 @@ constexpr SceneFormat kSceneFormats[] = {
     {"PLY", kPlyExtensions,
      [](std::string_view begin, std::uint64_t) {
          begin = withoutByteOrderMark(begin);
-         return begin.starts_with("ply\n") || begin.starts_with("ply\r\n");
+         return begin.starts_with("ply\n") || begin.starts_with("ply\r");
      },
      readPlyScene},
     {"STL", kStlExtensions, isStl, readStlScene},

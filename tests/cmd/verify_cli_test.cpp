@@ -20,6 +20,7 @@
 #include "formats/exr/exr_proof.h"
 #include "formats/exr/exr_writers.h"
 #include "formats/synthetic_image.h"
+#include "support/exr_headers.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
@@ -45,9 +46,7 @@ void rewrite(const std::string& from, const std::string& to, const std::string& 
     Imf::MultiPartInputFile in(from.c_str());
     std::vector<Imf::Header> headers;
     for (int part = 0; part < in.parts(); ++part)
-        headers.push_back(in.header(part));
-    for (Imf::Header& header : headers)
-        header.erase(kPixelHash);
+        headers.push_back(without(in.header(part), kPixelHash));
     Imf::MultiPartOutputFile out(to.c_str(), headers.data(), in.parts());
     for (int part = 0; part < in.parts(); ++part) {
         Planes planes{headers[static_cast<std::size_t>(part)].dataWindow(), {}};

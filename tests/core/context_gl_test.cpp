@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/gl/context.h"
 
+#include <gtest/gtest-spi.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "core/base/error.h"
+#include "core/gl/functions.h"
 #include "support/capture.h"
 #include "support/test_support.h"
 
@@ -29,6 +31,12 @@ TEST(Context, EveryListedDeviceWorksOrSaysWhyNot) {
         EXPECT_EQ(devices[i].index, static_cast<int>(i));
         EXPECT_NE(devices[i].problem.empty(), devices[i].version.empty()) << devices[i].name;
     }
+}
+
+TEST(Context, WhatTheDriverComplainsOfFailsATest) {
+    const Functions& gl = test::sharedContext().functions();
+    EXPECT_NONFATAL_FAILURE(gl.Enable(GL_NONE), "GL: ");
+    EXPECT_EQ(gl.GetError(), static_cast<GLenum>(GL_INVALID_ENUM));
 }
 
 ErrorKind kindOf(const ContextRequest& request) {

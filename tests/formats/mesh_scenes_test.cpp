@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -147,6 +149,22 @@ TEST_F(MeshScenes, OfStripsOfAPly) {
         "0 0 0\n1 0 0\n0 1 0\n1 1 0\n2 2 0\n8 0 1 2 3 -1 2 3 4\n");
     EXPECT_EQ(scene.meshes[0].primitives[0].indices,
               (std::vector<std::uint32_t>{0, 1, 2, 2, 1, 3, 2, 3, 4}));
+}
+
+TEST_F(MeshScenes, OfAPlyWhoseLinesEndByCarriageReturnsAlone) {
+    // The first byte of the data is a line feed: the header's end has to be found without it.
+    const float coordinates[] = {std::bit_cast<float>(0x3F80000AU), 0, 0, 0, 1, 0, 0, 0, 1};
+    const std::string data(reinterpret_cast<const char*>(coordinates), sizeof coordinates);
+    const std::string face("\x03\0\0\0\0\1\0\0\0\2\0\0\0", 13);
+    std::string header =
+        "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float "
+        "y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    std::ranges::replace(header, '\n', '\r');
+    const Scene scene = read("a.ply", header + data + face);
+    const Primitive& mesh = scene.meshes.at(0).primitives.at(0);
+    EXPECT_EQ(mesh.indices, (std::vector<std::uint32_t>{0, 1, 2}));
+    EXPECT_EQ(mesh.positions[0], glm::vec3(coordinates[0], 0, 0));
+    EXPECT_EQ(mesh.positions[2], glm::vec3(0, 0, 1));
 }
 
 TEST_F(MeshScenes, OfASoupHaveAVertexForEqualBitsAlone) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/capture.h"
 
+#include <gtest/gtest.h>
+
 #include <Imath/half.h>
 
 #include <cmath>
@@ -8,6 +10,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "core/gl/functions.h"
 #include "core/raster/hit_rasterizer.h"
 #include "support/test_support.h"
 
@@ -128,9 +131,29 @@ void CollectSink::write(LayeredImage&& band) {
     }
 }
 
+namespace {
+
+void APIENTRY failByMessage(GLenum, GLenum type, GLuint, GLenum severity, GLsizei,
+                            const GLchar* message, const void*) {
+    if (severity == GL_DEBUG_SEVERITY_HIGH || type == GL_DEBUG_TYPE_ERROR ||
+        type == GL_DEBUG_TYPE_UNDEFINED_BEHAVIOR)
+        ADD_FAILURE() << "GL: " << message;
+}
+
+gl::Context* openStrictly() {
+    gl::Context* const context = gl::createContext({.backend = testBackend()}).release();
+    const gl::Functions& gl = context->functions();
+    gl.Enable(GL_DEBUG_OUTPUT);
+    gl.Enable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+    gl.DebugMessageCallback(failByMessage, nullptr);
+    return context;
+}
+
+}  // namespace
+
 gl::Context& sharedContext() {
     // Leaked on purpose: GL libraries run exit handlers of their own.
-    static gl::Context* context = gl::createContext({.backend = testBackend()}).release();
+    static gl::Context* context = openStrictly();
     return *context;
 }
 

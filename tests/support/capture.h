@@ -66,8 +66,9 @@ struct Captured {
     std::vector<Window> bands;
 };
 
-/// The context of testBackend(), made once for the process. Throws Error (kDevice) if there is
-/// none.
+/// The context of testBackend(), made once for the process. What its driver says of errors, of what
+/// is undefined, and of high severity fails the test in which it does (KHR_debug). Throws Error
+/// (kDevice) if there is none.
 gl::Context& sharedContext();
 
 /// Runs `test` in a thread of its own and waits for it: a context belongs to the thread that makes

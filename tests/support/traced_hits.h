@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/capture/hit_source.h"
+#include "core/rays/bundle.h"
 
 namespace peeler::test {
 
@@ -85,6 +86,30 @@ inline View parallelView(int width, int height, double far = 100) {
     view.projection.far = far;
     view.camera_to_world[3] = glm::dvec4(width / 2.0, -height / 2.0, 0, 1);
     return view;
+}
+
+inline Bundle bundleOf(const PosedScene& posed, const glm::dvec3& direction, int resolution) {
+    const Bounds all = posed.bounds().value();
+    RayGrid grid;
+    grid.resolution = resolution;
+    return parallelBundle("b", all, all, direction, grid);
+}
+
+/// A square of two triangles that faces +Z, from (x0, −y1) to (x1, −y0): pixels of parallelView().
+inline Primitive square(float x0, float y0, float x1, float y1, float z) {
+    Primitive primitive;
+    primitive.positions = {{x0, -y1, z}, {x1, -y1, z}, {x1, -y0, z}, {x0, -y0, z}};
+    primitive.texcoords[0] = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
+    primitive.indices = {0, 1, 2, 0, 2, 3};
+    return primitive;
+}
+
+/// How many hits each ray has.
+inline std::vector<std::uint32_t> countsOf(const LayeredImage& image) {
+    std::vector<std::uint32_t> counts;
+    for (std::size_t p = 0; p + 1 < image.offsets.size(); ++p)
+        counts.push_back(image.count(p));
+    return counts;
 }
 
 }  // namespace peeler::test

@@ -23,6 +23,11 @@ namespace failing {
     X(rename)           /* rename, renameat */                                                    \
     X(mkdir)            /* mkdir */                                                               \
     X(change)           /* whatever a read-only file system refuses: open to write, write, ... */ \
+    X(duplicate)        /* fcntl that makes another descriptor, dup2 */                           \
+    X(lock)             /* flock */                                                               \
+    X(seek)             /* lseek */                                                               \
+    X(stat)             /* stat, fstat, lstat */                                                  \
+    X(wait)             /* wait4, waitpid */                                                      \
     X(mmap)             /* mmap */                                                                \
     X(child)            /* fork, posix_spawn, execv, pipe2 */                                     \
     X(thread)           /* pthread_create */                                                      \

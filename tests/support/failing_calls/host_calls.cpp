@@ -7,9 +7,12 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/file.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/uio.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -236,6 +239,38 @@ int close(int file) {
     const int result = REAL(close)(file);
     if (failed) errno = error;
     return failed ? -1 : result;
+}
+int fcntl(int file, int command, ...) {
+    va_list more;
+    va_start(more, command);
+    void* const argument = va_arg(more, void*);  // of each command an int or a pointer, if any
+    va_end(more);
+    const bool duplicates = command == F_DUPFD || command == F_DUPFD_CLOEXEC;
+    return duplicates && fails(failing::k_duplicate) ? -1 : REAL(fcntl)(file, command, argument);
+}
+int dup2(int file, int other) noexcept {
+    return fails(failing::k_duplicate) ? -1 : REAL(dup2)(file, other);
+}
+int flock(int file, int operation) noexcept {
+    return fails(failing::k_lock) ? -1 : REAL(flock)(file, operation);
+}
+off_t lseek(int file, off_t at, int from) noexcept {
+    return fails(failing::k_seek) ? -1 : REAL(lseek)(file, at, from);
+}
+int stat(const char* path, struct stat* status) noexcept {
+    return fails(failing::k_stat) ? -1 : REAL(stat)(path, status);
+}
+int lstat(const char* path, struct stat* status) noexcept {
+    return fails(failing::k_stat) ? -1 : REAL(lstat)(path, status);
+}
+int fstat(int file, struct stat* status) noexcept {
+    return fails(failing::k_stat) ? -1 : REAL(fstat)(file, status);
+}
+pid_t wait4(pid_t child, int* status, int options, rusage* used) {
+    return fails(failing::k_wait) ? -1 : REAL(wait4)(child, status, options, used);
+}
+pid_t waitpid(pid_t child, int* status, int options) {
+    return fails(failing::k_wait) ? -1 : REAL(waitpid)(child, status, options);
 }
 int rename(const char* from, const char* to) noexcept {
     return fails(failing::k_rename) || fails(failing::k_change) ? -1 : REAL(rename)(from, to);

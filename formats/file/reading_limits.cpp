@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/file/reading_limits.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/capture/bands.h"
+
+namespace peeler {
+namespace {
+
+/// So much may be taken before the resident memory is looked at again, which takes a moment.
+constexpr std::uint64_t kUnseen = 1U << 20U;
+
+}  // namespace
+
+void checkReadingMemory(const MemoryBudget& budget, std::uint64_t needed,
+                        const std::string& where) {
+    if (budget == 0 || needed <= budget) return;
+    throw Error(ErrorKind::kMemory,
+                "the memory budget is " + mebibytesText(budget) +
+                    ", and to read the input at least " + mebibytesText(needed) +
+                    " are needed, at " + where,
+                budget.where(), budget.hint(needed));
+}
+
+ReadingMemory::ReadingMemory(MemoryBudget budget) : budget_(std::move(budget)) {}
+
+void ReadingMemory::allow(std::uint64_t bytes, const std::string& where) {
+    if (budget_ == 0 || (unseen_ += bytes) < kUnseen) return;
+    // What comes next may go unseen.
+    const std::uint64_t more = std::exchange(unseen_, 0) + kUnseen;
+    checkReadingMemory(budget_, usedBytesWith(budget_, more), where);
+}
+
+std::uint64_t ReadingMemory::left() const {
+    return budget_ - std::min(usedBytes(budget_), budget_.bytes);
+}
+
+void SizeLimit::check(std::uint64_t more, const std::string& where) const {
+    if (more > most_ - taken_)
+        throw Error(ErrorKind::kInput,
+                    what_ + (" more than the limit of " + std::to_string(most_)) + " bytes", where,
+                    "split the scene");
+}
+
+}  // namespace peeler
