@@ -137,7 +137,7 @@ void BatchReport::open() {
     }, named{};
     do {
         if (file_ >= 0) close(file_);
-        file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0666);
+        file_ = openFile(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0666);
         if (file_ < 0) failOutput("cannot open the report", path_);
         if (flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
             throw Error(ErrorKind::kOutput, "another batch writes this report", path_.string(),

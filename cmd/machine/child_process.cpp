@@ -142,8 +142,11 @@ void ChildProcess::read() {
 bool ChildProcess::ended() {
     if (process_ < 0) return true;
     int status = 0;
-    const pid_t found = waitpid(process_, &status, WNOHANG);
-    if (found == 0 || (found < 0 && errno == EINTR)) return false;
+    pid_t found = 0;
+    do  // SIGCHLD has been taken note of, and does not come again.
+        found = waitpid(process_, &status, WNOHANG);
+    while (found < 0 && errno == EINTR);
+    if (found == 0) return false;
     // Somebody else has waited for it: nothing is known of its end.
     if (found < 0) status = static_cast<int>(ErrorKind::kInternal) << 8;
     process_ = -1;

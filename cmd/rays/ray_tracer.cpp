@@ -16,6 +16,7 @@
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
 #include "formats/file/json_text.h"
+#include "formats/file/regular_file.h"
 #include "formats/rays/ray_output.h"
 
 namespace peeler::cmd {
@@ -271,7 +272,7 @@ void RayTracer::report(RayTrace& trace) {
     if (options_.writesFile() && !trace.failed) {
         const fs::path& path = trace.output.path;
         line = path.string() + ": " + line;
-        if (fs::exists(path)) {
+        if (isThere(path)) {
             result.setFile(path);
             line += ", " + bytesText(result.bytes);
         } else {

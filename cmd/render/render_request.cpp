@@ -14,6 +14,7 @@
 #include "formats/exr/layered_input.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
+#include "formats/file/regular_file.h"
 #include "formats/output_hash.h"
 
 namespace peeler::cmd {
@@ -260,13 +261,12 @@ bool RenderRequest::isUpToDate(const PictureRequest& picture) const {
     if (options_.strict && (capture.max_layers != 0 || capture.occlusion_ratio > 0)) return false;
     if (options_.shards) return options_.shards->isUpToDate(picture);
     const std::string path = picture.output.path.string();
-    const auto is_there = [](const std::string& file) { return fs::exists(file); };
     return outputHashOf(path) == picture.provenance.output_hash &&
-           std::ranges::all_of(filesBeside(path, picture.output.options), is_there);
+           std::ranges::all_of(filesBeside(path, picture.output.options), isThere);
 }
 
 bool RenderRequest::exists(const PictureRequest& picture) const {
-    return options_.shards ? options_.shards->contains(picture) : fs::exists(picture.output.path);
+    return options_.shards ? options_.shards->contains(picture) : isThere(picture.output.path);
 }
 
 std::string RenderRequest::differenceOf(const PictureRequest& picture) const {
@@ -278,7 +278,7 @@ std::string RenderRequest::differenceOf(const PictureRequest& picture) const {
         return "the file has changed since it was written";
     if (there.empty()) return "the file is not whole, or does not say what it shows";
     for (const std::string& file : filesBeside(path, picture.output.options))
-        if (!fs::exists(file)) return file + " is missing";
+        if (!isThere(file)) return file + " is missing";
     if (there == picture.provenance.output_hash)
         return "under --strict fragments are counted again";
     std::vector<Difference> found =

@@ -18,6 +18,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "formats/file/regular_file.h"
 #include "formats/file/temporary_files.h"
 
 namespace peeler {
@@ -119,7 +120,8 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
         // Registered before it exists: a signal in between finds nothing to unlink, which does no
         // harm.
         slot_ = noteTemporary(temporary_path_);
-        descriptor_ = open(temporary_path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        descriptor_ =
+            openFile(temporary_path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
         // A process that removes leftovers at this very moment may have been faster than the lock;
         // then the file is gone.
         if (descriptor_ >= 0 && lockIsMine(descriptor_)) return;
@@ -233,7 +235,7 @@ void AtomicFile::publish() {
 
 void AtomicFile::syncFolder() const {
     if (in_scratch_ || isStandardOutput(path_)) return;
-    const int folder = open(folderOf(destination_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    const int folder = openFile(folderOf(destination_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (folder < 0) return;  // a folder that may be written to but not read: nothing to sync by
     const int result = fsync(folder);
     const int cause = errno;

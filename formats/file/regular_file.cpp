@@ -26,7 +26,7 @@ int openToRead(const std::filesystem::path& path) {
     constexpr int kHow = O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
     constexpr int kMostWaits = 6000;  // a minute; /proc/sys/fs/lease-break-time is 45 s
     for (int wait = 0;; ++wait) {
-        const int descriptor = ::open(path.c_str(), kHow);
+        const int descriptor = openFile(path.c_str(), kHow);
         struct stat status {};
         if (descriptor >= 0 || errno != EWOULDBLOCK || wait == kMostWaits ||
             ::stat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode))
@@ -50,6 +50,19 @@ Bytes readAll(const std::filesystem::path& path, std::uint64_t max_bytes) {
 }
 
 }  // namespace
+
+int openFile(const char* path, int flags, mode_t mode) {
+    int descriptor = -1;
+    do
+        descriptor = ::open(path, flags, mode);
+    while (descriptor < 0 && errno == EINTR);
+    return descriptor;
+}
+
+bool isThere(const std::filesystem::path& path) {
+    std::error_code unknown;
+    return std::filesystem::exists(path, unknown);
+}
 
 std::vector<std::uint8_t> readRegularFile(const std::filesystem::path& path,
                                           std::uint64_t max_bytes) {

@@ -15,6 +15,12 @@
 
 namespace peeler {
 
+/// Opens as open(2) does, once more where a signal interrupts that: network file systems let it.
+int openFile(const char* path, int flags, mode_t mode = 0);
+
+/// Whether there is such a file. One that cannot be asked for (its folder, its disk) is none.
+bool isThere(const std::filesystem::path& path);
+
 /// The bytes of a regular file (through symbolic links). Throws Error(kInput) with the path as
 /// `where` if there is none, it is something else (a folder, a pipe, a device), it is larger than
 /// `max_bytes`, or it cannot be read.

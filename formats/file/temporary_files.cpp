@@ -21,6 +21,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "formats/file/regular_file.h"
 
 namespace peeler {
 namespace {
@@ -170,7 +171,7 @@ ScratchFolder::ScratchFolder(const fs::path& parent) {
         path_ = folder / hiddenName(kScratchBase);
         place_ = noteTemporary(path_.string(), HiddenKind::kFolder);
         const bool made = mkdir(path_.c_str(), 0777) == 0;
-        if (made) descriptor_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        if (made) descriptor_ = openFile(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
         const int cause = errno;
         const bool is_open = descriptor_ >= 0;
         // A process that removes leftovers at this very moment may have been faster than the lock;

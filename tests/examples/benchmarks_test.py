@@ -246,7 +246,7 @@ class ViewRows(PeelerTest):
         stages, each = self.rows("views", SCENE)
         self.assertEqual((stages.size, stages.target, each.target), ("32x32, 6 views", 1.15, None))
         self.assertEqual(stages.ours, each.ours)
-        self.assertRegex(stages.note, "ms for the first view, 0 ms for all others together")
+        self.assertRegex(stages.note, r"ms for the first view, \d+ ms for all others together")
         self.assertEqual(each.note, "of 6 of the views")
 
     def test_masks(self):

@@ -13,7 +13,8 @@ namespace failing {
     X(allocation)       /* malloc and its like, also for operator new */                          \
     X(c_allocation)     /* of these, those that are not for operator new */                       \
     X(large_allocation) /* of these, those of 64 KiB or more */                                   \
-    X(open)             /* open, openat, fopen, memfd_create */                                   \
+    X(open)             /* open, openat, fopen */                                                 \
+    X(memory_file)      /* memfd_create */                                                        \
     X(read)             /* read, pread */                                                         \
     X(write)            /* write, pwrite, writev; not to standard output and error */             \
     X(room)             /* a byte that these write: not calls are counted, but bytes */           \

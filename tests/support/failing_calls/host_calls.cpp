@@ -174,7 +174,7 @@ FILE* fopen64(const char* path, const char* mode) {
                                                                    : REAL(fopen64)(path, mode);
 }
 int memfd_create(const char* name, unsigned flags) noexcept {
-    return fails(failing::k_open) ? -1 : REAL(memfd_create)(name, flags);
+    return fails(failing::k_memory_file) ? -1 : REAL(memfd_create)(name, flags);
 }
 
 ssize_t read(int file, void* bytes, size_t size) {
