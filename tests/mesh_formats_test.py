@@ -18,7 +18,9 @@ import numpy
 
 PEELER = os.environ.get("PEELER", "peeler")
 HAS_MESHIO = importlib.util.find_spec("meshio") is not None
+HAS_OPEN3D = importlib.util.find_spec("open3d") is not None
 ASSIMP = shutil.which("assimp")
+MESHLAB = [shutil.which("xvfb-run"), "-a", shutil.which("meshlabserver")]
 
 
 def peeler(*words, code=0):
@@ -253,6 +255,10 @@ class Points(Scratch):
         cloud = info(points)
         self.assertEqual((cloud["points"], cloud["triangles"]), (count, 0))
         peeler("render", points, "-o", self.folder / "cloud.png", "--size", "64x36", "--quiet")
+        if HAS_OPEN3D:
+            import open3d
+
+            self.assertEqual(len(open3d.io.read_point_cloud(str(points)).points), count)
 
 
 class OtherPrograms(Scratch):
@@ -313,6 +319,50 @@ class OtherPrograms(Scratch):
                 print(f"assimp writes no {form}: {ran.stdout.decode().strip().splitlines()[-1:]}")
                 continue
             self.assertEqual(info(path)["triangles"], len(triangles), name)
+
+
+    def test_open3d(self):
+        if not HAS_OPEN3D:
+            self.skipTest("no Open3D for this Python (Debian's python3-open3d)")
+        import open3d
+
+        vertices, triangles = bumpy_ball()
+        write_gltf(self.folder / "ball.gltf", vertices, triangles)
+        whole = self.counts(self.folder / "ball.gltf")
+        mesh = open3d.geometry.TriangleMesh(
+            open3d.utility.Vector3dVector(vertices.astype(numpy.float64)),
+            open3d.utility.Vector3iVector(triangles.astype(numpy.int32)),
+        )
+        mesh.compute_vertex_normals()  # which an STL of theirs has to have
+        mesh.paint_uniform_color([1, 0.5, 0])
+        for name, text in {"e.ply": False, "f.ply": True, "e.stl": False, "e.obj": False}.items():
+            path = self.folder / name
+            self.assertTrue(open3d.io.write_triangle_mesh(str(path), mesh, write_ascii=text), name)
+            found = self.counts(path)
+            again = open3d.io.read_triangle_mesh(str(path))
+            self.assertEqual(found[0], len(again.triangles), name)
+            # As text they have six digits, else the bits of ours.
+            if name in ("e.ply", "e.stl"):
+                self.assertEqual(found[1:], whole[1:], name)
+
+        scan = open3d.geometry.PointCloud(mesh.vertices)
+        open3d.io.write_point_cloud(str(self.folder / "scan.ply"), scan)
+        self.assertEqual(info(self.folder / "scan.ply")["points"], len(vertices))
+
+    def test_meshlab(self):
+        if not all(MESHLAB):
+            self.skipTest("no meshlabserver or xvfb-run in PATH (Debian's meshlab, xvfb and xauth)")
+        vertices, triangles = bumpy_ball()
+        write_ply(self.folder / "ball.ply", vertices, triangles, "<")
+        for form in ("ply", "stl", "obj"):
+            path = self.folder / f"m.{form}"
+            ran = subprocess.run(
+                [*MESHLAB, "-i", self.folder / "ball.ply", "-o", path], capture_output=True, check=False, timeout=120
+            )
+            said = ran.stdout.decode(errors="replace")
+            self.assertTrue(path.is_file(), said + ran.stderr.decode(errors="replace"))
+            self.assertIn(f"({len(vertices)} vn {len(triangles)} fn)", said)
+            self.assertEqual(info(path)["triangles"], len(triangles), form)
 
 
 class Materials(Scratch):

@@ -57,7 +57,6 @@ void BandCapture::begin() {
 }
 
 void BandCapture::setPose(const PosedScene& posed) {
-    gl().Finish();
     gpu_scene_.setPose(posed);
 }
 

@@ -83,7 +83,6 @@ void SceneRasterizer::setTile(const Window& tile) {
     if (tile == tile_) return;
     tile_ = tile;
     frame_dirty_ = true;
-    functions().Finish();  // the records are about to be overwritten
     uploadDrawRecords();
     bound_missing_ = bounded();
 }
@@ -199,7 +198,6 @@ void SceneRasterizer::reserve(gl::Buffer& buffer, std::size_t bytes) const {
 
 void SceneRasterizer::bindFrame() {
     if (frame_dirty_) {
-        functions().Finish();
         shader::FrameRecord record{};
         record.world_from_view = glm::mat4(glm::dmat4(glm::dmat3(shot_.view.camera_to_world)));
         record.tile = {tile_.x0, tile_.y0, tile_.width(), tile_.height()};

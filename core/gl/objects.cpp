@@ -36,7 +36,7 @@ Buffer::Mapping Buffer::read(std::size_t bytes) const {
 }
 
 Buffer::Mapping Buffer::overwrite(std::size_t bytes) const {
-    return {gl(), name(), bytes ? bytes : 4, GL_MAP_WRITE_BIT | GL_MAP_INVALIDATE_RANGE_BIT};
+    return {gl(), name(), bytes ? bytes : 4, GL_MAP_WRITE_BIT | GL_MAP_INVALIDATE_BUFFER_BIT};
 }
 
 void Buffer::clearToZero(std::size_t bytes) const {

@@ -72,7 +72,9 @@ class Buffer : public Object<&Functions::DeleteBuffers> {
     Buffer(const Functions& gl, std::size_t bytes);
 
     std::size_t size() const { return size_; }
-    /// The first `bytes`, for reading (after waitForGpu) or for overwriting as a whole.
+    /// The first `bytes`, for reading (after waitForGpu), or for overwriting: then all that the
+    /// buffer holds is lost. Commands that still read it need not be waited for: a driver gives the
+    /// buffer other memory, or waits itself.
     Mapping read(std::size_t bytes) const;
     Mapping overwrite(std::size_t bytes) const;
     /// Sets the first `bytes` to 0, on the GPU.
