@@ -160,4 +160,7 @@ bool exrUnpack(const std::string& compression, std::span<const std::byte> packed
 bool exrUnpackAlways(const std::string& compression, std::span<const std::byte> packed,
                      std::span<std::byte> out);
 
+/// Unpacks what zlib has packed. Returns false if it does not come to exactly that size.
+bool exrInflate(std::span<const std::byte> packed, std::span<std::byte> out);
+
 }  // namespace peeler

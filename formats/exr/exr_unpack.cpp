@@ -13,16 +13,6 @@
 namespace peeler {
 namespace {
 
-bool inflate(std::span<const std::byte> packed, std::span<std::byte> out) {
-    // It is kept, since making one takes longer than the few bytes of a deep row.
-    thread_local const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)>
-        inflater(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
-    // Without a place for the actual size the result must fill `out`.
-    return inflater &&
-           libdeflate_zlib_decompress(inflater.get(), packed.data(), packed.size(), out.data(),
-                                      out.size(), nullptr) == LIBDEFLATE_SUCCESS;
-}
-
 /// Undoes packRuns() of exr_chunks.cpp, which has the format.
 bool unpackRuns(std::span<const std::byte> packed, std::span<std::byte> out) {
     std::size_t filled = 0;
@@ -84,6 +74,16 @@ void unfilter(std::span<std::uint8_t> filtered, std::span<std::byte> out) {
 
 }  // namespace
 
+bool exrInflate(std::span<const std::byte> packed, std::span<std::byte> out) {
+    // It is kept, since making one takes longer than the few bytes of a deep row.
+    thread_local const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)>
+        inflater(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
+    // Without a place for the actual size the result must fill `out`.
+    return inflater &&
+           libdeflate_zlib_decompress(inflater.get(), packed.data(), packed.size(), out.data(),
+                                      out.size(), nullptr) == LIBDEFLATE_SUCCESS;
+}
+
 std::uint64_t exrMostUnpacked(const std::string& compression, std::uint64_t packed) {
     constexpr std::uint64_t kRuns = 64;  // 128 bytes from two
     if (compression == "none") return packed;
@@ -106,7 +106,8 @@ bool exrUnpackAlways(const std::string& compression, std::span<const std::byte> 
     const auto storage = std::make_unique_for_overwrite<std::uint8_t[]>(out.size());
     const std::span<std::uint8_t> filtered(storage.get(), out.size());
     const auto bytes = std::as_writable_bytes(filtered);
-    if (!(compression == "rle" ? unpackRuns(packed, bytes) : inflate(packed, bytes))) return false;
+    if (!(compression == "rle" ? unpackRuns(packed, bytes) : exrInflate(packed, bytes)))
+        return false;
     unfilter(filtered, out);
     return true;
 }

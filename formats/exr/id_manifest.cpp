@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The names of ids as OpenEXR's idManifest, and back.
+// The names of ids as OpenEXR's idManifest, written by OpenEXR's own class, and back by a reader of
+// ours: that class believes what a file says of sizes (OpenEXR 3.1,
+// src/lib/OpenEXR/ImfIDManifest.cpp, has the format).
 #include "formats/exr/exr_header.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -8,14 +10,15 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
-#include <exception>
-#include <limits>
+#include <numeric>
 #include <set>
+#include <span>
+#include <string_view>
 #include <utility>
 
 #include "core/base/error.h"
+#include "formats/exr/exr_chunks.h"
 #include "formats/exr/exr_input.h"
 #include "formats/exr/exr_layout.h"
 
@@ -24,7 +27,7 @@ namespace {
 
 constexpr const char *kObject = "id.object", *kMaterial = "id.material";
 constexpr const char* kParent = "parent";  ///< the component of the manifest, beside "name"
-constexpr std::uint64_t kMostNameBytes = 1U << 28;  ///< more names than a scene has
+constexpr std::uint64_t kMostNameBytes = 1U << 27;  ///< more names than a scene has
 
 /// Whether a channel of a part is this one, of whatever layer ("layer_000.id.object").
 bool isOf(const std::string& channel, const std::string& name) {
@@ -54,31 +57,175 @@ void addGroup(Imf::IDManifest& manifest, const Imf::ChannelList& channels, const
     manifest.add(group);
 }
 
-struct ManifestNames {
-    std::vector<std::string> names;
-    std::vector<std::uint32_t> parents;  ///< as many, or none
-};
+/// Reads the unpacked bytes of a manifest. Nothing is believed before it has been looked at: what a
+/// few bytes can ask for (strings that begin like the one before, runs that overlap, a long name of
+/// many ids) is counted. Numbers are little-endian.
+class ManifestReader {
+  public:
+    explicit ManifestReader(std::span<const std::byte> bytes) : left_(bytes) {}
 
-ManifestNames namesOf(const Imf::IDManifest& manifest, const char* name) {
-    ManifestNames found;
-    for (std::size_t g = 0; g < manifest.size() && found.names.empty(); ++g) {
-        const auto& channels = manifest[g].getChannels();
-        if (std::none_of(channels.begin(), channels.end(),
-                         [name](const std::string& channel) { return isOf(channel, name); }))
-            continue;
-        const auto& components = manifest[g].getComponents();
-        const bool tree = components.size() == 2 && components[1] == kParent;
-        for (auto i = manifest[g].begin(); i != manifest[g].end(); ++i) {
-            // Our ids are 1, 2, 3, …; those of other programs may be any.
-            if (i.id() != found.names.size() + 1 || i.text().empty()) return {};
-            found.names.push_back(i.text().front());
-            if (tree && i.text().size() == 2)
-                found.parents.push_back(numberIn<std::uint32_t>(i.text()[1]));
+    IdNames read() {
+        if (number<std::uint32_t>() != 0) fail("it has an unknown version");
+        readTexts();
+        readOrder();
+        IdNames found;
+        for (auto groups = number<std::uint32_t>(); groups > 0; --groups)
+            readGroup(found);
+        return found;
+    }
+
+  private:
+    [[noreturn]] static void fail(const char* why) {
+        throw Error(ErrorKind::kInput, std::string("the manifest is damaged: ") + why,
+                    "idManifest");
+    }
+
+    std::span<const std::byte> take(std::uint64_t bytes) {
+        if (bytes > left_.size()) fail("it ends too early");
+        const auto taken = left_.first(bytes);
+        left_ = left_.subspan(bytes);
+        return taken;
+    }
+
+    template <class T>
+    T number() {
+        T value;
+        std::memcpy(&value, take(sizeof value).data(), sizeof value);
+        return value;
+    }
+
+    /// Seven bits a byte, the lowest first; the last byte has no highest bit.
+    std::uint64_t shortNumber() {
+        std::uint64_t value = 0;
+        for (unsigned shift = 0; shift < 64; shift += 7) {
+            const auto byte = std::to_integer<std::uint64_t>(take(1).front());
+            value |= (byte & 127U) << shift;
+            if (byte < 128) return value;
+        }
+        fail("a number is too long");
+    }
+
+    /// The length of each, then the bytes of all.
+    std::vector<std::string_view> list() {
+        const auto count = number<std::uint32_t>();
+        if (count > left_.size()) fail("it ends too early");
+        hold(count * (sizeof(std::uint64_t) + sizeof(std::string_view)));
+        std::vector<std::uint64_t> lengths(count);
+        for (std::uint64_t& length : lengths)
+            length = shortNumber();
+        std::vector<std::string_view> texts;
+        texts.reserve(count);
+        for (const std::uint64_t length : lengths) {
+            const auto bytes = take(length);
+            texts.emplace_back(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+        }
+        return texts;
+    }
+
+    /// Called before so much is allocated.
+    void hold(std::uint64_t bytes) {
+        held_ += bytes;
+        if (held_ > 2 * kMostNameBytes) fail("its names are too many or too long");
+    }
+
+    /// All texts, sorted: each but the first begins with how much it has in common with the one
+    /// before it, in two bytes, the higher one first, if that has more than 255.
+    void readTexts() {
+        for (std::string_view text : list()) {
+            std::string whole;
+            if (!texts_.empty()) {
+                const std::string& before = texts_.back();
+                const std::size_t digits = before.size() > 255 ? 2 : 1;
+                if (text.size() < digits) fail("a text is too short");
+                std::size_t common = 0;
+                for (std::size_t i = 0; i < digits; ++i)
+                    common = common << 8U | static_cast<std::uint8_t>(text[i]);
+                if (common > before.size()) fail("a text begins as none does");
+                text.remove_prefix(digits);
+                whole = before.substr(0, common);
+            }
+            whole += text;
+            hold(whole.size() + sizeof whole);
+            texts_.push_back(std::move(whole));
         }
     }
-    if (found.parents.size() != found.names.size()) found.parents.clear();
-    return found;
-}
+
+    /// By which number entries know each text: runs of texts, of which none counts twice.
+    void readOrder() {
+        hold(2 * texts_.size() * sizeof(std::size_t));
+        std::vector<std::size_t> next(texts_.size() + 1);  // that may not have counted, from there
+        std::iota(next.begin(), next.end(), std::size_t{0});
+        const auto free_from = [&](std::size_t text) {
+            while (next[text] != text)
+                text = next[text] = next[next[text]];
+            return text;
+        };
+        for (auto runs = number<std::uint32_t>(); runs > 0; --runs) {
+            const auto first = number<std::uint32_t>(), last = number<std::uint32_t>();
+            if (first > last || last >= texts_.size()) fail("a run is of texts that are not there");
+            for (std::size_t text = free_from(first); text <= last; text = free_from(text)) {
+                order_.push_back(text);
+                next[text] = text + 1;
+            }
+        }
+    }
+
+    const std::string& entryText() {
+        const std::uint64_t number = shortNumber();
+        if (number >= order_.size()) fail("an entry has a text that is not there");
+        return texts_[order_[number]];
+    }
+
+    std::uint64_t idStep(std::uint8_t storage) {
+        if (storage == 0) return number<std::uint64_t>();
+        return storage == 1 ? number<std::uint32_t>() : shortNumber();
+    }
+
+    /// The names of some channels: their ids, and the texts of each. They are kept if they are the
+    /// first of objects or materials, and numbered as ours: 1, 2, 3, …
+    void readGroup(IdNames& found) {
+        const auto channels = list(), components = list();
+        take(1);                        // how long ids live
+        take(number<std::uint32_t>());  // how they are hashed,
+        take(number<std::uint32_t>());  // and how they are stored in pixels
+        const auto storage = number<std::uint8_t>();
+        const auto of = [&](const char* name) {
+            return std::ranges::any_of(channels, [name](std::string_view channel) {
+                return isOf(std::string(channel), name);
+            });
+        };
+        const bool objects = found.objects.empty() && of(kObject);
+        const bool materials = found.materials.empty() && of(kMaterial);
+        const bool tree = components.size() == 2 && components[1] == kParent;
+        bool ours = (objects || materials) && !components.empty();
+        std::vector<std::string> names;
+        std::vector<std::uint32_t> parents;
+        std::uint64_t id = 0;
+        for (auto entries = number<std::uint32_t>(); entries > 0; --entries) {
+            id += idStep(storage);
+            ours &= id == names.size() + 1;
+            for (std::size_t i = 0; i < components.size(); ++i) {
+                const std::string& text = entryText();
+                if (!ours || i > 1) continue;
+                if (i == 0) {
+                    hold(text.size() + sizeof text);
+                    names.push_back(text);
+                } else if (tree) {
+                    parents.push_back(numberIn<std::uint32_t>(text));
+                }
+            }
+        }
+        if (!ours) return;
+        if (objects) found.parents = std::move(parents);
+        if (objects) found.objects = names;
+        if (materials) found.materials = std::move(names);
+    }
+
+    std::span<const std::byte> left_;
+    std::vector<std::string> texts_;
+    std::vector<std::size_t> order_;
+    std::uint64_t held_ = 0;  ///< bytes
+};
 
 }  // namespace
 
@@ -92,31 +239,16 @@ void addIdManifest(Imf::Header& header, const IdNames& names) {
 IdNames idNamesFromManifest(std::span<const std::byte> attribute) {
     // The attribute is the unpacked size (64 bits, little-endian), then what zlib has packed.
     std::uint64_t unpacked = 0;
-    if (attribute.size() < sizeof unpacked || attribute.size() > std::numeric_limits<int>::max())
+    if (attribute.size() < sizeof unpacked)
         throw Error(ErrorKind::kInput, "the manifest is cut off", "idManifest");
     std::memcpy(&unpacked, attribute.data(), sizeof unpacked);
     const auto packed = attribute.subspan(sizeof unpacked);
-    // OpenEXR before 3.4.15 reads the version, four bytes, without looking whether they are there.
-    if (unpacked < sizeof(std::uint32_t) || unpacked > kMostNameBytes ||
-        unpacked > packed.size() * kMostZlibRatio)
+    if (unpacked > kMostNameBytes || unpacked > packed.size() * kMostZlibRatio)
         throw Error(ErrorKind::kInput, "the manifest has no plausible size", "idManifest");
-    try {
-        Imf::CompressedIDManifest compressed;
-        compressed._uncompressedDataSize = unpacked;
-        compressed._compressedDataSize = static_cast<int>(packed.size());
-        compressed._data = static_cast<unsigned char*>(std::malloc(packed.size()));
-        if (!compressed._data) throw std::bad_alloc();
-        std::memcpy(compressed._data, packed.data(), packed.size());
-        const Imf::IDManifest manifest(compressed);
-        ManifestNames objects = namesOf(manifest, kObject);
-        return {std::move(objects.names), namesOf(manifest, kMaterial).names,
-                std::move(objects.parents)};
-    } catch (const std::bad_alloc&) {
-        throw;
-    } catch (const std::exception& e) {
-        throw Error(ErrorKind::kInput, std::string("the manifest is damaged: ") + e.what(),
-                    "idManifest");
-    }
+    std::vector<std::byte> bytes(unpacked);
+    if (!exrInflate(packed, bytes))
+        throw Error(ErrorKind::kInput, "the manifest is damaged: it does not unpack", "idManifest");
+    return ManifestReader(bytes).read();
 }
 
 }  // namespace peeler

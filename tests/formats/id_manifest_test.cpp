@@ -8,6 +8,7 @@
 #include <OpenEXR/ImfIDManifest.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfStandardAttributes.h>
+#include <libdeflate.h>
 
 #include <cstring>
 #include <random>
@@ -119,9 +120,92 @@ TEST(IdManifest, ShorterThanItsVersion) {
             idNamesFromManifest(std::as_bytes(std::span(bytes)));
             ADD_FAILURE() << int{n};
         } catch (const Error& error) {
-            EXPECT_STREQ(error.what(), "the manifest has no plausible size") << int{n};
+            EXPECT_STREQ(error.what(), "the manifest is damaged: it ends too early") << int{n};
         }
     }
+}
+
+/// Names that begin alike, that are empty, that come again, that are longer than 255 bytes: OpenEXR
+/// writes them by what they have in common, and the most used first.
+TEST(IdManifest, AnyNamesReadBack) {
+    std::mt19937 random(11);
+    for (int round = 0; round < 60; ++round) {
+        IdNames names;
+        const std::size_t count = 1 + random() % 300;
+        for (std::size_t i = 0; i < count; ++i) {
+            std::string name(random() % 4 == 0 ? random() % 700 : random() % 12, 'a');
+            for (char& c : name)
+                if (random() % 40 == 0) c = static_cast<char>(random() % 256);
+            names.objects.push_back(random() % 3 == 0 && i > 0 ? names.objects[random() % i]
+                                                               : name);
+            names.parents.push_back(static_cast<std::uint32_t>(random() % (i + 1)));
+            if (random() % 2 == 0) names.materials.push_back(name + "m");
+        }
+        EXPECT_EQ(idNamesFromManifest(stored(names)), names) << round;
+    }
+}
+
+/// The bytes of a manifest as it is stored, and what it is made of.
+class ManifestBytes {
+  public:
+    ManifestBytes& number(std::uint32_t value) {
+        for (int shift = 0; shift < 32; shift += 8)
+            bytes_ += static_cast<char>(value >> shift);
+        return *this;
+    }
+    ManifestBytes& text(const std::string& text, std::size_t times = 1) {
+        for (; times > 0; --times)
+            bytes_ += text;
+        return *this;
+    }
+    /// That says why it is refused; "" if it is not.
+    std::string problem() const {
+        const auto size = static_cast<std::uint64_t>(bytes_.size());
+        std::vector<std::byte> stored(8 + bytes_.size() / 500 + 1000);
+        std::memcpy(stored.data(), &size, 8);
+        libdeflate_compressor* const packer = libdeflate_alloc_compressor(9);
+        stored.resize(8 + libdeflate_zlib_compress(packer, bytes_.data(), bytes_.size(),
+                                                   stored.data() + 8, stored.size() - 8));
+        libdeflate_free_compressor(packer);
+        EXPECT_GT(stored.size(), 8U);
+        EXPECT_LT(stored.size(), 200'000U);
+        try {
+            idNamesFromManifest(stored);
+            return "";
+        } catch (const Error& error) {
+            return error.what();
+        }
+    }
+
+  private:
+    std::string bytes_ = std::string(4, '\0');  // the version
+};
+
+/// Files of some KB that would take gigabytes or minutes.
+TEST(IdManifest, AsksForNoMoreThanNamesNeed) {
+    constexpr std::uint32_t kTexts = 2'000'000, kRuns = 1'000'000, kIds = 4'000'000;
+    const std::string too_much = "the manifest is damaged: its names are too many or too long";
+    // A text of 255 letters, and texts that are it again.
+    ManifestBytes again;
+    again.number(kTexts).text("\xFF\1").text("\1", kTexts - 1);
+    again.text(std::string(255, 'a')).text("\xFF", kTexts - 1);
+    EXPECT_EQ(again.problem(), too_much);
+    // Runs that are all of a hundred thousand texts.
+    ManifestBytes runs;
+    runs.number(100'000).text(std::string(1, '\0')).text("\1", 99'999);
+    runs.text(std::string(1, '\0'), 99'999).number(kRuns);
+    for (std::uint32_t i = 0; i < kRuns; ++i)
+        runs.number(0).number(99'999);
+    runs.number(0);
+    EXPECT_EQ(runs.problem(), "");
+    // One text of 60,000 letters for millions of ids.
+    ManifestBytes ids;
+    ids.number(1).text("\xE0\xD4\3").text("a", 60'000).number(1).number(0).number(0);
+    ids.number(1).number(1).text("\x09id.object").number(1).text("\4name");
+    ids.text(std::string(1, '\0')).number(0).number(0).text("\2").number(kIds);
+    for (std::uint32_t i = 0; i < kIds; ++i)
+        ids.text(std::string("\1\0", 2));
+    EXPECT_EQ(ids.problem(), too_much);
 }
 
 }  // namespace
