@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""shaders/README.md lists every shader file, and in one table every macro that shaders look at, with who sets it."""
+"""shaders/README.md lists every shader file, every buffer that shaders write with what makes it visible to whoever reads
+it, and every macro that shaders look at with who sets it."""
 
 import fnmatch
 import pathlib
@@ -15,6 +16,7 @@ DEFINITION = re.compile(r"^ *#define (\w+)", re.MULTILINE)
 UPPER_CASE = re.compile(r"\b[A-Z][A-Z0-9_]{2,}\b")
 NAME = re.compile(r"`([\w*]+)`")
 FILE = re.compile(r"`([\w/]+\.\w+)`")
+WRITABLE = re.compile(r"layout\(std430, binding = (\w+)\) (?:writeonly )?buffer\b")
 
 
 def shaders(source):
@@ -71,9 +73,33 @@ def not_set(source):
     return errors
 
 
+def section(source, title):
+    readme = (source / "shaders/README.md").read_text(encoding="utf-8")
+    return readme.partition(f"## {title}\n")[2].partition("\n## ")[0]
+
+
+def written(source):
+    """{(buffer, shader that may write it)}"""
+    return {(buffer, name) for name, text in shaders(source).items() for buffer in WRITABLE.findall(text)}
+
+
+def left(source):
+    """The same, of the table that says what makes it visible."""
+    found = set()
+    for line in section(source, "What passes leave to each other").splitlines():
+        if line.startswith("| `"):
+            buffer, writers, readers, between = (cell.strip() for cell in line.strip("|").split("|"))
+            if readers and between:
+                found.update((NAME.findall(buffer)[0], writer) for writer in FILE.findall(writers))
+    return found
+
+
 class Readme(unittest.TestCase):
+    def test_every_buffer_that_is_written_is_listed(self):
+        self.assertEqual(written(SOURCE), left(SOURCE))
+
     def test_every_file_is_listed(self):
-        table = (SOURCE / "shaders/README.md").read_text(encoding="utf-8").partition("## Macros")[0]
+        table = section(SOURCE, "Files")
         listed = re.findall(r"^\| `([\w.]+)` \|", table, re.MULTILINE)
         self.assertEqual(sorted(listed), sorted(shaders(SOURCE)))
 
@@ -118,6 +144,16 @@ class Planted(unittest.TestCase):
         self.assertEqual(unused(self.source), [])
         self.write("shaders/a.frag", "int x = PEELER_A;  // ROUGH\n")
         self.assertEqual(unused(self.source), ["ROUGH"])
+
+    def test_written(self):
+        self.write("shaders/b.frag", "layout(std430, binding = PEELER_A) buffer A { uint a[]; };")
+        self.write("shaders/c.frag", "layout(std430, binding = PEELER_A) readonly buffer A { uint a[]; };")
+        self.assertEqual(written(self.source), {("PEELER_A", "b.frag")})
+        self.assertEqual(left(self.source), set())
+        self.write(
+            "shaders/README.md", "## What passes leave to each other\n| `PEELER_A` | `b.frag` | the CPU | a barrier |\n"
+        )
+        self.assertEqual(left(self.source), written(self.source))
 
     def test_not_set(self):
         self.assertEqual(not_set(self.source), [])
