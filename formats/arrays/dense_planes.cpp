@@ -32,10 +32,7 @@ std::byte* putNumber(float number, NumberType type, std::byte* out) {
 std::byte* convertNumbers(const std::byte* from, NumberType type, std::size_t count,
                           NumberType wanted, std::byte* out) {
     const std::size_t size = infoOf(type).size;
-    if (type == wanted) {
-        std::memcpy(out, from, count * size);
-        return out + count * size;
-    }
+    if (type == wanted) return std::copy_n(from, count * size, out);  // of nothing at all, too
     for (std::size_t i = 0; i < count; ++i, from += size) {
         float number = 0;
         if (type == NumberType::kHalf) {
