@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every program that the tests have given to the driver, as PEELER_SAVE_SHADERS leaves it in a folder, by a compiler that
-forgives less: each stage as GLSL 4.50 core, each program linked, made into SPIR-V for OpenGL, and that validated.
+"""Every shader that the tests have given to the driver, as PEELER_SAVE_SHADERS leaves it in a folder, by a compiler that
+forgives less: each stage as GLSL 4.50 core; programs linked, made into SPIR-V for OpenGL, and that validated.
 
     python3 -B tests/strict_shaders_test.py FOLDER
 
 Nothing may be said, not even a warning. That compiler knows GL_EXT_shader_framebuffer_fetch of GLES alone: what a shader
-reads there of what it overwrites (`inout`) is an output for it, which may be read as well."""
+reads there of what it overwrites (`inout`) is an output for it, which may be read as well. Without PEELER_TEST_ALL a
+program of each kind is linked, with it all are."""
 
+import collections
 import concurrent.futures
+import hashlib
+import os
 import pathlib
 import re
 import shutil
@@ -16,35 +20,52 @@ import sys
 import tempfile
 
 SKIPPED = 77
+SOME = 1  # of a kind; a program is a fifth of a second
+AT_ONCE = 200  # stages
+ALL = bool(os.environ.get("PEELER_TEST_ALL"))
 FETCHED = re.compile(r"\binout (uint fetched_slot;)")
 TOOLS = {"glslangValidator": "glslang-tools", "spirv-val": "spirv-tools"}
 
 
-def run(*command):
-    """What a tool that should have nothing to say says."""
+def said(*command):
+    """What a tool that should have nothing to say says, but for the names of its files."""
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
-    said = [line for line in done.stdout.splitlines() if line.strip() and line.strip() not in command]
-    if done.returncode != 0:
-        said.append(f"exit code {done.returncode}")
-    return said
+    lines = [line for line in done.stdout.splitlines() if line.strip() and line.strip() not in command]
+    return lines + ([f"exit code {done.returncode}"] if done.returncode != 0 else [])
 
 
-def findings(stages):
-    """What is found in a program, whose stages are files of one stem."""
-    with tempfile.TemporaryDirectory() as folder:
-        files, fetches = [], False
-        for stage in stages:
-            text, count = FETCHED.subn(r"out \1", stage.read_text(encoding="utf-8"))
-            fetches |= count > 0
-            files.append(pathlib.Path(folder, stage.name))
-            files[-1].write_text(text, encoding="utf-8")
-        said = run("glslangValidator", "-l", *map(str, files))
-        for file in files:
-            binary = f"{file}.spv"
-            said += run("glslangValidator", "-G", "--target-env", "opengl", "-o", binary, str(file))
-            if pathlib.Path(binary).exists():
-                said += run("spirv-val", "--target-env", "opengl4.5", binary)
-    return said, fetches
+def of_stages(stages):
+    """What is found in stages, each by itself."""
+    return said("glslangValidator", "-t", *stages)
+
+
+def of_program(stages):
+    """What is found in a program of stages, as a whole and as SPIR-V."""
+    found = said("glslangValidator", "-l", *stages)
+    for stage in stages:
+        binary = f"{stage}.spv"
+        found += said("glslangValidator", "-G", "--target-env", "opengl", "-o", binary, stage)
+        if os.path.exists(binary):
+            found += said("spirv-val", "--target-env", "opengl4.5", binary)
+            os.remove(binary)
+    return found
+
+
+def gather(saved, folder):
+    """Copies each text once. Returns the stages, and for each kind of program ("scene-count") its programs."""
+    stages, programs, fetching = {}, {}, 0
+    for path in sorted(saved.iterdir()):
+        text, fetches = FETCHED.subn(r"out \1", path.read_text(encoding="utf-8"))
+        name = hashlib.sha256(text.encode()).hexdigest()[:32] + path.suffix
+        if name not in stages:
+            fetching += fetches
+            stages[name] = str(folder / name)
+            (folder / name).write_text(text, encoding="utf-8")
+        programs.setdefault(path.stem, []).append(stages[name])
+    kinds = collections.defaultdict(list)
+    for stem, of_it in programs.items():
+        kinds[stem.rpartition("-")[0]].append(of_it)
+    return list(stages.values()), kinds, fetching
 
 
 def main():
@@ -52,22 +73,22 @@ def main():
     if missing:
         print(f"skipped: {' and '.join(missing)} of Debian are not installed")
         sys.exit(SKIPPED)
-    programs = {}
-    for stage in sorted(pathlib.Path(sys.argv[1]).iterdir()):
-        programs.setdefault(stage.stem, []).append(stage)
-    if not programs:
-        print("skipped: no test that was run has compiled a shader")
-        sys.exit(SKIPPED)
-    failed = fetching = 0
-    with concurrent.futures.ThreadPoolExecutor() as pool:
-        for name, (said, fetches) in zip(programs, pool.map(findings, programs.values())):
-            fetching += fetches
-            if said:
-                failed += 1
-                print(name, *said, sep="\n    ")
-    stages = sum(map(len, programs.values()))
-    print(f"{len(programs)} programs of {stages} stages, {fetching} of them with fetched slots: {failed} with findings")
-    sys.exit(1 if failed else 0)
+    with tempfile.TemporaryDirectory() as folder:
+        stages, kinds, fetching = gather(pathlib.Path(sys.argv[1]), pathlib.Path(folder))
+        if not stages:
+            print("skipped: no test that was run has compiled a shader")
+            sys.exit(SKIPPED)
+        linked = [program for programs in kinds.values() for program in (programs if ALL else programs[:SOME])]
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            parts = [stages[i : i + AT_ONCE] for i in range(0, len(stages), AT_ONCE)]
+            findings = [line for found in pool.map(of_stages, parts) for line in found]
+            findings += [line for found in pool.map(of_program, linked) for line in found]
+    print(*findings[:100], sep="\n")
+    print(
+        f"{len(stages)} stages, {fetching} of them with fetched slots, {len(linked)} of "
+        f"{sum(map(len, kinds.values()))} programs of {len(kinds)} kinds linked: {len(findings)} findings"
+    )
+    sys.exit(1 if findings else 0)
 
 
 if __name__ == "__main__":
