@@ -57,7 +57,7 @@ DOORS = (
     (
         "a file opened to be read by the system's call",
         re.compile(
-            r"\bopen(?:at)?(?:64)?\s*\([^;{]*?\bO_RD(?:ONLY|WR)\b[^;{]*?\)|\bopen(?:at)?\s*\([^;{]*?\bkHow\b"
+            r"\bopen(?:File|at)?(?:64)?\s*\([^;{]*?\bO_RD(?:ONLY|WR)\b[^;{]*?\)|\bopen(?:File|at)?\s*\([^;{]*?\bkHow\b"
         ),
         "RegularFile of formats/file/regular_file.h",
         {
