@@ -145,7 +145,7 @@ class ManifestReader {
                 whole = before.substr(0, common);
             }
             whole += text;
-            hold(whole.size() + sizeof whole);
+            hold(sizeof(std::string) + whole.size());
             texts_.push_back(std::move(whole));
         }
     }
@@ -208,7 +208,7 @@ class ManifestReader {
                 const std::string& text = entryText();
                 if (!ours || i > 1) continue;
                 if (i == 0) {
-                    hold(text.size() + sizeof text);
+                    hold(sizeof(std::string) + text.size());
                     names.push_back(text);
                 } else if (tree) {
                     parents.push_back(numberIn<std::uint32_t>(text));
