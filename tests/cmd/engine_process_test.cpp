@@ -117,7 +117,8 @@ class BareRoot {
                       "--mount",
                       "sh",
                       "-c",
-                      "mount --bind /proc \"$0/proc\" && exec chroot \"$0\" /bin/peeler \"$@\"",
+                      "mount --bind /proc \"$0/proc\" && "
+                      "exec env -i \"$(command -v chroot)\" \"$0\" /bin/peeler \"$@\"",
                       root_.path()};
         command.insert(command.end(), line.begin(), line.end());
         return runCommand(command);

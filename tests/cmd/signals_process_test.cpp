@@ -49,7 +49,7 @@ TEST_P(Signals, LeaveNothingBehind) {
     // The first of the bands is written a long time before the last.
     auto run = std::async(std::launch::async, [&] {
         return runPeelerProcess({"render", scene.string(), "-o", (out / "a.exr").string(), "--size",
-                                 "2048x2048", "--memory", "600M"});
+                                 "2048x2048", "--memory", kShadowMemory ? "4G" : "600M"});
     });
     const pid_t writer = waitForWriter(out, run);
     if (writer > 0) kill(writer, number);
