@@ -23,7 +23,7 @@ done
 . "$here/common.sh"
 
 # Of every scene what it is here, and which fragments are there or not if the picture moves by 1/256 of
-# a pixel: rasterizers place vertices on a grid of such steps, and may round to either side. (No edge
+# a pixel: rasterisers place vertices on a grid of such steps, and may round to either side. (No edge
 # is missed: a step along both axes is longer than one.)
 renderer=$(peeler render "$source/examples/scenes/panes.glb" -o "$scratch/any.npz" --size 16x16 --json --quiet |
     sed -n 's/^ *"renderer": "\(.*\)",$/\1/p')

@@ -68,8 +68,9 @@ devices() {
         say failed device "$(head -n 3 "$work/error")"
         return
     fi
-    say passed device "$(number backend "$work/any.json"): $(number renderer "$work/any.json")"
-    say measured version "$(peeler --version), $(nproc) processors"
+    mv "$work/any.json" "$work/device.json"
+    say passed device "$(number backend "$work/device.json"): $(number renderer "$work/device.json")"
+    say measured machine "$(peeler --version), $(nproc) processors, $(getconf GNU_LIBC_VERSION)"
     if render_any --require-gpu 2>"$work/error"; then
         say passed GPU "there is one"
     else
@@ -84,11 +85,11 @@ tests() {
         say skipped "$pattern" "$why"
     done
     for shard in 0 1 2 3 4 5 6 7; do
-        # A thread of the software rasterizer for each, as ctest has it.
+        # A thread of the software rasteriser for each, as ctest has it.
         (
             code=0
-            PEELER_TEST_BACKEND=$(number backend "$work/any.json") GTEST_TOTAL_SHARDS=8 GTEST_SHARD_INDEX=$shard \
-                LP_NUM_THREADS=1 LD_LIBRARY_PATH=$libraries timeout -k 5 $((PART_SECONDS - 8)) \
+            PEELER_TEST_BACKEND=$(number backend "$work/device.json") GTEST_TOTAL_SHARDS=8 GTEST_SHARD_INDEX=$shard \
+                LP_NUM_THREADS=1 LD_LIBRARY_PATH=$libraries timeout --foreground -k 5 $((PART_SECONDS - 8)) \
                 "$here/bin/gl_tests" --gtest_filter="$filter" >"$work/tests.$shard" 2>&1 || code=$?
             echo "[ended with $code]" >>"$work/tests.$shard"
         ) &
@@ -104,7 +105,8 @@ tests() {
             test != "" { gsub(/\t/, " "); if (length(text) < 400) text = text (text == "" ? "" : "; ") $0 }
             /^\[ended with / {
                 code = $3 + 0
-                if (code > 1) say("failed", "shard " shard, code == 124 ? "it took too long, at " test : "it ended with exit code " code " in " test)
+                how = code == 124 ? "it took too long" : "it ended with exit code " code
+                if (code > 1) say("failed", "shard " shard, how ", in " test)
                 say(passed ? "passed" : "failed", "shard " shard, passed + 0 " tests passed")
             }' "$work/tests.$shard"
     done
@@ -126,10 +128,14 @@ methods() {
     done
 }
 
-# The GPU, or what there is, against the rasterizer that was packed.
+# The GPU, or what there is, against the rasteriser that was packed.
 backends() {
     if [ ! -f "$here/lib/osmesa/libOSMesa.so.8" ]; then
         say skipped all "no libOSMesa.so.8 was packed"
+        return
+    fi
+    if ! (libraries=$mesa && render_any --backend osmesa) 2>"$work/error"; then
+        say skipped all "what was packed does not run here: $(head -n 3 "$work/error")"
         return
     fi
     for name in $(names); do
@@ -151,7 +157,7 @@ references() {
 
 # A libEGL that stands before the driver's and says that the context is lost.
 lost() {
-    if [ "$(number backend "$work/any.json")" != egl ]; then
+    if [ "$(number backend "$work/device.json")" != egl ]; then
         say skipped all "there is no EGL whose context could be lost"
         return
     fi
@@ -214,10 +220,10 @@ benchmark() {
         END { printf "%d hits, %.1f million a second counted, captured and sorted", hits, hits / ms / 1e3 }' "$report")"
 }
 
-# Of what the parts said: the page, and JSON.
+# write_results SECONDS: of what the parts said the page, and JSON with what commands told as JSON; `code`
+# becomes 1 if anything failed.
 write_results() {
-    awk -F '\t' -v when="$(date -u +%FT%TZ)" -v seconds="$1" -v page="${results}.md" -v json="${results}.json" \
-        -v devices="$work/devices.json" '
+    awk -F '\t' -v when="$(date -u +%FT%TZ)" -v seconds="$1" -v page="${results}.md" -v json="${results}.json" '
         function quoted(text) {
             gsub(/\\/, "\\\\", text)
             gsub(/"/, "\\\"", text)
@@ -234,8 +240,8 @@ write_results() {
         }
         END {
             verdict = total["failed"] ? "FAILED" : "passed"
-            printf "# peeler on this machine: %s\n\n%s, %d s\n\n| part | passed | failed | skipped | s |\n", verdict, when, seconds >page
-            print "| --- | ---: | ---: | ---: | ---: |" >page
+            printf "# peeler on this machine: %s\n\n%s, %d s\n\n", verdict, when, seconds >page
+            print "| part | passed | failed | skipped | s |\n| --- | ---: | ---: | ---: | ---: |" >page
             for (i = 1; i <= parts; ++i) {
                 part = order[i]
                 printf "| %s | %d | %d | %d | %d |\n", part, verdicts[part, "passed"], verdicts[part, "failed"],
@@ -257,11 +263,16 @@ write_results() {
                     quoted(field[3]), quoted(field[4]), quoted(field[5]) >json
                 separator = ","
             }
-            printf "],\n\"devices\": " >json
-            while ((getline text <devices) > 0) print text >json
-            print "}" >json
+            printf "]" >json
             exit total["failed"] > 0
-        }' "$work/results"
+        }' "$work/results" || code=1
+    for report in "$work/devices.json" "$work"/*.measured.json; do
+        [ -s "$report" ] || continue
+        name=${report##*/}
+        printf ',\n"%s": ' "${name%%.*}"
+        cat "$report"
+    done >>"${results}.json"
+    echo "}" >>"${results}.json"
 }
 
 if [ $# = 1 ]; then
@@ -291,7 +302,6 @@ while [ $# -gt 0 ]; do
     shift 2
 done
 code=0
-write_results $(($(date +%s) - begin)) || code=1
-[ -s "$work/devices.json" ] || echo "there is no list of devices" >&2
+write_results $(($(date +%s) - begin))
 echo "${results}.md: exit code $code"
 exit $code
