@@ -118,6 +118,8 @@ class BareMachine(PeelerTest):
         debian.make_root(debian.suite(), f"{scratch}/base")
         root = dockerfile.Stage(f"{scratch}/base", f"{scratch}/root")
         root.variables |= {"LC_ALL": "C.UTF-8", "DEBIAN_FRONTEND": "noninteractive"}
+        if "PEELER_GPU_SECONDS" in os.environ:  # of a machine that has other work
+            root.variables["PEELER_GPU_SECONDS"] = os.environ["PEELER_GPU_SECONDS"]
         install = "apt-get update -qq && apt-get install -y -qq --no-install-recommends libegl1 libgl1-mesa-dri"
         done = root.run(["sh", "-c", install])
         self.assertEqual(done.returncode, 0, done.stdout[-3000:])

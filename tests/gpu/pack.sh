@@ -15,7 +15,7 @@ size=160x90
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 here=$scratch/peeler-gpu
-mkdir -p "$here/scenes" "$here/references"
+mkdir -p "$here/scenes" "$here/examples/scenes" "$here/references"
 cmake -D SETTINGS="$build/packing/portable_settings.cmake" -D ROOT="$here" -P "$source/tests/gpu/programs.cmake"
 for file in run.sh common.sh classify.awk scenes.txt; do
     cp "$source/tests/gpu/$file" "$here"
@@ -29,10 +29,12 @@ renderer=$(peeler render "$source/examples/scenes/panes.glb" -o "$scratch/any.np
     sed -n 's/^ *"renderer": "\(.*\)",$/\1/p')
 echo "# made by $renderer: scene, fragments, layers" >"$here/references.txt"
 scenes | while read -r name file options; do
-    for folder in "$source/examples/scenes" "$assets"; do
-        [ ! -f "$folder/$file" ] || cp "$folder/$file" "$here/scenes/$name.glb"
-    done
-    if [ ! -f "$here/scenes/$name.glb" ]; then
+    if [ -f "$source/examples/scenes/$file" ]; then
+        cp "$source/examples/scenes/$file" "$here/examples/scenes" # where tests look for it
+        ln -s "../examples/scenes/$file" "$here/scenes/$name.glb"
+    elif [ -f "$assets/$file" ]; then
+        cp "$assets/$file" "$here/scenes/$name.glb"
+    else
         echo "pack.sh: left out, there is no $file (PEELER_ASSETS): $name" >&2
         continue
     fi
