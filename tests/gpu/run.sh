@@ -10,7 +10,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 work=$here/work
 results=$here/results
 
-# The parts in their order, and of the time for all the most that each may take, in percent.
+# The parts in their order, and their shares of the time: what a part leaves, those after it may take.
 parts="devices 2  tests 46  methods 13  backends 8  references 8  lost 4  frames 9  benchmark 10"
 
 # The GL tests that are left out: those that ask Embree, and those that compare a software EGL with OSMesa.
@@ -284,10 +284,14 @@ fi
 rm -rf "$work" "${results}.md" "${results}.json"
 mkdir "$work"
 begin=$(date +%s)
+deadline=$((begin + ${PEELER_GPU_SECONDS:-540}))
+shares=100
 set -- $parts
 while [ $# -gt 0 ]; do
     start=$(date +%s)
-    PART_SECONDS=$((${PEELER_GPU_SECONDS:-540} * $2 / 100))
+    PART_SECONDS=$(((deadline - start) * $2 / shares))
+    [ "$PART_SECONDS" -gt 0 ] || PART_SECONDS=1 # 0 would be no limit
+    shares=$((shares - $2))
     export PART_SECONDS
     code=0
     timeout -k 5 "$PART_SECONDS" sh "$here/run.sh" "$1" >"$work/said" 2>"$work/complained" || code=$?
