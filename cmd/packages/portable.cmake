@@ -4,19 +4,14 @@
 cmake_minimum_required(VERSION 3.22)
 include(${SETTINGS})
 include(${CMAKE_CURRENT_LIST_DIR}/date.cmake)
-include(${CMAKE_CURRENT_LIST_DIR}/stand_ins.cmake)
+include(${CMAKE_CURRENT_LIST_DIR}/libraries.cmake)
 include(${CMAKE_CURRENT_LIST_DIR}/licences.cmake)
 
-# Of the machine: the C library, and GL with all that belongs to a driver.
-set(machines "^(ld-linux|lib(c|m|dl|rt|pthread|resolv|util|mvec)\\.so)"
-    "^lib(GL|EGL|OSMesa|gbm|drm|glapi|X|xcb|wayland|va|vdpau|OpenCL)")
 # What OpenImageIO is linked with for cameras, films, DICOM and HEIF, none of which peeler ever asks
 # it for: 200 libraries, three quarters of what it needs, encoders under the GPL among them.
 set(unused "^lib(opencv_|avcodec|avformat|avutil|swscale|dcm|ofstd|oflog|heif)")
 # A reader of DICOM announces itself when it is loaded.
 set(announced "^_ZN10DiRegister[CD][12]Ev$")
-# What drivers are linked with as well: the machine's come first.
-set(spare "^lib(stdc\\+\\+|gcc_s|gomp|z|zstd|lzma|bz2|expat)\\.so")
 
 set(root ${folder}/${name})
 file(REMOVE_RECURSE ${root})
@@ -36,20 +31,8 @@ set(modules_here)
 foreach(module IN LISTS modules)
     list(APPEND modules_here ${root}/${modules_folder}/${module}.so)
 endforeach()
-file(GET_RUNTIME_DEPENDENCIES EXECUTABLES ${root}/bin/peeler MODULES ${modules_here}
-    PRE_EXCLUDE_REGEXES ${machines} ${unused} RESOLVED_DEPENDENCIES_VAR libraries)
-file(MAKE_DIRECTORY ${root}/lib/spare)
-set(kept)
-foreach(library IN LISTS libraries)
-    get_filename_component(file_name ${library} NAME)
-    set(target ${root}/lib/${file_name})
-    if(file_name MATCHES "${spare}")
-        set(target ${root}/lib/spare/${file_name})
-    endif()
-    file(REAL_PATH ${library} real)
-    file(COPY_FILE ${real} ${target})
-    list(APPEND kept ${target})
-endforeach()
+copy_libraries(libraries kept ${root}/lib "${machines};${unused}"
+    EXECUTABLES ${root}/bin/peeler MODULES ${modules_here})
 set(library_folders /usr/lib/${architecture} /lib/${architecture} /usr/lib /lib)
 make_stand_ins("${unused}" "${announced}" ${root}/lib ${kept})
 collect_licences(${root}/share/doc/peeler ${libraries} ${sources})

@@ -27,7 +27,8 @@ namespace peeler::test {
 namespace fs = std::filesystem;
 
 fs::path sourceDir() {
-    return PEELER_SOURCE_DIR;
+    const char* variable = std::getenv("PEELER_SOURCE");
+    return variable && *variable ? variable : PEELER_SOURCE_DIR;
 }
 
 std::optional<fs::path> assetsDir() {

@@ -16,7 +16,8 @@ namespace peeler::test {
 using Json = nlohmann::json;
 using Bytes = std::vector<std::uint8_t>;
 
-/// The repository's root.
+/// The repository's root; $PEELER_SOURCE where programs are run that were built elsewhere
+/// (tests/gpu).
 std::filesystem::path sourceDir();
 
 /// The folder of real models: $PEELER_ASSETS, else ../shared/assets beside the repository. Nothing

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: Apache-2.0
+# cmake -D SETTINGS=FILE -D ROOT=FOLDER -P programs.cmake: the programs of a build that a run on a GPU
+# needs, with the libraries that the machine may lack, and Mesa's rasteriser beside them.
+cmake_minimum_required(VERSION 3.22)
+include(${SETTINGS})
+include(${CMAKE_CURRENT_LIST_DIR}/../../cmd/packages/libraries.cmake)
+
+# Each is most of what it comes with, and hardly asked for: by the tests that are left out of a run
+# (Embree), or by what Mesa never does (the others, which LLVM is linked with).
+set(unused "^lib(embree|z3|xml2|edit)")
+set(library_folders /usr/lib/${architecture} /lib/${architecture} /usr/lib /lib)
+
+foreach(file peeler tests/gl_tests ${modules_folder}/peeler_decode tests/fake_egl/libEGL.so.1)
+    if(NOT EXISTS ${build}/${file})
+        message(FATAL_ERROR "${build} has no ${file}: build it first")
+    endif()
+endforeach()
+file(MAKE_DIRECTORY ${ROOT}/bin ${ROOT}/${modules_folder} ${ROOT}/lib/fake_egl ${ROOT}/lib/osmesa)
+foreach(pair peeler=bin/peeler tests/gl_tests=bin/gl_tests
+        ${modules_folder}/peeler_decode=${modules_folder}/peeler_decode
+        tests/fake_egl/libEGL.so.1=lib/fake_egl/libEGL.so.1)
+    string(REGEX MATCH "^(.*)=(.*)$" pair ${pair})
+    execute_process(COMMAND ${strip} -o ${ROOT}/${CMAKE_MATCH_2} ${build}/${CMAKE_MATCH_1}
+        COMMAND_ERROR_IS_FATAL ANY)
+endforeach()
+
+copy_libraries(libraries kept ${ROOT}/lib "${machines};${unused}"
+    EXECUTABLES ${ROOT}/bin/peeler ${ROOT}/bin/gl_tests)
+make_stand_ins("${unused}" "^$" ${ROOT}/lib ${kept} ${ROOT}/bin/gl_tests)
+
+# In a folder of its own, where no driver finds the LLVM that it needs.
+find_file(osmesa libOSMesa.so.8 PATHS ${library_folders} NO_DEFAULT_PATH)
+if(NOT osmesa)
+    message(STATUS "There is no libOSMesa.so.8 to be packed")
+    return()
+endif()
+file(REAL_PATH ${osmesa} real)
+file(COPY_FILE ${real} ${ROOT}/lib/osmesa/libOSMesa.so.8)
+copy_libraries(libraries kept ${ROOT}/lib/osmesa "${c_library};${unused}" MODULES ${osmesa})
+make_stand_ins("${unused}" "^$" ${ROOT}/lib/osmesa ${kept})
