@@ -142,6 +142,9 @@ AMBIGUOUS = "unable to decompress"
 # What a decoder is given and gives back lies in memory, but is written as a file is.
 IN_MEMORY = "no memory for a decoder's data"
 
+# OpenEXR opens by itself what is read back, and once.
+READ_BACK = "does not read back"
+
 # The record of failing_calls.h, and the names of the calls in it.
 CALLS = re.findall(
     r"^ +X\((\w+)\) +/\*",
@@ -302,6 +305,8 @@ def problems_of(command, failure, run):
         failure = failure._replace(codes=INPUT, message=AMBIGUOUS)
     if failure.call in ("write", "room", "change") and IN_MEMORY in run.err:
         failure = failure._replace(codes=MEMORY)
+    if failure.call == "open" and READ_BACK in run.err:
+        failure = failure._replace(codes=OUTPUT)
     if run.code not in failure.codes | {0}:
         yield f"exit code {run.code}"
     if run.failed == 0 and run.code != 0:
