@@ -5,7 +5,11 @@ import os
 import pathlib
 import shutil
 import subprocess
+import sys
 import urllib.request
+
+import own_machine
+from peeler_command import skip
 
 PATH = os.environ["PATH"] + ":/usr/sbin:/sbin"
 
@@ -74,3 +78,12 @@ def make_root(name, folder):
         encoding="ascii",
     )
     return mirror
+
+
+def in_own_machine(host_name, body, suite_name, memory):
+    """Ends with what `body` ends with on a machine of its own, where roots can be made that take so many
+    bytes of memory; says why it is skipped elsewhere."""
+    reason = impediment(suite_name, memory) or own_machine.impediment()
+    if reason:
+        skip(reason)
+    sys.exit(own_machine.run(host_name, body, network=False))

@@ -6,7 +6,6 @@ import os
 import pathlib
 import shutil
 import subprocess
-import sys
 import time
 
 import debian
@@ -49,7 +48,4 @@ class Debian13(PeelerTest):
 if __name__ == "__main__":
     if not os.environ.get("PEELER_TEST_ALL"):
         skip("a Debian 13 of its own is only made with PEELER_TEST_ALL (sh tests/run.sh all)")
-    reason = debian.impediment(SUITE, NEEDED) or own_machine.impediment()
-    if reason:
-        skip(reason)
-    sys.exit(own_machine.run("debian13", main, network=False))
+    debian.in_own_machine("debian13", main, SUITE, NEEDED)

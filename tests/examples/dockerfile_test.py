@@ -16,7 +16,7 @@ import unittest
 import debian
 import dockerfile
 import own_machine
-from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main, peeler, skip
+from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main, peeler
 
 ALL = bool(os.environ.get("PEELER_TEST_ALL"))
 FILE = EXAMPLES / "Dockerfile"
@@ -227,7 +227,4 @@ class Dockerfile(PeelerTest):
 if __name__ == "__main__":
     if not ALL:
         sys.exit(main())
-    reason = debian.impediment(SUITE, NEEDED) or own_machine.impediment()
-    if reason:
-        skip(reason)
-    sys.exit(own_machine.run("container", main, network=False))
+    debian.in_own_machine("container", main, SUITE, NEEDED)

@@ -15,7 +15,7 @@ import unittest
 import debian
 import dockerfile
 import own_machine
-from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main, peeler, skip
+from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main, peeler
 
 ALL = bool(os.environ.get("PEELER_TEST_ALL"))
 NEEDED = 4e9  # bytes of memory
@@ -137,7 +137,4 @@ class BareMachine(PeelerTest):
 if __name__ == "__main__":
     if not ALL:
         sys.exit(main())
-    reason = debian.impediment(debian.suite(), NEEDED) or own_machine.impediment()
-    if reason:
-        skip(reason)
-    sys.exit(own_machine.run("gpu", main, network=False))
+    debian.in_own_machine("gpu", main, debian.suite(), NEEDED)

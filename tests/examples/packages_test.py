@@ -17,7 +17,7 @@ import unittest
 import debian
 import dockerfile
 import own_machine
-from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main, peeler, skip
+from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main, peeler
 
 ALL = bool(os.environ.get("PEELER_TEST_ALL"))
 NEEDED = 8e9  # bytes of memory
@@ -346,7 +346,4 @@ class Roots(PeelerTest):
 if __name__ == "__main__":
     if not ALL:
         sys.exit(main())
-    reason = debian.impediment(debian.suite(), NEEDED) or own_machine.impediment()
-    if reason:
-        skip(reason)
-    sys.exit(own_machine.run("packages", main, network=False))
+    debian.in_own_machine("packages", main, debian.suite(), NEEDED)
