@@ -11,6 +11,7 @@
 #include "formats/cameras/camera_formats.h"
 #include "formats/file/file_name.h"
 #include "formats/file/json_text.h"
+#include "formats/file/regular_file.h"
 
 namespace peeler {
 namespace {
@@ -26,11 +27,6 @@ std::filesystem::path companion(const std::filesystem::path& path, const std::st
     const std::string sensor =
         stem.starts_with(kSceneCamera) ? stem.substr(kSceneCamera.size()) : "";
     return path.parent_path() / folder / (name + sensor + ".json");
-}
-
-bool isThere(const std::filesystem::path& path) {
-    std::error_code ignored;
-    return std::filesystem::exists(path, ignored);
 }
 
 /// Rotation (row by row) and translation (millimetres), `from` to `to`.

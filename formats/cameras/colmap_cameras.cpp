@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "formats/cameras/camera_formats.h"
 #include "formats/cameras/colmap_model.h"
+#include "formats/file/regular_file.h"
 
 namespace peeler {
 namespace {
@@ -61,9 +62,8 @@ bool isColmap(const CameraSource& source) {
 ModelFiles modelAt(const std::filesystem::path& path) {
     if (!isFolder(path)) return {path.parent_path(), path.extension().string()};
     for (const char* extension : {".bin", ".txt"}) {
-        std::error_code ignored;
-        if (std::filesystem::exists(path / (std::string("cameras") + extension), ignored) &&
-            std::filesystem::exists(path / (std::string("images") + extension), ignored))
+        if (isThere(path / (std::string("cameras") + extension)) &&
+            isThere(path / (std::string("images") + extension)))
             return {path, extension};
     }
     refuseCamera("the folder holds no model of COLMAP", path.string(),
@@ -133,8 +133,7 @@ std::vector<std::unique_ptr<AtomicFile>> writeColmap(const std::filesystem::path
                                                      const CameraOutputOptions& options) {
     const ModelFiles place = isModelFile(path) ? modelAt(path) : ModelFiles{path, ".bin"};
     const bool is_text = place.extension == ".txt";
-    std::error_code ignored;
-    if (is_text && std::filesystem::exists(place.folder / "cameras.bin", ignored))
+    if (is_text && isThere(place.folder / "cameras.bin"))
         throw Error(ErrorKind::kUsage,
                     "the folder holds a binary model, which COLMAP would read instead",
                     place.folder.string(), "remove it, or write to another folder");
