@@ -125,6 +125,9 @@ void PlyNumbers::skip(const PlyField& property) {
 
 PlyFile::PlyFile(std::span<const std::uint8_t> file, const std::string& where)
     : text_(reinterpret_cast<const char*>(file.data()), file.size()), where_(where) {
+    // Turk's own files (1994) and those of old Macs end lines by carriage returns alone.
+    if (const std::size_t first = text_.find_first_of("\r\n"); first != text_.npos)
+        line_end_ = text_.substr(first).starts_with("\r\n") ? '\n' : text_[first];
     while (readLine()) {
     }
     if (format_.empty()) fail("it does not say its format");
@@ -145,9 +148,7 @@ void PlyFile::fail(const std::string& what) const {
 
 /// Reads a line; false if it was the last one of the header.
 bool PlyFile::readLine() {
-    // Turk's own files (1994) and those of old Macs end lines by carriage returns alone.
-    if (const std::size_t first = text_.find_first_of("\r\n"); ++line_ == 1 && first != text_.npos)
-        line_end_ = text_.substr(first).starts_with("\r\n") ? '\n' : text_[first];
+    ++line_;
     const std::size_t end = text_.find(line_end_, at_);
     if (end > kMostHeader) fail("there is no end_header");  // or this line has no end
     const std::string_view line = text_.substr(at_, end - at_);
