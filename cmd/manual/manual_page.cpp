@@ -30,6 +30,8 @@ constexpr EnvironmentVariable kVariables[] = {
      "where libraries are looked for, by the program that decodes Draco, too, which gets no other"},
     {"PEELER_SHADERS", "a folder whose shaders are used instead of those in the program"},
     {"PEELER_SAVE_SHADERS", "a folder for the shaders as the driver gets them, for bug reports"},
+    {"PEELER_CHECK_BARRIERS",
+     "if it is not empty, ends where a pass uses what another wrote without a barrier between"},
 };
 
 constexpr std::string_view kSpecials = "\\-'\"`^~";

@@ -6,19 +6,22 @@
 #include "shaders/interface.glsl"
 
 namespace peeler {
-void BandBuffers::bindClip() const {
-    if (clip_first_) clip_first_.bindStorage(PEELER_CLIP_FIRST);
-    if (clip_depths_) clip_depths_.bindStorage(PEELER_CLIP_DEPTHS);
+void BandBuffers::bindClip() {
+    // Half-spaces need no lists, but a program that knows of both has to have what it could read.
+    reserve(clip_first_, sizeof(std::uint32_t));
+    reserve(clip_depths_, sizeof(float));
+    clip_first_.bindStorage(PEELER_CLIP_FIRST);
+    clip_depths_.bindStorage(PEELER_CLIP_DEPTHS);
 }
 
-void BandBuffers::bindForLayers() const {
+void BandBuffers::bindForLayers() {
     if (slots_) slots_.bindStorage(PEELER_SLOTS);
     if (fragments_) fragments_.bindStorage(PEELER_FRAGMENTS);
     if (channels_) channels_.bindStorage(PEELER_CHANNELS);
     bindClip();
 }
 
-void BandBuffers::bindForComposite() const {
+void BandBuffers::bindForComposite() {
     slots_.bindStorage(PEELER_SLOTS);
     depths_.bindStorage(PEELER_DEPTHS);
     stamps_.bindStorage(PEELER_STAMPS);

@@ -52,8 +52,8 @@ class BandBuffers {
             *buffer = {};
     }
     /// Binds all at their PEELER_ binding points, for layers or for a composite.
-    void bindForLayers() const;
-    void bindForComposite() const;
+    void bindForLayers();
+    void bindForComposite();
 
     const gl::Buffer& slots() const { return slots_; }
     const gl::Buffer& fragments() const { return fragments_; }
@@ -68,7 +68,7 @@ class BandBuffers {
         buffer = gl::Buffer(gl_, bytes);
     }
 
-    void bindClip() const;
+    void bindClip();
 
     const gl::Functions& gl_;
     gl::Buffer slots_, fragments_, channels_;       // of layers

@@ -2,6 +2,8 @@
 // One band of one view through the GPU: counted, captured or composited.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -16,6 +18,7 @@
 #include "core/capture/method.h"
 #include "core/capture/scene_rasterizer.h"
 #include "core/capture/shot.h"
+#include "core/gl/gpu_timer.h"
 #include "core/image/composite.h"
 #include "core/image/layered_image.h"
 #include "core/scene/view.h"
@@ -31,6 +34,20 @@ struct BandRequest {
     bool keys = false;
     /// Only what is transparent and in front of the fragments of the OpaqueTarget.
     bool in_front = false;
+};
+
+/// The lists of a band, as they come from the GPU: in its buffers, or on the way from there.
+struct BandLists {
+    Window band;
+    std::uint32_t layers = 0;          ///< as BandRequest has it
+    bool keys = false;                 ///< likewise
+    bool channels = false;             ///< whether channels.frag has run
+    int passes = 0;                    ///< geometry passes until now
+    std::vector<std::uint32_t> first;  ///< where pixels' lists begin, pixels + 1 entries
+    std::vector<std::uint32_t> ends;   ///< where the capture has left their slots
+    // Copies that are made while the GPU goes on with another band.
+    gl::ReadBack copied_slots, copied_fragments, copied_channels;
+    gl::Fence copied;
 };
 
 /// Takes a part of a band's composite, and how many fragments every pixel of it shows.
@@ -61,6 +78,13 @@ class BandCapture {
     /// differ in number from the count.
     int layers(LayerMethod& method, const BandRequest& request, LayeredImage& out);
 
+    /// Whether the GPU can capture a band while the CPU takes another: it is not the CPU itself.
+    bool overlaps() const;
+    /// The two halves of layers() where it can: has the GPU capture a band and copy its lists, and
+    /// waits for those, checks and sorts them. Other bands may be submitted between.
+    void submit(LayerMethod& method, const BandRequest& request, BandLists& lists);
+    int take(BandLists& lists, LayeredImage& out);
+
     /// Composites what layers() would give, without storing it. Returns and throws like that.
     int composite(LayerMethod& method, const BandRequest& request, CompositeImage& out);
 
@@ -87,6 +111,12 @@ class BandCapture {
     /// pixel of composite().
     std::uint64_t fragmentBytes() const;
     std::uint64_t pixelBytes() const;
+    /// Of those of a fragment, and of a pixel, what the copies of two bands take that are under way
+    /// at once; 0 if none are.
+    std::uint64_t copiedFragmentBytes() const { return overlaps() ? 2 * fragmentBytes() : 0; }
+    std::uint64_t copiedPixelBytes() const {
+        return overlaps() ? 4 * sizeof(std::uint32_t) : 0;  // slots, and the lists' first entries
+    }
     /// Pixels of the largest raster tile that the crop touches, and bytes of the textures that
     /// every method needs for it.
     std::uint64_t tilePixels() const;
@@ -105,6 +135,10 @@ class BandCapture {
         return rasterizer_.boundBytes(tilePixels()) + slots;
     }
 
+    /// Adds how long the GPU has worked since the last time, as "gpuCount" and "gpuCapture", to the
+    /// times; waits for it. Where it is the CPU nothing is added: that is in "count" and "capture".
+    void takeGpuTimes() { gpu_timer_.takeInto(times_); }
+
     /// Frees what it holds besides the scene.
     void free();
 
@@ -117,16 +151,37 @@ class BandCapture {
     /// The fragments that a pass counts in every pixel's slot. Overwrites `counts`.
     void countInSlots(const GeometryPass& pass, const Window& band,
                       std::vector<std::uint32_t>& counts);
+    /// The largest value of the pixels of `area`, which lies in `band`.
+    template <class Value>
+    static std::uint32_t largestIn(const Window& band, const Window& area, Value&& value) {
+        std::uint32_t most = 0;
+        for (int y = area.y0; y < area.y1; ++y) {
+            const auto row =
+                static_cast<std::size_t>(y - band.y0) * static_cast<std::size_t>(band.width());
+            for (int x = area.x0; x < area.x1; ++x)
+                most = std::max(most, value(row + static_cast<std::size_t>(x - band.x0)));
+        }
+        return most;
+    }
     /// Calls f(tile, area of the band in it).
     template <class F>
     void forEachTile(const Window& band, F&& f) {
-        for (const Window& tile : rasterizer_.tilesOf(band))
+        for (const Window& tile : rasterizer_.tilesOf(band)) {
             f(tile, intersect(tile, band));
+            // Tiles have pixels of their own, but in the same buffers.
+            gl().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+        }
+    }
+    bool takesSlotTarget(const LayerMethod& method) const {
+        return method.takesSlotTarget() && SlotTarget::supported(context_);
     }
     void checkSlots(const std::uint32_t* slots, const Window& band,
                     std::span<const std::uint32_t> first, std::span<const std::uint32_t> end) const;
-    /// Captures a band's fragments, the nearest `layers` (0 = all) of every pixel at least, and
-    /// leaves in `first_` where they are. Returns the geometry passes.
+    /// Draws a band's fragments, the nearest `layers` (0 = all) of every pixel at least, into
+    /// lists, without waiting for the GPU where it need not.
+    void drawLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers,
+                   BandLists& lists);
+    /// The same into `lists_`, waited for and checked. Returns the geometry passes.
     int fillLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers);
     /// That of the slots, if they can be a render target, with the depths of the OpaqueTarget.
     gl::Framebuffer framebufferInFront() const;
@@ -137,20 +192,29 @@ class BandCapture {
     /// Composites rows of `tile`: `captured` has what is in front of the opaque fragments.
     void takeVisible(const Window& tile, const Window& rows, const CapturedFragments& captured,
                      const TakeVisible& take);
-    bool needsKeys(const BandRequest& request) const;
+    bool needsKeys(bool asked) const;
     bool blendsTail() const { return shot_.settings.tail == Tail::kBlend; }
-    gl::Buffer::Mapping readFragments();
-    CapturedFragments capturedIn(const gl::Buffer::Mapping& stored) const;
+    /// Bytes that the fragments of lists take in the buffers, and what channels.frag yields of
+    /// them.
+    std::size_t storedBytes(const BandLists& lists) const;
+    std::size_t shadedBytes(const BandLists& lists) const;
+    gl::Buffer::Mapping readFragments(const BandLists& lists) const;
+    CapturedFragments capturedIn(const BandLists& lists, const std::uint32_t* stored) const;
+    /// Sorts lists into `out`, with what follows from the keys and, if it has run, what
+    /// channels.frag yielded.
+    void sortLists(const BandLists& lists, const std::uint32_t* stored, const float* values,
+                   LayeredImage& out);
     void setSlots(std::span<const std::uint32_t> slots);
     /// Another geometry pass, which finds what channels.frag yields of the captured fragments.
-    int captureChannels(const Window& band, std::size_t fragments);
-    void addChannels(const BandRequest& request, const CapturedFragments& captured,
-                     std::span<std::uint32_t> sources, LayeredImage& out);
+    void drawChannels(BandLists& lists);
+    void addChannels(const BandLists& lists, const CapturedFragments& captured,
+                     std::span<std::uint32_t> sources, const float* values, LayeredImage& out);
     void readComposite(const BandRequest& request, CompositeImage& out);
 
     gl::Context& context_;
     const Shot& shot_;
     StageTimes& times_;
+    gl::GpuTimer gpu_timer_;
     const NextFrame* next_frame_ = nullptr;
     GpuScene gpu_scene_;
     SceneRasterizer rasterizer_;
@@ -160,8 +224,7 @@ class BandCapture {
     std::vector<std::uint32_t> opaque_pixels_;   ///< some rows that were read of it
     CompositeImage visible_;                     ///< some rows of a composite
     std::vector<std::uint32_t> visible_counts_;  ///< of their pixels
-    std::vector<std::uint32_t> first_;           ///< of the band being captured, pixels + 1 entries
-    std::vector<std::uint32_t> ends_;            ///< where the capture has left its slots
+    BandLists lists_;                            ///< of a band that nothing overlaps
     Window clip_band_;                           ///< whose boundary the buffers hold
     double largest_correction_ = 0;
 };

@@ -51,6 +51,7 @@ const PosedScene& GlRenderer::posed() const {
 }
 
 StageTimes GlRenderer::takeTimes() {
+    state_->band_capture.takeGpuTimes();
     return std::exchange(state_->times, {});
 }
 
@@ -328,6 +329,27 @@ void GlRenderer::State::render(const Window& band, const TakeBand& take) {
     take(image);
 }
 
+/// Whether a band is captured while the one before is taken: of layers that are handed over as they
+/// are found.
+bool GlRenderer::State::overlapsBands() const {
+    return band_capture.overlaps() && !opaque_first && !shot.settings.composite && !mergesLayers();
+}
+
+/// The same for all bands, where the GPU captures one while the CPU takes the one before.
+void GlRenderer::State::renderOverlapping(std::span<const Window> bands, const TakeBand& take) {
+    for (std::size_t i = 0; i <= bands.size(); ++i) {
+        if (i < bands.size()) {
+            const Window& band = bands[i];
+            band_capture.submit(*layer_method,
+                                {.band = band, .counts = countsOf(band), .layers = limit},
+                                lists[i % 2]);
+        }
+        if (i == 0) continue;
+        report.passes += band_capture.take(lists[(i - 1) % 2], image);
+        take(image);
+    }
+}
+
 std::uint64_t GlRenderer::forecastMemory(const Sink& sink) {
     return state_->forecast(sink);
 }
@@ -356,8 +378,13 @@ CaptureReport GlRenderer::capture(Sink& sink, const Progress& progress) {
             take(image);
         }
     } else {
-        for (const Window& band : s.bands(&sink))
-            s.render(band, take);
+        const std::vector<Window> bands = s.bands(&sink);
+        if (s.overlapsBands()) {
+            s.renderOverlapping(bands, take);
+        } else {
+            for (const Window& band : bands)
+                s.render(band, take);
+        }
     }
     s.report.passes = passes;
     s.report.largest_correction = s.band_capture.largestCorrection();

@@ -27,6 +27,7 @@ constexpr std::uint64_t kHandOverBytes = std::uint64_t{24} << 20;
 void GlRenderer::State::freeBands() {
     if (isRoomy(shot.settings.memory, usedBytes(shot.settings.memory), costs())) return;
     band_capture.free();
+    lists = {};
     image = {};
     composite = {};
     if (layer_method) layer_method = method->layers();
@@ -57,6 +58,10 @@ BandCosts GlRenderer::State::costs() const {
         costs.fixed_bytes += layer_method->tileBytes(tile, shot.settings);
         const std::uint64_t channels = channelBytes(shot.settings.channels, type);
         costs.fragment_bytes = band_capture.fragmentBytes() + sizeof(float) + color + channels;
+        if (overlapsBands()) {
+            costs.fragment_bytes += band_capture.copiedFragmentBytes();
+            costs.pixel_bytes += band_capture.copiedPixelBytes();
+        }
         // The key of a fragment, and where it was captured.
         if (channels > 0 || shot.settings.hit_mode != HitMode::kNone)
             costs.fragment_bytes += 2 * sizeof(std::uint32_t);

@@ -2,6 +2,7 @@
 // What a GlRenderer has at hand while it plans and captures; for its own files.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -79,6 +80,7 @@ struct GlRenderer::State {
     std::vector<std::uint32_t> kept_counts;  // of the whole crop, or empty; one view only
     std::vector<LayeredImage> kept_bands;    // likewise, what is handed over of them
     std::vector<std::uint32_t> counts;       // of the band being captured
+    std::array<BandLists, 2> lists;          // of bands that overlap
     LayeredImage image;
     CompositeImage composite;
     CaptureReport report;
@@ -123,6 +125,8 @@ struct GlRenderer::State {
     void addVisible(const Window& rows, std::span<const std::uint32_t> visible_counts);
     void composeVisible(const Window& band, const TakeBand& take);
     void render(const Window& band, const TakeBand& take);
+    bool overlapsBands() const;
+    void renderOverlapping(std::span<const Window> bands, const TakeBand& take);
     void captureMerged(const Window& band, LayeredImage& out);
 };
 

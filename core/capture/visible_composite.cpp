@@ -23,6 +23,7 @@ gl::Framebuffer BandCapture::framebufferInFront() const {
 
 int BandCapture::captureOpaque(const Window& tile, const Window& area) {
     const StageTimer timer(times_, "capture");
+    const auto gpu = gpu_timer_.span("gpuCapture");
     const auto& draws = gpu_scene_.posed().drawList().draws();
     opaque_.reserve(gl(), tile, shot_.settings.color_type);
     opaque_.clear(gl(), rasterizer_.passState(opaque_.framebuffer(), area));
@@ -43,6 +44,7 @@ int BandCapture::captureOpaque(const Window& tile, const Window& area) {
 void BandCapture::countInFront(const Window& tile, const Window& area,
                                std::vector<std::uint32_t>& counts) {
     const StageTimer timer(times_, "count");
+    const auto gpu = gpu_timer_.span("gpuCount");
     counts.resize(area.pixels());
     const bool target = SlotTarget::supported(context_);
     if (target) {
@@ -138,16 +140,16 @@ int BandCapture::compositeVisible(LayerMethod& method, const Window& band, const
             const auto takeRows = [&](CapturedFragments captured) {
                 for (Window rows = rowsBelow(part, part.y0); !rows.empty();
                      rows = rowsBelow(part, rows.y1)) {
-                    captured.first = std::span<const std::uint32_t>(first_).subspan(
-                        pixelsAbove(part, rows.y0), rows.pixels() + 1);
+                    captured.first = std::span<const std::uint32_t>(lists_.first)
+                                         .subspan(pixelsAbove(part, rows.y0), rows.pixels() + 1);
                     takeVisible(tile, rows, captured, take);
                 }
             };
-            if (first_.back() == 0) {
+            if (lists_.first.back() == 0) {
                 takeRows({});
             } else {
-                const auto stored = readFragments();
-                takeRows(capturedIn(stored));
+                const auto stored = readFragments(lists_);
+                takeRows(capturedIn(lists_, stored.as<const std::uint32_t>()));
             }
         }
         passes += most;

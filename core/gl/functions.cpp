@@ -9,6 +9,7 @@ std::string loadFunctions(Functions& functions, const ProcAddress& lookup) {
     if (!functions.name) return "gl" #name;
     PEELER_GL_FUNCTIONS(X)
 #undef X
+    checkBarriers(functions, lookup);
     return {};
 }
 

@@ -12,6 +12,7 @@ namespace peeler::gl {
 // One list for the declarations and the loader. X(PFNGL…PROC stem, member name without "gl").
 #define PEELER_GL_FUNCTIONS(X)                                  \
     X(ATTACHSHADER, AttachShader)                               \
+    X(BEGINQUERY, BeginQuery)                                   \
     X(BINDBUFFERBASE, BindBufferBase)                           \
     X(BINDBUFFERRANGE, BindBufferRange)                         \
     X(BINDFRAMEBUFFER, BindFramebuffer)                         \
@@ -24,12 +25,15 @@ namespace peeler::gl {
     X(CLEARNAMEDBUFFERSUBDATA, ClearNamedBufferSubData)         \
     X(CLEARNAMEDFRAMEBUFFERFV, ClearNamedFramebufferfv)         \
     X(CLEARNAMEDFRAMEBUFFERUIV, ClearNamedFramebufferuiv)       \
+    X(CLIENTWAITSYNC, ClientWaitSync)                           \
     X(CLIPCONTROL, ClipControl)                                 \
     X(COLORMASK, ColorMask)                                     \
     X(COMPILESHADER, CompileShader)                             \
+    X(COPYNAMEDBUFFERSUBDATA, CopyNamedBufferSubData)           \
     X(CREATEBUFFERS, CreateBuffers)                             \
     X(CREATEFRAMEBUFFERS, CreateFramebuffers)                   \
     X(CREATEPROGRAM, CreateProgram)                             \
+    X(CREATEQUERIES, CreateQueries)                             \
     X(CREATESAMPLERS, CreateSamplers)                           \
     X(CREATESHADER, CreateShader)                               \
     X(CREATETEXTURES, CreateTextures)                           \
@@ -39,8 +43,10 @@ namespace peeler::gl {
     X(DELETEBUFFERS, DeleteBuffers)                             \
     X(DELETEFRAMEBUFFERS, DeleteFramebuffers)                   \
     X(DELETEPROGRAM, DeleteProgram)                             \
+    X(DELETEQUERIES, DeleteQueries)                             \
     X(DELETESAMPLERS, DeleteSamplers)                           \
     X(DELETESHADER, DeleteShader)                               \
+    X(DELETESYNC, DeleteSync)                                   \
     X(DELETETEXTURES, DeleteTextures)                           \
     X(DELETEVERTEXARRAYS, DeleteVertexArrays)                   \
     X(DEPTHFUNC, DepthFunc)                                     \
@@ -54,6 +60,8 @@ namespace peeler::gl {
     X(ENABLE, Enable)                                           \
     X(ENABLEI, Enablei)                                         \
     X(ENABLEVERTEXARRAYATTRIB, EnableVertexArrayAttrib)         \
+    X(ENDQUERY, EndQuery)                                       \
+    X(FENCESYNC, FenceSync)                                     \
     X(FINISH, Finish)                                           \
     X(FRONTFACE, FrontFace)                                     \
     X(GETERROR, GetError)                                       \
@@ -62,6 +70,7 @@ namespace peeler::gl {
     X(GETINTEGERV, GetIntegerv)                                 \
     X(GETPROGRAMINFOLOG, GetProgramInfoLog)                     \
     X(GETPROGRAMIV, GetProgramiv)                               \
+    X(GETQUERYOBJECTUI64V, GetQueryObjectui64v)                 \
     X(GETSHADERINFOLOG, GetShaderInfoLog)                       \
     X(GETSHADERIV, GetShaderiv)                                 \
     X(GETSTRING, GetString)                                     \
@@ -102,7 +111,19 @@ struct Functions {
 /// Finds a function by its whole name ("glEnable"); null if there is none.
 using ProcAddress = std::function<void*(const char* name)>;
 
-/// Loads every function. Returns the name of the first that is missing, or "".
+/// Loads every function, and has them checkBarriers(). Returns the name of the first that is
+/// missing, or "".
 std::string loadFunctions(Functions& functions, const ProcAddress& lookup);
+
+// barrier_check.cpp.
+
+/// Where PEELER_CHECK_BARRIERS is in the environment, has these functions throw Error (kInternal)
+/// when a pass uses what an earlier one has written to a storage buffer, or writes what one has
+/// read, or the CPU gets at it, without the barrier that OpenGL 4.5 wants between (core, 7.13.2,
+/// "Shader Memory Access Synchronization"). Software renderers forgive it, GPUs need not. A pass
+/// begins where a framebuffer is bound or work dispatched: within one, shaders have atomics. Call
+/// it once for the functions of a context, on its thread; of several contexts of a thread the last
+/// is the one that may be used. Elsewhere it does nothing, and costs nothing.
+void checkBarriers(Functions& functions, const ProcAddress& lookup);
 
 }  // namespace peeler::gl

@@ -54,6 +54,54 @@ void Buffer::bindUniform(unsigned binding, std::size_t offset, std::size_t bytes
                          static_cast<GLsizeiptr>(bytes));
 }
 
+Fence::Fence(const Functions& gl)
+    : gl_(&gl), sync_(gl.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0)) {}
+
+Fence::Fence(Fence&& other) noexcept : gl_(other.gl_), sync_(std::exchange(other.sync_, nullptr)) {}
+
+Fence& Fence::operator=(Fence&& other) noexcept {
+    std::swap(gl_, other.gl_);
+    std::swap(sync_, other.sync_);
+    return *this;
+}
+
+Fence::~Fence() {
+    if (sync_) gl_->DeleteSync(sync_);
+}
+
+void Fence::wait() const {
+    // A context that is lost ends the waiting, too; drivers that do not tell so get this long.
+    constexpr GLuint64 kNanoseconds = 600'000'000'000;
+    const GLenum came = gl_->ClientWaitSync(sync_, GL_SYNC_FLUSH_COMMANDS_BIT, kNanoseconds);
+    if (came == GL_ALREADY_SIGNALED || came == GL_CONDITION_SATISFIED) return;
+    checkErrors(*gl_, "waiting for the GPU");
+    throw Error(ErrorKind::kDevice, "the GPU has not done its work after ten minutes");
+}
+
+ReadBack::ReadBack(const Functions& gl, std::size_t bytes)
+    : Object(gl, newBuffer(gl)), size_(bytes) {
+    constexpr GLbitfield kAccess = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
+    const auto length = static_cast<GLsizeiptr>(bytes);
+    gl.NamedBufferStorage(name(), length, nullptr, kAccess | GL_CLIENT_STORAGE_BIT);
+    checkErrors(gl, "allocating " + std::to_string(bytes) + " bytes to read back");
+    data_ = gl.MapNamedBufferRange(name(), 0, length, kAccess);
+    if (data_) return;
+    checkErrors(gl, "mapping a buffer");
+    throw Error(ErrorKind::kMemory,
+                "the driver cannot map a buffer of " + std::to_string(bytes) + " bytes");
+}
+
+void ReadBack::copy(const Functions& gl, const Buffer& from, std::size_t bytes) {
+    if (bytes == 0) return;
+    if (size_ < bytes) {
+        *this = {};  // free first: never hold both
+        *this = ReadBack(gl, bytes);
+    }
+    // For the copy, and for passes that write to the buffer next.
+    gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
+    gl.CopyNamedBufferSubData(from.name(), name(), 0, 0, static_cast<GLsizeiptr>(bytes));
+}
+
 Texture makeTexture2D(const Functions& gl, GLenum format, int width, int height, int levels) {
     GLuint name = 0;
     gl.CreateTextures(GL_TEXTURE_2D, 1, &name);

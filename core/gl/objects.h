@@ -86,6 +86,47 @@ class Buffer : public Object<&Functions::DeleteBuffers> {
     std::size_t size_ = 0;
 };
 
+/// A place among the commands of a context, which can be waited for while the GPU goes on with
+/// those behind it.
+class Fence {
+  public:
+    Fence() = default;
+    /// Behind all commands until now, which are sent to the GPU.
+    explicit Fence(const Functions& gl);
+    Fence(Fence&& other) noexcept;
+    Fence& operator=(Fence&& other) noexcept;
+    ~Fence();
+
+    /// Returns when the GPU has come there. Throws Error (kDevice) if it never does.
+    void wait() const;
+
+  private:
+    const Functions* gl_ = nullptr;
+    GLsync sync_ = nullptr;
+};
+
+/// A copy of a buffer in memory that the CPU sees at all times, so that it can be read while the
+/// GPU writes to the buffer anew. Grown on demand, reused.
+class ReadBack : public Object<&Functions::DeleteBuffers> {
+  public:
+    ReadBack() = default;
+    /// Has the GPU copy the first `bytes`, as shaders have left them: a barrier is set before. They
+    /// can be read once a Fence behind this has been waited for. Throws Error (kMemory) if the
+    /// driver has no room.
+    void copy(const Functions& gl, const Buffer& from, std::size_t bytes);
+
+    template <class T>
+    const T* as() const {
+        return static_cast<const T*>(data_);
+    }
+
+  private:
+    ReadBack(const Functions& gl, std::size_t bytes);
+
+    std::size_t size_ = 0;
+    const void* data_ = nullptr;
+};
+
 /// A texture with immutable 2D storage.
 Texture makeTexture2D(const Functions& gl, GLenum format, int width, int height, int levels = 1);
 

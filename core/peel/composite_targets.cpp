@@ -106,6 +106,7 @@ int CompositeTargets::addFragments(SceneRasterizer& rasterizer, const Window& ar
                      .framebuffer = framebuffer(rasterizer, parts),
                      .blend = blending(parts)},
                     area);
+    rasterizer.functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);  // depths
     return 1;
 }
 
@@ -122,6 +123,7 @@ int CompositeTargets::drawUnsorted(SceneRasterizer& rasterizer, const Window& ar
                          .framebuffer = framebuffer(rasterizer, part),
                          .blend = {blended ? blend : Blend::kOff}},
                         area);
+        rasterizer.functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);  // slots and depths
     };
     draw(kBack, "", tinted ? Blend::kOverByOpacity : Blend::kOver);
     if (tinted) draw(kBackOpacity, "OPACITY", Blend::kOverByItself);
@@ -161,7 +163,6 @@ void CompositeTargets::resolve(SceneRasterizer& rasterizer, const Window& area,
     gl.BindTextureUnit(PEELER_TAIL_COUNT_UNIT, tail_count_.name());
     if (back_opacity_) gl.BindTextureUnit(PEELER_BACK_OPACITY_UNIT, back_opacity_.name());
     if (tail_opacity_) gl.BindTextureUnit(PEELER_TAIL_OPACITY_UNIT, tail_opacity_.name());
-    gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);  // slots
     rasterizer.compute("resolve.comp", all, area);
 }
 

@@ -82,6 +82,7 @@ class Dual final : public LayerMethod {
                              .framebuffer = framebuffer.name(),
                              .blend = {Blend::kMax}},
                             area);
+            gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
         }
         return passes + 1;
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/image/exr_headers.h"
 
+#include <string_view>
 #include <utility>
 
 #include "core/base/error.h"
@@ -12,6 +13,22 @@ namespace {
 constexpr std::uint32_t kMultiPart = 0x1000;  ///< of the version
 constexpr int kMaxParts = 1 << 15, kMaxAttributes = 1 << 13;
 constexpr std::size_t kLongestName = 255;
+
+/// Types of attributes whose values are always so many bytes long.
+struct FixedType {
+    std::string_view name;
+    std::uint64_t bytes;
+};
+constexpr FixedType kFixedTypes[] = {
+    {"box2i", 16},      {"box2f", 16},   {"chromaticities", 32},
+    {"compression", 1}, {"double", 8},   {"envmap", 1},
+    {"float", 4},       {"int", 4},      {"keycode", 28},
+    {"lineOrder", 1},   {"m33f", 36},    {"m33d", 72},
+    {"m44f", 64},       {"m44d", 128},   {"rational", 8},
+    {"tiledesc", 9},    {"timecode", 8}, {"v2i", 8},
+    {"v2f", 8},         {"v2d", 16},     {"v3i", 12},
+    {"v3f", 12},        {"v3d", 24},     {"deepImageState", 1},
+};
 
 }  // namespace
 
@@ -46,8 +63,36 @@ bool ExrHeaders::nextAttribute(Attribute& attribute) {
     attribute.place = place_;
     if (attribute.size > file_.size() - place_)
         fail("\"" + printable(attribute.name) + "\" reaches beyond the end of the file");
-    place_ += attribute.size;
+    if (!fitsType(attribute))
+        fail("\"" + printable(attribute.name) + "\" is not as long as its type says");
+    place_ = attribute.place + attribute.size;
     return true;
+}
+
+// OpenEXR's classes read such values by what is in them, whatever their size says, and what follows
+// from another place then: where names are, and numbers of bytes, that nobody has looked at.
+bool ExrHeaders::fitsType(const Attribute& attribute) {
+    for (const FixedType& type : kFixedTypes)
+        if (type.name == attribute.type) return attribute.size == type.bytes;
+    if (attribute.type == "chlist") return isChannelList(attribute);
+    if (attribute.type == "preview") {
+        if (attribute.size < 8) return false;
+        const std::uint64_t width = number(), height = number();
+        return height == 0 ? attribute.size == 8
+                           : width <= attribute.size / 4 / height &&
+                                 attribute.size == 8 + 4 * width * height;
+    }
+    return true;
+}
+
+bool ExrHeaders::isChannelList(const Attribute& attribute) {
+    constexpr std::uint64_t kNumbers = 16;  // of a channel: its type, linearity, sampling
+    const std::uint64_t end = attribute.place + attribute.size;
+    while (place_ < end) {
+        if (name().empty()) return place_ == end;
+        place_ += kNumbers;
+    }
+    return false;
 }
 
 char ExrHeaders::byteAt(std::uint64_t place) {

@@ -15,8 +15,8 @@ namespace peeler {
 
 /// Walks through the headers, from the first attribute of the first part to the last of the last
 /// ("OpenEXR File Layout", Header). Everything throws Error (kInput) where the headers are not
-/// whole: a name that is longer than 255 bytes, a value that reaches beyond the end of the file, or
-/// more parts and attributes than any program writes.
+/// whole: a name that is longer than 255 bytes, a value that reaches beyond the end of the file or
+/// is not as long as its type says, or more parts and attributes than any program writes.
 class ExrHeaders {
   public:
     static constexpr std::uint64_t kBegin = 8;  ///< behind the magic number and the version
@@ -39,6 +39,9 @@ class ExrHeaders {
     std::uint64_t place() const { return place_; }
 
   private:
+    /// Whether a value is as long as its type says, if that does. Leaves the place anywhere.
+    bool fitsType(const Attribute& attribute);
+    bool isChannelList(const Attribute& attribute);
     char byteAt(std::uint64_t place);
     std::uint32_t number();
     std::string name();

@@ -134,6 +134,10 @@ std::vector<std::uint8_t> valuesOf(const draco::Mesh& mesh, const DracoAttribute
         failDraco("the attribute " + std::to_string(wanted.unique_id) + " of the Draco data has " +
                   std::to_string(attribute->num_components()) + " components, its accessor has " +
                   std::to_string(wanted.components));
+    // glTF has no such accessors, and Draco takes whatever byte is stored for a bool.
+    if (attribute->data_type() == draco::DT_BOOL)
+        failDraco("the attribute " + std::to_string(wanted.unique_id) +
+                  " of the Draco data holds truth values");
     const std::size_t points = mesh.num_points();
     if (!attribute->is_mapping_identity() && attribute->indices_map_size() < points)
         failDraco("the Draco data is damaged");

@@ -89,6 +89,43 @@ TEST(Bands, DoNotChangeTheResult) {
     }
 }
 
+// A GPU captures a band while the one before is read. With a rasteriser that is the CPU itself it
+// is no gain, but the same.
+TEST(Bands, ThatOverlapAreTheSame) {
+    const View view = testView(160, 120);
+    CaptureSettings described, nearest, precise, rays;
+    described.channels = {Channel::kNormal, Channel::kId, Channel::kBaseColor};
+    nearest.max_layers = 2;
+    precise.color_type = PixelType::kFloat;
+    precise.tinted = true;
+    rays.hit_mode = HitMode::kRefined;
+    const Scene scene = glassScene();
+    inOwnThread([&] {
+        const auto context = gl::createContext({.backend = testBackend(), .core_only = true});
+        gl::Device device = context->device();
+        const auto compare = [&](CaptureSettings s, std::string_view what) {
+            device.software = true;
+            context->setDevice(device);
+            const auto whole = capture(scene, view, s, *context);
+            device.software = false;
+            context->setDevice(device);
+            s.band_bytes = 1 << 18;
+            const auto cut = capture(scene, view, s, *context);
+            EXPECT_GT(cut.bands.size(), 3U) << what;
+            EXPECT_EQ(difference(whole.image, cut.image), "") << what;
+        };
+        compare(rays, "rays");
+        compare(described, "channels");
+        std::size_t i = 0;
+        for (const auto& method : peelMethods()) {
+            if (!method.exact()) continue;
+            CaptureSettings s = ++i % 2 == 0 ? nearest : precise;
+            s.method = method.name;
+            compare(s, method.name);
+        }
+    });
+}
+
 TEST(Bands, MethodsAndSurfacesAgreeAcrossRasterTiles) {
     auto scenes = hardScenes();
     Scene& scene = scenes[0].scene;

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+// The lists of a band: drawn, copied where the GPU has memory of its own, and sorted.
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/base/parallel.h"
+#include "core/capture/band_capture.h"
+#include "core/capture/captured_fragments.h"
+
+namespace peeler {
+namespace {
+
+std::vector<std::string> colorChannels(const CaptureSettings& settings) {
+    if (settings.hit_mode == HitMode::kNone) return colorNames(settings.tinted);
+    if (settings.hit_mode == HitMode::kSloped) return {"dDepth.X", "dDepth.Y"};
+    return {};
+}
+
+}  // namespace
+
+int BandCapture::layers(LayerMethod& method, const BandRequest& request, LayeredImage& out) {
+    fillLists(method, request, request.layers);
+    if (lists_.channels) {
+        const StageTimer timer(times_, "capture");
+        drawChannels(lists_);
+        gl::waitForGpu(gl());
+        gl::checkErrors(gl(), "capturing channels");
+    }
+    const StageTimer timer(times_, "sort");
+    const auto stored = readFragments(lists_);
+    if (!lists_.channels) {
+        sortLists(lists_, stored.as<const std::uint32_t>(), nullptr, out);
+    } else {
+        const auto values = buffers_.channels().read(shadedBytes(lists_));
+        sortLists(lists_, stored.as<const std::uint32_t>(), values.as<const float>(), out);
+    }
+    return lists_.passes;
+}
+
+bool BandCapture::overlaps() const {
+    return !context_.device().software && !SlotTarget::supported(context_);
+}
+
+void BandCapture::submit(LayerMethod& method, const BandRequest& request, BandLists& lists) {
+    const StageTimer timer(times_, "capture");
+    drawLists(method, request, request.layers, lists);
+    lists.copied_slots.copy(gl(), buffers_.slots(), request.band.pixels() * sizeof(std::uint32_t));
+    if (lists.channels) {
+        drawChannels(lists);
+        lists.copied_channels.copy(gl(), buffers_.channels(), shadedBytes(lists));
+    }
+    lists.copied_fragments.copy(gl(), buffers_.fragments(), storedBytes(lists));
+    lists.copied = gl::Fence(gl());
+}
+
+int BandCapture::take(BandLists& lists, LayeredImage& out) {
+    {
+        const StageTimer timer(times_, "capture");
+        lists.copied.wait();
+        gl::checkErrors(gl(), "capturing fragments");
+    }
+    const StageTimer timer(times_, "sort");
+    checkSlots(lists.copied_slots.as<std::uint32_t>(), lists.band, lists.first,
+               std::span(lists.first).subspan(1));
+    sortLists(lists, lists.copied_fragments.as<std::uint32_t>(), lists.copied_channels.as<float>(),
+              out);
+    return lists.passes;
+}
+
+void BandCapture::sortLists(const BandLists& lists, const std::uint32_t* stored,
+                            const float* values, LayeredImage& out) {
+    out.window = lists.band;
+    out.color.type =
+        shot_.settings.hit_mode == HitMode::kSloped ? PixelType::kFloat : shot_.settings.color_type;
+    out.color.channels = colorChannels(shot_.settings);
+    const bool keyed = needsKeys(lists.keys);
+    if (!keyed) out.extra.clear();
+    std::vector<std::uint32_t> sources;
+    const CapturedFragments captured = capturedIn(lists, stored);
+    depthSort(captured, shot_.view.projection, lists.layers, out, keyed ? &sources : nullptr);
+    if (keyed) addChannels(lists, captured, sources, values, out);
+}
+
+int BandCapture::composite(LayerMethod& method, const BandRequest& request, CompositeImage& out) {
+    const int passes = fillLists(method, request, blendsTail() ? 0 : request.layers);
+    const StageTimer timer(times_, "composite");
+    const auto stored = readFragments(lists_);
+    out.window = request.band;
+    depthSortComposite(capturedIn(lists_, stored.as<const std::uint32_t>()), shot_.view.projection,
+                       request.layers, shot_.settings.tail,
+                       {colorChannels(shot_.settings), shot_.settings.color_type, {}}, out);
+    return passes;
+}
+
+bool BandCapture::needsKeys(bool asked) const {
+    return asked || shot_.settings.hit_mode != HitMode::kNone || !shot_.settings.channels.empty();
+}
+
+std::size_t BandCapture::storedBytes(const BandLists& lists) const {
+    return lists.first.back() * BandBuffers::fragmentWords(shot_.settings.storedColorBytes()) *
+           sizeof(std::uint32_t);
+}
+
+std::size_t BandCapture::shadedBytes(const BandLists& lists) const {
+    return lists.first.back() * shadedComponents(shot_.settings.channels) * sizeof(float);
+}
+
+gl::Buffer::Mapping BandCapture::readFragments(const BandLists& lists) const {
+    return buffers_.fragments().read(storedBytes(lists));
+}
+
+CapturedFragments BandCapture::capturedIn(const BandLists& lists,
+                                          const std::uint32_t* stored) const {
+    return {lists.first, stored, BandBuffers::fragmentWords(shot_.settings.storedColorBytes())};
+}
+
+int BandCapture::fillLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers) {
+    const StageTimer timer(times_, "capture");
+    drawLists(method, request, layers, lists_);
+    gl::waitForGpu(gl());
+    gl::checkErrors(gl(), "capturing fragments");
+    if (!takesSlotTarget(method)) {
+        const std::size_t pixels = request.band.pixels();
+        const auto slots = buffers_.slots().read(pixels * sizeof(std::uint32_t));
+        std::copy_n(slots.as<const std::uint32_t>(), pixels, lists_.ends.begin());
+    }
+    checkSlots(lists_.ends.data(), request.band, lists_.first, std::span(lists_.first).subspan(1));
+    return lists_.passes;
+}
+
+void BandCapture::drawLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers,
+                            BandLists& lists) {
+    const Window& band = request.band;
+    const std::size_t pixels = band.pixels();
+    const std::uint32_t limit =
+        method.takesAll() || layers == 0 ? std::numeric_limits<std::uint32_t>::max() : layers;
+    lists.band = band;
+    lists.layers = request.layers;
+    lists.keys = request.keys;
+    lists.channels = shadedComponents(shot_.settings.channels) > 0;
+    std::vector<std::uint32_t>& first = lists.first;
+    first.resize(pixels + 1);
+    first[0] = 0;
+    for (std::size_t p = 0; p < pixels; ++p)
+        first[p + 1] = first[p] + std::min(request.counts[p], limit);
+    const std::size_t fragments = first[pixels];
+    const bool target = takesSlotTarget(method);
+    prepareClip(band);
+    const auto gpu = gpu_timer_.span("gpuCapture");
+    buffers_.reserveFragments(fragments *
+                              BandBuffers::fragmentWords(shot_.settings.storedColorBytes()));
+    if (!target) setSlots({first.data(), pixels});
+    buffers_.bindForLayers();
+    rasterizer_.setBand(band);
+    lists.ends.assign(first.begin(), first.end() - 1);
+    lists.passes = 0;
+    forEachTile(band, [&](const Window& tile, const Window& window) {
+        LayerArea area{.window = window, .keys = needsKeys(request.keys)};
+        area.layers =
+            largestIn(band, window, [&](std::size_t p) { return first[p + 1] - first[p]; });
+        if (area.layers == 0) return;
+        rasterizer_.setTile(tile);
+        if (target) slot_target_.write(gl(), tile, window, band, first);
+        area.slot_target = target;
+        area.in_front = request.in_front;
+        area.framebuffer = target ? slot_target_.framebuffer() : 0;
+        gl::Framebuffer with_depths;
+        if (request.in_front) {
+            with_depths = framebufferInFront();
+            area.framebuffer = with_depths.name();
+        }
+        lists.passes += method.capture(rasterizer_, area);
+        if (target) slot_target_.read(gl(), tile, window, band, lists.ends);
+    });
+}
+
+void BandCapture::drawChannels(BandLists& lists) {
+    const std::size_t fragments = lists.first.back();
+    const std::size_t components = shadedComponents(shot_.settings.channels);
+    const auto gpu = gpu_timer_.span("gpuCapture");
+    buffers_.clearForChannels(std::max<std::size_t>(fragments, 1) * components);
+    setSlots(std::span(lists.first).subspan(1));
+    buffers_.bindForLayers();
+    forEachTile(lists.band, [&](const Window& tile, const Window& area) {
+        rasterizer_.setTile(tile);
+        const auto framebuffer = gl::makeEmptyFramebuffer(gl(), tile.width(), tile.height());
+        rasterizer_.draw({.fragment_shader = "channels.frag",
+                          .describes = true,
+                          .bounded = false,
+                          .framebuffer = framebuffer.name(),
+                          .argument = {{static_cast<int>(components), 0, 0, 0}}},
+                         area);
+    });
+    ++lists.passes;
+}
+
+void BandCapture::addChannels(const BandLists& lists, const CapturedFragments& captured,
+                              std::span<std::uint32_t> sources, const float* values,
+                              LayeredImage& out) {
+    const std::vector<Channel>& channels = shot_.settings.channels;
+    const bool hits = shot_.settings.hit_mode != HitMode::kNone, keyed = hits || lists.keys;
+    out.extra.resize(channels.size() + (keyed ? 1 : 0));
+    FragmentArray not_asked_for;
+    FragmentArray& first = keyed ? out.extra.front() : not_asked_for;
+    first.channels = {kKeyChannel};
+    first.type = PixelType::kUint;
+    resizeAnew(first.data, sources.size() * sizeof(std::uint32_t));
+    const std::span<std::uint32_t> keys = first.as<std::uint32_t>();
+    constexpr std::size_t kAtOnce = std::size_t{1} << 16;
+    parallelFor((sources.size() + kAtOnce - 1) / kAtOnce, [&](std::size_t part) {
+        const std::size_t end = std::min((part + 1) * kAtOnce, sources.size());
+        for (std::size_t i = part * kAtOnce; i < end; ++i)
+            keys[i] = captured.primitive(sources[i]);
+    });
+
+    const FragmentSources from{gpu_scene_.posed(), shot_.view, next_frame_, keys, sources, values};
+    const std::span<FragmentArray> arrays = std::span(out.extra).last(channels.size());
+    if (shot_.settings.hit_mode != HitMode::kRefined)
+        return fillChannels(from, channels, out, arrays);
+    const double correction = refineHits(from, channels, out, keys, sources, arrays);
+    largest_correction_ = std::max(largest_correction_, correction);
+}
+
+}  // namespace peeler
