@@ -92,8 +92,7 @@ class Batch {
 /// many files a job without frames makes of it is not known.)
 bool outputsExist(const Job& job) {
     return std::ranges::all_of(job.outputs, [](const fs::path& output) {
-        std::error_code failure;
-        return hasFrameToken(output.string()) || fs::exists(output, failure);
+        return hasFrameToken(output.string()) || isThere(output, ErrorKind::kOutput);
     });
 }
 

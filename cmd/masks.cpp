@@ -139,10 +139,7 @@ int Masks::run() {
 
 void Masks::checkOptions() {
     std::tie(first_, end_) = views_.part(options_.sequence.chunk);
-    std::error_code failure;
-    if (options_.no_mkdir && !fs::exists(options_.output, failure))
-        throw Error(ErrorKind::kOutput, "cannot write: the folder does not exist",
-                    options_.output.string(), "make the folder first, or leave --no-mkdir out");
+    if (options_.no_mkdir) checkFolderIsThere(options_.output, options_.output);
     checkFolder(options_.output / "objects.json");
     checkReport(options_.report, {options_.scene.file});
     if (options_.views.cameras_out)

@@ -6,7 +6,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -26,6 +25,7 @@
 #include "core/image/background_sink.h"
 #include "core/image/filters.h"
 #include "formats/file/file_name.h"
+#include "formats/file/regular_file.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -171,9 +171,8 @@ bool Render::make(Picture& picture, std::size_t index) {
         return false;
     }
     if (options_.output.no_clobber) checkTarget(picture.asked.output, {});
-    std::error_code failure;
     const std::filesystem::path& path = picture.asked.output.path;
-    if (options_.sequence.skip_existing && std::filesystem::exists(path, failure)) {
+    if (options_.sequence.skip_existing && isThere(path, ErrorKind::kOutput)) {
         console_.note(path.string() + " is made again: " + request_.differenceOf(picture.asked));
     }
     try {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""JSON is written and parsed, files are opened to be read, and strings are escaped in one place each.
+"""JSON is written and parsed, files are looked for and opened to be read, and strings are escaped in one place each.
 
 What else could throw, wait for a pipe or print what a file says is looked for in every source of the product.
 """
@@ -80,6 +80,21 @@ DOORS = (
         },
     ),
     (
+        "a file asked for whether it is there, without a word of what cannot be told",
+        re.compile(r"\b(?:fs|filesystem)::exists\s*\(|\bF_OK\b"),
+        "isThere(), isTaken() or isSeen() of formats/file/regular_file.h",
+        {"formats/file/atomic_file.cpp": "it looks at what the status says itself"},
+    ),
+    (
+        "a folder listed, or taken for empty where it cannot be",
+        re.compile(r"(?<!recursive_)\bdirectory_iterator\b"),
+        "namesIn() of formats/file/regular_file.h",
+        {
+            "formats/file/regular_file.cpp": "it is that place",
+            "formats/file/temporary_files.cpp": "what killed processes left: what cannot be listed stays",
+        },
+    ),
+    (
         "printing past the console",
         re.compile(r"\bstd::(?:cout|cerr|clog|printf|puts|perror)\b|\bf?printf\s*\(\s*(?:stdout|stderr)|\bstd::fputs\s*\([^;]*\bstd(?:out|err)\b"),
         "Console (cmd/cli/console.h), which escapes and cuts",
@@ -139,6 +154,8 @@ class PlantedDoors(unittest.TestCase):
             'std::fopen(path, "r")',
             "const int file = ::open(path.c_str(),\n O_RDONLY | O_CLOEXEC);",
             "exr_start_read(&context, path, &options)",
+            "if (std::filesystem::exists(path, failure)) return;",
+            "for (const auto& entry : fs::directory_iterator(folder, failure))",
             'std::cerr << "text";',
         )
         self.assertEqual(len(planted), len(DOORS))
@@ -147,7 +164,7 @@ class PlantedDoors(unittest.TestCase):
             self.assertEqual(found_in("// " + code.replace("\n", " "), pattern), [], what)
 
     def test_what_is_no_door(self):
-        for code in ("void open();", "open(band);", "targets.dumped()", "sink.open(image, file)", "std::ofstream f;"):
+        for code in ("void open();", "open(band);", "targets.dumped()", "sink.open(image, file)", "std::ofstream f;", "this->exists(asked)"):
             for what, pattern, _, _ in DOORS:
                 self.assertEqual(found_in(code, pattern), [], what)
 

@@ -93,8 +93,7 @@ std::string lineText(const Json& line) {
 }
 
 std::vector<Json> readBatchReport(const fs::path& path, std::size_t* whole) {
-    std::error_code failure;
-    if (!fs::exists(path, failure)) return {};
+    if (!isThere(path, ErrorKind::kOutput)) return {};
     const std::string text = readRegularText(path);
     std::vector<Json> lines;
     std::size_t at = 0;

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "cmd/cli/arguments.h"
 #include "core/base/error.h"
+#include "formats/file/regular_file.h"
 
 namespace peeler::cmd {
 
@@ -128,7 +128,6 @@ bool mayExceedDisk(const Forecast& forecast, const DiskSpaceOf& disk) {
 Json forecastJson(const Forecast& forecast, const DiskSpaceOf& disk) {
     Json list = Json::array();
     for (const ForecastFile& file : forecast.files) {
-        std::error_code failure;
         const std::optional<DiskSpace> space = disk(file.path);
         Json entry;
         if (!file.kind.empty()) entry["kind"] = file.kind;
@@ -136,7 +135,7 @@ Json forecastJson(const Forecast& forecast, const DiskSpaceOf& disk) {
         entry["forecastBytes"] = file.size.bytes;
         entry["forecast"] = kCertainties[static_cast<std::size_t>(file.size.certainty)];
         entry["freeBytes"] = space ? Json(space->free) : Json();
-        entry["exists"] = fs::exists(file.path, failure);
+        entry["exists"] = isThere(file.path, ErrorKind::kOutput);
         list.push_back(std::move(entry));
     }
     return list;

@@ -14,6 +14,7 @@
 #include "formats/exr/exr_files.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/file_name.h"
+#include "formats/file/regular_file.h"
 
 namespace peeler::cmd {
 
@@ -29,12 +30,15 @@ bool sameFile(const fs::path& a, const fs::path& b) {
     return a.lexically_normal() == b.lexically_normal();
 }
 
-void checkFolderIsThere(const fs::path& file) {
-    std::error_code failure;
-    if (fs::exists(fs::absolute(file, failure).parent_path(), failure)) return;
+}  // namespace
+
+void checkFolderIsThere(const fs::path& folder, const fs::path& file) {
+    if (isThere(folder.empty() ? "." : folder, ErrorKind::kOutput)) return;
     throw Error(ErrorKind::kOutput, "cannot write: the folder does not exist", file.string(),
                 "make the folder first, or leave --no-mkdir out");
 }
+
+namespace {
 
 /// Throws for the files that appear beside the output as checkTarget() does for the output.
 void checkFilesBeside(const OutputRequest& output, const std::vector<fs::path>& inputs) {
@@ -66,21 +70,18 @@ void checkLayerFiles(const OutputRequest& output, const std::vector<fs::path>& i
         }
     }
     if (!output.no_clobber) return;
-    std::error_code failure;
     const fs::path folder =
         output.path.has_parent_path() ? output.path.parent_path() : fs::path(".");
-    for (const auto& entry : fs::directory_iterator(folder, failure)) {
-        if (isExrLayerFile(entry.path().string(), output.path.string()))
-            checkNotThere(entry.path());
-    }
+    for (const std::string& name : namesIn(folder))
+        if (isExrLayerFile((folder / name).string(), output.path.string()))
+            checkNotThere(folder / name);
 }
 
 }  // namespace
 
 void checkNotThere(const fs::path& file) {
     if (isStandardOutput(file.string())) return;
-    std::error_code failure;
-    if (!fs::exists(fs::symlink_status(file, failure))) return;
+    if (!isTaken(file)) return;
     throw Error(ErrorKind::kOutput, "the file is there already", file.string(),
                 "remove it, choose another name, or leave --no-clobber out");
 }
@@ -88,11 +89,11 @@ void checkNotThere(const fs::path& file) {
 void checkFolder(const fs::path& file) {
     std::error_code failure;
     fs::path folder = fs::absolute(file, failure).parent_path();
-    if (fs::exists(folder, failure) || isStandardOutput(file.string())) {
+    if (isStandardOutput(file.string()) || isThere(folder, ErrorKind::kOutput)) {
         const AtomicFile probe(file.string());
         return;
     }
-    while (!fs::exists(folder, failure) && folder.has_relative_path())
+    while (!isThere(folder, ErrorKind::kOutput) && folder.has_relative_path())
         folder = folder.parent_path();
     if (access(folder.c_str(), W_OK | X_OK) == 0 && fs::is_directory(folder, failure)) return;
     const int cause = fs::is_directory(folder, failure) ? errno : ENOTDIR;
@@ -112,7 +113,7 @@ void checkTarget(const OutputRequest& output, const std::vector<fs::path>& input
         }
     }
     if (output.no_clobber) checkNotThere(output.path);
-    if (output.no_mkdir) checkFolderIsThere(output.path);
+    if (output.no_mkdir) checkFolderIsThere(output.path.parent_path(), output.path);
     checkLayerFiles(output, inputs);
     checkFilesBeside(output, inputs);
 }

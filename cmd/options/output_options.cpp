@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <set>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -17,6 +16,7 @@
 #include "formats/exr/layered_input.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/file_name.h"
+#include "formats/file/regular_file.h"
 #include "formats/image/image_writer.h"
 
 namespace peeler::cmd {
@@ -316,9 +316,8 @@ void describeFiles(const OutputRequest& output, PictureResult& result, Console& 
     if (output.hasFilePerLayer()) {
         for (std::size_t layer = 0; layer < result.layers; ++layer)
             result.bytes += fileBytes(exrLayerFile(file, layer));
-        std::error_code failure;
         const std::string next = exrLayerFile(file, result.layers);
-        if (fs::exists(next, failure)) {
+        if (isSeen(next)) {
             console.warning(
                 "Files of layers that the picture does not have are there from earlier: " + next +
                 " and what may follow.");

@@ -81,6 +81,8 @@ void checkFormat(const OutputRequest& output);
 void checkTarget(const OutputRequest& output, const std::vector<std::filesystem::path>& inputs);
 /// Throws Error (kOutput) if there is anything of that name, as --no-clobber asks.
 void checkNotThere(const std::filesystem::path& file);
+/// Throws Error (kOutput) if there is no such folder for the file, as --no-mkdir asks.
+void checkFolderIsThere(const std::filesystem::path& folder, const std::filesystem::path& file);
 /// The part of checkOutput() that depends on the folder: that it takes a new file, or could be
 /// made. Leaves nothing behind.
 void checkFolder(const std::filesystem::path& file);

@@ -272,7 +272,7 @@ void RayTracer::report(RayTrace& trace) {
     if (options_.writesFile() && !trace.failed) {
         const fs::path& path = trace.output.path;
         line = path.string() + ": " + line;
-        if (isThere(path)) {
+        if (isSeen(path)) {
             result.setFile(path);
             line += ", " + bytesText(result.bytes);
         } else {

@@ -262,11 +262,13 @@ bool RenderRequest::isUpToDate(const PictureRequest& picture) const {
     if (options_.shards) return options_.shards->isUpToDate(picture);
     const std::string path = picture.output.path.string();
     return outputHashOf(path) == picture.provenance.output_hash &&
-           std::ranges::all_of(filesBeside(path, picture.output.options), isThere);
+           std::ranges::all_of(filesBeside(path, picture.output.options),
+                               [](const auto& file) { return isThere(file, ErrorKind::kOutput); });
 }
 
 bool RenderRequest::exists(const PictureRequest& picture) const {
-    return options_.shards ? options_.shards->contains(picture) : isThere(picture.output.path);
+    return options_.shards ? options_.shards->contains(picture)
+                           : isThere(picture.output.path, ErrorKind::kOutput);
 }
 
 std::string RenderRequest::differenceOf(const PictureRequest& picture) const {
@@ -278,7 +280,7 @@ std::string RenderRequest::differenceOf(const PictureRequest& picture) const {
         return "the file has changed since it was written";
     if (there.empty()) return "the file is not whole, or does not say what it shows";
     for (const std::string& file : filesBeside(path, picture.output.options))
-        if (!isThere(file)) return file + " is missing";
+        if (!isThere(file, ErrorKind::kOutput)) return file + " is missing";
     if (there == picture.provenance.output_hash)
         return "under --strict fragments are counted again";
     std::vector<Difference> found =

@@ -12,6 +12,7 @@
 #include "cmd/cli/errors.h"
 #include "cmd/render/render_request.h"
 #include "core/base/error.h"
+#include "formats/file/regular_file.h"
 #include "formats/meshes/scene_reader.h"
 
 namespace peeler::cmd {
@@ -21,8 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 bool isGlob(const fs::path& path) {
-    std::error_code failure;
-    return path.string().find_first_of("*?[") != std::string::npos && !fs::exists(path, failure);
+    return path.string().find_first_of("*?[") != std::string::npos && !isThere(path);
 }
 
 std::vector<fs::path> scenesBelow(const fs::path& folder) {

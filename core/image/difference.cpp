@@ -60,6 +60,23 @@ void checkSizes(const Window& a, const Window& b) {
         throw Error(ErrorKind::kInternal, "bands of different sizes are compared");
 }
 
+/// What compare(pixel, x, y, sum of the row) adds to the sum of each row; what it returns of a
+/// pixel goes to `largest` unless that is empty. A sum a row: they do not depend on the threads.
+template <class Sum, class Compare>
+std::vector<Sum> rowDifferences(const Window& window, std::span<float> largest, Compare&& compare) {
+    const auto width = static_cast<std::size_t>(window.width());
+    std::vector<Sum> rows(static_cast<std::size_t>(window.height()));
+    parallelFor(rows.size(), [&](std::size_t row) {
+        for (std::size_t column = 0; column < width; ++column) {
+            const std::size_t pixel = row * width + column;
+            const float found = compare(pixel, window.x0 + static_cast<int>(column),
+                                        window.y0 + static_cast<int>(row), rows[row]);
+            if (!largest.empty()) largest[pixel] = found;
+        }
+    });
+    return rows;
+}
+
 }  // namespace
 
 void DifferenceStatistics::add(double a, double b, int at_x, int at_y) {
@@ -119,20 +136,15 @@ void LayeredDifference::merge(const LayeredDifference& later) {
 void addDifference(const LayeredImage& a, const LayeredImage& b, LayeredDifference& sum,
                    std::span<float> largest) {
     checkSizes(a.window, b.window);
-    const auto width = static_cast<std::size_t>(a.window.width());
-    std::vector<LayeredDifference> rows(static_cast<std::size_t>(a.window.height()));
-    parallelFor(rows.size(), [&](std::size_t row) {
-        for (std::size_t column = 0; column < width; ++column) {
-            const std::size_t pixel = row * width + column;
-            const float found = addPixel(a, b, pixel, a.window.x0 + static_cast<int>(column),
-                                         a.window.y0 + static_cast<int>(row), rows[row]);
-            if (!largest.empty()) largest[pixel] = found;
-        }
-        for (const FragmentDifference& layer : rows[row].layers)
-            rows[row].all.merge(layer);
-    });
-    for (const LayeredDifference& row : rows)
+    auto rows = rowDifferences<LayeredDifference>(
+        a.window, largest, [&](std::size_t pixel, int x, int y, LayeredDifference& row) {
+            return addPixel(a, b, pixel, x, y, row);
+        });
+    for (LayeredDifference& row : rows) {
+        for (const FragmentDifference& layer : row.layers)
+            row.all.merge(layer);
         sum.merge(row);
+    }
     CompositeImage flat_a, flat_b;
     compositeOver(a, {}, flat_a);
     compositeOver(b, {}, flat_b);
@@ -142,18 +154,11 @@ void addDifference(const LayeredImage& a, const LayeredImage& b, LayeredDifferen
 void addDifference(const CompositeImage& a, const CompositeImage& b, DifferenceStatistics& sum,
                    std::span<float> largest) {
     checkSizes(a.window, b.window);
-    const auto width = static_cast<std::size_t>(a.window.width());
-    std::vector<DifferenceStatistics> rows(static_cast<std::size_t>(a.window.height()));
-    parallelFor(rows.size(), [&](std::size_t row) {
-        for (std::size_t column = 0; column < width; ++column) {
-            const std::size_t pixel = row * width + column;
-            const float found = addColor(a.colorAt(pixel), b.colorAt(pixel),
-                                         colorComponents(a.tinted() || b.tinted()),
-                                         a.window.x0 + static_cast<int>(column),
-                                         a.window.y0 + static_cast<int>(row), rows[row]);
-            if (!largest.empty()) largest[pixel] = found;
-        }
-    });
+    const auto components = colorComponents(a.tinted() || b.tinted());
+    const auto rows = rowDifferences<DifferenceStatistics>(
+        a.window, largest, [&](std::size_t pixel, int x, int y, DifferenceStatistics& row) {
+            return addColor(a.colorAt(pixel), b.colorAt(pixel), components, x, y, row);
+        });
     for (const DifferenceStatistics& row : rows)
         sum.merge(row);
 }

@@ -79,7 +79,7 @@ Size sizeBeside(const CameraSource& source) {
     for (const char* folder : {".", "..", "../.."}) {
         for (const auto& path : {companion(source.path, folder, "camera"),
                                  source.path.parent_path() / folder / "camera.json"}) {
-            if (!isThere(path)) continue;
+            if (!isSeen(path)) continue;  // the folders above may be closed to us
             const nlohmann::json root = readCameraJson(path);
             const CameraObject camera(root, path.lexically_normal().string(), "");
             const auto width = camera.number("width"), height = camera.number("height");

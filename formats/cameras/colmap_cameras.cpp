@@ -133,7 +133,7 @@ std::vector<std::unique_ptr<AtomicFile>> writeColmap(const std::filesystem::path
                                                      const CameraOutputOptions& options) {
     const ModelFiles place = isModelFile(path) ? modelAt(path) : ModelFiles{path, ".bin"};
     const bool is_text = place.extension == ".txt";
-    if (is_text && isThere(place.folder / "cameras.bin"))
+    if (is_text && isThere(place.folder / "cameras.bin", ErrorKind::kOutput))
         throw Error(ErrorKind::kUsage,
                     "the folder holds a binary model, which COLMAP would read instead",
                     place.folder.string(), "remove it, or write to another folder");

@@ -44,6 +44,8 @@ std::string hintFor(int error) {
             return "the file system is read-only; write to another folder";
         case ENOTDIR:
             return "a part of the path is a file, not a folder";
+        case ELOOP:
+            return "the links on the way to it lead in a circle";
         case EFBIG:
             return "the file system or a limit (ulimit -f) allows no file that large";
         case ENAMETOOLONG:
@@ -95,6 +97,9 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
         throw Error(ErrorKind::kOutput, "cannot write: it is not a regular file", path_,
                     "name a regular file; the output is renamed into place");
     }
+    // A link to what cannot be looked at would be replaced by the file, not followed.
+    if (status.type() == fs::file_type::none)
+        fail("cannot write: " + text(error.value()), error.value());
     if (fs::is_symlink(fs::symlink_status(path_, error))) {
         const fs::path target = fs::weakly_canonical(path_, error);
         if (!error) destination_ = target.string();

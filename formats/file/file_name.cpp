@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <optional>
 #include <string_view>
-#include <system_error>
 
 #include "formats/file/regular_file.h"
 
@@ -121,17 +120,14 @@ std::string framePath(const std::string& path, int frame) {
 }
 
 std::vector<int> framesThere(const std::string& path) {
-    namespace fs = std::filesystem;
-    std::error_code failure;
     if (!hasFrameToken(path))
-        return fs::exists(framePath(path, 0), failure) ? std::vector{0} : std::vector<int>();
+        return isThere(framePath(path, 0), ErrorKind::kOutput) ? std::vector{0}
+                                                               : std::vector<int>();
     constexpr const char* kDigits = "0123456789";
     constexpr unsigned long kMost = 1'000'000'000;
     std::vector<int> numbers;
-    const fs::path parent = fs::path(path).parent_path();
-    for (const auto& entry :
-         fs::directory_iterator(parent.empty() ? fs::path(".") : parent, failure)) {
-        const std::string name = entry.path().filename().string();
+    const std::filesystem::path parent = std::filesystem::path(path).parent_path();
+    for (const std::string& name : namesIn(parent.empty() ? "." : parent)) {
         // Every row of digits may be the number: it is, if the name is made of it.
         std::size_t end = 0;
         for (std::size_t at = 0; (at = name.find_first_of(kDigits, end)) != std::string::npos;) {
@@ -139,7 +135,7 @@ std::vector<int> framesThere(const std::string& path) {
             const unsigned long number = std::strtoul(&name[at], nullptr, 10);
             if (number > kMost) continue;
             const int frame = static_cast<int>(number);
-            if (fs::path(framePath(path, frame)).filename() != name) continue;
+            if (std::filesystem::path(framePath(path, frame)).filename() != name) continue;
             numbers.push_back(frame);
             break;
         }

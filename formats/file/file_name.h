@@ -21,7 +21,8 @@ bool hasFrameToken(const std::string& path);
 std::string framePath(const std::string& path, int frame);
 
 /// The numbers, from 0 to 1,000,000,000 and rising, for which framePath() names something that is
-/// there; 0 if there is no place for a number, and something of that name is there.
+/// there; 0 if there is no place for a number, and something of that name is there. Throws Error
+/// (kOutput) where that cannot be told.
 std::vector<int> framesThere(const std::string& path);
 
 /// Whether a file name has a place for the number of a view: "@@@@".

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "formats/file/regular_file.h"
 
 namespace peeler {
 namespace {
@@ -38,9 +39,8 @@ fs::path moduleFile(const std::string& name) {
     // folder of its architecture.
     const std::array<fs::path, 3> folders = {code / PEELER_MODULES,
                                              code.parent_path() / PEELER_MODULES, code / "peeler"};
-    std::error_code failure;
     for (const fs::path& folder : folders)
-        if (fs::exists(folder / name, failure)) return folder / name;
+        if (isSeen(folder / name)) return folder / name;
     throw Error(ErrorKind::kInternal, "a part of peeler is not installed",
                 (folders[1] / name).string(),
                 "copy the folder " PEELER_MODULES " with the program; it was looked for in " +

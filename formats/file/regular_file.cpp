@@ -9,13 +9,39 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <optional>
 #include <thread>
 #include <utility>
 
-#include "core/base/error.h"
-
 namespace peeler {
 namespace {
+
+/// What nobody can tell of a path, by the error of the system.
+[[noreturn]] void failToLook(const std::filesystem::path& path, int error, ErrorKind kind) {
+    throw Error(kind, "it cannot be told what is there: " + std::string(std::strerror(error)),
+                path.string(),
+                error == EACCES  ? "check the permissions of the folders on the way to it"
+                : error == ELOOP ? "the links on the way to it lead in a circle"
+                                 : "check the disk");
+}
+
+/// Whether errors of this kind mean that nothing is there. (A name that is too long is nobody's.)
+bool meansNothing(int error) {
+    return error == ENOENT || error == ENOTDIR || error == ENAMETOOLONG;
+}
+
+using Look = int (*)(const char* path, struct stat* status);
+
+/// Nothing where it cannot be told; then errno says why.
+std::optional<bool> look(const std::filesystem::path& path, Look how) {
+    struct stat status {};
+    int result = 0;
+    do
+        result = how(path.c_str(), &status);
+    while (result != 0 && errno == EINTR);
+    if (result == 0) return true;
+    return meansNothing(errno) ? std::optional(false) : std::nullopt;
+}
 
 constexpr char kNoPipes[] = "pipes and devices are not read; copy the data to a file";
 
@@ -59,9 +85,29 @@ int openFile(const char* path, int flags, mode_t mode) {
     return descriptor;
 }
 
-bool isThere(const std::filesystem::path& path) {
-    std::error_code unknown;
-    return std::filesystem::exists(path, unknown);
+bool isThere(const std::filesystem::path& path, ErrorKind kind) {
+    if (const auto found = look(path, ::stat)) return *found;
+    failToLook(path, errno, kind);
+}
+
+bool isTaken(const std::filesystem::path& name) {
+    if (const auto found = look(name, ::lstat)) return *found;
+    failToLook(name, errno, ErrorKind::kOutput);
+}
+
+bool isSeen(const std::filesystem::path& path) {
+    return look(path, ::stat).value_or(false);
+}
+
+std::vector<std::string> namesIn(const std::filesystem::path& folder) {
+    std::vector<std::string> names;
+    std::error_code failure;
+    for (std::filesystem::directory_iterator entry(folder, failure), end; !failure && entry != end;
+         entry.increment(failure))
+        names.push_back(entry->path().filename().string());
+    if (failure && !meansNothing(failure.value()))
+        failToLook(folder, failure.value(), ErrorKind::kOutput);
+    return names;
 }
 
 std::vector<std::uint8_t> readRegularFile(const std::filesystem::path& path,

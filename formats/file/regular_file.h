@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the bytes of a regular file, at once up to a limit, or in parts. Whatever is read is opened
-// here: nothing else is waited for or read without end (tests/doors_test.py).
+// Says whether a file is there, and reads the bytes of a regular one, at once up to a limit, or in
+// parts. Whatever is read is opened here: nothing else is waited for or read without end
+// (tests/doors_test.py).
 #pragma once
 
 #include <sys/stat.h>
@@ -13,13 +14,24 @@
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
+
 namespace peeler {
 
 /// Opens as open(2) does, once more where a signal interrupts that: network file systems let it.
 int openFile(const char* path, int flags, mode_t mode = 0);
 
-/// Whether there is such a file. One that cannot be asked for (its folder, its disk) is none.
-bool isThere(const std::filesystem::path& path);
+/// Whether there is such a file or folder, through symbolic links. Throws Error of `kind` where
+/// nobody can tell, for want of permission, in a circle of links, on a broken disk: what may be
+/// there must not be replaced or left out as if it were not.
+bool isThere(const std::filesystem::path& path, ErrorKind kind = ErrorKind::kInput);
+/// Likewise whether a name is taken, be it by a link that leads nowhere. Throws Error (kOutput).
+bool isTaken(const std::filesystem::path& name);
+/// Whether isThere() can say yes: for what is looked for in several places, or only reported.
+bool isSeen(const std::filesystem::path& path);
+/// The names of all that is in a folder, in no order; none if there is no such folder. Throws Error
+/// (kOutput) if it cannot be listed.
+std::vector<std::string> namesIn(const std::filesystem::path& folder);
 
 /// The bytes of a regular file (through symbolic links). Throws Error(kInput) with the path as
 /// `where` if there is none, it is something else (a folder, a pipe, a device), it is larger than

@@ -6,7 +6,6 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <system_error>
 #include <utility>
 
 #include "core/base/error.h"
@@ -348,8 +347,7 @@ void TarShards::append(const std::string& name, std::uint64_t size) {
 /// Begins the file of the shard at hand, with the samples that it has so far.
 void TarShards::startFile() {
     const std::string name = nameOf(number_);
-    std::error_code failure;
-    if (!settings_.replaces && fs::exists(fs::symlink_status(name, failure)))
+    if (!settings_.replaces && isTaken(name))
         throw Error(ErrorKind::kOutput, "the file is there already", name,
                     "remove it, or choose another name");
     file_ = std::make_unique<AtomicFile>(name);
@@ -386,7 +384,12 @@ void TarShards::finish(bool all) {
 }
 
 std::string TarShards::surplus() const {
-    std::vector<int> there = framesThere(pattern_);
+    std::vector<int> there;
+    try {
+        there = framesThere(pattern_);
+    } catch (const Error&) {
+        return "";  // all is written, and that of earlier runs is only told of
+    }
     std::erase_if(there, [&](int number) { return number < number_; });
     return there.empty() ? "" : nameOf(there.front());
 }

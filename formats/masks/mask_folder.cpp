@@ -132,8 +132,7 @@ std::vector<fs::path> MaskFolder::files(std::size_t view, std::size_t begin_mask
 /// What is there; nothing if there is none that can be read.
 MaskFolder::Record MaskFolder::readRecord(std::size_t view) const {
     Record record;
-    std::error_code failure;
-    if (!fs::exists(this->record(view), failure)) return record;
+    if (!isThere(this->record(view), ErrorKind::kOutput)) return record;
     const auto json = parseJsonOrNull(readRegularText(this->record(view), kMostRecordBytes));
     if (!json.is_object()) return record;
     bool whole = true;

@@ -188,6 +188,13 @@ TEST_F(Atomic, ImpossiblePlacesAreSaidAtOnce) {
     }
 }
 
+TEST_F(Atomic, LinksThatCannotBeFollowedStay) {
+    fs::create_symlink(path.filename(), path);
+    EXPECT_NE(outputError([&] { AtomicFile{path}; }).find("cannot write"), std::string::npos);
+    EXPECT_TRUE(fs::is_symlink(path));
+    EXPECT_EQ(filesIn(scratch.path()), 1U);
+}
+
 TEST_F(Atomic, LongNamesWork) {
     const fs::path longest = scratch / std::string(255, 'n');
     AtomicFile file(longest);

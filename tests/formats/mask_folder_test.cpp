@@ -225,6 +225,17 @@ TEST_F(MaskFiles, AreKnownByTheirRecord) {
     EXPECT_FALSE(all.owns(scratch_ / "scene.glb"));
 }
 
+TEST_F(MaskFiles, AreNotNewWhereTheirRecordCannotBeLookedAt) {
+    const MaskFolder bop = folder({.bop = true});
+    write(bop, 0, "a");
+    fs::remove(bop.record(0));
+    EXPECT_EQ(bop.bytesOf(0, "a"), std::nullopt);
+    fs::create_symlink(bop.record(0).filename(), bop.record(0));
+    EXPECT_THROW(bop.bytesOf(0, "a"), Error);
+    EXPECT_THROW(write(bop, 0, "a"), Error);
+    EXPECT_TRUE(fs::exists(scratch_ / "mask/000000_000000.png"));
+}
+
 TEST_F(MaskFiles, LeaveNothingOfWhatWasThereBefore) {
     const MaskFolder all = folder({true, true, true});
     write(all, 0, "more");

@@ -12,6 +12,8 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <functional>
+#include <optional>
 #include <thread>
 
 #include "core/base/error.h"
@@ -100,6 +102,56 @@ TEST(RegularFile, PipesDevicesAndFoldersAreRefused) {
         EXPECT_FALSE(RegularFile(path).isOpen());
     }
     close(server);
+}
+
+/// The kind of the Error that an action throws, which says why.
+std::optional<ErrorKind> kindOf(const std::function<void()>& action) {
+    try {
+        action();
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("cannot be told"), std::string::npos);
+        EXPECT_NE(error.where(), "");
+        EXPECT_NE(error.hint(), "");
+        return error.kind();
+    }
+    return std::nullopt;
+}
+
+TEST(RegularFile, IsThereOrNotWhereThatCanBeTold) {
+    const ScratchDir scratch;
+    writeFile(scratch / "a", "text");
+    fs::create_symlink("a", scratch / "link");
+    fs::create_symlink("nowhere", scratch / "dangling");
+    for (const char* name : {"a", "link", "."}) {
+        EXPECT_TRUE(isThere(scratch / name)) << name;
+        EXPECT_TRUE(isTaken(scratch / name)) << name;
+        EXPECT_TRUE(isSeen(scratch / name)) << name;
+    }
+    for (const fs::path& name : {fs::path("b"), "a" / fs::path("b"), "b" / fs::path("b"),
+                                 fs::path(std::string(256, 'n'))}) {
+        EXPECT_FALSE(isThere(scratch / name)) << name;
+        EXPECT_FALSE(isTaken(scratch / name)) << name;
+        EXPECT_FALSE(isSeen(scratch / name)) << name;
+    }
+    EXPECT_FALSE(isThere(scratch / "dangling"));
+    EXPECT_TRUE(isTaken(scratch / "dangling")) << "a file would replace it";
+    EXPECT_EQ(namesIn(scratch.path()).size(), 3U);
+    EXPECT_TRUE(namesIn(scratch / "b").empty());
+    EXPECT_TRUE(namesIn(scratch / "a").empty());
+}
+
+TEST(RegularFile, WhatCannotBeToldIsNeitherThereNorNot) {
+    const ScratchDir scratch;
+    const fs::path loop = scratch / "loop", below = loop / "a";
+    fs::create_symlink("loop", loop);
+    EXPECT_EQ(kindOf([&] { isThere(below); }), ErrorKind::kInput);
+    EXPECT_EQ(kindOf([&] { isThere(loop, ErrorKind::kOutput); }), ErrorKind::kOutput);
+    EXPECT_EQ(kindOf([&] { isTaken(below); }), ErrorKind::kOutput);
+    EXPECT_TRUE(isTaken(loop));
+    EXPECT_FALSE(isSeen(below));
+    EXPECT_EQ(kindOf([&] { namesIn(loop); }), ErrorKind::kOutput);
+    EXPECT_EQ(kindOf([&] { framesThere(below); }), ErrorKind::kOutput);
+    EXPECT_EQ(kindOf([&] { framesThere(loop / "a.####.exr"); }), ErrorKind::kOutput);
 }
 
 TEST(RegularFile, WaitsForALease) {

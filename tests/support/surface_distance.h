@@ -34,29 +34,8 @@ inline glm::dvec3 nearestPoint(const Triangle& triangle, const glm::dvec3& p) {
 /// Distances from points to the nearest triangle of a soup, which must outlive it.
 class SurfaceDistance {
   public:
-    explicit SurfaceDistance(const TriangleSoup& soup) : soup_(soup) {
-        device_ = rtcNewDevice(nullptr);
-        scene_ = rtcNewScene(device_);
-        RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-        const std::size_t count = soup.triangles.size();
-        auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
-            geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, count * 3));
-        std::copy(soup.vertices.begin(), soup.vertices.end(), vertices);
-        auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
-            geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, count));
-        for (std::size_t i = 0; i < count * 3; ++i)
-            indices[i] = static_cast<unsigned>(i);
-        rtcCommitGeometry(geometry);
-        rtcAttachGeometry(scene_, geometry);
-        rtcReleaseGeometry(geometry);
-        rtcCommitScene(scene_);
-    }
-    ~SurfaceDistance() {
-        rtcReleaseScene(scene_);
-        rtcReleaseDevice(device_);
-    }
-    SurfaceDistance(const SurfaceDistance&) = delete;
-    SurfaceDistance& operator=(const SurfaceDistance&) = delete;
+    explicit SurfaceDistance(const TriangleSoup& soup)
+        : soup_(soup), scene_(soup, nullptr, RTC_SCENE_FLAG_NONE) {}
 
     /// The distance in scene units, at most `limit`: what is farther away is not looked for.
     double operator()(const glm::dvec3& point, double limit) const {
@@ -87,8 +66,7 @@ class SurfaceDistance {
     }
 
     const TriangleSoup& soup_;
-    RTCDevice device_;
-    RTCScene scene_;
+    EmbreeScene scene_;
 };
 
 }  // namespace peeler::test

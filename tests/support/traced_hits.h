@@ -88,6 +88,17 @@ inline View parallelView(int width, int height, double far = 100) {
     return view;
 }
 
+/// A pinhole at `eye` that looks at the origin.
+inline View pinhole(const glm::dvec3& eye, int size, double half = 0.6, double near = 0.01) {
+    View view;
+    view.camera_to_world = *lookAlong(eye, -eye, {0.1, 1, 0.2});
+    view.width = view.height = size;
+    view.crop = {0, 0, size, size};
+    view.projection.half_width = view.projection.half_height = half;
+    view.projection.near = near;
+    return view;
+}
+
 inline Bundle bundleOf(const PosedScene& posed, const glm::dvec3& direction, int resolution) {
     const Bounds all = posed.bounds().value();
     RayGrid grid;
