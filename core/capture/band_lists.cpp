@@ -64,8 +64,8 @@ int BandCapture::take(BandLists& lists, LayeredImage& out) {
     const StageTimer timer(times_, "sort");
     checkSlots(lists.copied_slots.as<std::uint32_t>(), lists.band, lists.first,
                std::span(lists.first).subspan(1));
-    sortLists(lists, lists.copied_fragments.as<std::uint32_t>(), lists.copied_channels.as<float>(),
-              out);
+    sortLists(lists, lists.copied_fragments.as<std::uint32_t>(),
+              lists.channels ? lists.copied_channels.as<float>() : nullptr, out);
     return lists.passes;
 }
 

@@ -63,6 +63,7 @@ namespace peeler::gl {
     X(ENDQUERY, EndQuery)                                       \
     X(FENCESYNC, FenceSync)                                     \
     X(FINISH, Finish)                                           \
+    X(FLUSH, Flush)                                             \
     X(FRONTFACE, FrontFace)                                     \
     X(GETERROR, GetError)                                       \
     X(GETGRAPHICSRESETSTATUS, GetGraphicsResetStatus)           \

@@ -55,7 +55,9 @@ void Buffer::bindUniform(unsigned binding, std::size_t offset, std::size_t bytes
 }
 
 Fence::Fence(const Functions& gl)
-    : gl_(&gl), sync_(gl.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0)) {}
+    : gl_(&gl), sync_(gl.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0)) {
+    gl.Flush();
+}
 
 Fence::Fence(Fence&& other) noexcept : gl_(other.gl_), sync_(std::exchange(other.sync_, nullptr)) {}
 
@@ -72,7 +74,7 @@ Fence::~Fence() {
 void Fence::wait() const {
     // A context that is lost ends the waiting, too; drivers that do not tell so get this long.
     constexpr GLuint64 kNanoseconds = 600'000'000'000;
-    const GLenum came = gl_->ClientWaitSync(sync_, GL_SYNC_FLUSH_COMMANDS_BIT, kNanoseconds);
+    const GLenum came = gl_->ClientWaitSync(sync_, 0, kNanoseconds);
     if (came == GL_ALREADY_SIGNALED || came == GL_CONDITION_SATISFIED) return;
     checkErrors(*gl_, "waiting for the GPU");
     throw Error(ErrorKind::kDevice, "the GPU has not done its work after ten minutes");
