@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // peeler bake: what surfaces see around them, at the vertices or texels of a scene.
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -7,19 +8,23 @@
 #include <optional>
 #include <span>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "cmd/bake/bake_options.h"
+#include "cmd/bake/write_memory.h"
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
+#include "cmd/machine/resources.h"
 #include "cmd/options/capture_job.h"
 #include "cmd/options/forecast.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/bake/receivers.h"
 #include "core/base/error.h"
+#include "core/capture/bands.h"
 #include "formats/file/file_name.h"
 #include "formats/gltf/gltf_package.h"
 #include "formats/image/image_writer.h"
@@ -49,6 +54,7 @@ class Bake {
         placeReceivers();
         nameOutputs();
         forecast();
+        openHits();
         if (options_.bake.dry_run) return describe();
         tellForecast(forecast_, console_);
         gather();
@@ -66,6 +72,8 @@ class Bake {
     void nameOutputs();
     void forecast();
     SizeForecast sceneForecast() const;
+    void openHits();
+    void takeMemory(std::uint64_t bytes);
     void describe();
     void gather();
     void write();
@@ -92,6 +100,9 @@ class Bake {
     std::optional<TexelReceivers> texels_;  ///< if texels are the target
     std::vector<fs::path> outputs_;         ///< one file, or a .png for each texture
     Forecast forecast_;
+    HitSource* source_ = nullptr;  ///< owned by job_
+    BakeSettings settings_;
+    std::uint64_t memory_forecast_ = 0;  ///< bytes
     std::vector<float> values_;
 };
 
@@ -133,12 +144,12 @@ void Bake::open() {
 
 void Bake::placeReceivers() {
     const StageTimer timer(job_.times(), "receivers");
-    vertices_.emplace(*posed_);
+    vertices_.emplace(*posed_, capture_.memory);
     if (vertices_->receivers().size() == 0)
         throw Error(ErrorKind::kInput, "the scene shows no triangles to bake for",
                     options_.scene.file.string(), "peeler info tells what is in it");
     if (options_.bake.chosenTarget() == BakeTarget::kVertices) return;
-    texels_.emplace(*posed_, *vertices_, options_.bake.texels());
+    texels_.emplace(*posed_, *vertices_, options_.bake.texels(), capture_.memory);
     warnOfTexels();
 }
 
@@ -226,38 +237,75 @@ SizeForecast Bake::sceneForecast() const {
     return {bytes, Certainty::kAbout};
 }
 
+/// Opens what finds hits, and looks whether there is room for what is written once it is closed.
+void Bake::openHits() {
+    settings_ = options_.bake.settings;
+    settings_.bounces = options_.bake.bounces.value_or(settings_.bounces);
+    source_ = &job_.openHits(*posed_);
+    add(job_.times(), source_->takeTimes());
+    const std::uint64_t written =
+        receivers().size() * componentsOf(settings_.quantity) * sizeof(float) +
+        writeMemory(options_.bake, options_.scene, *scene_, receivers().size(),
+                    texels_ ? &*texels_ : nullptr);
+    returnFreeMemory();
+    takeMemory(residentBytes() + written);
+    const MemoryBudget& budget = capture_.memory;
+    const std::uint64_t needed = usedBytes(budget) + written;
+    if (budget == 0 || needed <= budget) return;
+    throw Error(ErrorKind::kMemory,
+                "the memory budget is " + mebibytesText(budget) + ", and " + mebibytesText(needed) +
+                    " are needed to write what is baked",
+                budget.where(), budget.hint(needed));
+}
+
+/// The run takes so much at some time, and what it has taken once it may take again.
+void Bake::takeMemory(std::uint64_t bytes) {
+    memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()), bytes});
+}
+
 /// What would be done, for --dry-run.
 void Bake::describe() {
+    {
+        ProgressReport progress(console_, options_.report.shownProgress(), {"count", kCountEnd});
+        takeMemory(forecastBake(*source_, receivers(), settings_, capture_,
+                                [&](double share) { progress.update(share); }));
+    }
     Json json;
     json["scene"] = options_.scene.file.string();
-    json["quantity"] = nameOf<BakeQuantity>(kBakeQuantities, options_.bake.settings.quantity);
+    json["quantity"] = nameOf<BakeQuantity>(kBakeQuantities, settings_.quantity);
     json["target"] = targetName(options_.bake.chosenTarget());
     json["receivers"] = receivers().size();
-    job_.chooseEngine();  // the hash depends on it
     json["settingsHash"] = job_.settingsHash(capture_, bakeSettings(options_.bake));
+    json["forecastMemory"] = memory_forecast_;
     json["outputs"] = forecastJson(forecast_);
     console_.result(jsonText(json));
+    tellMemory(memory_forecast_, console_);
     tellForecast(forecast_, console_, true);
 }
 
+/// Bundles to come may have more hits than the first, by which a note tells.
 void Bake::gather() {
-    HitSource& source = job_.openHits(*posed_);
-    add(job_.times(), source.takeTimes());
-    BakeSettings settings = options_.bake.settings;
-    settings.bounces = options_.bake.bounces.value_or(settings.bounces);
+    bool told = false;
+    const auto tell = [&](std::uint64_t bytes) {
+        takeMemory(bytes);
+        if (!std::exchange(told, true))
+            console_.detail("takes " + bytesText(memory_forecast_) + " of memory at most");
+    };
     {
         const SurfaceLookup lookup = texels_ ? texels_->lookup() : vertices_->lookup();
         ProgressReport progress(console_, options_.report.shownProgress(), "bake");
         const StageTimer timer(job_.times(), "bake");
-        values_ = bake(source, receivers(), settings, capture_, lookup,
-                       [&](double share) { progress.update(share); });
+        values_ = bake(
+            *source_, receivers(), settings_, capture_, lookup,
+            [&](double share) { progress.update(share); }, tell);
     }
     // The captures are booked under stages of their own; what is left of the time is "bake".
-    const StageTimes captures = source.takeTimes();
+    const StageTimes captures = source_->takeTimes();
     for (const auto& [stage, milliseconds] : captures)
         job_.times()["bake"] -= milliseconds;
     add(job_.times(), captures);
     job_.closeHits();
+    returnFreeMemory();  // for what is written
 }
 
 void Bake::write() {
@@ -338,6 +386,7 @@ void Bake::report() {
     result.settings_hash = job_.settingsHash(capture_, bakeSettings(options_.bake));
     result.setFiles(options_.bake.output, outputs_);
     result.forecast_bytes = forecast_.size().bytes;
+    result.forecast_memory = memory_forecast_;
     const ValueRange range = rangeOf(values_);
     const BakeSettings& settings = options_.bake.settings;
     const std::string quantity(nameOf<BakeQuantity>(kBakeQuantities, settings.quantity));
@@ -386,7 +435,7 @@ VerbAction declareBake(VerbOptions& verb) {
     addUpOption(verb, options->scene.reading);
     addBakedAppearanceOptions(verb, options->appearance);
     addEngineOption(verb, options->engine);
-    addRunOptions(verb, *options, "rays are traced in bands that fit; receivers come on top");
+    addRunOptions(verb, *options, "rays are traced in bands that fit beside the receivers");
     addDryRunOption(verb, options->bake.dry_run);
     verb.footer(kBakeFooter);
     return [options](Console& console) {

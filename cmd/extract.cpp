@@ -12,20 +12,20 @@
 
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
+#include "cmd/extract/band_memory.h"
 #include "cmd/extract/extract_options.h"
 #include "cmd/extract/layer_files.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/forecast.h"
 #include "cmd/options/layered_bands.h"
-#include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
+#include "core/capture/bands.h"
 #include "core/image/layered_image.h"
 #include "core/image/layers.h"
 #include "formats/arrays/fragment_tables.h"
 #include "formats/exr/exr_plane_writer.h"
 #include "formats/exr/layered_input.h"
-#include "formats/file/file_name.h"
 
 namespace peeler::cmd {
 
@@ -43,6 +43,8 @@ struct Product {
     std::unique_ptr<Sink> sink;
     /// How large it will be, of a plan and of bands like this one.
     std::function<SizeForecast(const Plan&, const LayeredImage&)> forecast;
+    /// What the sink holds of a fragment of bands like this one, besides those, in bytes.
+    std::function<std::uint64_t(const LayeredImage&)> fragment_bytes;
 };
 
 /// One run. run() lists its stages.
@@ -54,12 +56,16 @@ class Extract {
     void run() {
         {
             const StageTimer timer(result_.milliseconds, "total");
-            checkOptions();
+            options_.report.applyTo(console_);
+            checkExtractOptions(options_);
+            setThreads(options_.threads);
             open();
             selectLayers();
-            count();
             addProducts();
+            chooseBands();
+            count();
             forecast();
+            forecastMemory();
             if (options_.dry_run) return describe();
             tellForecast(forecast_, console_);
             result_.forecast_bytes = forecast_.size().bytes;
@@ -69,23 +75,24 @@ class Extract {
     }
 
   private:
-    void checkOptions() const;
-    void checkFile(const fs::path& path, const char* extension) const;
     void open();
     void selectLayers();
+    void addProducts();
+    BandUse useOf(int rows) const;
+    void chooseBands();
     void count();
     void countAll();
-    void addProducts();
     void forecast();
-    Forecast forecastOf(const LayeredImage& sample) const;
+    Forecast forecastOf() const;
+    Plan wholePlan() const;
+    LayeredImage bandLike() const;
+    void forecastMemory();
+    bool isOneBand() const;
+    bool knowsBands() const;
+    std::uint64_t takes() const;
     void describe();
     void extract();
     void report();
-
-    bool writesLayers() const { return !options_.output.path.empty(); }
-    bool writesExrLayers() const {
-        return writesLayers() && LayerFiles::needCounts(options_.output);
-    }
 
     template <class Take>
     void forEachBand(const Stage& stage, Take&& take);
@@ -100,8 +107,12 @@ class Extract {
     std::optional<LayerFiles> layers_;
     std::vector<Product> products_;
     CountMap* counts_ = nullptr;  ///< the sink of one of products_; null = no counts
-    bool counted_ = false;        ///< the plans are true of every pixel
+    LayeredImage sample_;         ///< the first row: it says which channels there are
+    std::uint64_t band_bytes_ = 0;
+    bool counted_ = false;  ///< the plans are true of every pixel
     Forecast forecast_;
+    std::optional<DepthComplexity> complexity_;  ///< once fragments are counted
+    std::uint64_t resident_ = 0, peak_ = 0;      ///< bytes, before the extraction
     std::uint64_t fragments_ = 0;
     RunResult result_;
 };
@@ -109,64 +120,7 @@ class Extract {
 template <class Take>
 void Extract::forEachBand(const Stage& stage, Take&& take) {
     ProgressReport progress(console_, options_.report.shownProgress(), stage);
-    cmd::forEachBand(*reader_, 0, result_.milliseconds, progress, take, kExtractBandBytes);
-}
-
-void Extract::checkFile(const fs::path& path, const char* extension) const {
-    if (lowerExtension(path) != extension) {
-        throw Error(ErrorKind::kUsage, std::string("expected a name that ends in ") + extension,
-                    path.string());
-    }
-    OutputRequest output;
-    output.path = path;
-    output.no_clobber = options_.output.no_clobber;
-    output.no_mkdir = options_.output.no_mkdir;
-    checkTarget(output, {options_.input});
-}
-
-void Extract::checkOptions() const {
-    options_.report.applyTo(console_);
-    std::vector<fs::path> outputs;
-    if (writesLayers()) {
-        if (writesExrLayers() && options_.output.asksForDisplay()) {
-            throw Error(ErrorKind::kUsage, "layers in an EXR stay as they were rendered",
-                        "--background, --exposure, --tone-map",
-                        "leave it out, or write .png, .jpg or .tif");
-        }
-        outputs.push_back(options_.output.path);
-    }
-    if (options_.counts) {
-        OutputRequest output;
-        output.path = *options_.counts;
-        output.no_clobber = options_.output.no_clobber;
-        output.no_mkdir = options_.output.no_mkdir;
-        output.options.as = "composite";
-        checkOutput(output, {options_.input});
-        outputs.push_back(*options_.counts);
-    }
-    if (options_.points) checkFile(outputs.emplace_back(*options_.points), ".ply");
-    if (options_.arrays) checkFile(outputs.emplace_back(*options_.arrays), ".npz");
-    if (outputs.empty()) {
-        throw Error(ErrorKind::kUsage, "nothing to extract", "",
-                    "give one or more of --output, --depth-complexity, --points and --npz");
-    }
-    if (!options_.layers.empty() && options_.max_layers != 0) {
-        throw Error(ErrorKind::kUsage, "layers are chosen by number or from the front",
-                    "--layer, --layers", "leave one of them out");
-    }
-    if (!writesLayers() && options_.output.asksForDisplay()) {
-        throw Error(ErrorKind::kUsage, "no picture of a layer is written",
-                    "--background, --exposure, --tone-map", "leave it out, or add --output");
-    }
-    checkDenseOptions(options_.output, options_.arrays && options_.output.isGiven("--dense"));
-    if (options_.double_points && !options_.points) {
-        throw Error(ErrorKind::kUsage, "there are no points to be stored in 64 bits", "--double",
-                    "add --points FILE.ply");
-    }
-    std::vector<fs::path> others = outputs;
-    others.push_back(options_.input);
-    checkReport(options_.report, others);
-    setThreads(options_.threads);
+    cmd::forEachBand(*reader_, 0, result_.milliseconds, progress, take, band_bytes_);
 }
 
 void Extract::open() {
@@ -206,7 +160,7 @@ void Extract::selectLayers() {
         layers.push_back(layer);
     }
     std::set<fs::path> names;
-    if (writesLayers()) {
+    if (options_.writesLayers()) {
         if (layers.empty()) console_.warning("there is no layer to write");
         layers_.emplace(options_.output, provenance_, layers, options_.input);
         for (const std::size_t layer : layers)
@@ -216,27 +170,6 @@ void Extract::selectLayers() {
         if (!other || names.insert(other->lexically_normal()).second) continue;
         throw Error(ErrorKind::kUsage, "two outputs have the same name", other->string());
     }
-}
-
-/// Counts first, where an output has a header: it says how many fragments follow, and comes before
-/// them.
-void Extract::count() {
-    const bool partial_counts = options_.counts && !selection_.all();
-    if (options_.arrays || writesExrLayers() || partial_counts) countAll();
-}
-
-void Extract::countAll() {
-    counted_ = true;
-    DepthComplexity complexity(whole_.view.crop);
-    forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { complexity.addBand(band); });
-    // In files of other programs a window may be larger than its layer.
-    const std::vector<LayerPlan> found = complexity.layers();
-    chosen_.fragments_stored = 0;
-    for (std::size_t layer = 0; layer < found.size(); ++layer) {
-        if (layer < whole_.layers.size()) whole_.layers[layer] = found[layer];
-        if (selection_.holds(layer)) chosen_.fragments_stored += found[layer].pixels;
-    }
-    whole_.fragments_counted = std::max(whole_.fragments_counted, complexity.counted());
 }
 
 void Extract::addProducts() {
@@ -250,57 +183,149 @@ void Extract::addProducts() {
         counts_ = map.get();
         products_.push_back(
             {"depthComplexity", *options_.counts, std::move(map),
-             [this](const Plan& plan, const LayeredImage&) { return counts_->forecast(plan); }});
+             [this](const Plan& plan, const LayeredImage&) { return counts_->forecast(plan); },
+             [](const LayeredImage&) { return 0; }});
     }
     if (options_.points) {
         const FragmentPointOptions points{
             options_.double_points,
             "world space of " + scene + ", +Y up, by peeler " PEELER_VERSION, default_material};
-        products_.push_back({"points", *options_.points,
-                             makeFragmentPoints(options_.points->string(), points),
-                             [points](const Plan& plan, const LayeredImage& band) {
-                                 return forecastFragmentPoints(plan, band, points);
-                             }});
+        products_.push_back(
+            {"points", *options_.points, makeFragmentPoints(options_.points->string(), points),
+             [points](const Plan& plan, const LayeredImage& band) {
+                 return forecastFragmentPoints(plan, band, points);
+             },
+             [points](const LayeredImage& band) { return fragmentPointBytes(band, points); }});
     }
     if (options_.arrays) {
         FragmentArrayOptions arrays{camera_known_, default_material};
         if (options_.output.isGiven("--dense")) arrays.dense = options_.output.options.dense;
         arrays.layers_listed = !options_.layers.empty();
-        products_.push_back({"arrays", *options_.arrays,
-                             makeFragmentArrays(options_.arrays->string(), arrays),
-                             [arrays](const Plan& plan, const LayeredImage& band) {
-                                 return forecastFragmentArrays(plan, band, arrays);
-                             }});
+        products_.push_back(
+            {"arrays", *options_.arrays, makeFragmentArrays(options_.arrays->string(), arrays),
+             [arrays](const Plan& plan, const LayeredImage& band) {
+                 return forecastFragmentArrays(plan, band, arrays);
+             },
+             [arrays](const LayeredImage& band) { return fragmentArrayBytes(band, arrays); }});
     }
+}
+
+/// Bands of a picture like this one, with the channels that products get.
+LayeredImage Extract::bandLike() const {
+    LayeredImage band = sample_;
+    if (!products_.empty() && !findChannel(band, "layer")) addLayerIndices(band);
+    return band;
+}
+
+/// The picture with what headers do not tell: what a fragment takes.
+Plan Extract::wholePlan() const {
+    Plan whole = whole_;
+    whole.color_type = sample_.color.type;
+    whole.tinted = sample_.tinted();
+    for (const FragmentArray& array : sample_.extra)
+        whole.channel_bytes += array.stride();
+    return whole;
+}
+
+/// What is made of bands of so many rows.
+BandUse Extract::useOf(int rows) const {
+    const LayeredImage band = bandLike();
+    BandUse use = noUseOf(band);
+    use.layers = chosen_.layers.size();
+    const auto add_memory = [&](const SinkMemory& memory) {
+        use.bytes += memory.bytes;
+        use.pixel_bytes += memory.pixel_bytes;
+    };
+    if (layers_) add_memory(layers_->memory(wholePlan(), rows, use.list_bytes));
+    for (const Product& product : products_) {
+        add_memory(product.sink->memory(chosen_));
+        use.fragment_bytes += product.fragment_bytes(band);
+    }
+    // Then no array becomes larger, or there is room elsewhere.
+    const bool alone = rows >= whole_.view.crop.height();
+    if (products_.empty() && (alone || !options_.writesExrLayers())) use.array_bytes = 0;
+    if (products_.size() > 1) {  // the band itself goes to one of them
+        use.fragment_bytes += use.list_bytes;
+        use.pixel_bytes += sizeof(std::uint32_t);
+    }
+    return use;
+}
+
+/// Bands become smaller where memory is short.
+void Extract::chooseBands() {
+    const Window& crop = whole_.view.crop;
+    reader_->read({crop.x0, crop.y0, crop.x1, crop.y0 + 1}, sample_);
+    band_bytes_ = bandBytesWithin(options_.memory, *reader_, kExtractBandBytes,
+                                  [this](int rows) { return useOf(rows); });
+}
+
+/// Counts first, where an output has a header: it says how many fragments follow, and comes before
+/// them.
+void Extract::count() {
+    const bool partial_counts = options_.counts && !selection_.all();
+    if (options_.arrays || options_.writesExrLayers() || partial_counts) countAll();
+}
+
+void Extract::countAll() {
+    counted_ = true;
+    DepthComplexity& complexity = complexity_.emplace(whole_.view.crop);
+    forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { complexity.addBand(band); });
+    // In files of other programs a window may be larger than its layer.
+    const std::vector<LayerPlan> found = complexity.layers();
+    chosen_.fragments_stored = 0;
+    for (std::size_t layer = 0; layer < found.size(); ++layer) {
+        if (layer < whole_.layers.size()) whole_.layers[layer] = found[layer];
+        if (selection_.holds(layer)) chosen_.fragments_stored += found[layer].pixels;
+    }
+    whole_.fragments_counted = std::max(whole_.fragments_counted, complexity.counted());
 }
 
 /// The sizes of all files by the headers alone, or, if what is written may not find room then, by
 /// counting.
 void Extract::forecast() {
-    const Window& crop = whole_.view.crop;
-    LayeredImage sample;  // says which channels there are
-    reader_->read({crop.x0, crop.y0, crop.x1, crop.y0 + 1}, sample);
-    forecast_ = forecastOf(sample);
+    forecast_ = forecastOf();
     if (counted_ || !mayExceedDisk(forecast_)) return;
     countAll();
-    forecast_ = forecastOf(sample);
+    forecast_ = forecastOf();
 }
 
-Forecast Extract::forecastOf(const LayeredImage& sample) const {
+/// How many fragments a band has at most is known once they are counted: for --dry-run they are,
+/// else as they are extracted. What counting has freed serves again.
+void Extract::forecastMemory() {
+    if (options_.dry_run && !knowsBands()) countAll();
+    returnFreeMemory();
+    resident_ = residentBytes();
+    peak_ = peakMemory();
+    if (knowsBands()) console_.detail("takes " + bytesText(takes()) + " of memory at most");
+}
+
+bool Extract::isOneBand() const {
+    return reader_->rowsFor(band_bytes_) >= whole_.view.crop.height();
+}
+
+/// Whether takes() is of the fragments as they are, and not of all that headers leave room for.
+bool Extract::knowsBands() const {
+    return complexity_ || isOneBand() || reader_->mostOf(1).counted;
+}
+
+/// Bytes of memory that the run will have resident at most.
+std::uint64_t Extract::takes() const {
+    const auto use = [this](int rows) { return useOf(rows); };
+    return std::max(repeatedPeak(peak_),
+                    resident_ + bandMemory(*reader_, reader_->rowsFor(band_bytes_), use,
+                                           complexity_ ? &*complexity_ : nullptr));
+}
+
+Forecast Extract::forecastOf() const {
     Forecast forecast;
-    Plan whole = whole_;  // headers do not tell what a fragment takes
-    whole.color_type = sample.color.type;
-    whole.tinted = sample.tinted();
-    for (const FragmentArray& array : sample.extra)
-        whole.channel_bytes += array.stride();
     if (layers_) {
+        const Plan whole = wholePlan();
         for (const std::size_t layer : layers_->layers())
             forecast.files.push_back({.path = layers_->path(layer),
                                       .size = layers_->forecast(whole, layer),
                                       .kind = "layer"});
     }
-    LayeredImage band = sample;
-    if (!findChannel(band, "layer")) addLayerIndices(band);
+    const LayeredImage band = bandLike();
     Plan plan = chosen_;
     if (!counted_) {
         // The header's number is of all layers, and other programs may have changed the picture.
@@ -327,8 +352,10 @@ void Extract::describe() {
     json["input"] = options_.input.string();
     json["layers"] = chosen_.layers.size();
     json["fragments"] = counted_ ? Json(chosen_.fragments_stored) : Json();
+    json["forecastMemory"] = takes();
     json["outputs"] = forecastJson(forecast_);
     console_.result(jsonText(json));
+    tellMemory(takes(), console_);
     tellForecast(forecast_, console_, true);
 }
 
@@ -336,10 +363,14 @@ void Extract::extract() {
     for (Product& product : products_)
         product.sink->begin(chosen_);
     LayeredImage copy;
+    const bool counts = !knowsBands();
+    if (counts) complexity_.emplace(whole_.view.crop);
     // The first reading serves every output; later ones only layers that were too many for it.
     for (bool first = true; first || (layers_ && layers_->left()); first = false) {
         if (layers_) layers_->begin(whole_);
         forEachBand("extract", [&](LayeredImage& band) {
+            if (counts && first) complexity_->addBand(band);
+            if (isOneBand()) returnFreeMemory();  // what reading took serves what is written
             if (layers_) layers_->write(band);
             if (!first || products_.empty()) return;
             if (!findChannel(band, "layer")) addLayerIndices(band);
@@ -364,6 +395,7 @@ void Extract::report() {
     result_.inputs = {options_.input};
     result_.settings_hash = provenance_.settings_hash;
     result_.renderer = provenance_.renderer;
+    result_.forecast_memory = takes();
     result_.peak_memory = peakMemory();
     result_.files.emplace();
     std::string lines;

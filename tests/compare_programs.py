@@ -58,8 +58,8 @@ ADDED = (
     ("convert", ("input", "settingsHash")),
     ("view", ("input", "settingsHash")),
     ("rays", (*BEGINNING_AND_END, "engine", "forecastMemory")),
-    ("bake", (*BEGINNING_AND_END, "engine")),
-    ("extract", BEGINNING_AND_END),
+    ("bake", (*BEGINNING_AND_END, "engine", "forecastMemory")),
+    ("extract", (*BEGINNING_AND_END, "forecastMemory")),
     ("sheet", ("input", "settingsHash")),
     ("batch", tuple(f"result.{key}" for key in (*BEGINNING_AND_END, "engine", "forecastMemory"))),
 )

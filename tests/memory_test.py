@@ -7,6 +7,7 @@ long.
 """
 
 import contextlib
+import functools
 import json
 import os
 import pathlib
@@ -21,8 +22,10 @@ HERE = pathlib.Path(__file__).resolve().parent
 SCENES = HERE.parent / "examples" / "scenes"
 ASSETS = pathlib.Path(os.environ.get("PEELER_ASSETS") or HERE.parents[1] / "shared" / "assets") / "gltf-sample-assets"
 MOST = 1.5  # times the peak that a forecast may be
+RENDERED = tempfile.TemporaryDirectory()  # pylint: disable=consider-using-with
 
-# Verb, scene, output, and the other words; "*" is before those of the short run.
+# Verb, scene, output, and the other words; "*" is before those of the short run. What an extract reads is rendered with
+# the words before the colon; "{}" is the output.
 JOBS = """
 * render coincident.glb a.exr --size 64x64
   render coincident.glb a.png --size 64x64
@@ -80,6 +83,29 @@ JOBS = """
 * rays engine.glb a.npz --engine gl --axes --resolution 256
   rays engine.glb a.exr --engine gl --axes --resolution 512 --map thickness
   rays DamagedHelmet a.npz --engine gl --direction 0,0,1 --resolution 1024
+* bake engine.glb a.glb --engine cpu --directions 16
+  bake engine.glb a.glb --engine cpu --directions 256
+  bake coincident.glb a.glb --engine cpu --directions 8
+  bake glasses.glb a.glb --engine cpu --directions 16 --quantity bent-normal
+  bake plant.glb a.glb --engine cpu --directions 16 --quantity irradiance --environment studio
+  bake DamagedHelmet a.exr --engine cpu --directions 8 --size 2048
+  bake DamagedHelmet a.png --engine cpu --directions 8
+  bake DamagedHelmet a.glb --engine cpu --directions 8 --target texture
+  bake GearboxAssy a.glb --engine cpu --directions 16
+  bake 2CylinderEngine a.glb --engine cpu --directions 16 --quantity thickness
+* bake engine.glb a.glb --engine gl --directions 8 --resolution 256
+  bake engine.glb a.glb --engine gl --directions 16 --resolution 1024
+* extract engine.glb a --size 640x360 : --points {}.ply
+  extract engine.glb a --size 1920x1080 : --points {}.ply
+  extract engine.glb a --size 2560x1440 --as deep : --npz {}.npz
+  extract engine.glb a --size 1280x720 --as deep : -o {}.##.png
+  extract engine.glb a --size 1920x1080 : -o {}.##.exr
+  extract engine.glb a --size 1920x1080 : -o {}.png --layer 0
+  extract engine.glb a --size 1920x1080 --layout single-part : --npz {}.npz --dense 4
+  extract engine.glb a --size 1280x720 --channels all : --points {}.ply --layer 0
+  extract engine.glb a --size 1280x720 --channels id : --depth-complexity {}.exr --points {}.ply --npz {}.npz
+  extract coincident.glb a --size 320x180 : --depth-complexity {}.png
+  extract glasses.glb a --size 1280x720 --as deep : --npz {}.npz --points {}.ply
 """
 
 # Under limits of so many MB.
@@ -97,6 +123,12 @@ LIMITED = """
   render DamagedHelmet a.png --size 1920x1080
   rays engine.glb a.npz --engine cpu --axes --resolution 2048
   rays engine.glb a.npz --engine gl --axes --resolution 1024
+  bake engine.glb a.glb --engine cpu --directions 16
+  bake engine.glb a.glb --engine gl --directions 8 --resolution 1024
+  bake DamagedHelmet a.exr --engine cpu --directions 8 --size 2048
+  bake DamagedHelmet a.glb --engine cpu --directions 8 --size 1024 --target texture
+  extract engine.glb a --size 3840x2160 --as deep : -o {}.##.png
+  extract engine.glb a --size 3840x2160 : --points {}.ply --npz {}.npz
 """
 
 
@@ -116,10 +148,27 @@ def jobs(table):
     return found
 
 
+@functools.cache
+def rendered(scene, words):
+    """The layered file that an extract reads: the scene, rendered so."""
+    file = pathlib.Path(RENDERED.name) / f"{len(list(pathlib.Path(RENDERED.name).iterdir()))}.exr"
+    subprocess.run([PEELER, "render", scene, "-o", file, "--quiet", *words], check=True)
+    return file
+
+
+def commandOf(job, folder):
+    """A job as words for the program."""
+    _, verb, scene, output, words = job
+    if ":" not in words:
+        return [verb, scene, "-o", folder / output, *words]
+    colon = words.index(":")
+    file = rendered(scene, tuple(words[:colon]))
+    return [verb, file, *(word.replace("{}", str(folder / output)) for word in words[colon + 1 :])]
+
+
 def run(job, folder, *more, **how):
     """Runs a job with results as JSON."""
-    _, verb, scene, output, words = job
-    command = [PEELER, verb, scene, "-o", folder / output, *words, *more]
+    command = [PEELER, *commandOf(job, folder), *more]
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("SLURM_", "CUE_"))}
     return subprocess.run(command, capture_output=True, text=True, env=environment, check=False, **how)
 

@@ -6,13 +6,18 @@
 
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
+#include "cmd/extract/layer_files.h"
+#include "cmd/options/capture_options.h"
 #include "cmd/options/forecast.h"
 #include "cmd/options/frames.h"
 #include "core/base/error.h"
+#include "formats/file/file_name.h"
 
 namespace peeler::cmd {
 
 namespace {
+
+namespace fs = std::filesystem;
 
 /// Adds layers to a list that is written like one of frames, but without negative numbers. Throws
 /// Error (kUsage).
@@ -28,6 +33,19 @@ void takeLayers(const std::string& text, std::vector<int>& layers) {
                     "e.g. 2, 0-3 or 0,2,5-8");
     }
     layers.insert(layers.end(), more.begin(), more.end());
+}
+
+/// Throws Error (kUsage, kOutput) unless this is such a file, and may be written.
+void checkFile(const ExtractOptions& options, const fs::path& path, const char* extension) {
+    if (lowerExtension(path) != extension) {
+        throw Error(ErrorKind::kUsage, std::string("expected a name that ends in ") + extension,
+                    path.string());
+    }
+    OutputRequest output;
+    output.path = path;
+    output.no_clobber = options.output.no_clobber;
+    output.no_mkdir = options.output.no_mkdir;
+    checkTarget(output, {options.input});
 }
 
 constexpr const char* kExtractFooter =
@@ -56,6 +74,53 @@ constexpr const char* kExtractFooter =
     "where s = z if it is perspective, else 1. examples/readers does it.";
 
 }  // namespace
+
+bool ExtractOptions::writesExrLayers() const {
+    return writesLayers() && LayerFiles::needCounts(output);
+}
+
+void checkExtractOptions(const ExtractOptions& options) {
+    std::vector<fs::path> outputs;
+    if (options.writesLayers()) {
+        if (options.writesExrLayers() && options.output.asksForDisplay()) {
+            throw Error(ErrorKind::kUsage, "layers in an EXR stay as they were rendered",
+                        "--background, --exposure, --tone-map",
+                        "leave it out, or write .png, .jpg or .tif");
+        }
+        outputs.push_back(options.output.path);
+    }
+    if (options.counts) {
+        OutputRequest output;
+        output.path = *options.counts;
+        output.no_clobber = options.output.no_clobber;
+        output.no_mkdir = options.output.no_mkdir;
+        output.options.as = "composite";
+        checkOutput(output, {options.input});
+        outputs.push_back(*options.counts);
+    }
+    if (options.points) checkFile(options, outputs.emplace_back(*options.points), ".ply");
+    if (options.arrays) checkFile(options, outputs.emplace_back(*options.arrays), ".npz");
+    if (outputs.empty()) {
+        throw Error(ErrorKind::kUsage, "nothing to extract", "",
+                    "give one or more of --output, --depth-complexity, --points and --npz");
+    }
+    if (!options.layers.empty() && options.max_layers != 0) {
+        throw Error(ErrorKind::kUsage, "layers are chosen by number or from the front",
+                    "--layer, --layers", "leave one of them out");
+    }
+    if (!options.writesLayers() && options.output.asksForDisplay()) {
+        throw Error(ErrorKind::kUsage, "no picture of a layer is written",
+                    "--background, --exposure, --tone-map", "leave it out, or add --output");
+    }
+    checkDenseOptions(options.output, options.arrays && options.output.isGiven("--dense"));
+    if (options.double_points && !options.points) {
+        throw Error(ErrorKind::kUsage, "there are no points to be stored in 64 bits", "--double",
+                    "add --points FILE.ply");
+    }
+    std::vector<fs::path> others = outputs;
+    others.push_back(options.input);
+    checkReport(options.report, others);
+}
 
 void addExtractOptions(VerbOptions& verb, ExtractOptions& options) {
     addFile(verb, "IN", "", options.input, "a layered or deep image (.exr)")
@@ -93,6 +158,7 @@ void addExtractOptions(VerbOptions& verb, ExtractOptions& options) {
         "only the N nearest layers (default: all)")
         .group("Layers");
     addThreadsOption(verb, options.threads);
+    addMemoryOption(verb, options.memory, "the picture is read and written in bands that fit");
     addReportOptions(verb, options.report);
     addDryRunOption(verb, options.dry_run);
     verb.footer(kExtractFooter);

@@ -10,6 +10,7 @@
 #include "cmd/cli/report.h"
 #include "cmd/options/object_options.h"
 #include "cmd/options/output_options.h"
+#include "core/base/memory_budget.h"
 
 namespace peeler::cmd {
 
@@ -25,10 +26,18 @@ struct ExtractOptions {
     bool double_points = false;
     bool dry_run = false;
     int threads = 0;
+    MemoryBudget memory;
     ReportOptions report;
+
+    bool writesLayers() const { return !output.path.empty(); }
+    bool writesExrLayers() const;
 };
 
 /// Declares all options of the verb. `options` must outlive the parse.
 void addExtractOptions(VerbOptions& verb, ExtractOptions& options);
+
+/// Throws Error (kUsage) for what contradicts itself whatever the picture is, and (kOutput) for
+/// what cannot be written.
+void checkExtractOptions(const ExtractOptions& options);
 
 }  // namespace peeler::cmd

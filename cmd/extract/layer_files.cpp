@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cmd/extract/layer_files.h"
 
+#include <algorithm>
 #include <set>
+#include <string>
 
 #include "core/base/error.h"
 #include "core/image/layers.h"
+#include "formats/exr/exr_layout.h"
 #include "formats/file/file_name.h"
+#include "formats/image/image_library.h"
+#include "formats/image/image_writer.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -13,6 +18,7 @@ namespace peeler::cmd {
 namespace {
 
 constexpr std::size_t kOpenAtOnce = 32;
+constexpr std::uint64_t kFileBuffer = std::uint64_t{1} << 20;  // of an AtomicFile
 
 }  // namespace
 
@@ -53,6 +59,49 @@ Plan LayerFiles::planOf(const Plan& whole, std::size_t layer) {
 
 SizeForecast LayerFiles::forecast(const Plan& whole, std::size_t layer) const {
     return forecastPicture(path(layer).string(), planOf(whole, layer), output_.from(provenance_));
+}
+
+SinkMemory LayerFiles::memory(const Plan& whole, int rows, std::uint64_t fragment_bytes) const {
+    const bool pictures = !needCounts(output_);
+    const OutputOptions options = output_.from(provenance_);
+    const ImageFormat* const format = findImageFormat(output_.path.string());
+    std::uint64_t shared = 0;
+    if (pictures && format) {
+        const std::uint64_t picture =
+            whole.view.crop.pixels() * 4 * static_cast<std::uint64_t>(format->bits / 8);
+        shared = sharedEncoderBytes(std::string(format->name), picture);
+    }
+    const std::uint64_t pixel = fragment_bytes + sizeof(std::uint32_t);
+    // Of a picture there is the composite: RGBA and Z, and the opacities of R, G and B.
+    const std::uint64_t composite = (whole.tinted ? 8 : 5) * sizeof(float);
+    SinkMemory most;
+    for (std::size_t first = 0; first < layers_.size(); first += kOpenAtOnce) {
+        SinkMemory open;
+        const std::size_t end = std::min(first + kOpenAtOnce, layers_.size());
+        for (std::size_t i = first; i < end; ++i) {
+            Plan plan = planOf(whole, layers_[i]);
+            // No more is packed at once than a band completes, and where there are no fragments
+            // next to nothing: as if those that there are were all in full rows.
+            Window& window = plan.layers.front().data_window;
+            const std::uint64_t pixels = plan.layers.front().pixels;  // 0 = not counted yet
+            const auto width = static_cast<std::uint64_t>(window.width());
+            const int full = pixels > 0 ? static_cast<int>(pixels / width) : rows;
+            window.y1 = std::min(window.y1, window.y0 + std::min(rows, full) + kExrRowsPerChunk);
+            const SinkMemory one = makeSink(path(layers_[i]).string(), options)->memory(plan);
+            const std::uint64_t across =
+                pictures ? static_cast<std::uint64_t>(plan.view.crop.width()) : width;
+            const std::uint64_t kept = static_cast<std::uint64_t>(one.rows) * across * pixel;
+            const std::uint64_t buffered =
+                pixels > 0 ? std::min(pixels * pixel, kFileBuffer) : kFileBuffer;
+            open.bytes += kept + one.bytes - std::min(one.bytes, shared) + buffered;
+            open.pixel_bytes += one.pixel_bytes + (pictures ? composite : 0);
+        }
+        most.bytes = std::max(most.bytes, open.bytes + shared);
+        most.pixel_bytes = std::max(most.pixel_bytes, open.pixel_bytes);
+    }
+    // The layer at hand, and which fragments it has, as their list grows.
+    most.pixel_bytes += pixel + 3 * sizeof(std::uint32_t);
+    return most;
 }
 
 void LayerFiles::begin(const Plan& whole) {

@@ -39,6 +39,11 @@ class LayerFiles {
     /// How large the file of a layer will be.
     SizeForecast forecast(const Plan& whole, std::size_t layer) const;
 
+    /// Most bytes that the files that are open at a time hold besides the bands that they take, and
+    /// bytes of every pixel of such a band (`pixel_bytes`): bands of so many rows, whose fragments
+    /// have `fragment_bytes`.
+    SinkMemory memory(const Plan& whole, int rows, std::uint64_t fragment_bytes) const;
+
     std::filesystem::path path(std::size_t layer) const;
     const std::vector<std::size_t>& layers() const { return layers_; }
 

@@ -141,10 +141,11 @@ Json forecastJson(const Forecast& forecast, const DiskSpaceOf& disk) {
     return list;
 }
 
-void addDryRunOption(VerbOptions& verb, bool& dry_run, const std::string& more) {
-    verb.addFlag("--dry-run", dry_run,
-                 "print as JSON what would be written, and how large it would be" + more +
-                     ", and write nothing")
+void addDryRunOption(VerbOptions& verb, bool& dry_run) {
+    verb.addFlag(
+            "--dry-run", dry_run,
+            "print as JSON what would be written, how large it would be and how much memory it "
+            "would take, and write nothing")
         .group("Output");
 }
 

@@ -58,7 +58,7 @@ bool mayExceedDisk(const Forecast& forecast, const DiskSpaceOf& disk = diskSpace
 /// `forecastBytes`, `forecast` (exact, at most or about), `freeBytes` and `exists`.
 Json forecastJson(const Forecast& forecast, const DiskSpaceOf& disk = diskSpaceOf);
 
-/// Declares --dry-run; `more`: what else it says, " and …".
-void addDryRunOption(VerbOptions& verb, bool& dry_run, const std::string& more = "");
+/// Declares --dry-run.
+void addDryRunOption(VerbOptions& verb, bool& dry_run);
 
 }  // namespace peeler::cmd

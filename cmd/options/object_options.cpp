@@ -50,6 +50,11 @@ class ChosenObjects final : public LayeredInput {
                     "flatten the layers");
     }
     int rowsFor(std::uint64_t bytes) const override { return input_->rowsFor(bytes); }
+    BandRead mostOf(int rows) const override {
+        BandRead most = input_->mostOf(rows);
+        most.counted = false;
+        return most;
+    }
 
   private:
     std::unique_ptr<LayeredInput> input_;

@@ -215,7 +215,7 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
     addEngineOption(verb, options.engine);
     addRunOptions(verb, options, "rays are traced in bands that fit");
     addSequenceOptions(verb, options.sequence);
-    addDryRunOption(verb, options.sequence.dry_run, " and how much memory it would take");
+    addDryRunOption(verb, options.sequence.dry_run);
     verb.footer(kRaysFooter);
 }
 

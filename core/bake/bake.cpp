@@ -17,45 +17,87 @@ void checkReceiverMemory(std::uint64_t bytes, std::size_t receivers, const Memor
     throw Error(ErrorKind::kMemory,
                 "the memory budget is " + mebibytesText(budget) + ", and the scene and its " +
                     std::to_string(receivers) + " receivers take " + mebibytesText(needed),
-                budget.where(), "raise it, or bake for fewer vertices or texels");
+                budget.where(), budget.hint(needed) + "; or bake for fewer vertices or texels");
 }
+
+namespace {
+
+/// What a bake has at hand from its beginning to its end.
+struct BakeState {
+    BakeState(HitSource& hits, const Receivers& seers, const BakeSettings& settings,
+              const CaptureSettings& asked, const SurfaceLookup& lookup)
+        : source(hits),
+          receivers(seers),
+          components(componentsOf(settings.quantity)),
+          integrator(makeIntegrator(settings, {hits.posed(), lookup})),
+          capture(asked) {
+        checkReceiverMemory(seers.size() * sizeof(Sum) + (1 + keptCopies()) * valueBytes(),
+                            seers.size(), asked.memory);
+        values.resize(seers.size() * components);
+        capture.hit_mode = HitMode::kSloped;
+        capture.depth_clamp = true;
+        capture.color_type = PixelType::kFloat;
+        capture.channels = integrator->channels();
+        by_lines = hits.prefersLines() && capture.channels.empty();
+        directions = hemisphereDirections(std::max(1, settings.directions / 2));
+        sums.resize(seers.size());
+    }
+
+    /// Of the values: later rounds have those of the one before.
+    std::uint64_t keptCopies() const { return integrator->rounds() > 1 ? 1 : 0; }
+    std::uint64_t valueBytes() const { return receivers.size() * components * sizeof(float); }
+    bool empty() const { return !source.posed().bounds(); }
+
+    HitSource& source;
+    const Receivers& receivers;
+    std::size_t components;
+    std::unique_ptr<Integrator> integrator;
+    CaptureSettings capture;
+    bool by_lines = false;
+    std::vector<glm::dvec3> directions;
+    std::vector<Sum> sums;
+    std::vector<float> values;
+};
+
+}  // namespace
 
 std::vector<float> bake(HitSource& source, const Receivers& receivers, const BakeSettings& settings,
                         const CaptureSettings& capture, const SurfaceLookup& lookup,
-                        const Progress& progress) {
-    const std::size_t components = componentsOf(settings.quantity);
-    const auto integrator = makeIntegrator(settings, {source.posed(), lookup});
-    // The values of this round, and of the one before.
-    const std::size_t kept = integrator->rounds() > 1 ? 2 : 1;
-    checkReceiverMemory(receivers.size() * (sizeof(Sum) + kept * components * sizeof(float)),
-                        receivers.size(), capture.memory);
-    std::vector<float> values(receivers.size() * components);
-    if (!source.posed().bounds()) return values;
-    CaptureSettings hits = capture;
-    hits.hit_mode = HitMode::kSloped;
-    hits.depth_clamp = true;
-    hits.color_type = PixelType::kFloat;
-    hits.channels = integrator->channels();
-    const bool by_lines = source.prefersLines() && hits.channels.empty();
-    const auto directions = hemisphereDirections(std::max(1, settings.directions / 2));
-    const GatherJob job{receivers, settings, *integrator, directions};
-    std::vector<Sum> sums(receivers.size());
+                        const Progress& progress, const TellMemory& tell) {
+    BakeState s(source, receivers, settings, capture, lookup);
+    if (s.empty()) return std::move(s.values);
     std::vector<float> gathered;
-    for (int round = 0; round < integrator->rounds(); ++round) {
-        if (round > 0) gathered = values;
-        integrator->beginRound(gathered);
-        sums.assign(receivers.size(), {});
+    for (int round = 0; round < s.integrator->rounds(); ++round) {
+        // The first round tells of what the others will need, too.
+        const std::uint64_t to_come = round == 0 ? s.keptCopies() * s.valueBytes() : 0;
+        GatherJob job{receivers, settings, *s.integrator, s.directions};
+        if (tell) job.tell = [&](std::uint64_t bytes) { tell(bytes + to_come); };
+        if (round > 0) gathered = s.values;
+        s.integrator->beginRound(gathered);
+        s.sums.assign(receivers.size(), {});
         const Progress of_round = [&](double share) {
-            if (progress) progress((round + share) / integrator->rounds());
+            if (progress) progress((round + share) / s.integrator->rounds());
         };
-        if (by_lines)
-            gatherByLines(source.posed(), hits, job, sums, of_round);
+        if (s.by_lines)
+            gatherByLines(source.posed(), s.capture, job, s.sums, of_round);
         else
-            gatherByBundles(source, hits, job, sums, of_round);
+            gatherByBundles(source, s.capture, job, s.sums, of_round);
         for (std::size_t r = 0; r < receivers.size(); ++r)
-            integrator->finish(sums[r], values.data() + r * components);
+            s.integrator->finish(s.sums[r], s.values.data() + r * s.components);
     }
-    return values;
+    return std::move(s.values);
+}
+
+std::uint64_t forecastBake(HitSource& source, const Receivers& receivers,
+                           const BakeSettings& settings, const CaptureSettings& capture,
+                           const Progress& progress) {
+    const SurfaceLookup nobody_looks;
+    BakeState s(source, receivers, settings, capture, nobody_looks);
+    if (s.empty()) return residentBytes();
+    const GatherJob job{receivers, settings, *s.integrator, s.directions};
+    const std::uint64_t most = s.by_lines ? forecastLines(source.posed(), s.capture, job)
+                                          : forecastBundles(source, s.capture, job, progress);
+    return most + s.keptCopies() * s.valueBytes();
 }
 
 }  // namespace peeler

@@ -47,6 +47,10 @@ struct BakeSettings {
 using SurfaceLookup = std::function<glm::vec3(std::span<const float> irradiance, std::uint32_t key,
                                               const glm::vec2& barycentric)>;
 
+/// Is told how many bytes the process will have resident at most while receivers see what has been
+/// planned.
+using TellMemory = std::function<void(std::uint64_t bytes)>;
+
 /// Values of every receiver, componentsOf() each. If the source prefers lines, and nothing is asked
 /// of what is seen but how far it is, every receiver has lines of its own (gatherByLines()). Else
 /// every direction is a parallel bundle that covers the scene (Szirmay-Kalos & Purgathofer 1998;
@@ -54,8 +58,15 @@ using SurfaceLookup = std::function<glm::vec3(std::span<const float> irradiance,
 /// Memory does not grow with the number of directions.
 /// `lookup` is needed for kIrradiance with several bounces. Throws what captures throw, and Error
 /// (kMemory) if the receivers' sums alone are over the budget.
+/// `tell` is called before lines are looked along, or before each bundle.
 std::vector<float> bake(HitSource& source, const Receivers& receivers, const BakeSettings& settings,
                         const CaptureSettings& capture, const SurfaceLookup& lookup,
-                        const Progress& progress);
+                        const Progress& progress, const TellMemory& tell = {});
+
+/// The most that bake() would tell with the same arguments, whose progress this has likewise. Lines
+/// are not looked along, and bundles are counted but not captured. Throws like bake().
+std::uint64_t forecastBake(HitSource& source, const Receivers& receivers,
+                           const BakeSettings& settings, const CaptureSettings& capture,
+                           const Progress& progress);
 
 }  // namespace peeler

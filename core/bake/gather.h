@@ -19,6 +19,7 @@ struct GatherJob {
     Integrator& integrator;
     /// Unit vectors. Receivers that face the other way look against them.
     std::span<const glm::dvec3> directions;
+    TellMemory tell{};  ///< as bake() has it
 };
 
 // line_gather.cpp.
@@ -31,12 +32,20 @@ struct GatherJob {
 void gatherByLines(const PosedScene& posed, const CaptureSettings& capture, const GatherJob& job,
                    std::vector<Sum>& sums, const Progress& progress);
 
+/// What gatherByLines() would tell.
+std::uint64_t forecastLines(const PosedScene& posed, const CaptureSettings& capture,
+                            const GatherJob& job);
+
 // bundle_gather.cpp.
 
 /// Likewise along the ray of a bundle that is nearest to it. `capture` asks for hits with slopes
 /// and with the integrator's channels. Throws what captures throw.
 void gatherByBundles(HitSource& source, const CaptureSettings& capture, const GatherJob& job,
                      std::vector<Sum>& sums, const Progress& progress);
+
+/// The most that gatherByBundles() would tell. Progress is that of counting.
+std::uint64_t forecastBundles(HitSource& source, const CaptureSettings& capture,
+                              const GatherJob& job, const Progress& progress);
 
 /// What receivers need has to leave room for what else there is: throws Error (kMemory) unless so
 /// many bytes, besides what is resident, are within the budget.

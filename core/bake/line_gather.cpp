@@ -23,6 +23,8 @@ constexpr std::size_t kMostTogether = std::size_t{1} << 17;
 constexpr std::size_t kGroupDirections = 8;  // that a task looks along
 constexpr std::size_t kTasksAThread = 4;
 constexpr std::size_t kSumsAtOnce = 4096;  // that a thread adds up
+// Code and tables that are first touched, and cells that are sorted anew: measured.
+constexpr std::uint64_t kTouchedBytes = std::uint64_t{4} << 20;
 
 /// The receivers in an order in which those next to each other are near each other: along a Z curve
 /// (Morton 1966) through 1024 cells a side.
@@ -49,31 +51,47 @@ std::vector<std::uint32_t> spatialOrder(const Receivers& receivers, const Occlud
     return order;
 }
 
-/// Receivers are cut into chunks, directions into groups; one of each is a task, whose sums begin
-/// at 0 and are added to the others' in the order of groups. As many groups as are needed to keep
-/// all threads busy are done before that; how many does not change the result.
-class LineGather {
-  public:
-    LineGather(const Occluders& occluders, const GatherJob& job, const MemoryBudget& budget)
-        : occluders_(occluders),
-          job_(job),
-          count_(job.receivers.size()),
-          chunks_((count_ + kMostTogether - 1) / kMostTogether),
-          chunk_((count_ + chunks_ - 1) / chunks_),
-          groups_((job.directions.size() + kGroupDirections - 1) / kGroupDirections) {
+/// How the work is cut: receivers into chunks, directions into groups.
+struct LineTasks {
+    /// Throws Error (kMemory) if not even one group at a time is within the budget.
+    LineTasks(const GatherJob& job, const MemoryBudget& budget)
+        : count(job.receivers.size()),
+          chunks((count + kMostTogether - 1) / kMostTogether),
+          chunk((count + chunks - 1) / chunks),
+          groups((job.directions.size() + kGroupDirections - 1) / kGroupDirections) {
         const auto threads = static_cast<std::size_t>(threadCount());
-        const std::size_t busy = (kTasksAThread * threads + chunks_ - 1) / chunks_;
-        groups_at_once_ = std::clamp<std::size_t>(busy, 1, groups_);
-        const std::uint64_t keys = chunks_ > 1 ? count_ * sizeof(std::uint64_t) : 0;
+        const std::size_t busy = (kTasksAThread * threads + chunks - 1) / chunks;
+        groups_at_once = std::clamp<std::size_t>(busy, 1, groups);
+        const std::uint64_t keys = chunks > 1 ? count * sizeof(std::uint64_t) : 0;
         const std::uint64_t fixed =
-            count_ * sizeof(std::uint32_t) + keys + threads * Sights::bytes(chunk_);
-        const std::uint64_t of_group = count_ * sizeof(Sum);
+            count * sizeof(std::uint32_t) + keys + threads * Sights::bytes(chunk);
+        const std::uint64_t of_group = count * sizeof(Sum);
         if (budget != 0) {
             const std::uint64_t used = usedBytes(budget) + fixed;
             const std::uint64_t left = budget > used ? budget - used : 0;
-            groups_at_once_ = std::clamp<std::size_t>(left / of_group, 1, groups_at_once_);
+            groups_at_once = std::clamp<std::size_t>(left / of_group, 1, groups_at_once);
         }
-        checkReceiverMemory(fixed + groups_at_once_ * of_group, count_, budget);
+        bytes = fixed + groups_at_once * of_group;
+        checkReceiverMemory(bytes, count, budget);
+    }
+
+    std::size_t count, chunks, chunk, groups, groups_at_once = 1;
+    std::uint64_t bytes = 0;  // that they take
+};
+
+/// One chunk and one group are a task, whose sums begin at 0 and are added to the others' in the
+/// order of groups. As many groups as are needed to keep all threads busy are done before that; how
+/// many does not change the result.
+class LineGather {
+  public:
+    LineGather(const Occluders& occluders, const GatherJob& job, const LineTasks& tasks)
+        : occluders_(occluders),
+          job_(job),
+          count_(tasks.count),
+          chunks_(tasks.chunks),
+          chunk_(tasks.chunk),
+          groups_(tasks.groups),
+          groups_at_once_(tasks.groups_at_once) {
         if (chunks_ > 1) {
             order_ = spatialOrder(job.receivers, occluders);
         } else {
@@ -145,7 +163,7 @@ class LineGather {
 
     const Occluders& occluders_;
     const GatherJob& job_;
-    std::size_t count_, chunks_, chunk_, groups_, groups_at_once_ = 1;
+    std::size_t count_, chunks_, chunk_, groups_, groups_at_once_;
     std::vector<std::uint32_t> order_;  // chunk by chunk
     std::vector<Sum> partial_;          // of each group at hand, in that order
     std::mutex mutex_;
@@ -158,7 +176,16 @@ void gatherByLines(const PosedScene& posed, const CaptureSettings& capture, cons
                    std::vector<Sum>& sums, const Progress& progress) {
     if (job.receivers.size() == 0) return;
     const Occluders occluders(posed, capture.faces);
-    LineGather(occluders, job, capture.memory).addTo(sums, progress);
+    const LineTasks tasks(job, capture.memory);
+    if (job.tell) job.tell(residentBytes() + tasks.bytes + kTouchedBytes);
+    LineGather(occluders, job, tasks).addTo(sums, progress);
+}
+
+std::uint64_t forecastLines(const PosedScene& posed, const CaptureSettings& capture,
+                            const GatherJob& job) {
+    if (job.receivers.size() == 0) return residentBytes();
+    const Occluders occluders(posed, capture.faces);
+    return residentBytes() + LineTasks(job, capture.memory).bytes + kTouchedBytes;
 }
 
 }  // namespace peeler

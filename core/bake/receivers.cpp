@@ -8,13 +8,21 @@
 #include <limits>
 #include <string>
 
+#include "core/bake/gather.h"
 #include "core/bake/texel_coverage.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/scene/elements.h"
 
 namespace peeler {
-VertexReceivers::VertexReceivers(const PosedScene& posed) : posed_(posed) {
+namespace {
+
+constexpr std::uint64_t kReceiverBytes = sizeof(glm::dvec3) + sizeof(glm::vec3);
+
+}  // namespace
+
+VertexReceivers::VertexReceivers(const PosedScene& posed, const MemoryBudget& budget)
+    : posed_(posed) {
     std::size_t count = 0;
     for (std::size_t i = 0; i < posed.meshes().size(); ++i) {
         first_range_.push_back(ranges_.size());
@@ -31,6 +39,7 @@ VertexReceivers::VertexReceivers(const PosedScene& posed) : posed_(posed) {
                     "the scene shows " + std::to_string(count) + " vertices, at most " +
                         std::to_string(kMostReceivers) + " can be baked for",
                     "", "bake parts of it: `include`, `exclude`");
+    checkReceiverMemory(count * kReceiverBytes, count, budget);
     receivers_.positions.resize(count);
     receivers_.normals.resize(count);
     parallelFor(ranges_.size(), [&](std::size_t range) { fill(ranges_[range]); });
@@ -165,7 +174,9 @@ UvTriangle uvTriangle(const std::vector<glm::vec2>& uvs, const Corners& corners,
 }
 
 void rasterize(const Chart& chart, const Placement& placement, int size, TexelAtlas& atlas,
-               Receivers& receivers) {
+               Receivers& receivers, const MemoryBudget& budget) {
+    const std::size_t texels = static_cast<std::size_t>(size) * static_cast<std::size_t>(size);
+    checkReceiverMemory(texels * (2 * sizeof(std::uint32_t) + sizeof(TexelSample)), texels, budget);
     const TexelCoverage coverage(chart.triangles, size);
     const auto side = static_cast<std::size_t>(size);
     std::vector<TexelRow> rows(side);
@@ -183,6 +194,8 @@ void rasterize(const Chart& chart, const Placement& placement, int size, TexelAt
     }
     if (count > kMostReceivers) failTooLarge();
     atlas.first.push_back(static_cast<std::uint32_t>(count));
+    // The places of those of other textures are there twice while they move.
+    checkReceiverMemory(count * kReceiverBytes, count, budget);
     receivers.positions.resize(count);
     receivers.normals.resize(count);
     parallelFor(side, [&](std::size_t y) {
@@ -198,7 +211,7 @@ void rasterize(const Chart& chart, const Placement& placement, int size, TexelAt
 }  // namespace
 
 TexelReceivers::TexelReceivers(const PosedScene& posed, const VertexReceivers& vertices,
-                               const TexelSettings& settings)
+                               const TexelSettings& settings, const MemoryBudget& budget)
     : posed_(posed), settings_(settings) {
     const std::size_t materials = posed.scene().materials.size();
     const Placement placement(posed, vertices);
@@ -230,7 +243,7 @@ TexelReceivers::TexelReceivers(const PosedScene& posed, const VertexReceivers& v
         atlas_of_material_[material] = static_cast<int>(atlases_.size());
         TexelAtlas& atlas = atlases_.emplace_back();
         atlas.material = static_cast<int>(material);
-        rasterize(charts[material], placement, settings.size, atlas, receivers_);
+        rasterize(charts[material], placement, settings.size, atlas, receivers_, budget);
     }
     if (atlases_.empty())
         throw Error(ErrorKind::kInput,

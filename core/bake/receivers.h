@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/bake/bake.h"
+#include "core/base/memory_budget.h"
 #include "core/scene/posed_scene.h"
 
 namespace peeler {
@@ -30,9 +31,9 @@ struct VertexRange {
 /// shared. One that no triangle uses has normal 0.
 class VertexReceivers {
   public:
-    /// Throws Error (kInput) if there would be more than kMostReceivers. Primitives are done in
-    /// parallel; the result does not depend on how.
-    explicit VertexReceivers(const PosedScene& posed);
+    /// Throws Error (kInput) if there would be more than kMostReceivers, and (kMemory) if they are
+    /// over the budget. Primitives are done in parallel; the result does not depend on how.
+    explicit VertexReceivers(const PosedScene& posed, const MemoryBudget& budget = {});
 
     const Receivers& receivers() const { return receivers_; }
     /// By instance, then primitive; none is left out, but those not of triangles are empty.
@@ -85,10 +86,10 @@ class TexelReceivers {
   public:
     /// Throws Error (kInput) if no triangle has such UVs, or if they repeat a texture so often that
     /// more than 2^29 texels would have to be looked at, or if all textures together have more than
-    /// 2^30 texels or kMostReceivers receivers. Rows are done in parallel; the result does not
-    /// depend on how.
+    /// 2^30 texels or kMostReceivers receivers, and (kMemory) if they are over the budget. Rows are
+    /// done in parallel; the result does not depend on how.
     TexelReceivers(const PosedScene& posed, const VertexReceivers& vertices,
-                   const TexelSettings& settings);
+                   const TexelSettings& settings, const MemoryBudget& budget = {});
 
     const Receivers& receivers() const { return receivers_; }
     const std::vector<TexelAtlas>& atlases() const { return atlases_; }  ///< by material

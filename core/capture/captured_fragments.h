@@ -16,18 +16,6 @@
 
 namespace peeler {
 
-/// resize() for contents that will be overwritten: never holds the old and the new storage at once.
-/// There is room for `most` or a little more, as the next band may have, which takes no memory
-/// until then.
-template <class T>
-void resizeAnew(std::vector<T>& values, std::size_t size, std::size_t most = 0) {
-    if (values.capacity() < size) {
-        values = {};
-        values.reserve(most >= size ? most : size + size / 8);
-    }
-    values.resize(size);
-}
-
 // depth_sort.cpp.
 
 /// A band as it comes out of the capture: pixel p owns the fragments [first[p], first[p + 1]), each

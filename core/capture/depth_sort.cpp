@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/parallel.h"
+#include "core/base/resize_anew.h"
 
 namespace peeler {
 namespace {

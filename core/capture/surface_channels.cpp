@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/base/parallel.h"
+#include "core/base/resize_anew.h"
 #include "core/scene/elements.h"
 #include "core/scene/view.h"
 

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 
+#include "core/base/resize_anew.h"
 #include "core/capture/captured_fragments.h"
 #include "core/raster/hit_depth.h"
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/base/parallel.h"
+#include "core/base/resize_anew.h"
 #include "core/image/layered_image.h"
 #include "core/image/layers.h"
 #include "formats/arrays/bundle_arrays.h"
@@ -110,7 +111,8 @@ class FragmentArrays final : public Sink {
     void write(LayeredImage&& band) override;
     void finish() override { writer_->finish(); }
     SinkMemory memory(const Plan&) const override {
-        return options_.dense ? SinkMemory{.bytes = DensePlanes::rangeBytes()} : SinkMemory{};
+        if (options_.dense) return {.bytes = DensePlanes::rangeBytes()};
+        return {.pixel_bytes = sizeof(std::int64_t)};  // where lists begin
     }
 
   private:
@@ -160,7 +162,7 @@ void FragmentArrays::writeColumn(const LayeredImage& band, std::size_t index) {
     constexpr std::size_t kAtOnce = std::size_t{1} << 14;
     const FragmentColumn& column = columns_[index];
     const FragmentColumnReader reader(band, column, options_.default_material);
-    values_.resize(band.fragments() * column.bytes());
+    resizeAnew(values_, band.fragments() * column.bytes());
     parallelFor((band.fragments() + kAtOnce - 1) / kAtOnce, [&](std::size_t part) {
         const std::size_t first = part * kAtOnce;
         std::byte* out = values_.data() + first * column.bytes();
@@ -174,7 +176,7 @@ void FragmentArrays::writeColors(const LayeredImage& band) {
     if (!plan_.tinted) return writer_->append(kColorArray, band.color.data);
     const std::size_t number = pixelTypeSize(band.color.type), stride = band.color.stride();
     const auto components = [&](std::size_t first, std::size_t count) {
-        values_.resize(band.fragments() * count * number);
+        resizeAnew(values_, band.fragments() * count * number);
         for (std::size_t f = 0; f < band.fragments(); ++f) {
             std::memcpy(values_.data() + f * count * number,
                         band.color.data.data() + f * stride + first * number, count * number);
@@ -283,6 +285,14 @@ SizeForecast forecastFragmentArrays(const Plan& plan, const LayeredImage& band,
         numbered.extra.push_back({{std::string(kLayerName)}, PixelType::kUint, {}});
     const std::vector<FragmentColumn> columns = columnsOf(numbered, options);
     return {NpzWriter::fileBytes(layoutOf(plan, numbered, columns, options).arrays)};
+}
+
+std::uint64_t fragmentArrayBytes(const LayeredImage& band, const FragmentArrayOptions& options) {
+    if (options.dense) return 0;
+    std::size_t widest = band.tinted() ? kPlainComponents * pixelTypeSize(band.color.type) : 0;
+    for (const FragmentColumn& column : columnsOf(band, options))
+        widest = std::max(widest, column.bytes());
+    return widest;
 }
 
 }  // namespace peeler

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/parallel.h"
+#include "core/base/resize_anew.h"
 #include "core/image/composite.h"
 #include "core/image/layered_image.h"
 #include "formats/arrays/fragment_columns.h"
@@ -93,7 +94,7 @@ void FragmentPoints::write(LayeredImage&& band) {
         numbers.emplace_back(band, column, options_.default_material);
 
     const std::size_t size = writer_->pointSize();
-    points_.resize(band.fragments() * size);
+    resizeAnew(points_, band.fragments() * size);
     const auto width = static_cast<std::size_t>(band.window.width());
     parallelFor(static_cast<std::size_t>(band.window.height()), [&](std::size_t row) {
         const double y = band.window.y0 + static_cast<int>(row) + view_.sample.y;
@@ -130,6 +131,13 @@ SizeForecast forecastFragmentPoints(const Plan& plan, const LayeredImage& band,
                                     const FragmentPointOptions& options) {
     const PointTable table(band, options);
     return {PlyWriter::fileBytes(table.properties, table.comments, plan.fragments_stored)};
+}
+
+std::uint64_t fragmentPointBytes(const LayeredImage& band, const FragmentPointOptions& options) {
+    std::uint64_t bytes = 0;
+    for (const PlyProperty& property : PointTable(band, options).properties)
+        bytes += infoOf(property.type).size;
+    return bytes;
 }
 
 }  // namespace peeler

@@ -35,6 +35,9 @@ std::unique_ptr<Sink> makeFragmentPoints(std::string path, FragmentPointOptions 
 SizeForecast forecastFragmentPoints(const Plan& plan, const LayeredImage& band,
                                     const FragmentPointOptions& options);
 
+/// Bytes that the Sink holds of every fragment of a band like this one, besides the band.
+std::uint64_t fragmentPointBytes(const LayeredImage& band, const FragmentPointOptions& options);
+
 struct FragmentArrayOptions {
     bool camera_known = true;
     std::uint32_t default_material = 0;  ///< as in FragmentPointOptions
@@ -63,6 +66,8 @@ std::unique_ptr<Sink> makeFragmentArrays(std::string path, const FragmentArrayOp
 /// The size of its file, to the byte, as forecastFragmentPoints() has it.
 SizeForecast forecastFragmentArrays(const Plan& plan, const LayeredImage& band,
                                     const FragmentArrayOptions& options);
+/// Likewise as fragmentPointBytes() has it; planes are made some pixels at a time.
+std::uint64_t fragmentArrayBytes(const LayeredImage& band, const FragmentArrayOptions& options);
 
 /// A Sink of a sample as the loader of LaRI reads it (Li et al., "LaRI: Layered Ray Intersections
 /// for Single-view 3D Geometric Reasoning", 2025; src/datasets/objaverse.py of ruili3/lari): the

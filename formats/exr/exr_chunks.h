@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "core/image/layered_image.h"
+#include "formats/exr/exr_layout.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/byte_buffer.h"
 
@@ -30,7 +31,6 @@ namespace peeler {
 
 /// A level of libdeflate; higher ones gain little on float pixels.
 inline constexpr int kDefaultZipLevel = 4;
-inline constexpr int kExrRowsPerChunk = 16;  ///< of ZIP compression
 
 /// Bytes of pixels, before packing, that a writer packs at once: this bounds its memory.
 inline constexpr std::size_t kExrBytesInFlight = 16U << 20;

@@ -14,6 +14,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/base/resize_anew.h"
 #include "core/image/layers.h"
 
 namespace peeler {
@@ -179,7 +180,7 @@ void ExrDeepReader::count(std::size_t block, CountedBlock& out) const {
 void ExrDeepReader::countSamples() {
     const std::size_t main = parts_.front().index;
     const Window& all = info_.parts[main].data_window;
-    DepthComplexity complexity(all);
+    DepthComplexity& complexity = complexity_.emplace(all);
     std::set<std::size_t> different;
     const std::size_t blocks = input_.deepBlocks(main);
     constexpr std::size_t kAtOnce = 256;
@@ -207,12 +208,10 @@ void ExrDeepReader::countSamples() {
     plan.layers = complexity.layers();
     plan.fragments_stored = complexity.counted();
     if (!info_.is_peeler) plan.fragments_counted = plan.fragments_stored;
-    std::uint64_t sample = 0;
     for (const Part& part : parts_) {
         for (const ExrInputChannel& channel : info_.parts[part.index].channels)
-            sample += pixelTypeSize(channel.type);
+            sample_bytes_ += pixelTypeSize(channel.type);
     }
-    most_row_bytes_ = 2 * sample * complexity.mostFragments(1);
 }
 
 void ExrDeepReader::findChannels() {
@@ -375,17 +374,17 @@ void ExrDeepReader::read(const Window& window, LayeredImage& out) {
     out.window = window;
     readCounts(window, out);
     const std::size_t fragments = out.offsets.back();
-    out.z.resize(fragments);
+    resizeAnew(out.z, fragments);
     out.color = {colorNames(info_.plan.tinted), info_.plan.color_type, std::move(out.color.data)};
     const ExrInputPart& main = info_.parts[parts_.front().index];
     const auto missing = [&](const std::string& name) { return main.channel(name) == nullptr; };
     if (std::ranges::any_of(out.color.channels, missing))
         out.color.data.clear();  // reused storage is not 0
-    out.color.data.resize(fragments * out.color.stride());
+    resizeAnew(out.color.data, fragments * out.color.stride());
     out.extra.resize(extra_.size());
     for (std::size_t i = 0; i < extra_.size(); ++i) {
         out.extra[i] = {extra_[i].channels, extra_[i].type, std::move(out.extra[i].data)};
-        out.extra[i].data.resize(fragments * extra_[i].stride());
+        resizeAnew(out.extra[i].data, fragments * extra_[i].stride());
     }
     if (opaque_) {
         for (std::size_t f = 0; f < fragments; ++f) {
@@ -407,12 +406,31 @@ void ExrDeepReader::readComposite(const Window&, CompositeImage&) {
 
 int ExrDeepReader::rowsFor(std::uint64_t bytes) const {
     const Window& crop = info_.plan.view.crop;
-    const std::uint64_t row =
-        most_row_bytes_ + static_cast<std::uint64_t>(crop.width()) * sizeof(std::uint32_t);
+    const std::uint64_t row = 2 * sample_bytes_ * complexity_->mostFragments(1) +
+                              static_cast<std::uint64_t>(crop.width()) * sizeof(std::uint32_t);
     const auto rows = static_cast<std::uint64_t>(std::max(1, crop.height()));
     return static_cast<int>(
         std::clamp(std::min(bytes, kMostSampleBytes) / std::max<std::uint64_t>(1, row),
                    std::uint64_t{1}, rows));
+}
+
+BandRead ExrDeepReader::mostOf(int rows) const {
+    std::uint64_t block_bytes = 0;
+    for (const Part& part : parts_) {
+        const ExrInputPart& info = info_.parts[part.index];
+        std::uint64_t sample = 0;
+        for (const ExrInputChannel& channel : info.channels)
+            sample += pixelTypeSize(channel.type);
+        const int height = std::max(1, info.tile_height);
+        const int width = info.tile_width > 0 ? info.tile_width : info.data_window.width();
+        const std::uint64_t table = static_cast<std::uint64_t>(width) *
+                                    static_cast<std::uint64_t>(height) * sizeof(std::uint32_t);
+        // Samples and table are there as they are packed, and as they are.
+        block_bytes =
+            std::max(block_bytes, 2 * (sample * complexity_->mostFragments(height) + table));
+    }
+    return {complexity_->mostFragments(rows),
+            block_bytes * static_cast<std::uint64_t>(threadCount()), true};
 }
 
 }  // namespace peeler

@@ -21,6 +21,8 @@ struct ExrLayout {
     std::string_view composite_part = "composite";  ///< the name of its part
 };
 
+inline constexpr int kExrRowsPerChunk = 16;  ///< of ZIP compression
+
 inline constexpr std::string_view kPerFileLayout = "per-file";
 
 inline constexpr int kMostLayers = 1 << 16;  ///< of a picture that is read

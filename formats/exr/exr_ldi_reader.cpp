@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/base/resize_anew.h"
 #include "formats/exr/exr_layout.h"
 
 namespace peeler {
@@ -269,14 +270,15 @@ void ExrLdiReader::read(const Window& window, LayeredImage& out) {
     countsToOffsets(out.offsets, input_.path());
     const std::size_t total = out.offsets.back();
 
-    out.z.resize(total);
+    resizeAnew(out.z, total);
     out.color = {colorNames(info_.plan.tinted), info_.plan.color_type, std::move(out.color.data)};
     const std::size_t components = out.color.components();
-    out.color.data.resize(total * out.color.stride());
+    resizeAnew(out.color.data, total * out.color.stride());
     out.extra.resize(extra_.size());
     for (std::size_t i = 0; i < extra_.size(); ++i) {
         out.extra[i] = {extra_[i].channels, extra_[i].type, std::move(out.extra[i].data)};
-        out.extra[i].data.assign(total * extra_[i].stride(), std::byte{0});
+        out.extra[i].data.clear();
+        resizeAnew(out.extra[i].data, total * extra_[i].stride());
     }
     parallelFor(height, [&](std::size_t row) {
         const int y = window.y0 + static_cast<int>(row);
@@ -341,10 +343,41 @@ void ExrLdiReader::readComposite(const Window& window, CompositeImage& out) {
     }
 }
 
-int ExrLdiReader::rowsFor(std::uint64_t bytes) const {
+/// Of a layer's pixel, in its planes.
+std::uint64_t ExrLdiReader::pixelBytes() const {
     std::uint64_t pixel = 0;
     for (const auto& channel : channels_)
         pixel += pixelTypeSize(channel.type);
+    return pixel;
+}
+
+BandRead ExrLdiReader::mostOf(int rows) const {
+    const Window& crop = info_.plan.view.crop;
+    BandRead most;
+    for (int y = crop.y0; y < crop.y1; y += rows) {
+        const Window band{crop.x0, y, crop.x1, std::min(y + rows, crop.y1)};
+        std::uint64_t pixels = 0;
+        for (const Source& source : sources_)
+            pixels += intersect(band, info_.parts[source.part].data_window).pixels();
+        most.fragments = std::max<std::uint64_t>(most.fragments, pixels);
+    }
+    most.bytes = most.fragments * pixelBytes();
+    const std::uint64_t stored = info_.plan.fragments_stored;
+    if (info_.is_peeler && stored != 0) most.fragments = std::min(most.fragments, stored);
+    std::map<std::size_t, std::uint64_t> layers;  // of each part
+    std::uint64_t chunk = 0;
+    for (const Source& source : sources_) {
+        const auto width = static_cast<std::uint64_t>(info_.parts[source.part].data_window.width());
+        const auto height = static_cast<std::uint64_t>(input_.rowsPerChunk(source.part));
+        chunk = std::max(chunk, width * height * ++layers[source.part] * pixelBytes());
+    }
+    // Packed, unpacked, put in order, and in planes.
+    most.bytes += 4 * chunk * static_cast<std::uint64_t>(threadCount());
+    return most;
+}
+
+int ExrLdiReader::rowsFor(std::uint64_t bytes) const {
+    const std::uint64_t pixel = pixelBytes();
     // Planes and lists exist at once, hence twice; a layer's rows are as wide as its window.
     std::uint64_t row =
         static_cast<std::uint64_t>(info_.plan.view.crop.width()) * sizeof(std::uint32_t);

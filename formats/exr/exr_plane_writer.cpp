@@ -210,6 +210,16 @@ void CountMap::finish() {
     }
 }
 
+SinkMemory CountMap::memory(const Plan& plan) const {
+    if (lowerExtension(path_) == ".exr")
+        return {.bytes = ExrPlaneWriter::memory(plan.view.crop.width(), 1),
+                .pixel_bytes = 3 * kNumberBytes};  // the counts, and rows of them as they grow
+    SinkMemory memory = ImageWriter(path_, options_).memory(plan);
+    // The count, the band that shows it (offset, Z, RGBA), and its composite (RGBA, Z).
+    memory.pixel_bytes += 3 * sizeof(std::uint32_t) + 9 * sizeof(float);
+    return memory;
+}
+
 StageTimes CountMap::times() const {
     return plane_ ? plane_->times() : picture_->times();
 }

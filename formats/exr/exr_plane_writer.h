@@ -107,6 +107,7 @@ class CountMap : public Sink {
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
     void finish() override;
+    SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override;
 
     std::uint32_t largest() const { return largest_; }  ///< so far

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "core/image/composite.h"
 #include "core/image/layered_image.h"
+#include "core/image/layers.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/layered_input.h"
 
@@ -32,6 +34,7 @@ class ExrLdiReader : public LayeredInput {
     void read(const Window& window, LayeredImage& out) override;
     void readComposite(const Window& window, CompositeImage& out) override;
     int rowsFor(std::uint64_t bytes) const override;
+    BandRead mostOf(int rows) const override;
 
   private:
     struct Layer;
@@ -40,6 +43,7 @@ class ExrLdiReader : public LayeredInput {
         std::size_t part;
         std::string prefix;
     };
+    std::uint64_t pixelBytes() const;
     std::vector<Layer> decode(const Window& window, std::span<const Source> sources,
                               std::span<const ExrInputChannel> channels) const;
     void checkLayers() const;
@@ -83,6 +87,7 @@ class ExrDeepReader : public LayeredInput {
     void read(const Window& window, LayeredImage& out) override;
     void readComposite(const Window& window, CompositeImage& out) override;
     int rowsFor(std::uint64_t bytes) const override;
+    BandRead mostOf(int rows) const override;
 
   private:
     /// Where the values of one channel of a part go.
@@ -119,7 +124,8 @@ class ExrDeepReader : public LayeredInput {
     std::vector<Part> parts_;           ///< the first has Z and colour
     std::vector<FragmentArray> extra_;  ///< without data
     bool opaque_ = false;               ///< there is no channel A
-    std::uint64_t most_row_bytes_ = 0;  ///< of the fragments of a row
+    std::uint64_t sample_bytes_ = 0;    ///< of all parts together
+    std::optional<DepthComplexity> complexity_;
 };
 
 }  // namespace peeler

@@ -13,6 +13,13 @@
 
 namespace peeler {
 
+/// What reading a band takes.
+struct BandRead {
+    std::uint64_t fragments = 0;  ///< in its lists
+    std::uint64_t bytes = 0;      ///< besides the lists, until they are read
+    bool counted = false;         ///< the fragments are those that are there
+};
+
 /// An open layered file. Memory grows with the window that is read, not with the file.
 class LayeredInput {
   public:
@@ -33,6 +40,10 @@ class LayeredInput {
 
     /// Rows of full width whose read() takes about `bytes`, at least one chunk's.
     virtual int rowsFor(std::uint64_t bytes) const = 0;
+
+    /// What read() of so many rows of full width comes to at most, wherever they are among rows
+    /// that are read so many at a time: as far as the headers tell, or the counts of a deep file.
+    virtual BandRead mostOf(int rows) const = 0;
 
   protected:
     /// Turns the counts of the pixels, after a leading 0, into LayeredImage::offsets. Throws Error

@@ -85,47 +85,6 @@ constexpr std::uint64_t grownBytes(std::uint64_t elements, std::uint64_t size) {
     return elements == 0 ? 0 : allocated(std::bit_ceil(elements) * size);
 }
 
-/// The bytes of memory that JSON takes once parsed: texts, arrays and objects (maps) are allocated
-/// apart from their values, and members are nodes of a red-black tree. The largest array exists
-/// three times for a moment when it is freed, since its values are moved into a list that doubles,
-/// and the parser has two buffers with the longest text: as it is, and as messages show it.
-std::uint64_t parsedBytes(std::string_view text) {
-    constexpr std::uint64_t kTreeNode = 4 * sizeof(void*);
-    constexpr std::uint64_t kText = allocated(sizeof(json::string_t));
-    constexpr std::uint64_t kArray = allocated(sizeof(json::array_t));
-    constexpr std::uint64_t kObject = allocated(sizeof(json::object_t));
-    constexpr std::uint64_t kMember = allocated(kTreeNode + sizeof(json::object_t::value_type));
-    std::uint64_t bytes = 0, largest = 0, longest = 0;
-    std::vector<std::uint64_t> elements;  // of what is open, as many as are followed by another
-    std::size_t quote = text.npos;        // where the string that is open begins
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        const char c = text[i];
-        if (c == '"') {
-            if (quote != text.npos) {
-                bytes += kText + textBytes(i - quote - 1);
-                longest = std::max<std::uint64_t>(longest, i - quote);
-            }
-            quote = quote == text.npos ? i : text.npos;
-        } else if (quote != text.npos) {
-            i += c == '\\' ? 1 : 0;
-        } else if (c == ',' && !elements.empty()) {
-            ++elements.back();
-        } else if (c == ':') {
-            bytes += kMember - kText;  // its key is in it
-        } else if (c == '{' || c == '[') {
-            bytes += c == '[' ? kArray : kObject;
-            elements.push_back(0);
-        } else if ((c == '}' || c == ']') && !elements.empty()) {
-            const std::uint64_t array = grownBytes(elements.back() + 1, sizeof(json));
-            elements.pop_back();
-            if (c == '}') continue;
-            bytes += array;
-            largest = std::max(largest, array);
-        }
-    }
-    return bytes + 2 * largest + 2 * longest;
-}
-
 /// How many values there are in objects of that name, themselves included.
 std::uint64_t valuesIn(const json& value, const char* name, bool inside = false) {
     std::uint64_t values = inside ? 1 : 0;
@@ -314,6 +273,43 @@ void listFiles(GltfDocument& document, const json& buffers, const json& images) 
 }
 
 }  // namespace
+
+std::uint64_t parsedBytes(std::string_view text) {
+    constexpr std::uint64_t kTreeNode = 4 * sizeof(void*);
+    constexpr std::uint64_t kText = allocated(sizeof(json::string_t));
+    constexpr std::uint64_t kArray = allocated(sizeof(json::array_t));
+    constexpr std::uint64_t kObject = allocated(sizeof(json::object_t));
+    constexpr std::uint64_t kMember = allocated(kTreeNode + sizeof(json::object_t::value_type));
+    std::uint64_t bytes = 0, largest = 0, longest = 0;
+    std::vector<std::uint64_t> elements;  // of what is open, as many as are followed by another
+    std::size_t quote = text.npos;        // where the string that is open begins
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (c == '"') {
+            if (quote != text.npos) {
+                bytes += kText + textBytes(i - quote - 1);
+                longest = std::max<std::uint64_t>(longest, i - quote);
+            }
+            quote = quote == text.npos ? i : text.npos;
+        } else if (quote != text.npos) {
+            i += c == '\\' ? 1 : 0;
+        } else if (c == ',' && !elements.empty()) {
+            ++elements.back();
+        } else if (c == ':') {
+            bytes += kMember - kText;  // its key is in it
+        } else if (c == '{' || c == '[') {
+            bytes += c == '[' ? kArray : kObject;
+            elements.push_back(0);
+        } else if ((c == '}' || c == ']') && !elements.empty()) {
+            const std::uint64_t array = grownBytes(elements.back() + 1, sizeof(json));
+            elements.pop_back();
+            if (c == '}') continue;
+            bytes += array;
+            largest = std::max(largest, array);
+        }
+    }
+    return bytes + 2 * largest + 2 * longest;
+}
 
 void GltfDocument::warn(const std::string& text) {
     const std::string sentence = printable(text, kMostOfWarning);  // names of the file are in it

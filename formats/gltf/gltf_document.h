@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/scene/scene.h"
@@ -72,6 +73,12 @@ struct GltfDocument {
   private:
     std::map<std::string, std::span<const std::uint8_t>> read_;  ///< by URI
 };
+
+/// The bytes of memory that JSON takes once parsed: texts, arrays and objects (maps) are allocated
+/// apart from their values, and members are nodes of a red-black tree. The largest array exists
+/// three times for a moment when it is freed, since its values are moved into a list that doubles,
+/// and the parser has two buffers with the longest text: as it is, and as messages show it.
+std::uint64_t parsedBytes(std::string_view text);
 
 /// Reads the file and everything that its buffers name. `document` has been made for this path.
 void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,

@@ -6,12 +6,14 @@
 #include <limits>
 #include <map>
 #include <string_view>
+#include <system_error>
 
 #include "core/base/error.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/json_text.h"
 #include "formats/file/regular_file.h"
 #include "formats/gltf/gltf_container.h"
+#include "formats/gltf/gltf_document.h"
 #include "formats/gltf/gltf_parts.h"
 #include "formats/gltf/gltf_schema.h"
 
@@ -87,6 +89,23 @@ GltfPackage::GltfPackage(const std::filesystem::path& path, const GltfOptions& o
     json_ = parseOrderedGltfJson(container.json, path_);
     takeBuffers(checked, container.binary);
     takeImages();
+}
+
+std::uint64_t GltfPackage::memory(const std::filesystem::path& path, const GltfOptions& options,
+                                  std::span<const std::filesystem::path> named) {
+    const std::vector<std::uint8_t> bytes = readRegularFile(path, options.max_file_bytes);
+    std::vector<std::string> warnings;
+    const GltfContainer container = splitGltfContainer(bytes, path.string(), warnings);
+    // The JSON is there as text, as it is checked, and as it is changed; data URIs are decoded,
+    // three bytes of four letters.
+    std::uint64_t all = bytes.size() + 2 * parsedBytes(container.json);
+    if (!container.binary) all += bytes.size() / 4 * 3;
+    for (const std::filesystem::path& file : named) {
+        std::error_code failure;
+        const std::uint64_t of_file = std::filesystem::file_size(file, failure);
+        if (!failure) all += of_file;
+    }
+    return all;
 }
 
 std::uint64_t GltfPackage::append(std::span<const std::uint8_t> bytes) {

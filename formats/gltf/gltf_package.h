@@ -41,6 +41,13 @@ class GltfPackage {
     GltfPackage(const GltfPackage&) = delete;
     GltfPackage& operator=(const GltfPackage&) = delete;
 
+    /// Most bytes that one of a glTF holds until it is written, without what is added; `named` are
+    /// the files that it names. Reads the file. Throws like the constructor.
+    static std::uint64_t memory(const std::filesystem::path& path, const GltfOptions& options,
+                                std::span<const std::filesystem::path> named);
+    /// Likewise of one of a scene of another format.
+    static std::uint64_t memory(const Scene& scene);
+
     nlohmann::ordered_json& gltf() { return json_; }
     const std::vector<std::string>& warnings() const { return warnings_; }
 

@@ -141,4 +141,19 @@ ordered_json GltfPackage::primitiveJson(const Primitive& primitive, std::size_t 
     return json;
 }
 
+std::uint64_t GltfPackage::memory(const Scene& scene) {
+    std::uint64_t bytes = 0;
+    const auto add = [&](const auto& values) { bytes += values.size() * sizeof(values[0]); };
+    for (const Mesh& mesh : scene.meshes) {
+        for (const Primitive& primitive : mesh.primitives) {
+            add(primitive.positions);
+            add(primitive.normals);
+            add(primitive.texcoords[0]);
+            add(primitive.colors);
+            add(primitive.indices);
+        }
+    }
+    return bytes;
+}
+
 }  // namespace peeler

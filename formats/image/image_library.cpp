@@ -89,4 +89,13 @@ std::uint64_t imageEncoderBytes(const std::string& format, std::uint64_t picture
     return loaded_library ? 0 : kLibraryBytes;
 }
 
+std::uint64_t sharedEncoderBytes(const std::string& format, std::uint64_t picture) {
+    // Of what is built in, rows and what is filtered stay with the encoder; the other half does
+    // not.
+    const std::uint64_t all = imageEncoderBytes(format, picture);
+    for (const BuiltIn& row : kBuiltIn)
+        if (row.format == format && row.encoder) return all / 2;
+    return all;
+}
+
 }  // namespace peeler

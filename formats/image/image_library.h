@@ -110,6 +110,9 @@ std::unique_ptr<ImageEncoder> imageEncoder(const std::string& format);
 /// About how many bytes more are resident while imageEncoder() of that format encodes a picture of
 /// so many bytes: what it holds, and the library, unless it is built in or loaded already.
 std::uint64_t imageEncoderBytes(const std::string& format, std::uint64_t picture);
+/// What of that several encoders that take turns share: the library, and what is made of the rows
+/// at hand.
+std::uint64_t sharedEncoderBytes(const std::string& format, std::uint64_t picture);
 
 /// What the module exports, under the name kImageModuleFunction.
 using ImageModuleFunction = const ImageLibrary*();

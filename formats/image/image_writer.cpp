@@ -43,6 +43,8 @@ std::uint8_t quantizeSrgb(float linear) {
     return bytes(linear);
 }
 
+constexpr int kRowsAtOnce = 64;  // that are shown and handed to the encoder
+
 }  // namespace
 
 SizeForecast imageForecast(const std::string& path, std::uint64_t pixels) {
@@ -135,7 +137,6 @@ std::uint64_t ImageWriter::Output::writeRows(const CompositeImage& composite,
                                              PictureAlpha alpha) {
     const auto width = static_cast<std::size_t>(composite.window.width());
     const int height = composite.window.height();
-    constexpr int kRowsAtOnce = 64;
     const auto channels = static_cast<std::size_t>(image.channels);
     const bool keeps_alpha = channels == 4, has_background = background != Rgba{};
     pixels.resize(width * kRowsAtOnce * channels * sizeof(T));
@@ -328,7 +329,9 @@ bool ImageWriter::metersOf(const Plan& plan) const {
 SinkMemory ImageWriter::memory(const Plan& plan) const {
     const std::uint64_t picture =
         plan.view.crop.pixels() * 4 * static_cast<std::uint64_t>(format_->bits / 8);
-    const std::uint64_t encoder = imageEncoderBytes(std::string(format_->name), picture);
+    const std::uint64_t rows = static_cast<std::uint64_t>(plan.view.crop.width()) * kRowsAtOnce *
+                               4 * static_cast<std::uint64_t>(format_->bits / 8);
+    const std::uint64_t encoder = imageEncoderBytes(std::string(format_->name), picture) + rows;
     if (!metersOf(plan)) return {.bytes = encoder};
     const std::size_t pixel_bytes =
         sizeof(kept_.rgba.front()) + (plan.tinted ? sizeof(kept_.opacity.front()) : 0) +

@@ -342,6 +342,21 @@ TEST_F(ExtractCommand, AFileThatDoesNotTellItsCamera) {
     EXPECT_EQ(numpy.out, "[[nan nan nan]]\n");
 }
 
+TEST_F(ExtractCommand, TellsAndKeepsToMemory) {
+    const std::string in = write("in.exr", knownPicture());
+    const Outcome told = extract({in, "--points", path("p.ply"), "--dry-run"});
+    ASSERT_EQ(told.exit_code, 0) << told.err;
+    EXPECT_GT(Json::parse(told.out).at("forecastMemory").get<std::uint64_t>(), 1'000'000U);
+    EXPECT_NE(told.err.find("of memory at most"), std::string::npos) << told.err;
+    const Outcome free = extract({in, "--points", path("p.ply"), "--json", "--verbose"});
+    ASSERT_EQ(free.exit_code, 0) << free.err;
+    EXPECT_GT(Json::parse(free.out).at("forecastMemory").get<std::uint64_t>(), 1'000'000U);
+    EXPECT_NE(free.err.find("of memory at most"), std::string::npos) << free.err;
+    if (kShadowMemory) return;  // its memory is not the product's
+    ASSERT_EQ(extract({in, "--points", path("kept.ply"), "--memory", "8G"}).exit_code, 0);
+    EXPECT_EQ(bytesOf(path("kept.ply")), bytesOf(path("p.ply")));
+}
+
 TEST_F(ExtractCommand, WhatItRefuses) {
     const std::string in = write("in.exr", knownPicture());
     std::ofstream(path("there.ply")) << "mine";

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "core/bake/receivers.h"
+#include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/capture/bands.h"
 #include "core/raster/hit_rasterizer.h"
@@ -369,6 +370,42 @@ TEST(Sights, AreTheSameForAllThreadsAndBudgets) {
         EXPECT_LT(least, 0.8F);
         EXPECT_GT(most, 0.9F);
     }
+}
+
+TEST(Sights, TellBeforeTheyLook) {
+    RandomPoints random;
+    const Scene scene = oneMesh({soup(random, 60), square(-0.5F)});
+    const PosedScene shown(scene);
+    const Receivers receivers = scattered(random, 300);
+    HitRasterizer lines(shown);
+    Bundled bundles(shown);
+    BakeSettings settings;
+    settings.directions = 16;
+    settings.resolution = 64;
+    for (HitSource* const source :
+         {static_cast<HitSource*>(&lines), static_cast<HitSource*>(&bundles)}) {
+        std::vector<std::uint64_t> told;
+        double done = 0;
+        bake(
+            *source, receivers, settings, {}, {}, [&](double share) { done = share; },
+            [&](std::uint64_t bytes) {
+                EXPECT_LT(done, 1);
+                told.push_back(bytes);
+            });
+        // Lines are all looked along at once, bundles are 8 pairs.
+        ASSERT_EQ(told.size(), source == &lines ? 1U : 8U);
+        const std::uint64_t before = forecastBake(*source, receivers, settings, {}, {});
+        EXPECT_GT(before, 1'000'000U);
+        EXPECT_NEAR(static_cast<double>(before), static_cast<double>(told.back()),
+                    0.5 * static_cast<double>(before));
+    }
+    // A million receivers have values, and their sums twice.
+    Receivers many = scattered(random, 1'000'000);
+    const std::uint64_t few = forecastBake(lines, receivers, settings, {}, {});
+    EXPECT_GT(forecastBake(lines, many, settings, {}, {}), few + 30'000'000);
+    CaptureSettings tight;
+    tight.memory = few + 10'000'000;
+    EXPECT_THROW(forecastBake(lines, many, settings, tight, {}), Error);
 }
 
 }  // namespace

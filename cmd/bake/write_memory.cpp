@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/bake/write_memory.h"
+
+#include <algorithm>
+
+#include "core/base/parallel.h"
+#include "formats/exr/exr_layout.h"
+#include "formats/gltf/gltf_package.h"
+#include "formats/image/image_library.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+// The buffer of the file, and code that is first touched while it is written.
+constexpr std::uint64_t kTouchedBytes = std::uint64_t{4} << 20;
+
+/// Of textures of so many texels and components, of which `kept` are there at a time.
+struct Textures {
+    std::uint64_t texels, components, kept;
+
+    std::uint64_t numbers() const { return texels * components * sizeof(float); }
+    /// While a texture is filled (TexelReceivers::pixels()): which texels have values, how far the
+    /// nearest in their column is, and which it is.
+    std::uint64_t filling() const {
+        return kept * numbers() + texels * (1 + 2 * sizeof(std::int32_t));
+    }
+    /// While one is encoded, with so many bytes a number: as these, in rows, and packed, as it
+    /// grows and is taken.
+    std::uint64_t png(std::uint64_t bytes) const {
+        const std::uint64_t picture = texels * components * bytes;
+        return numbers() + 3 * picture + imageEncoderBytes("png", picture);
+    }
+    /// While all are written: a texture's chunks as they are packed, and those at hand.
+    std::uint64_t exr(std::uint64_t side) const {
+        const std::uint64_t chunk = side * kExrRowsPerChunk * components * sizeof(float);
+        return (kept + 1) * numbers() + 2 * chunk * static_cast<std::uint64_t>(threadCount());
+    }
+};
+
+}  // namespace
+
+std::uint64_t writeMemory(const BakeOptions& bake, const SceneOptions& options,
+                          const OpenedScene& scene, std::uint64_t receivers,
+                          const TexelReceivers* texels) {
+    const std::uint64_t components = componentsOf(bake.settings.quantity);
+    std::uint64_t bytes = kTouchedBytes, package = 0;
+    if (bake.file() == BakeFile::kGltf)
+        package = scene.assumed()
+                      ? GltfPackage::memory(scene.scene())
+                      : GltfPackage::memory(options.file, options.reading, scene.scene().files);
+    if (!texels) {
+        // COLOR_0 and the values, as they are made and as they are added.
+        constexpr std::uint64_t kColorBytes = 4 * sizeof(std::uint16_t);
+        return bytes + package + 2 * receivers * (kColorBytes + components * sizeof(float));
+    }
+    const auto side = static_cast<std::uint64_t>(texels->settings().size);
+    const auto atlases = static_cast<std::uint64_t>(texels->atlases().size());
+    Textures textures{side * side, components, 1};
+    if (bake.file() == BakeFile::kExr) {
+        textures.kept = atlases;
+        return bytes + std::max(textures.filling(), textures.exr(side));
+    }
+    if (bake.file() == BakeFile::kPng)
+        return bytes + std::max(textures.filling(), textures.png(sizeof(std::uint16_t)));
+    const std::uint64_t encoded = atlases * textures.texels;  // a byte a texel, at most
+    bytes += encoded;
+    return bytes + std::max({textures.filling(), textures.png(1), package});
+}
+
+}  // namespace peeler::cmd
