@@ -11,7 +11,7 @@ LIBRARIES = ("core", "formats", "cmd")  # each may include itself and those befo
 FROM_THE_ROOT = ("core/", "formats/", "cmd/", "shaders/")
 CODE = (".h", ".cpp")
 SHADERS = (".glsl", ".vert", ".frag", ".comp")
-MOST_HEADERS = 205
+MOST_HEADERS = 208
 LONGEST_FILE = 450
 REASON = "Longer than others because "
 

@@ -27,7 +27,12 @@ std::string rasterizer() {
 
 class Threads : public testing::Test {
   protected:
-    void SetUp() override {
+    void SetUp() override { forget(); }
+    // OpenImageIO's programs, which later tests start, make as many threads as CUE_THREADS says.
+    void TearDown() override { forget(); }
+
+  private:
+    static void forget() {
         for (const char* name : {"LP_NUM_THREADS", "SLURM_CPUS_PER_TASK", "CUE_THREADS"})
             unsetenv(name);
     }
