@@ -13,7 +13,7 @@ namespace peeler::cmd {
 namespace {
 
 // The buffer of the file, and code that is first touched while it is written.
-constexpr std::uint64_t kTouchedBytes = std::uint64_t{4} << 20;
+constexpr std::uint64_t kWritingBytes = std::uint64_t{4} << 20;
 
 /// Of textures of so many texels and components, of which `kept` are there at a time.
 struct Textures {
@@ -44,7 +44,7 @@ std::uint64_t writeMemory(const BakeOptions& bake, const SceneOptions& options,
                           const OpenedScene& scene, std::uint64_t receivers,
                           const TexelReceivers* texels) {
     const std::uint64_t components = componentsOf(bake.settings.quantity);
-    std::uint64_t bytes = kTouchedBytes, package = 0;
+    std::uint64_t bytes = kWritingBytes, package = 0;
     if (bake.file() == BakeFile::kGltf)
         package = scene.assumed()
                       ? GltfPackage::memory(scene.scene())

@@ -12,7 +12,7 @@ namespace peeler::cmd {
 namespace {
 
 // Code and tables of the program that are first touched while bands are read and written.
-constexpr std::uint64_t kTouchedBytes = std::uint64_t{4} << 20;
+constexpr std::uint64_t kExtractingBytes = std::uint64_t{4} << 20;
 
 }  // namespace
 
@@ -44,7 +44,7 @@ std::uint64_t bandMemory(const LayeredInput& input, int rows, const BandUseOf& u
     const std::uint64_t made = chosen * of_band.fragment_bytes + pixels * of_band.pixel_bytes;
     // What is made of a band is still there while the next one is read.
     const bool alone = rows >= crop.height();
-    return kTouchedBytes + of_band.bytes + lists +
+    return kExtractingBytes + of_band.bytes + lists +
            (alone ? std::max(read.bytes, made) : read.bytes + made);
 }
 

@@ -24,7 +24,7 @@ constexpr std::size_t kGroupDirections = 8;  // that a task looks along
 constexpr std::size_t kTasksAThread = 4;
 constexpr std::size_t kSumsAtOnce = 4096;  // that a thread adds up
 // Code and tables that are first touched, and cells that are sorted anew: measured.
-constexpr std::uint64_t kTouchedBytes = std::uint64_t{4} << 20;
+constexpr std::uint64_t kLineBytes = std::uint64_t{4} << 20;
 
 /// The receivers in an order in which those next to each other are near each other: along a Z curve
 /// (Morton 1966) through 1024 cells a side.
@@ -177,7 +177,7 @@ void gatherByLines(const PosedScene& posed, const CaptureSettings& capture, cons
     if (job.receivers.size() == 0) return;
     const Occluders occluders(posed, capture.faces);
     const LineTasks tasks(job, capture.memory);
-    if (job.tell) job.tell(residentBytes() + tasks.bytes + kTouchedBytes);
+    if (job.tell) job.tell(residentBytes() + tasks.bytes + kLineBytes);
     LineGather(occluders, job, tasks).addTo(sums, progress);
 }
 
@@ -185,7 +185,7 @@ std::uint64_t forecastLines(const PosedScene& posed, const CaptureSettings& capt
                             const GatherJob& job) {
     if (job.receivers.size() == 0) return residentBytes();
     const Occluders occluders(posed, capture.faces);
-    return residentBytes() + LineTasks(job, capture.memory).bytes + kTouchedBytes;
+    return residentBytes() + LineTasks(job, capture.memory).bytes + kLineBytes;
 }
 
 }  // namespace peeler

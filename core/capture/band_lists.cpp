@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "core/base/parallel.h"
+#include "core/base/resize_anew.h"
 #include "core/capture/band_capture.h"
 #include "core/capture/captured_fragments.h"
+#include "core/capture/supersampling.h"
 
 namespace peeler {
 namespace {
