@@ -43,7 +43,7 @@ std::uint8_t quantizeSrgb(float linear) {
     return bytes(linear);
 }
 
-constexpr int kRowsAtOnce = 64;  // that are shown and handed to the encoder
+constexpr int kEncodedRows = 64;  // that are shown and handed to the encoder
 
 }  // namespace
 
@@ -139,7 +139,7 @@ std::uint64_t ImageWriter::Output::writeRows(const CompositeImage& composite,
     const int height = composite.window.height();
     const auto channels = static_cast<std::size_t>(image.channels);
     const bool keeps_alpha = channels == 4, has_background = background != Rgba{};
-    pixels.resize(width * kRowsAtOnce * channels * sizeof(T));
+    pixels.resize(width * kEncodedRows * channels * sizeof(T));
     T* const first = reinterpret_cast<T*>(pixels.data());
     std::atomic<std::uint64_t> raised = 0;
     const auto isCovered = [&](std::size_t in) { return std::isfinite(composite.z[in]); };
@@ -164,8 +164,8 @@ std::uint64_t ImageWriter::Output::writeRows(const CompositeImage& composite,
         if (has_background) return straightPixel(display.shownOver(composite, in, background));
         return display.straight(composite.rgba[in]);
     };
-    for (int y = 0; y < height; y += kRowsAtOnce) {
-        const int rows = std::min(kRowsAtOnce, height - y);
+    for (int y = 0; y < height; y += kEncodedRows) {
+        const int rows = std::min(kEncodedRows, height - y);
         parallelFor(static_cast<std::size_t>(rows), [&](std::size_t row) {
             T* out = first + row * width * channels;
             std::size_t in = (static_cast<std::size_t>(y) + row) * width;
@@ -329,7 +329,7 @@ bool ImageWriter::metersOf(const Plan& plan) const {
 SinkMemory ImageWriter::memory(const Plan& plan) const {
     const std::uint64_t picture =
         plan.view.crop.pixels() * 4 * static_cast<std::uint64_t>(format_->bits / 8);
-    const std::uint64_t rows = static_cast<std::uint64_t>(plan.view.crop.width()) * kRowsAtOnce *
+    const std::uint64_t rows = static_cast<std::uint64_t>(plan.view.crop.width()) * kEncodedRows *
                                4 * static_cast<std::uint64_t>(format_->bits / 8);
     const std::uint64_t encoder = imageEncoderBytes(std::string(format_->name), picture) + rows;
     if (!metersOf(plan)) return {.bytes = encoder};
