@@ -35,17 +35,22 @@ void takeLayers(const std::string& text, std::vector<int>& layers) {
     layers.insert(layers.end(), more.begin(), more.end());
 }
 
+/// What the options say of a file besides the layers.
+OutputRequest requestFor(const ExtractOptions& options, const fs::path& path) {
+    OutputRequest output;
+    output.path = path;
+    output.no_clobber = options.output.no_clobber;
+    output.no_mkdir = options.output.no_mkdir;
+    return output;
+}
+
 /// Throws Error (kUsage, kOutput) unless this is such a file, and may be written.
 void checkFile(const ExtractOptions& options, const fs::path& path, const char* extension) {
     if (lowerExtension(path) != extension) {
         throw Error(ErrorKind::kUsage, std::string("expected a name that ends in ") + extension,
                     path.string());
     }
-    OutputRequest output;
-    output.path = path;
-    output.no_clobber = options.output.no_clobber;
-    output.no_mkdir = options.output.no_mkdir;
-    checkTarget(output, {options.input});
+    checkTarget(requestFor(options, path), {options.input});
 }
 
 constexpr const char* kExtractFooter =
@@ -90,10 +95,7 @@ void checkExtractOptions(const ExtractOptions& options) {
         outputs.push_back(options.output.path);
     }
     if (options.counts) {
-        OutputRequest output;
-        output.path = *options.counts;
-        output.no_clobber = options.output.no_clobber;
-        output.no_mkdir = options.output.no_mkdir;
+        OutputRequest output = requestFor(options, *options.counts);
         output.options.as = "composite";
         checkOutput(output, {options.input});
         outputs.push_back(*options.counts);

@@ -85,48 +85,44 @@ struct LineTasks {
 class LineGather {
   public:
     LineGather(const Occluders& occluders, const GatherJob& job, const LineTasks& tasks)
-        : occluders_(occluders),
-          job_(job),
-          count_(tasks.count),
-          chunks_(tasks.chunks),
-          chunk_(tasks.chunk),
-          groups_(tasks.groups),
-          groups_at_once_(tasks.groups_at_once) {
-        if (chunks_ > 1) {
+        : occluders_(occluders), job_(job), tasks_(tasks) {
+        if (tasks_.chunks > 1) {
             order_ = spatialOrder(job.receivers, occluders);
         } else {
-            order_.resize(count_);
+            order_.resize(tasks_.count);
             std::iota(order_.begin(), order_.end(), 0U);
         }
-        partial_.resize(groups_at_once_ * count_);
+        partial_.resize(tasks_.groups_at_once * tasks_.count);
     }
 
     void addTo(std::vector<Sum>& sums, const Progress& progress) {
-        for (std::size_t first = 0; first < groups_; first += groups_at_once_) {
-            const std::size_t groups = std::min(groups_at_once_, groups_ - first);
-            parallelFor(groups * chunks_, [&](std::size_t task) {
-                const std::size_t group = task / chunks_;
-                lookAlong(first + group, task % chunks_, partial_.data() + group * count_);
+        for (std::size_t first = 0; first < tasks_.groups; first += tasks_.groups_at_once) {
+            const std::size_t groups = std::min(tasks_.groups_at_once, tasks_.groups - first);
+            parallelFor(groups * tasks_.chunks, [&](std::size_t task) {
+                const std::size_t group = task / tasks_.chunks;
+                lookAlong(first + group, task % tasks_.chunks,
+                          partial_.data() + group * tasks_.count);
             });
-            parallelFor((count_ + kSumsAtOnce - 1) / kSumsAtOnce, [&](std::size_t part) {
-                const std::size_t end = std::min(count_, (part + 1) * kSumsAtOnce);
+            parallelFor((tasks_.count + kSumsAtOnce - 1) / kSumsAtOnce, [&](std::size_t part) {
+                const std::size_t end = std::min(tasks_.count, (part + 1) * kSumsAtOnce);
                 for (std::size_t i = part * kSumsAtOnce; i < end; ++i) {
                     Sum& sum = sums[order_[i]];
                     for (std::size_t group = 0; group < groups; ++group) {
-                        sum.value += partial_[group * count_ + i].value;
-                        sum.weight += partial_[group * count_ + i].weight;
+                        sum.value += partial_[group * tasks_.count + i].value;
+                        sum.weight += partial_[group * tasks_.count + i].weight;
                     }
                 }
             });
             if (progress)
-                progress(static_cast<double>(first + groups) / static_cast<double>(groups_));
+                progress(static_cast<double>(first + groups) / static_cast<double>(tasks_.groups));
         }
     }
 
   private:
     /// One task. `sums` are those of the group, in the order of `order_`.
     void lookAlong(std::size_t group, std::size_t chunk, Sum* sums) {
-        const std::size_t first = chunk * chunk_, end = std::min(count_, first + chunk_);
+        const std::size_t first = chunk * tasks_.chunk,
+                          end = std::min(tasks_.count, first + tasks_.chunk);
         std::fill(sums + first, sums + end, Sum{});
         const std::span<const std::uint32_t> chosen(order_.data() + first, end - first);
         std::unique_ptr<Sights> sights = take();
@@ -163,7 +159,7 @@ class LineGather {
 
     const Occluders& occluders_;
     const GatherJob& job_;
-    std::size_t count_, chunks_, chunk_, groups_, groups_at_once_;
+    const LineTasks& tasks_;
     std::vector<std::uint32_t> order_;  // chunk by chunk
     std::vector<Sum> partial_;          // of each group at hand, in that order
     std::mutex mutex_;

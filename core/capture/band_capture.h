@@ -44,7 +44,6 @@ struct BandLists {
     bool channels = false;             ///< whether channels.frag has run
     int passes = 0;                    ///< geometry passes until now
     std::vector<std::uint32_t> first;  ///< where pixels' lists begin, pixels + 1 entries
-    std::vector<std::uint32_t> ends;   ///< where the capture has left their slots
     // Copies that are made while the GPU goes on with another band.
     gl::ReadBack copied_slots, copied_fragments, copied_channels;
     gl::Fence copied;
@@ -225,6 +224,7 @@ class BandCapture {
     CompositeImage visible_;                     ///< some rows of a composite
     std::vector<std::uint32_t> visible_counts_;  ///< of their pixels
     BandLists lists_;                            ///< of a band that nothing overlaps
+    std::vector<std::uint32_t> ends_;            ///< where a SlotTarget has left its slots
     Window clip_band_;                           ///< whose boundary the buffers hold
     double largest_correction_ = 0;
 };

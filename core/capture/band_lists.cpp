@@ -123,12 +123,13 @@ int BandCapture::fillLists(LayerMethod& method, const BandRequest& request, std:
     drawLists(method, request, layers, lists_);
     gl::waitForGpu(gl());
     gl::checkErrors(gl(), "capturing fragments");
-    if (!takesSlotTarget(method)) {
-        const std::size_t pixels = request.band.pixels();
-        const auto slots = buffers_.slots().read(pixels * sizeof(std::uint32_t));
-        std::copy_n(slots.as<const std::uint32_t>(), pixels, lists_.ends.begin());
+    const std::span<const std::uint32_t> first(lists_.first), end = first.subspan(1);
+    if (takesSlotTarget(method)) {
+        checkSlots(ends_.data(), request.band, first, end);
+    } else {
+        const auto slots = buffers_.slots().read(request.band.pixels() * sizeof(std::uint32_t));
+        checkSlots(slots.as<const std::uint32_t>(), request.band, first, end);
     }
-    checkSlots(lists_.ends.data(), request.band, lists_.first, std::span(lists_.first).subspan(1));
     return lists_.passes;
 }
 
@@ -153,10 +154,12 @@ void BandCapture::drawLists(LayerMethod& method, const BandRequest& request, std
     const auto gpu = gpu_timer_.span("gpuCapture");
     buffers_.reserveFragments(fragments *
                               BandBuffers::fragmentWords(shot_.settings.storedColorBytes()));
-    if (!target) setSlots({first.data(), pixels});
+    if (target)
+        ends_.assign(first.begin(), first.end() - 1);
+    else
+        setSlots({first.data(), pixels});
     buffers_.bindForLayers();
     rasterizer_.setBand(band);
-    lists.ends.assign(first.begin(), first.end() - 1);
     lists.passes = 0;
     forEachTile(band, [&](const Window& tile, const Window& window) {
         LayerArea area{.window = window, .keys = needsKeys(request.keys)};
@@ -174,7 +177,7 @@ void BandCapture::drawLists(LayerMethod& method, const BandRequest& request, std
             area.framebuffer = with_depths.name();
         }
         lists.passes += method.capture(rasterizer_, area);
-        if (target) slot_target_.read(gl(), tile, window, band, lists.ends);
+        if (target) slot_target_.read(gl(), tile, window, band, ends_);
     });
 }
 

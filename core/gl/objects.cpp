@@ -5,23 +5,27 @@
 
 namespace peeler::gl {
 
-Buffer::Mapping::Mapping(const Functions& gl, GLuint buffer, std::size_t bytes, GLbitfield access)
-    : gl_(&gl),
-      buffer_(buffer),
-      data_(gl.MapNamedBufferRange(buffer, 0, static_cast<GLsizeiptr>(bytes), access)) {
-    if (data_) return;
+namespace {
+
+/// The first bytes of a buffer. Throws Error (kMemory) if the driver does not map them.
+void* mapped(const Functions& gl, GLuint buffer, std::size_t bytes, GLbitfield access) {
+    void* const data = gl.MapNamedBufferRange(buffer, 0, static_cast<GLsizeiptr>(bytes), access);
+    if (data) return data;
     checkErrors(gl, "mapping a buffer");
     throw Error(ErrorKind::kMemory,
                 "the driver cannot map a buffer of " + std::to_string(bytes) + " bytes");
 }
 
-namespace {
 GLuint newBuffer(const Functions& gl) {
     GLuint name = 0;
     gl.CreateBuffers(1, &name);
     return name;
 }
+
 }  // namespace
+
+Buffer::Mapping::Mapping(const Functions& gl, GLuint buffer, std::size_t bytes, GLbitfield access)
+    : gl_(&gl), buffer_(buffer), data_(mapped(gl, buffer, bytes, access)) {}
 
 // A zero-sized storage is an error in GL; an empty scene is not one here.
 Buffer::Buffer(const Functions& gl, std::size_t bytes)
@@ -54,43 +58,27 @@ void Buffer::bindUniform(unsigned binding, std::size_t offset, std::size_t bytes
                          static_cast<GLsizeiptr>(bytes));
 }
 
-Fence::Fence(const Functions& gl)
-    : gl_(&gl), sync_(gl.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0)) {
+Fence::Fence(const Functions& gl) : sync_(gl.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0), {&gl}) {
     gl.Flush();
-}
-
-Fence::Fence(Fence&& other) noexcept : gl_(other.gl_), sync_(std::exchange(other.sync_, nullptr)) {}
-
-Fence& Fence::operator=(Fence&& other) noexcept {
-    std::swap(gl_, other.gl_);
-    std::swap(sync_, other.sync_);
-    return *this;
-}
-
-Fence::~Fence() {
-    if (sync_) gl_->DeleteSync(sync_);
 }
 
 void Fence::wait() const {
     // A context that is lost ends the waiting, too; drivers that do not tell so get this long.
     constexpr GLuint64 kNanoseconds = 600'000'000'000;
-    const GLenum came = gl_->ClientWaitSync(sync_, 0, kNanoseconds);
+    const Functions& gl = *sync_.get_deleter().gl;
+    const GLenum came = gl.ClientWaitSync(sync_.get(), 0, kNanoseconds);
     if (came == GL_ALREADY_SIGNALED || came == GL_CONDITION_SATISFIED) return;
-    checkErrors(*gl_, "waiting for the GPU");
+    checkErrors(gl, "waiting for the GPU");
     throw Error(ErrorKind::kDevice, "the GPU has not done its work after ten minutes");
 }
 
 ReadBack::ReadBack(const Functions& gl, std::size_t bytes)
     : Object(gl, newBuffer(gl)), size_(bytes) {
     constexpr GLbitfield kAccess = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
-    const auto length = static_cast<GLsizeiptr>(bytes);
-    gl.NamedBufferStorage(name(), length, nullptr, kAccess | GL_CLIENT_STORAGE_BIT);
+    gl.NamedBufferStorage(name(), static_cast<GLsizeiptr>(bytes), nullptr,
+                          kAccess | GL_CLIENT_STORAGE_BIT);
     checkErrors(gl, "allocating " + std::to_string(bytes) + " bytes to read back");
-    data_ = gl.MapNamedBufferRange(name(), 0, length, kAccess);
-    if (data_) return;
-    checkErrors(gl, "mapping a buffer");
-    throw Error(ErrorKind::kMemory,
-                "the driver cannot map a buffer of " + std::to_string(bytes) + " bytes");
+    data_ = mapped(gl, name(), bytes, kAccess);
 }
 
 void ReadBack::copy(const Functions& gl, const Buffer& from, std::size_t bytes) {

@@ -5,7 +5,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -93,16 +95,16 @@ class Fence {
     Fence() = default;
     /// Behind all commands until now, which are sent to the GPU.
     explicit Fence(const Functions& gl);
-    Fence(Fence&& other) noexcept;
-    Fence& operator=(Fence&& other) noexcept;
-    ~Fence();
 
     /// Returns when the GPU has come there. Throws Error (kDevice) if it never does.
     void wait() const;
 
   private:
-    const Functions* gl_ = nullptr;
-    GLsync sync_ = nullptr;
+    struct Delete {
+        const Functions* gl;
+        void operator()(GLsync sync) const { gl->DeleteSync(sync); }
+    };
+    std::unique_ptr<std::remove_pointer_t<GLsync>, Delete> sync_;
 };
 
 /// A copy of a buffer in memory that the CPU sees at all times, so that it can be read while the

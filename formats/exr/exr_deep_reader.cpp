@@ -104,6 +104,14 @@ void sortFragments(LayeredImage& image) {
     });
 }
 
+/// Of a sample in all channels of a part.
+std::uint64_t sampleBytes(const ExrInputPart& part) {
+    std::uint64_t bytes = 0;
+    for (const ExrInputChannel& channel : part.channels)
+        bytes += pixelTypeSize(channel.type);
+    return bytes;
+}
+
 }  // namespace
 
 ExrDeepReader::ExrDeepReader(OpenedExr opened)
@@ -208,10 +216,8 @@ void ExrDeepReader::countSamples() {
     plan.layers = complexity.layers();
     plan.fragments_stored = complexity.counted();
     if (!info_.is_peeler) plan.fragments_counted = plan.fragments_stored;
-    for (const Part& part : parts_) {
-        for (const ExrInputChannel& channel : info_.parts[part.index].channels)
-            sample_bytes_ += pixelTypeSize(channel.type);
-    }
+    for (const Part& part : parts_)
+        sample_bytes_ += sampleBytes(info_.parts[part.index]);
 }
 
 void ExrDeepReader::findChannels() {
@@ -418,16 +424,13 @@ BandRead ExrDeepReader::mostOf(int rows) const {
     std::uint64_t block_bytes = 0;
     for (const Part& part : parts_) {
         const ExrInputPart& info = info_.parts[part.index];
-        std::uint64_t sample = 0;
-        for (const ExrInputChannel& channel : info.channels)
-            sample += pixelTypeSize(channel.type);
         const int height = std::max(1, info.tile_height);
         const int width = info.tile_width > 0 ? info.tile_width : info.data_window.width();
         const std::uint64_t table = static_cast<std::uint64_t>(width) *
                                     static_cast<std::uint64_t>(height) * sizeof(std::uint32_t);
         // Samples and table are there as they are packed, and as they are.
-        block_bytes =
-            std::max(block_bytes, 2 * (sample * complexity_->mostFragments(height) + table));
+        block_bytes = std::max(
+            block_bytes, 2 * (sampleBytes(info) * complexity_->mostFragments(height) + table));
     }
     return {complexity_->mostFragments(rows),
             block_bytes * static_cast<std::uint64_t>(threadCount()), true};

@@ -89,30 +89,25 @@ std::string complaint(const std::function<void(const Passes&)>& act) {
     return said;
 }
 
+/// What is said of one pass behind another, with or without a barrier between.
+std::string complaintOf(GLuint Passes::*first, GLuint Passes::*second, bool barrier) {
+    return complaint([&](const Passes& passes) {
+        passes.run(passes.*first);
+        if (barrier) passes.barrier();
+        passes.run(passes.*second);
+    });
+}
+
 TEST(BarrierCheck, WantsOneBeforeWhatAPassWroteIsRead) {
-    EXPECT_TRUE(complaint([](const Passes& passes) {
-                    passes.run(passes.writer);
-                    passes.run(passes.reader);
-                }).starts_with("no barrier stands before block Numbers is used"));
-    EXPECT_EQ(complaint([](const Passes& passes) {
-                  passes.run(passes.writer);
-                  passes.barrier();
-                  passes.run(passes.reader);
-              }),
-              "");
+    EXPECT_TRUE(complaintOf(&Passes::writer, &Passes::reader, false)
+                    .starts_with("no barrier stands before block Numbers is used"));
+    EXPECT_EQ(complaintOf(&Passes::writer, &Passes::reader, true), "");
 }
 
 TEST(BarrierCheck, WantsOneBeforeWhatAPassReadsIsWritten) {
-    EXPECT_TRUE(complaint([](const Passes& passes) {
-                    passes.run(passes.reader);
-                    passes.run(passes.writer);
-                }).starts_with("no barrier stands before block Numbers is written"));
-    EXPECT_EQ(complaint([](const Passes& passes) {
-                  passes.run(passes.reader);
-                  passes.barrier();
-                  passes.run(passes.writer);
-              }),
-              "");
+    EXPECT_TRUE(complaintOf(&Passes::reader, &Passes::writer, false)
+                    .starts_with("no barrier stands before block Numbers is written"));
+    EXPECT_EQ(complaintOf(&Passes::reader, &Passes::writer, true), "");
 }
 
 // A barrier for shaders is none for the CPU.

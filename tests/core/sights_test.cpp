@@ -319,13 +319,19 @@ std::vector<float> baked(HitSource& source, const Receivers& receivers,
     return bake(source, receivers, settings, capture, {}, {});
 }
 
-TEST(Sights, AgreeWithBundles) {
+/// Receivers in a scene, which look along lines or bundles.
+struct Both {
     RandomPoints random;
-    const Scene scene = oneMesh({soup(random, 60), square(-0.5F)});
-    const PosedScene shown(scene);
-    const Receivers receivers = scattered(random, 300);
-    HitRasterizer lines(shown);
-    Bundled bundles(shown);
+    Scene scene = oneMesh({soup(random, 60), square(-0.5F)});
+    PosedScene shown{scene};
+    Receivers receivers = scattered(random, 300);
+    HitRasterizer lines{shown};
+    Bundled bundles{shown};
+};
+
+TEST(Sights, AgreeWithBundles) {
+    Both both;
+    auto& [random, scene, shown, receivers, lines, bundles] = both;
     for (const BakeQuantity quantity :
          {BakeQuantity::kAmbientOcclusion, BakeQuantity::kSkyVisibility, BakeQuantity::kBentNormal,
           BakeQuantity::kThickness}) {
@@ -373,12 +379,8 @@ TEST(Sights, AreTheSameForAllThreadsAndBudgets) {
 }
 
 TEST(Sights, TellBeforeTheyLook) {
-    RandomPoints random;
-    const Scene scene = oneMesh({soup(random, 60), square(-0.5F)});
-    const PosedScene shown(scene);
-    const Receivers receivers = scattered(random, 300);
-    HitRasterizer lines(shown);
-    Bundled bundles(shown);
+    Both both;
+    auto& [random, scene, shown, receivers, lines, bundles] = both;
     BakeSettings settings;
     settings.directions = 16;
     settings.resolution = 64;
