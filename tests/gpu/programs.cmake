@@ -10,13 +10,13 @@ include(${CMAKE_CURRENT_LIST_DIR}/../../cmd/packages/libraries.cmake)
 set(unused "^lib(embree|z3|xml2|edit)")
 set(library_folders /usr/lib/${architecture} /lib/${architecture} /usr/lib /lib)
 
-foreach(file peeler tests/gl_tests ${modules_folder}/peeler_decode tests/fake_egl/libEGL.so.1)
+foreach(file peeler tests/gl_tests tests/gpu_choices ${modules_folder}/peeler_decode tests/fake_egl/libEGL.so.1)
     if(NOT EXISTS ${build}/${file})
         message(FATAL_ERROR "${build} has no ${file}: build it first")
     endif()
 endforeach()
 file(MAKE_DIRECTORY ${ROOT}/bin ${ROOT}/${modules_folder} ${ROOT}/lib/fake_egl ${ROOT}/lib/osmesa)
-foreach(pair peeler=bin/peeler tests/gl_tests=bin/gl_tests
+foreach(pair peeler=bin/peeler tests/gl_tests=bin/gl_tests tests/gpu_choices=bin/gpu_choices
         ${modules_folder}/peeler_decode=${modules_folder}/peeler_decode
         tests/fake_egl/libEGL.so.1=lib/fake_egl/libEGL.so.1)
     string(REGEX MATCH "^(.*)=(.*)$" pair ${pair})
@@ -25,7 +25,7 @@ foreach(pair peeler=bin/peeler tests/gl_tests=bin/gl_tests
 endforeach()
 
 copy_libraries(libraries kept ${ROOT}/lib "${machines};${unused}"
-    EXECUTABLES ${ROOT}/bin/peeler ${ROOT}/bin/gl_tests)
+    EXECUTABLES ${ROOT}/bin/peeler ${ROOT}/bin/gl_tests ${ROOT}/bin/gpu_choices)
 make_stand_ins("${unused}" "^$" ${ROOT}/lib ${kept} ${ROOT}/bin/gl_tests)
 
 # In a folder of its own, where no driver finds the LLVM that it needs.

@@ -204,7 +204,26 @@ frames() {
         "$1 rendered, $(($2 >> 20)) MiB resident at most after a tenth of them, $(($3 >> 20)) MiB after all"
 }
 
+# What it could count and sort by, beside what peeler does (gpu_choices.cpp).
+choices() {
+    size="1920 1080 5"
+    [ ! -f "$work/software" ] || size="480 270 3"
+    # shellcheck disable=SC2086  # three numbers
+    if ! LD_LIBRARY_PATH=$libraries "$here/bin/gpu_choices" $size >"$work/choices.measured.json" 2>"$work/error"; then
+        say failed choices "$(head -n 3 "$work/error")"
+        return
+    fi
+    awk '/^ "(counting|sorting)"/ { gsub(/[ ":{]/, ""); what = $0 }
+        /^  ".*: {$/ { gsub(/^  "|": {$/, ""); name = $0; line = "" }
+        /^   "/ { gsub(/[",:]/, ""); line = line (line == "" ? "" : ", ") $1 " " ($2 ~ /[.]/ ? sprintf("%.2f", $2) : $2) }
+        /^  }/ { print what " " name ":" line }' "$work/choices.measured.json" |
+        while IFS=: read -r what line; do
+            say measured "$what, ms" "$line"
+        done
+}
+
 benchmark() {
+    choices
     for name in engine glasses plant; do
         peeler render "$here/scenes/$name.glb" -o "$work/$name.exr" --size 1920x1080 --quiet \
             --report "$work/$name.measured.json"

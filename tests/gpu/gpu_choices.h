@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the halves of gpu_choices share: how they are asked, timed, and compile their own shaders.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/gl/functions.h"
+
+namespace peeler::benchmark {
+
+using Json = nlohmann::ordered_json;
+
+struct Settings {
+    int width = 1920, height = 1080, runs = 5;
+
+    std::size_t pixels() const {
+        return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    }
+};
+
+/// The median of `runs` times of `work` in milliseconds, behind one that is not timed. `prepare`
+/// comes before each.
+double milliseconds(const Settings& settings, const std::function<void()>& prepare,
+                    const std::function<void()>& work);
+
+/// A program of stages that begin with the same lines. Throws std::runtime_error with the driver's
+/// log.
+class Shaders {
+  public:
+    struct Stage {
+        GLenum type;
+        std::string text;
+    };
+
+    Shaders(const gl::Functions& gl, const std::string& beginning,
+            const std::vector<Stage>& stages);
+    Shaders(const Shaders&) = delete;
+    Shaders& operator=(const Shaders&) = delete;
+    ~Shaders() { gl_.DeleteProgram(name_); }
+
+    void use() const { gl_.UseProgram(name_); }
+
+  private:
+    const gl::Functions& gl_;
+    GLuint name_;
+};
+
+// The halves; each throws std::runtime_error if two ways disagree.
+
+/// Milliseconds by scene and way (gpu_counting.cpp), null where the driver has no such way.
+Json counting(const gl::Functions& gl, const Settings& settings);
+
+/// Milliseconds by lists and step (gpu_sorting.cpp).
+Json sorting(const gl::Functions& gl, const Settings& settings);
+
+}  // namespace peeler::benchmark
