@@ -31,7 +31,7 @@ SANITIZED = bool(os.environ.get("PEELER_SANITIZE"))
 ALL = "PEELER_TEST_ALL" in os.environ
 SECONDS = float(os.environ.get("PEELER_SOAK_SECONDS", 3600)) if ALL else 0
 FRAMES, JOBS, PROCESSES, PICTURES = (20_000, 2_000, 8, 40) if ALL else (72, 12, 3, 6)
-LARGEST_ASSET = 300_000  # bytes
+LARGEST_MODEL = 300_000  # bytes
 MOST_GROWTH = 6 << 20  # bytes, of a process whose memory is flat: what allocators keep
 MOST_OF_JOB = 8 << 10  # bytes that a batch keeps of a job, its line and its result
 GL_OBJECTS = 31  # its place in the record of failing_calls.h
@@ -41,11 +41,17 @@ started = time.monotonic()
 
 def scenes():
     """Small scenes of all kinds, with Draco, meshopt, animations and textures among them."""
-    found = sorted(SCENES.glob("*.glb"))
-    models = sorted(path for path in ASSETS.rglob("*.glb") if path.stat().st_size < LARGEST_ASSET)
+    own = sorted(SCENES.glob("*.glb"))
+    folder = ASSETS / "gltf-sample-assets"
+    models = sorted(
+        path for path in folder.rglob("*.gl*")
+        if path.suffix in (".glb", ".gltf") and sum(file.stat().st_size for file in path.parent.iterdir()) < LARGEST_MODEL
+    )
     if not models:
-        print(f"left out: there are no models in {ASSETS}")
-    return found if ALL else found[:4], models if ALL else models[:4]
+        print(f"left out: there are no models in {folder}")
+    kinds = "BoxTexturedMeshopt", "Draco", "Animated", "Textured"
+    few = [next(path for path in models if kind in str(path)) for kind in kinds if models]
+    return (own, models) if ALL else (own[:4], few)
 
 
 def memory_of(pid):
@@ -78,7 +84,7 @@ def views():
         {"method": "front-to-back", "samples": 2},
     )
     chosen = [(path, ways[i % len(ways)]) for i, path in enumerate([*own, *models])]
-    return [(f"{path.name} {way['method']}", path, way) for path, way in chosen]
+    return [(f"{path} {way['method']}", path, way) for path, way in chosen]
 
 
 def picture_of(peeler, renderer, path, way):
