@@ -213,6 +213,7 @@ choices() {
         say failed choices "$(head -n 3 "$work/error")"
         return
     fi
+    say passed choices "all ways to count and to sort agree"
     awk '/^ "(counting|sorting)"/ { gsub(/[ ":{]/, ""); what = $0 }
         /^  ".*: {$/ { gsub(/^  "|": {$/, ""); name = $0; line = "" }
         /^   "/ { gsub(/[",:]/, ""); line = line (line == "" ? "" : ", ") $1 " " ($2 ~ /[.]/ ? sprintf("%.2f", $2) : $2) }
