@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Small files that promise, or unpack to, much: every verb that reads them stays quick and small.
 
-Each row makes its files itself. A run may take SECONDS of processor time and MEBIBYTES, or as many as
-its --memory, whatever it ends with; the table is printed. PEELER is the program. PEELER_SANITIZE says that it is built
+Each row makes its files itself. A run may take SECONDS of processor time, besides what the machine takes to hand out
+the memory, and MEBIBYTES, or as many as its --memory, whatever it ends with; the table is printed. PEELER is the program. PEELER_SANITIZE says that it is built
 with sanitizers: what it takes is then theirs, and not looked at.
 """
 
@@ -14,6 +14,7 @@ import pathlib
 import shlex
 import struct
 import subprocess
+import sys
 import tempfile
 import traceback
 import unittest
@@ -22,7 +23,6 @@ import zlib
 PEELER = os.environ.get("PEELER", "peeler")
 ALL = os.environ.get("PEELER_TEST_ALL") is not None
 SANITIZED = bool(os.environ.get("PEELER_SANITIZE"))
-UNLIMITED = {"address", "thread"} & set(os.environ.get("PEELER_SANITIZE", "").split(","))  # they reserve terabytes
 SECONDS, MEBIBYTES = 2, 512
 ENDLESS = 600 if SANITIZED else 60  # seconds after which a run is killed: it waits for something
 MEMORY = ["--memory", f"{MEBIBYTES}M"]
@@ -479,8 +479,8 @@ def Draco_of_faces_without_data(folder):
     draco(folder, data + bytes(1 << 20), faces)
 
 
-# Where there is no limit of memory its time is over first.
-@bomb("info {}/scene.gltf", words="longer than 1 s" if UNLIMITED else "too much memory")
+# Its time is over first where there is no limit of memory, or the machine is slow to hand it out.
+@bomb("info {}/scene.gltf", words="longer than 1 s | too much memory")
 def Draco_of_values_without_bits(folder):
     draco(folder, values_without_bits(80000, 100), 80000)
 
@@ -722,6 +722,24 @@ def run(command, folder):
     )
 
 
+PAGES = """
+import ctypes, mmap, time
+size = 64 << 20
+def seconds():
+    room = mmap.mmap(-1, size)
+    start = time.process_time()
+    ctypes.memset(ctypes.addressof(ctypes.c_char.from_buffer(room)), 1, size)
+    return time.process_time() - start
+print(min(seconds() for _ in range(3)) / (size >> 20))
+"""
+
+
+def seconds_a_mebibyte():
+    """Processor time that this machine takes to hand out memory: in virtual machines it can be most of what a program
+    takes that fills 512 MB. In a process of its own, like the files."""
+    return float(subprocess.run([sys.executable, "-B", "-c", PAGES], capture_output=True, check=True).stdout)
+
+
 def wait_for_one(*pids):
     while True:
         pid, status, used = os.wait3(0)
@@ -734,6 +752,7 @@ class Bombs(unittest.TestCase):
         rows = [("bomb", "verb", "exit", "seconds", "MB", "its first line")]
         errors = []
         only = os.environ.get("PEELER_BOMBS")
+        of_memory = seconds_a_mebibyte()
         for each in BOMBS:
             if not (each.short or ALL or only) or (only and only not in each.name):
                 continue
@@ -749,9 +768,10 @@ class Bombs(unittest.TestCase):
             faults = []
             if ran.code not in each.codes:
                 faults.append(f"exit code {ran.code}")
-            if each.words not in said + ran.out.decode("utf-8", "replace"):
+            told = said + ran.out.decode("utf-8", "replace")
+            if not any(words in told for words in each.words.split(" | ")):
                 faults.append(f'no word of "{each.words}"')
-            if ran.seconds > SECONDS and not SANITIZED:
+            if ran.seconds > SECONDS + of_memory * ran.mebibytes and not SANITIZED:
                 faults.append(f"{ran.seconds:.1f} s")
             if ran.mebibytes > MEBIBYTES and not SANITIZED:
                 faults.append(f"{ran.mebibytes:.0f} MB")
@@ -762,6 +782,7 @@ class Bombs(unittest.TestCase):
         widths = [max(len(row[i]) for row in rows) for i in range(5)]
         for row in rows:
             print("  ".join(cell.ljust(width) for cell, width in zip(row, widths)) + "  " + row[5])
+        print(f"{1000 * of_memory:.2f} ms for every MB are the machine's, which hands it out, and not counted")
         print(f"left out: {sum(not b.short for b in BOMBS) if not ALL else 0} of {len(BOMBS)} (PEELER_TEST_ALL=1)")
         if SANITIZED:
             print("left out: what they take, which is the sanitizer's")
