@@ -45,7 +45,7 @@ void main() {
 };
 
 /// What counts are kept in.
-enum class Counts { kBuffer, kImage, kTarget };
+enum class Counts { kBuffer, kTiles, kImage, kTarget };
 
 struct Way {
     const char* name;
@@ -58,7 +58,7 @@ constexpr Way kWays[] = {
     {"buffer", Counts::kBuffer, "", R"(
 layout(std430, binding = 0) buffer Counts { uint counts[]; };
 void main() { atomicAdd(counts[uint(gl_FragCoord.y) * WIDTH + uint(gl_FragCoord.x)], 1u); })"},
-    {"tiles", Counts::kBuffer, "", R"(
+    {"tiles", Counts::kTiles, "", R"(
 layout(std430, binding = 0) buffer Counts { uint counts[]; };
 void main() { atomicAdd(counts[placeInTiles(uvec2(gl_FragCoord.xy))], 1u); })"},
     {"image", Counts::kImage, "", R"(
@@ -115,9 +115,8 @@ class Counter {
     Counter(const gl::Functions& gl, const Settings& settings)
         : gl_(gl),
           settings_(settings),
-          places_(static_cast<std::size_t>((settings.width + 7) / 8 * 8) *
-                  static_cast<std::size_t>((settings.height + 7) / 8 * 8)),
-          buffer_(gl, places_ * sizeof(std::uint32_t)),
+          buffer_(gl, wholeTiles(settings.width) * wholeTiles(settings.height) * 64 *
+                          sizeof(std::uint32_t)),
           image_(gl::makeTexture2D(gl, GL_R32UI, settings.width, settings.height)),
           target_(gl::makeTexture2D(gl, GL_R32F, settings.width, settings.height)),
           of_image_(gl::makeFramebuffer(gl, {image_.name()}, 0)),
@@ -148,6 +147,8 @@ class Counter {
     }
 
   private:
+    static std::size_t wholeTiles(int pixels) { return static_cast<std::size_t>(pixels + 7) / 8; }
+
     void bind(const Way& way) {
         buffer_.bindStorage(0);
         bind_image_(0, image_.name(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_R32UI);
@@ -190,18 +191,16 @@ class Counter {
         } else {
             const auto mapping = buffer_.read(buffer_.size());
             const auto* const found = mapping.as<const std::uint32_t>();
-            const bool in_tiles = std::string(way.name) == "tiles";
             for (std::size_t i = 0; i < counts.size(); ++i) {
                 const std::size_t x = i % width, y = i / width;
-                const std::size_t tile = y / 8 * ((width + 7) / 8) + x / 8;
-                counts[i] = found[in_tiles ? tile * 64 + y % 8 * 8 + x % 8 : i];
+                const std::size_t tile = y / 8 * wholeTiles(settings_.width) + x / 8;
+                counts[i] = found[way.counts == Counts::kTiles ? tile * 64 + y % 8 * 8 + x % 8 : i];
             }
         }
     }
 
     const gl::Functions& gl_;
     const Settings& settings_;
-    std::size_t places_;
     gl::Buffer buffer_;
     gl::Texture image_, target_;
     gl::Framebuffer of_image_, of_target_, empty_;
