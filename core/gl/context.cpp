@@ -22,14 +22,6 @@ std::string text(const GLubyte* bytes) {
     return bytes ? reinterpret_cast<const char*>(bytes) : "";
 }
 
-bool hasExtension(const Functions& gl, std::string_view name) {
-    GLint count = 0;
-    gl.GetIntegerv(GL_NUM_EXTENSIONS, &count);
-    for (GLint i = 0; i < count; ++i)
-        if (text(gl.GetStringi(GL_EXTENSIONS, static_cast<GLuint>(i))) == name) return true;
-    return false;
-}
-
 /// Fills version and limits of the current context; returns what it lacks, or "".
 std::string examine(const Functions& gl, Device& device) {
     device.version = text(gl.GetString(GL_VERSION));

@@ -13,4 +13,14 @@ std::string loadFunctions(Functions& functions, const ProcAddress& lookup) {
     return {};
 }
 
+bool hasExtension(const Functions& functions, std::string_view name) {
+    GLint count = 0;
+    functions.GetIntegerv(GL_NUM_EXTENSIONS, &count);
+    for (GLint i = 0; i < count; ++i) {
+        const GLubyte* const one = functions.GetStringi(GL_EXTENSIONS, static_cast<GLuint>(i));
+        if (one && reinterpret_cast<const char*>(one) == name) return true;
+    }
+    return false;
+}
+
 }  // namespace peeler::gl

@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 
 namespace peeler::gl {
 
@@ -115,6 +116,9 @@ using ProcAddress = std::function<void*(const char* name)>;
 /// Loads every function, and has them checkBarriers(). Returns the name of the first that is
 /// missing, or "".
 std::string loadFunctions(Functions& functions, const ProcAddress& lookup);
+
+/// Whether the current context has an extension ("GL_EXT_shader_framebuffer_fetch").
+bool hasExtension(const Functions& functions, std::string_view name);
 
 // barrier_check.cpp.
 

@@ -55,6 +55,7 @@ void renderManyFrames() {
     view.camera_to_world[3] = {0, 1, 8, 1};
     CaptureSettings settings;
     settings.shadow_size = 64;
+    constexpr std::uint64_t kTight = std::uint64_t{kShadowMemory ? 8 : 1} << 30;
     std::map<std::string, int> after_ten;
     const int frames = exhaustive() ? 1000 : 100;
     for (int frame = 1; frame <= frames; ++frame) {
@@ -62,7 +63,7 @@ void renderManyFrames() {
         settings.shadows = frame % 10 < 2;
         settings.channels.clear();
         if (frame % 10 == 1) settings.channels = {Channel::kNormal, Channel::kMotion};
-        settings.memory = frame % 3 == 0 ? std::uint64_t{1} << 30 : 0;
+        settings.memory = frame % 3 == 0 ? kTight : 0;
         renderer.setPose(at(frame));
         renderer.setNextFrame({at(frame + 1), view});
         const Plan plan = renderer.plan(view, settings);

@@ -89,16 +89,6 @@ std::string beginningOf(const Settings& settings, const Way& way) {
            "}\n";
 }
 
-bool hasExtension(const gl::Functions& gl, const std::string& name) {
-    GLint count = 0;
-    gl.GetIntegerv(GL_NUM_EXTENSIONS, &count);
-    for (GLint i = 0; i < count; ++i) {
-        const GLubyte* const text = gl.GetStringi(GL_EXTENSIONS, static_cast<GLuint>(i));
-        if (name == reinterpret_cast<const char*>(text)) return true;
-    }
-    return name.empty();
-}
-
 /// glBindImageTexture, which peeler itself has no use for.
 PFNGLBINDIMAGETEXTUREPROC bindImageTexture() {
     void* const library = dlopen("libEGL.so.1", RTLD_NOW | RTLD_LOCAL);
@@ -217,7 +207,7 @@ Json counting(const gl::Functions& gl, const Settings& settings) {
         Json& row = result[triangles.name] = {{"fragments", 0}};
         std::vector<std::uint32_t> expected, counts;
         for (const Way& way : kWays) {
-            if (!hasExtension(gl, way.extension)) {
+            if (*way.extension && !gl::hasExtension(gl, way.extension)) {
                 row[way.name] = nullptr;
                 continue;
             }

@@ -11,6 +11,12 @@
 
 namespace peeler::test {
 
+/// A device without threads of its own: scenes of tests are small, and ThreadSanitizer does not see
+/// what those would wait for.
+inline RTCDevice newEmbreeDevice() {
+    return rtcNewDevice("threads=1");
+}
+
 /// What a query hands to its filters. A filter finds a struct that begins with one from there.
 #if RTC_VERSION_MAJOR >= 4
 using EmbreeContext = RTCRayQueryContext;

@@ -58,7 +58,7 @@ class EmbreeScene {
   public:
     explicit EmbreeScene(const TriangleSoup& soup, RTCFilterFunctionN filter = nullptr,
                          RTCSceneFlags flags = RTC_SCENE_FLAG_ROBUST)
-        : device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)) {
+        : device_(newEmbreeDevice()), scene_(rtcNewScene(device_)) {
         rtcSetSceneFlags(scene_, flags);
         RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
         const std::size_t count = soup.triangles.size();

@@ -52,7 +52,7 @@ struct DoubleHit {
 class DoubleHits {
   public:
     explicit DoubleHits(const TriangleSoup& soup)
-        : soup_(soup), device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)) {
+        : soup_(soup), device_(newEmbreeDevice()), scene_(rtcNewScene(device_)) {
         double largest = 0;
         for (const Triangle& triangle : soup.triangles)
             for (const glm::dvec3& corner : triangle.corner)
