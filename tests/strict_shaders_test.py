@@ -40,14 +40,17 @@ def of_stages(stages):
 
 
 def of_program(stages):
-    """What is found in a program of stages, as a whole and as SPIR-V."""
-    found = said("glslangValidator", "-l", *stages)
-    for stage in stages:
-        binary = f"{stage}.spv"
-        found += said("glslangValidator", "-G", "--target-env", "opengl", "-o", binary, stage)
-        if os.path.exists(binary):
-            found += said("spirv-val", "--target-env", "opengl4.5", binary)
-            os.remove(binary)
+    """What is found in a program of stages, as a whole."""
+    return said("glslangValidator", "-l", *stages)
+
+
+def of_binary(stage):
+    """What is found in a stage as SPIR-V."""
+    binary = f"{stage}.spv"
+    found = said("glslangValidator", "-G", "--target-env", "opengl", "-o", binary, stage)
+    if os.path.exists(binary):
+        found += said("spirv-val", "--target-env", "opengl4.5", binary)
+        os.remove(binary)
     return found
 
 
@@ -83,6 +86,9 @@ def main():
             parts = [stages[i : i + AT_ONCE] for i in range(0, len(stages), AT_ONCE)]
             findings = [line for found in pool.map(of_stages, parts) for line in found]
             findings += [line for found in pool.map(of_program, linked) for line in found]
+            # Programs share stages, of which no two threads may write the binary.
+            of_linked = sorted({stage for program in linked for stage in program})
+            findings += [line for found in pool.map(of_binary, of_linked) for line in found]
     print(*findings[:100], sep="\n")
     print(
         f"{len(stages)} stages, {fetching} of them with fetched slots, {len(linked)} of "
