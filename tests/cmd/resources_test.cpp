@@ -43,8 +43,10 @@ TEST_F(Threads, AreTheSameInLoopsRasterizerAndLibraries) {
     imageLibrary();  // is told when it is loaded, and of every change after that
     EXPECT_EQ(threadCount(), 3);
     EXPECT_EQ(rasterizer(), "3");
+#ifndef __SANITIZE_THREAD__  // in such a build it gets none
     EXPECT_EQ(openImageIo("threads"), 3);
     EXPECT_EQ(openImageIo("exr_threads"), 3);
+#endif
     setThreads(1);
     EXPECT_EQ(threadCount(), 1);
     EXPECT_EQ(rasterizer(), "0") << "none besides the caller";
