@@ -480,13 +480,17 @@ def Draco_of_faces_without_data(folder):
     draco(folder, data + bytes(1 << 20), faces)
 
 
-# Its time is over first where there is no limit of memory, or the machine is slow to hand it out.
+# Their time is over first where there is no limit of memory, or the machine is slow to hand it out.
 @bomb("info {}/scene.gltf", words=("longer than 1 s", "too much memory"))
 def Draco_of_values_without_bits(folder):
     draco(folder, values_without_bits(80000, 100), 80000)
 
 
-@bomb("render {}/scene.gltf -o {}/out.png --size 16x16 --memory 512M", codes=(33,), words="memory budget")
+@bomb(
+    "render {}/scene.gltf -o {}/out.png --size 16x16 --memory 512M",
+    codes=(3, 33),
+    words=("longer than 5 s", "memory budget"),
+)
 def Draco_of_more_values_without_bits(folder):
     draco(folder, values_without_bits(1000000, 100), 1000000)
 
