@@ -2,8 +2,9 @@
 """Small files that promise, or unpack to, much: every verb that reads them stays quick and small.
 
 Each row makes its files itself. A run may take SECONDS of processor time, besides what the machine takes to hand out
-the memory, and MEBIBYTES, or as many as its --memory, whatever it ends with; the table is printed. PEELER is the program. PEELER_SANITIZE says that it is built
-with sanitizers: what it takes is then theirs, and not looked at.
+the memory, and MEBIBYTES, or as many as its --memory, whatever it ends with; the table is printed. PEELER is the
+program. PEELER_INSTRUMENTED says that it is built with sanitizers or counters: what it takes is then theirs, and not
+looked at.
 """
 
 import base64
@@ -22,9 +23,9 @@ import zlib
 
 PEELER = os.environ.get("PEELER", "peeler")
 ALL = os.environ.get("PEELER_TEST_ALL") is not None
-SANITIZED = bool(os.environ.get("PEELER_SANITIZE"))
+INSTRUMENTED = bool(os.environ.get("PEELER_INSTRUMENTED"))
 SECONDS, MEBIBYTES = 2, 512
-ENDLESS = 600 if SANITIZED else 60  # seconds after which a run is killed: it waits for something
+ENDLESS = 600 if INSTRUMENTED else 60  # seconds after which a run is killed: it waits for something
 MEMORY = ["--memory", f"{MEBIBYTES}M"]
 
 # A bomb: its name, `make(folder)`, the verb and its words with {} for the folder, the exit codes it may end with,
@@ -776,9 +777,9 @@ class Bombs(unittest.TestCase):
             told = said + ran.out.decode("utf-8", "replace")
             if not any(words in told for words in each.words):
                 faults.append("it does not say " + " or ".join(f'"{words}"' for words in each.words))
-            if ran.seconds > SECONDS + of_memory * ran.mebibytes and not SANITIZED:
+            if ran.seconds > SECONDS + of_memory * ran.mebibytes and not INSTRUMENTED:
                 faults.append(f"{ran.seconds:.1f} s")
-            if ran.mebibytes > MEBIBYTES and not SANITIZED:
+            if ran.mebibytes > MEBIBYTES and not INSTRUMENTED:
                 faults.append(f"{ran.mebibytes:.0f} MB")
             if len(ran.err) + len(ran.out) > 100000:
                 faults.append(f"{len(ran.err) + len(ran.out)} bytes said")
@@ -789,8 +790,8 @@ class Bombs(unittest.TestCase):
             print("  ".join(cell.ljust(width) for cell, width in zip(row, widths)) + "  " + row[5])
         print(f"{1000 * of_memory:.2f} ms for every MB are the machine's, which hands it out, and not counted")
         print(f"left out: {sum(not b.short for b in BOMBS) if not ALL else 0} of {len(BOMBS)} (PEELER_TEST_ALL=1)")
-        if SANITIZED:
-            print("left out: what they take, which is the sanitizer's")
+        if INSTRUMENTED:
+            print("left out: what they take, which is not the product's")
         if errors:
             self.fail("\n" + "\n".join(errors))
 
