@@ -10,6 +10,7 @@
 #include "formats/gltf_builder.h"
 #include "formats/meshes/mesh_parts.h"
 #include "formats/meshes/scene_reader.h"
+#include "formats/png_builder.h"
 
 namespace peeler::test {
 namespace {
@@ -214,6 +215,44 @@ TEST_F(MeshScenes, OfAnObjHaveTheMaterialsOfItsMtl) {
     EXPECT_TRUE(scene.warnings.empty());
     ASSERT_EQ(scene.files.size(), 1U);
     EXPECT_EQ(scene.files[0].filename(), "m.mtl");
+}
+
+TEST_F(MeshScenes, OfAnObjHaveTheTexturesOfItsMtl) {
+    writeFile(folder_ / "two colours.png", png(2, 1, PngColor::kRgb, 8, {10, 20, 30, 40, 50, 60}));
+    writeFile(folder_ / "grey.png", png(1, 2, PngColor::kRgb, 8, {200, 1, 2, 100, 3, 4}));
+    writeFile(folder_ / "m.mtl",
+              "newmtl m\nKd 0 0 0\nmap_Kd -s 2 3 -o 0.5 0.25 -clamp on two colours.png\n"
+              "map_d grey.png\nmap_Pr grey.png\nmap_Ke gone.png\nnorm -bm 0.5 two colours.png\n");
+    const Scene scene = read("a.obj",
+                             "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n"
+                             "usemtl m\nf 1/1 2/2 3/3\n");
+    const Material& material = scene.materials.at(0);
+    EXPECT_EQ(material.base_color, glm::vec4(1)) << "black beside a texture";
+    EXPECT_EQ(material.alpha_mode, AlphaMode::kBlend);
+    const auto imageOf = [&](const TextureRef& texture) -> const Image& {
+        return scene.images.at(static_cast<std::size_t>(texture.image));
+    };
+    // Colours from one, alpha from the other, as large as both are.
+    const TextureRef& colors = material.base_color_texture;
+    EXPECT_EQ(imageOf(colors).width, 2);
+    EXPECT_EQ(imageOf(colors).height, 2);
+    EXPECT_EQ(imageOf(colors).rgba,
+              (Bytes{10, 20, 30, 200, 40, 50, 60, 200, 10, 20, 30, 100, 40, 50, 60, 100}));
+    EXPECT_EQ(colors.sampler.wrap_s, 33071);
+    // (u, v) of the file is 2 u + 0.5, 3 v + 0.25; both count V from below, glTF from above.
+    EXPECT_EQ(colors.transform[0][0], 2);
+    EXPECT_EQ(colors.transform[1][1], 3);
+    EXPECT_EQ(colors.transform[2][0], 0.5F);
+    EXPECT_EQ(colors.transform[2][1], 1 - 3 - 0.25F);
+    EXPECT_EQ(material.roughness, 1) << "the map alone";
+    EXPECT_EQ(material.metallic, 0);
+    EXPECT_EQ(imageOf(material.metallic_roughness_texture).rgba,
+              (Bytes{255, 200, 255, 255, 255, 100, 255, 255}));
+    EXPECT_EQ(material.normal_scale, 0.5F);
+    EXPECT_EQ(imageOf(material.normal_texture).rgba, (Bytes{10, 20, 30, 255, 40, 50, 60, 255}));
+    EXPECT_FALSE(material.emissive_texture);
+    ASSERT_EQ(scene.warnings.size(), 1U);
+    EXPECT_TRUE(contains(scene.warnings[0], "\"gone.png\" is left out")) << scene.warnings[0];
 }
 
 TEST_F(MeshScenes, AreTurnedAndScaledByTheirNodes) {
