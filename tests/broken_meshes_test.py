@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Broken PLY, STL and OBJ files, made here: each is refused with its place, or shown with a warning.
 
-None may take more than SECONDS of processor time or MEBIBYTES, unless PEELER_INSTRUMENTED says that a sanitizer takes its
+None may take more than SECONDS of processor time or MEBIBYTES, unless PEELER_SANITIZE says that a sanitizer takes its
 share. The table is printed. PEELER is the program.
 """
 
@@ -10,7 +10,7 @@ import struct
 import tempfile
 import unittest
 
-from bombs_test import MEBIBYTES, INSTRUMENTED, SECONDS, run
+from bombs_test import MEBIBYTES, SANITIZED, SECONDS, run
 
 # A file: what is wrong, its name, its bytes, and what has to be said: of what is refused (exit code 3) the words and
 # the place behind the file's name, of what is shown (exit code 0) the words of the warning, "" if there is none.
@@ -193,9 +193,9 @@ class BrokenMeshes(unittest.TestCase):
             faults.append("a warning")
         if code != 0 and str(path) + place not in said:
             faults.append(f'no place "{place}"')
-        if ran.seconds > SECONDS and not INSTRUMENTED:
+        if ran.seconds > SECONDS and not SANITIZED:
             faults.append(f"{ran.seconds:.1f} s")
-        if ran.mebibytes > MEBIBYTES and not INSTRUMENTED:
+        if ran.mebibytes > MEBIBYTES and not SANITIZED:
             faults.append(f"{ran.mebibytes:.0f} MB")
         return [f"{what}: {', '.join(faults)}\n    {said[:300]}"] if faults else []
 

@@ -4,7 +4,7 @@
 Memory, descriptors, threads and objects of GL stay what they were, and results are those of the first time. The short
 run takes a few frames of each; PEELER_TEST_ALL takes FRAMES, and processes on one folder until PEELER_SOAK_SECONDS
 (default: 3600) are over. PEELER is the program, PEELER_FAILING_CALLS the library that counts the objects of GL
-(support/failing_calls), PEELER_INSTRUMENTED what it is built with, sanitizers say, whose memory grows. It prints a table.
+(support/failing_calls), PEELER_SANITIZE the sanitizers that it is built with, whose memory grows. It prints a table.
 """
 
 import collections
@@ -27,7 +27,7 @@ SCENES = HERE.parent / "examples" / "scenes"
 ASSETS = pathlib.Path(os.environ.get("PEELER_ASSETS") or HERE.parents[1] / "shared" / "assets")
 PEELER = pathlib.Path(os.environ.get("PEELER", HERE.parent / "build/ci/peeler")).resolve()
 COUNTER = os.environ.get("PEELER_FAILING_CALLS")
-INSTRUMENTED = bool(os.environ.get("PEELER_INSTRUMENTED"))
+SANITIZED = bool(os.environ.get("PEELER_SANITIZE"))
 ALL = "PEELER_TEST_ALL" in os.environ
 SECONDS = float(os.environ.get("PEELER_SOAK_SECONDS", 3600)) if ALL else 0
 FRAMES, JOBS, PROCESSES, PICTURES = (20_000, 2_000, 8, 40) if ALL else (72, 12, 3, 6)
@@ -197,7 +197,7 @@ class Soak(unittest.TestCase):
         kept = (states[-1].memory - states[0].memory) / len(states)
         print(f"{JOBS:,} jobs of one batch, {time.monotonic() - begun:.0f} s: {states[0].memory >> 20} MiB, "
               f"grown by {kept:,.0f} bytes a job; at most {max(s.descriptors for s in states)} descriptors", flush=True)
-        if INSTRUMENTED:
+        if SANITIZED:
             print("left out: the memory of a batch, which is the sanitizer's")
         else:
             self.assertLess(kept, MOST_OF_JOB + MOST_GROWTH / JOBS)

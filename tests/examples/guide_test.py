@@ -25,7 +25,7 @@ INDENTED = re.compile(r"(?: {4,}|\t)(?:\$ )?(?:peeler|sh|python3|cmake|docker|mk
 # What a picture is rendered by, and how long that takes, is the machine's business.
 OF_THE_MACHINE = re.compile(r"peeler: (no GPU can be used, so .*|[a-z]+ +\d+ %)")
 # How much memory is needed, and for what first, is not the product's in a program with a sanitizer.
-OF_INSTRUMENTS = "the memory budget is" if os.environ.get("PEELER_INSTRUMENTED") else None
+OF_A_SANITIZER = "the memory budget is" if os.environ.get("PEELER_SANITIZE") else None
 
 
 @dataclasses.dataclass
@@ -167,7 +167,7 @@ class Commands(unittest.TestCase):
                 print(f"{time.monotonic() - start:6.1f} s  {path.name}:{block.line}", flush=True)
                 if after is None or after.language != PRINTED:
                     continue
-                if OF_INSTRUMENTS and OF_INSTRUMENTS in after.text:
+                if OF_A_SANITIZER and OF_A_SANITIZER in after.text:
                     print(f"left out: {path.name}:{after.line}: its memory is not the product's", flush=True)
                     continue
                 number, line = first_difference(after.text, output)
