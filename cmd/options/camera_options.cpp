@@ -3,6 +3,7 @@
 #include "cmd/options/camera_options.h"
 
 #include "cmd/cli/arguments.h"
+#include "cmd/options/scene_options.h"
 #include "core/base/error.h"
 #include "core/scene/framing.h"
 
