@@ -13,6 +13,7 @@
 #include "core/gl/context.h"
 #include "core/gl/objects.h"
 #include "support/capture.h"
+#include "support/test_support.h"
 
 namespace peeler::test {
 namespace {
