@@ -38,6 +38,7 @@ VerbAction declareInfo(VerbOptions& verb) {
         .files(sceneExtensions() + " .exr")
         .required();
     addSandboxOption(verb, options->reading.allow_outside);
+    addStrictOption(verb, options->reading.strict);
     addUpOption(verb, options->reading);
     addUnitOption(verb, options->reading);
     verb.addFlag("--json", options->json, "print JSON");

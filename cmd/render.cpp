@@ -277,7 +277,7 @@ void Render::plan(Picture& picture) {
                     countText(plan.layers.size(), "layer") + " of " +
                     std::to_string(plan.view.width) + "x" + std::to_string(plan.view.height) +
                     " pixels; captures them by " + picture.asked.capture.method);
-    if (!options_.strict || plan.complete()) return;
+    if (!options_.scene.reading.strict || plan.complete()) return;
     const bool blended = plan.fragments_blended != 0;
     throw Error(ErrorKind::kIncomplete,
                 std::string("the layer limit ") +
@@ -430,7 +430,6 @@ VerbAction declareRender(VerbOptions& verb) {
     const auto options = std::make_shared<RenderOptions>();
     addRenderOptions(verb, *options);
     return [options, verb](Console& console) {
-        options->scene.reading.strict = options->strict;
         options->samples_given = verb.given("--samples");
         applyPreset(verb, *options);
         if (namesShards(options->output.path))

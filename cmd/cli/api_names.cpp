@@ -59,6 +59,7 @@ constexpr ApiName kApiNames[] = {
     {"size", "--size"},
     {"smooth_normals", "--smooth-normals"},
     {"spacing", "--spacing"},
+    {"strict", "--strict"},
     {"tail", "--tail"},
     {"target", "--target"},
     {"tone_map", "--tone-map"},

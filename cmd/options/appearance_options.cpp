@@ -124,8 +124,11 @@ Scene loadScene(const std::filesystem::path& path, SceneReadOptions reading,
     if (!hasEnvironment(appearance)) return scene;
     scene.environment = environmentNamed(appearance.environment->string());
     scene.environment->rotation = turn(appearance) * std::numbers::pi / 180;
-    if (shadows && scene.lights.empty())
-        scene.warnings.push_back("The environment is the only light, and it casts no shadows.");
+    if (shadows && scene.lights.empty()) {
+        const std::string why = "the environment is the only light, and it casts no shadows";
+        if (reading.strict) throw Error(ErrorKind::kUsage, why, "--shadows");
+        scene.warnings.push_back("T" + why.substr(1) + ".");
+    }
     return scene;
 }
 

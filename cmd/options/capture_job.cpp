@@ -163,8 +163,12 @@ OpenedScene::OpenedScene(const CaptureJobOptions& options, Console& console)
     }
     const AnimationOptions& animation = options.animation;
     playing_ = chooseAnimations(scene_, animation);
-    if ((animation.frames || animation.time) && playing_.empty())
+    if ((animation.frames || animation.time) && playing_.empty()) {
+        if (options.scene.reading.strict)
+            refuse("the scene has no animation: it is the same at all times",
+                   animation.frames ? "--frames" : "--time");
         console.warning("The scene has no animation; it is the same at all times.");
+    }
 }
 
 PosedScene OpenedScene::at(double time) const {

@@ -70,6 +70,7 @@ void addSceneOptions(VerbOptions& verb, SceneOptions& options) {
             "leave out nodes with such a name and all below them, lights included; may be repeated")
         .group(kGroup);
     addSandboxOption(verb, options.reading.allow_outside);
+    addStrictOption(verb, options.reading.strict);
     verb.addRepeated(
             "--ignore-extension", "NAME",
             [&](const std::string& text) { options.reading.ignored_extensions.push_back(text); },
@@ -131,6 +132,13 @@ void addSandboxOption(VerbOptions& verb, bool& allow_outside) {
                  "read the buffers and images of the scene wherever it says: without this, nothing "
                  "outside its folder (absolute paths, \"..\", symbolic links)")
         .group("Scene");
+}
+
+void addStrictOption(VerbOptions& verb, bool& strict) {
+    verb.addFlag("--strict", strict,
+                 "a warning about what an input says and is not shown is an error (exit code 3); "
+                 "nothing is written then")
+        .group("Messages");
 }
 
 void addNormalizeOption(VerbOptions& verb, SceneOptions& options) {

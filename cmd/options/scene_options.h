@@ -29,8 +29,9 @@ struct SceneOptions {
     SceneReadOptions reading;
 };
 
-/// Declares --scene, --include, --exclude, --allow-outside, --ignore-extension, --smooth-normals
-/// and, unless the verb has one of its own, --unit. `options` must outlive the parse.
+/// Declares --scene, --include, --exclude, --allow-outside, --strict, --ignore-extension,
+/// --smooth-normals and, unless the verb has one of its own, --unit. `options` must outlive the
+/// parse.
 void addSceneOptions(VerbOptions& verb, SceneOptions& options);
 /// Declares --up of verbs that have no camera, whose --up takes axes, too (addCameraOptions()).
 void addUpOption(VerbOptions& verb, SceneReadOptions& reading);
@@ -44,6 +45,8 @@ inline constexpr const char* kUpHelp =
     "(default: y)";
 /// Declares --allow-outside alone.
 void addSandboxOption(VerbOptions& verb, bool& allow_outside);
+/// Declares --strict: warnings about what is read become errors.
+void addStrictOption(VerbOptions& verb, bool& strict);
 
 inline constexpr Choice<Normalized> kNormalized[] = {
     {"unit-cube", Normalized::kUnitCube, "the longest side of its bounds is 1"},

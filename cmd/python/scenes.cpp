@@ -190,8 +190,6 @@ SceneHolder fromFile(const py::object& path, const py::dict& given) {
     addSceneOptions(keywords.options(), shown);
     addUpOption(keywords.options(), shown.reading);
     addAppearanceOptions(keywords.options(), object->appearance);
-    keywords.options().addFlag("--strict", shown.reading.strict,
-                               "a missing texture and damaged compressed data are errors");
     keywords.parse(given);
     checkAppearanceOptions(object->appearance);
     shown.file = pathOf(path);

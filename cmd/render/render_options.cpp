@@ -102,11 +102,10 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
                  "print as JSON what would be done, and how much memory and room on the disk the "
                  "first picture takes, and write nothing")
         .group("Output");
-    verb.addFlag("--strict", options.strict,
-                 "a missing texture and damaged compressed data are errors (exit code 3), whatever "
-                 "the fallback, and so is a layer limit that leaves fragments out (6); no file is "
-                 "written then")
-        .group("Output");
+    verb.option("--strict")
+        .description(
+            "a warning about what an input says and is not shown is an error (exit code 3), and so "
+            "is a layer limit that leaves fragments out (6); nothing is written then");
 }
 
 CaptureSettings captureSettings(const RenderOptions& options) {

@@ -258,7 +258,7 @@ OutputOptions RenderRequest::writerOptions(const PictureRequest& picture) const 
 
 bool RenderRequest::isUpToDate(const PictureRequest& picture) const {
     const CaptureSettings& capture = picture.capture;
-    if (options_.strict && (capture.max_layers != 0 || capture.occlusion_ratio > 0)) return false;
+    if (options_.scene.reading.strict && (capture.max_layers != 0 || capture.occlusion_ratio > 0)) return false;
     if (options_.shards) return options_.shards->isUpToDate(picture);
     const std::string path = picture.output.path.string();
     return outputHashOf(path) == picture.provenance.output_hash &&

@@ -56,7 +56,6 @@ struct RenderOptions : CaptureJobOptions {
     ChannelOptions channels;
     ClipOptions clip;
     std::optional<int> shadow_size;
-    bool strict = false;
     bool fxaa = false;
     bool samples_given = false;  ///< --samples is on the command line
     std::optional<std::string> preset;

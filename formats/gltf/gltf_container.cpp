@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "formats/file/json_text.h"
+#include "formats/file/read_warnings.h"
 
 namespace peeler {
 namespace {
@@ -57,7 +58,7 @@ bool isGlb(std::span<const std::uint8_t> bytes) {
 }
 
 GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std::string& path,
-                                 std::vector<std::string>& warnings) {
+                                 ReadWarnings& warnings) {
     if (!isGlb(bytes))
         return {{reinterpret_cast<const char*>(bytes.data()), bytes.size()}, std::nullopt};
 
@@ -70,7 +71,7 @@ GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std:
             "convert it to glTF 2.0");
     if (length > bytes.size()) failTruncated("header", length, bytes.size(), path);
     if (length < bytes.size()) {
-        warnings.push_back("The file is longer than its header says; the rest is ignored.");
+        warnings.warn("The file is longer than its header says; the rest is ignored.", path);
         bytes = bytes.first(length);
     }
 
@@ -92,7 +93,7 @@ GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std:
         } else if (type == kChunkBinary && !result.binary) {
             result.binary = data;
         } else if ((type == kChunkBinary || type == kChunkJson) && !std::exchange(crowded, true)) {
-            warnings.push_back("The file has more chunks than glTF 2.0 allows; they are ignored.");
+            warnings.warn("The file has more chunks than glTF 2.0 allows; they are ignored.", path);
         }
         offset += chunk_length;
     }

@@ -12,6 +12,8 @@
 
 namespace peeler {
 
+class ReadWarnings;
+
 /// The two chunks of a glTF file (glTF 2.0 §4.4); both point into the bytes they were taken from.
 struct GltfContainer {
     std::string_view json;
@@ -25,7 +27,7 @@ bool isGlb(std::span<const std::uint8_t> bytes);
 /// `where` if the container is damaged or of another version; oddities that do no harm become
 /// warnings.
 GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std::string& path,
-                                 std::vector<std::string>& warnings);
+                                 ReadWarnings& warnings);
 
 /// Parses the JSON of a glTF file, a byte order mark aside. Throws Error(kInput) with `path` as
 /// `where` if it is no JSON object, damaged, or nested deeper than any exporter writes.

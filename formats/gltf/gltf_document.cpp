@@ -26,9 +26,6 @@ namespace {
 
 using nlohmann::json;
 
-// Who reads so many warnings has seen enough; a hostile file could have one for each of its bytes.
-constexpr std::size_t kMaxWarnings = 100, kMostOfWarning = 1000;
-
 /// Moves an array out of the root object; an empty one if it is not there.
 json take(json& gltf, const char* name) {
     const auto found = gltf.find(name);
@@ -309,15 +306,6 @@ std::uint64_t parsedBytes(std::string_view text) {
         }
     }
     return bytes + 2 * largest + 2 * longest;
-}
-
-void GltfDocument::warn(const std::string& text) {
-    const std::string sentence = printable(text, kMostOfWarning);  // names of the file are in it
-    if (warnings.size() > kMaxWarnings ||
-        std::find(warnings.begin(), warnings.end(), sentence) != warnings.end())
-        return;
-    warnings.push_back(warnings.size() < kMaxWarnings ? sentence
-                                                      : "There is more to warn of than fits here.");
 }
 
 std::span<const std::uint8_t> GltfDocument::readUri(const std::string& uri,

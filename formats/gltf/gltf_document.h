@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "core/scene/scene.h"
+#include "formats/file/read_warnings.h"
 #include "formats/file/reading_limits.h"
 #include "formats/gltf/gltf_files.h"
 #include "formats/gltf/gltf_reader.h"
@@ -23,7 +24,9 @@ namespace peeler {
 
 struct GltfDocument {
     GltfDocument(const std::filesystem::path& path, const GltfOptions& options)
-        : folder(path, options.max_file_bytes, options.allow_outside), memory(options.memory) {}
+        : warnings(options.strict, path.string()),
+          folder(path, options.max_file_bytes, options.allow_outside),
+          memory(options.memory) {}
     GltfDocument(const GltfDocument&) = delete;
     GltfDocument& operator=(const GltfDocument&) = delete;
 
@@ -55,13 +58,15 @@ struct GltfDocument {
 
     std::vector<std::string> variants;  ///< names
 
-    std::vector<std::string> warnings;
+    ReadWarnings warnings;
     std::uint64_t content_hash = 0;  ///< of everything read so far
     GltfFolder folder;
     std::deque<std::vector<std::uint8_t>> storage;  ///< what the spans above point into
 
-    /// Adds a sentence to the warnings unless it stands there already.
-    void warn(const std::string& sentence);
+    /// Adds a sentence to the warnings, as ReadWarnings does.
+    void warn(const std::string& sentence, const std::string& where = {}) {
+        warnings.warn(sentence, where);
+    }
     /// Keeps the bytes of a file alive and lets them enter the hash.
     std::span<const std::uint8_t> keep(std::vector<std::uint8_t> bytes);
     /// The bytes that a URI names, as GltfFolder reads them, kept; `where` is its JSON pointer.

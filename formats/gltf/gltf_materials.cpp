@@ -176,8 +176,8 @@ class MaterialReader {
     }
 
     void missing(const std::string& where, const std::string& why, const std::string& hint) {
-        if (options_.strict) throw Error(ErrorKind::kInput, why, where, hint);
-        document_.warn("The texture " + where + " is left out: " + why + ".");
+        document_.warnings.warn("The texture " + where + " is left out: " + why + ".",
+                                Error(ErrorKind::kInput, why, where, hint));
     }
 
     std::span<const std::uint8_t> imageBytes(int image) {

@@ -82,8 +82,8 @@ GltfPackage::GltfPackage(const std::filesystem::path& path, const GltfOptions& o
     : path_(path.string()), folder_(path, options.max_file_bytes, options.allow_outside) {
     const std::span<const std::uint8_t> bytes =
         storage_.emplace_back(readRegularFile(path, options.max_file_bytes));
-    const GltfContainer container = splitGltfContainer(bytes, path_, warnings_);
-    warnings_.clear();  // readGltf() has given them
+    ReadWarnings given_by_read_gltf(false, {});
+    const GltfContainer container = splitGltfContainer(bytes, path_, given_by_read_gltf);
     json checked = parseGltfJson(container.json, path_);
     checkGltfSchema(checked);
     json_ = parseOrderedGltfJson(container.json, path_);
@@ -94,8 +94,8 @@ GltfPackage::GltfPackage(const std::filesystem::path& path, const GltfOptions& o
 std::uint64_t GltfPackage::memory(const std::filesystem::path& path, const GltfOptions& options,
                                   std::span<const std::filesystem::path> named) {
     const std::vector<std::uint8_t> bytes = readRegularFile(path, options.max_file_bytes);
-    std::vector<std::string> warnings;
-    const GltfContainer container = splitGltfContainer(bytes, path.string(), warnings);
+    ReadWarnings given_by_read_gltf(false, {});
+    const GltfContainer container = splitGltfContainer(bytes, path.string(), given_by_read_gltf);
     // The JSON is there as text, as it is checked, and as it is changed; data URIs are decoded,
     // three bytes of four letters.
     std::uint64_t all = bytes.size() + 2 * parsedBytes(container.json);

@@ -81,7 +81,7 @@ Scene readGltf(const std::filesystem::path& path, const GltfOptions& options) {
         scene.extensions_required = document.model.extensionsRequired;
         scene.content_hash = document.content_hash;
         scene.files = std::move(document.files);
-        scene.warnings = std::move(document.warnings);
+        scene.warnings = document.warnings.take();
         return scene;
     } catch (const Error&) {
         throw;

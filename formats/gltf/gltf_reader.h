@@ -15,8 +15,8 @@
 namespace peeler::inline v0 {
 
 struct GltfOptions {
-    /// A texture that is missing or cannot be decoded is an error instead of a warning. Nor are
-    /// damaged compressed data, WebP and KTX2 images then excused by an uncompressed fallback.
+    /// The first warning is an Error instead: whatever the file says is shown, or nothing is. An
+    /// uncompressed fallback does not excuse damaged compressed data, nor a WebP or KTX2 image.
     bool strict = false;
     /// URIs may lead out of the scene's folder: absolute paths, "..", symbolic links.
     bool allow_outside = false;

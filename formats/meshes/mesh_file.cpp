@@ -61,7 +61,8 @@ MeshFile::MeshFile(const std::filesystem::path& path, const SceneReadOptions& op
       memory_(options.memory),
       geometry_("the geometry needs", options.max_geometry_bytes),
       bytes_(readWithin(memory_, path, options.max_file_bytes)),
-      folder_(path, options.max_file_bytes, options.allow_outside) {
+      folder_(path, options.max_file_bytes, options.allow_outside),
+      warnings_(options.strict, name_) {
     scene_.content_hash = contentHash(std::as_bytes(std::span(bytes_)), 0);
 }
 
@@ -86,13 +87,6 @@ std::string MeshFile::atByte(std::size_t place) const {
     return name_ + ", byte " + std::to_string(place);
 }
 
-void MeshFile::warn(const std::string& sentence) {
-    constexpr std::size_t kMost = 100;
-    std::vector<std::string>& warnings = scene_.warnings;
-    if (warnings.size() > kMost || std::ranges::find(warnings, sentence) != warnings.end()) return;
-    warnings.push_back(warnings.size() < kMost ? sentence : "There is more of the kind.");
-}
-
 std::vector<std::uint8_t> MeshFile::readBeside(const std::string& file, const std::string& where) {
     if (const auto path = folder_.findFile(file);
         path && std::ranges::find(scene_.files, *path) == scene_.files.end())
@@ -104,9 +98,9 @@ std::vector<std::uint8_t> MeshFile::readBeside(const std::string& file, const st
 
 void MeshFile::missing(const std::string& what, const Error& problem, const std::string& where) {
     if (problem.kind() != ErrorKind::kInput) throw Error(problem);
-    if (options_.strict)
-        throw Error(ErrorKind::kInput, what + ": " + problem.what(), where, problem.hint());
-    warn(what + " (" + where + "): " + problem.what() + ".");
+    const std::string why = what + ": " + problem.what();
+    warnings_.warn(what + " (" + where + "): " + problem.what() + ".",
+                   Error(ErrorKind::kInput, why, where, problem.hint()));
 }
 
 int MeshFile::addNode(const std::string& node_name, Mesh mesh) {
@@ -147,6 +141,7 @@ Scene MeshFile::finish() {
     if (scene_.meshes.empty()) warn("There is nothing to draw in the file.");
     scene_.materials.emplace_back();  // glTF's default material, which nothing here uses
     scene_.scenes.push_back({"", rootsOf(scene_.nodes)});
+    scene_.warnings = warnings_.take();
     return std::move(scene_);
 }
 

@@ -18,6 +18,7 @@
 
 #include "core/base/error.h"
 #include "core/scene/scene.h"
+#include "formats/file/read_warnings.h"
 #include "formats/file/reading_limits.h"
 #include "formats/gltf/gltf_files.h"
 #include "formats/meshes/scene_reader.h"
@@ -62,13 +63,15 @@ class MeshFile {
     /// Where a place in the file is: "part.obj:12", "part.stl, byte 84".
     std::string atLine(std::size_t place) const;
     std::string atByte(std::size_t place) const;
-    /// Adds a sentence to the scene's warnings unless it stands there already.
-    void warn(const std::string& sentence);
+    /// Adds a sentence to the scene's warnings, as ReadWarnings does.
+    void warn(const std::string& sentence, const std::string& where = {}) {
+        warnings_.warn(sentence, where);
+    }
 
     /// Reads another file of its folder, named in a line (`where`) of it or of such a file, and
     /// lets its bytes enter the scene's hash.
     std::vector<std::uint8_t> readBeside(const std::string& file, const std::string& where);
-    /// What cannot be had (a texture, materials) is a warning, or where options.strict an Error.
+    /// Warns of what cannot be had (a texture, materials).
     void missing(const std::string& what, const Error& problem, const std::string& where);
 
     /// Gives a mesh that shows something to a new node.
@@ -85,6 +88,7 @@ class MeshFile {
     SizeLimit geometry_;
     std::vector<std::uint8_t> bytes_;
     GltfFolder folder_;
+    ReadWarnings warnings_;
     Scene scene_;
     int neutral_ = -1;
 };

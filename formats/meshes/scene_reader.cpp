@@ -127,11 +127,14 @@ Scene readSceneFile(const std::filesystem::path& path, const SceneReadOptions& o
         throw Error(ErrorKind::kMemory, "not enough memory to read the scene", path.string());
     }
     if (format == kGltf) {
-        if (options.up || options.metres_per_unit || options.smooth_normals)
-            scene.warnings.emplace_back(
+        if (options.up || options.metres_per_unit || options.smooth_normals) {
+            const std::string why =
                 "`up`, `metres_per_unit` and `smooth_normals` are for PLY, STL and OBJ: a glTF "
                 "says "
-                "itself that +Y is up, that units are metres, and what is smooth.");
+                "itself that +Y is up, that units are metres, and what is smooth";
+            if (options.strict) throw Error(ErrorKind::kUsage, why, path.string());
+            scene.warnings.push_back(why + ".");
+        }
         return scene;
     }
     const glm::dmat4 place =

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/exr/texture_files.h"
+#include "formats/file/read_warnings.h"
 #include "formats/gltf/gltf_container.h"
 #include "formats/gltf_builder.h"
 #include "formats/meshopt_gltf.h"
@@ -22,7 +23,7 @@ struct Glb {
     explicit Glb(const fs::path& path) {
         const std::string text = bytesOf(path);
         bytes.assign(text.begin(), text.end());
-        std::vector<std::string> warnings;
+        ReadWarnings warnings(false, {});
         const GltfContainer container = splitGltfContainer(bytes, path.string(), warnings);
         EXPECT_TRUE(warnings.empty());
         json_text = container.json;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <random>
 
+#include "formats/file/read_warnings.h"
 #include "formats/gltf/gltf_container.h"
 #include "fuzz/fuzz_target.h"
 
@@ -183,7 +184,7 @@ struct Parsed {
 
 std::optional<Parsed> parsed(Input bytes) {
     try {
-        std::vector<std::string> warnings;
+        ReadWarnings warnings(false, {});
         const GltfContainer parts = splitGltfContainer(bytes, "", warnings);
         Parsed result{parseOrderedGltfJson(parts.json, ""), {}, isGlb(bytes)};
         if (parts.binary) result.binary.assign(parts.binary->begin(), parts.binary->end());
