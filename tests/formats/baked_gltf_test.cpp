@@ -25,7 +25,7 @@ struct Glb {
         bytes.assign(text.begin(), text.end());
         ReadWarnings warnings(false, {});
         const GltfContainer container = splitGltfContainer(bytes, path.string(), warnings);
-        EXPECT_TRUE(warnings.empty());
+        EXPECT_TRUE(warnings.sentences().empty());
         json_text = container.json;
         json = nlohmann::ordered_json::parse(container.json);
         binary = container.binary.value_or(std::span<const std::uint8_t>());
