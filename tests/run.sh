@@ -6,6 +6,7 @@
 #                              (PEELER_STYLE=unchecked leaves the style out: clang-format's release decides)
 #   sh tests/run.sh -L unit    arguments go to ctest; the style is not checked
 #   sh tests/run.sh all        everything there is, about an hour (tests/README.md, "What only all runs")
+#   sh tests/run.sh plain      a build without a preset, and some of its tests
 #   sh tests/run.sh coverage   the short run, and which lines of the product it reaches
 #   sh tests/run.sh asan|ubsan|tsan [ARGUMENTS]   the short run, and the command on every model, with what
 #                              finds errors of memory and leaks, undefined behaviour, or races
@@ -41,6 +42,14 @@ build() {
 run_tests() {
     rm -rf "build/$preset/tests/results"
     $places ctest --preset "$@" -j "$(nproc)" --output-junit tests/results/ctest.xml || failed=1
+}
+
+# Packagers build like this, without a preset, each file as a unit of its own. Of the tests those that
+# start quickly, and one in eight of those that draw or start programs.
+plain() {
+    cmake -B build/plain ${PEELER_CMAKE_ARGUMENTS:-} &&
+        cmake --build build/plain -j "$(nproc)" &&
+        ctest --test-dir build/plain -j "$(nproc)" -R '^(unit|fuzz|cli\.1|gl\.egl\.1|process\.1)' --output-on-failure || failed=1
 }
 
 preset=ci
@@ -102,14 +111,20 @@ all)
     stage install sh examples/install_dependencies.sh build test datasets
     stage build build
     stage benchmarks cmake --build --preset ci -j "$(nproc)" --target benchmarks
-    cmake --preset dev -DPEELER_BUILD_TESTS=OFF ${PEELER_CMAKE_ARGUMENTS:-}
-    stage single-files cmake --build --preset dev -j "$(nproc)" # Each includes what it needs.
+    stage headers $python tests/single_files.py build/ci headers
+    stage plain plain
     stage style sh tests/check_style.sh build/ci
     stage tests run_tests all
+    ;;
+plain)
+    stage install sh examples/install_dependencies.sh build test
+    stage plain plain
+    exit $failed
     ;;
 "")
     stage install sh examples/install_dependencies.sh build test
     stage build build
+    stage single-files $python tests/single_files.py build/ci || failed=1
     [ "${PEELER_STYLE:-}" = unchecked ] || stage style sh tests/check_style.sh build/ci
     stage tests run_tests ci
     ;;

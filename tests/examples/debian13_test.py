@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Both commands of the README on a fresh Debian 13: another compiler, another Mesa, other libraries.
+"""Both commands of the README on a fresh Debian 13, and a build without a preset: another compiler, Mesa, libraries.
 Only with PEELER_TEST_ALL: it installs and compiles everything, and takes as long as a short run."""
 
 import os
@@ -19,7 +19,7 @@ ASSETS = pathlib.Path(os.environ.get("PEELER_ASSETS") or SOURCE.parent / "shared
 
 
 class Debian13(PeelerTest):
-    def test_quickstart_and_short_run(self):
+    def test_quickstart_short_run_and_plain_build(self):
         started = time.monotonic()
         scratch = own_machine.SCRATCH
         own_machine.mount("none", scratch, "tmpfs", data=f"size={int(NEEDED)}")
@@ -39,7 +39,8 @@ class Debian13(PeelerTest):
             pathlib.Path(root.root, "assets").mkdir()
             own_machine.mount(str(ASSETS), f"{root.root}/assets", "none", flags=own_machine.MS_BIND)
             root.variables["PEELER_ASSETS"] = "/assets"
-        for command in ("sh examples/quickstart.sh", "sh tests/run.sh"):
+        plain = "rm -rf build/* && sh tests/run.sh plain"  # for the memory that the files take
+        for command in ("sh examples/quickstart.sh", "sh tests/run.sh", plain):
             done = root.run(["sh", "-c", command])
             print(f"{time.monotonic() - started:6.1f} s  {command}\n{done.stdout[-2500:]}", flush=True)
             self.assertEqual(done.returncode, 0)

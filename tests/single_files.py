@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every .cpp and every header compiles by itself, though the build compiles many as one unit.
+
+    single_files.py BUILD_FOLDER [headers]
+
+Compiles, without making anything of it, the files that differ from what landed last and those that include them (20 at
+most), and a tenth of all others, the next one with the next commit. What landed last is where this branch left
+origin/main; where that is not known, or is this very commit, the thirtieth commit before. Left out is what the build itself
+compiles alone; a header is compiled by the .cpp that includes it first. `headers`: those that no .cpp includes first."""
+
+import concurrent.futures
+import json
+import os
+import pathlib
+import re
+import shlex
+import subprocess
+import sys
+import time
+
+SOURCE = pathlib.Path(__file__).resolve().parents[1]
+FOLDERS = ("core", "formats", "cmd", "tests")
+INCLUDE = re.compile(r'^ *# *include "([^"]+)"', re.MULTILINE)
+TURNS = 10
+MOST_DIFFERENT = 20
+COMMITS = 30
+
+
+def git(source, *arguments):
+    """The lines that it prints; none where it fails, as without a repository."""
+    done = subprocess.run(["git", *arguments], cwd=source, capture_output=True, text=True, check=False)
+    return done.stdout.splitlines() if done.returncode == 0 else []
+
+
+def commands(build):
+    """{.cpp: (folder, compiler and flags)}, and those of them that are compiled alone."""
+    found, alone = {}, set()
+    for entry in json.loads((build / "compile_commands.json").read_text()):
+        words = shlex.split(entry["command"].partition(" -o ")[0])
+        if "ccache" in words[0]:
+            del words[0]
+        unit = pathlib.Path(entry["file"])
+        files = [unit] if unit.suffix == ".cpp" else map(pathlib.Path, INCLUDE.findall(unit.read_text()))
+        for file in map(pathlib.Path.resolve, files):
+            found.setdefault(file, (entry["directory"], words))
+            alone |= {file} if unit.suffix == ".cpp" else set()
+    return found, alone
+
+
+def includes(source, file):
+    """The files of ours that it includes, in their order."""
+    roots = [source / "tests", source] if source / "tests" in file.parents else [source]
+    found = []
+    for name in INCLUDE.findall(file.read_text(encoding="utf-8")):
+        found += [root / name for root in roots if (root / name).is_file()][:1]
+    return found
+
+
+def different(source):
+    """(the commit that it is from, the files) that differ from what landed last."""
+    base = git(source, "merge-base", "HEAD", "origin/main")
+    if not base or base == git(source, "rev-parse", "HEAD"):
+        base = git(source, "rev-parse", f"HEAD~{COMMITS}")
+    if not base:
+        return "nowhere", set()
+    names = git(source, "diff", "--name-only", base[0]) + git(source, "ls-files", "-o", "--exclude-standard")
+    return base[0][:10], {source / name for name in names}
+
+
+def compile_alone(unit):
+    """None, or what the compiler says of it."""
+    file, (folder, flags) = unit
+    text = "" if file.suffix == ".cpp" else f'#include "{file}"\n'
+    done = subprocess.run(
+        [*flags, "-O0", "-w", "-fsyntax-only", *(["-x", "c++", "-"] if text else [str(file)])],
+        cwd=folder,
+        input=text,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return None if done.returncode == 0 else f"{file}: does not compile by itself\n{done.stderr[:2000]}"
+
+
+def files_to_compile(build, source):
+    """({file: (folder, compiler and flags)} of what the build does not compile alone, {file: what of ours it includes})"""
+    units, alone = commands(build)
+    included = {file: includes(source, file) for folder in FOLDERS for file in (source / folder).rglob("*.h")}
+    included |= {file: includes(source, file) for file in units if source in file.parents}
+    firsts = {files[0] for file, files in included.items() if file in units and files}
+    for header in sorted(file for file in included if file.suffix == ".h" and file not in firsts):
+        # With the flags of what includes it, or of what lies near it.
+        near = [file for file in units if header in included.get(file, ())]
+        near += [file for file in units if file.parent in header.parents or header.parent in file.parents]
+        if near:
+            units[header] = units[near[0]]
+    return {file: how for file, how in units.items() if file not in alone and file in included}, included
+
+
+def chosen_of(units, included, source):
+    """(the files, how they were chosen)"""
+    base, changed = different(source)
+    first = [file for file in units if file in changed or changed & set(included[file][:1])]
+    first += [file for file in units if file not in first and changed & set(included[file])]
+    first = first[:MOST_DIFFERENT]
+    rest = sorted(set(units) - set(first))
+    count = git(source, "rev-list", "--count", "HEAD")
+    turn = int(count[0]) % TURNS if count else 0
+    how = f"{len(first)} that differ from {base} or include what does, and turn {turn} of {TURNS} of the others"
+    return first + rest[turn::TURNS], how
+
+
+def main(build, headers_only, source=SOURCE):
+    started = time.monotonic()
+    units, included = files_to_compile(build, source)
+    files, how = [file for file in units if file.suffix == ".h"], "all headers that no .cpp includes first"
+    if not headers_only:
+        files, how = chosen_of(units, included, source)
+    with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+        errors = list(filter(None, pool.map(compile_alone, [(file, units[file]) for file in files])))
+    print(*errors, sep="\n", end="")
+    print(f"single files: {len(files)} of {len(units)}: {how}; {len(errors)} fail; {time.monotonic() - started:.0f} s")
+    return 1 if errors else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(pathlib.Path(sys.argv[1]).resolve(), "headers" in sys.argv[2:]))
