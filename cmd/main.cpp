@@ -15,6 +15,7 @@
 #include "cmd/cli/command_line.h"
 #include "cmd/cli/console.h"
 #include "core/base/error.h"
+#include "formats/file/regular_file.h"
 #include "formats/file/temporary_files.h"
 
 namespace {
@@ -94,6 +95,7 @@ bool wantsColors() {
 }  // namespace
 
 int main(int argc, char** argv) {
+    peeler::openStandardStreams();
     // Numbers are read and written the same everywhere, whatever a library asks of the locale.
     std::setlocale(LC_ALL, "C");
     installSignalActions();

@@ -62,6 +62,7 @@ DOORS = (
         "RegularFile of formats/file/regular_file.h",
         {
             "formats/file/regular_file.cpp": "it is that place",
+            "formats/file/regular_file.h": "/dev/null",
             "formats/file/temporary_files.cpp": "folders, and files that it makes",
             "formats/file/atomic_file.cpp": "folders, and files that it makes (O_EXCL)",
             "cmd/batch/batch_report.cpp": "the report, which is appended to; it does not wait",

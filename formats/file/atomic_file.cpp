@@ -50,6 +50,8 @@ std::string hintFor(int error) {
             return "the file system or a limit (ulimit -f) allows no file that large";
         case ENAMETOOLONG:
             return "choose a shorter name";
+        case EBADF:
+            return "standard output is closed; name a file";
         default:
             return "check the disk";
     }

@@ -82,7 +82,7 @@ int openFile(const char* path, int flags, mode_t mode) {
     do
         descriptor = ::open(path, flags, mode);
     while (descriptor < 0 && errno == EINTR);
-    return descriptor;
+    return besideStandardStreams(descriptor);
 }
 
 bool isThere(const std::filesystem::path& path, ErrorKind kind) {

@@ -4,8 +4,11 @@
 // (tests/doors_test.py).
 #pragma once
 
+#include <fcntl.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <cstdint>
 #include <ctime>
 #include <filesystem>
@@ -18,7 +21,31 @@
 
 namespace peeler {
 
-/// Opens as open(2) does, once more where a signal interrupts that: network file systems let it.
+/// Opens /dev/null in the place of each standard stream that is closed: the next file would get its
+/// number, and what a library prints would go into that file. The mode is the contrary one: reading
+/// from standard input and writing to standard output stay errors (EBADF). Every program calls it
+/// first.
+inline void openStandardStreams() {
+    for (int stream = STDIN_FILENO; stream <= STDERR_FILENO; ++stream) {
+        if (fcntl(stream, F_GETFD) >= 0) continue;
+        // open() returns the lowest number that is free, which is this one.
+        if (::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0) return;
+    }
+}
+
+/// Returns a descriptor, moved to another number if it has a standard stream's: the host of the
+/// library may have closed those. −1 if it was −1, or no other number is free (errno says why).
+inline int besideStandardStreams(int descriptor) {
+    if (descriptor < 0 || descriptor > STDERR_FILENO) return descriptor;
+    const int moved = fcntl(descriptor, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+    const int cause = errno;
+    ::close(descriptor);
+    errno = cause;
+    return moved;
+}
+
+/// Opens as open(2) does, once more where a signal interrupts that: network file systems let it;
+/// besideStandardStreams().
 int openFile(const char* path, int flags, mode_t mode = 0);
 
 /// Whether there is such a file or folder, through symbolic links. Throws Error of `kind` where

@@ -10,21 +10,11 @@
 
 #include "core/base/error.h"
 #include "formats/file/helper_process.h"
+#include "formats/file/regular_file.h"
 
 namespace peeler {
-namespace {
 
-constexpr int kFirstUnusual = 3;  ///< behind the descriptors of the standard streams
-
-}  // namespace
-
-SharedFile::SharedFile() : descriptor_(memfd_create("peeler", MFD_CLOEXEC)) {
-    // A host may have closed its streams; what has their numbers would be in the way of a helper's.
-    if (descriptor_ >= 0 && descriptor_ < kFirstUnusual) {
-        const int low = descriptor_;
-        descriptor_ = fcntl(low, F_DUPFD_CLOEXEC, kFirstUnusual);
-        ::close(low);
-    }
+SharedFile::SharedFile() : descriptor_(besideStandardStreams(memfd_create("peeler", MFD_CLOEXEC))) {
     if (descriptor_ < 0)
         throw Error(ErrorKind::kInternal,
                     "no file can be made in memory: " + std::string(std::strerror(errno)), "",

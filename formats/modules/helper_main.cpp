@@ -14,6 +14,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "formats/file/regular_file.h"
 
 namespace peeler {
 namespace {
@@ -89,6 +90,7 @@ void limitSeconds(int seconds) {
 }
 
 void helperMain(int count, char** arguments, HelperWork work) {
+    openStandardStreams();
     if (count != 2) _exit(static_cast<int>(ErrorKind::kUsage));
     limit(RLIMIT_CORE, 0);
     // The signal of the lower limit tells that it was the time; that of the upper one is any kill.

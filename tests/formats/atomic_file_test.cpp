@@ -214,6 +214,21 @@ int inChild(const std::function<void()>& action) {
     return status;
 }
 
+/// A host may have closed them, and what a driver prints would go into the file.
+TEST_F(Atomic, HasNoNumberOfAStandardStream) {
+    const int status = inChild([&] {
+        for (const int stream : {0, 1, 2})
+            close(stream);
+        AtomicFile file(path);
+        file.append(textBytes("all"));
+        for (const int stream : {0, 1, 2})
+            if (write(stream, "noise", 5) >= 0) _exit(1);
+        file.commit();
+    });
+    EXPECT_EQ(status, 0);
+    EXPECT_EQ(test::bytesOf(path), "all");
+}
+
 TEST_F(Atomic, WhatAKilledProcessLeftIsRemovedByTheNextOne) {
     const int status = inChild([&] {
         AtomicFile file(path);

@@ -115,7 +115,7 @@ TEST(HelperProcess, InheritsNothing) {
     SharedFile result = ask("inheritance");
     std::signal(SIGPIPE, action);
     pthread_sigmask(SIG_SETMASK, &before, nullptr);
-    EXPECT_EQ(result.takeOne<std::uint64_t>(), 2U) << "request and result";
+    EXPECT_EQ(result.takeOne<std::uint64_t>(), 3U) << "request, result and /dev/null";
     EXPECT_EQ(result.takeOne<std::uint64_t>(), 0U) << "it could open more";
     EXPECT_EQ(result.takeOne<std::uint64_t>(), 0U) << "PATH";
     EXPECT_EQ(result.takeOne<std::uint64_t>(), 0U) << "a blocked signal";
