@@ -37,16 +37,35 @@ MemoryBudget inheritedBudget() {
     return limit ? budgetUnder(*limit) : MemoryBudget();
 }
 
+namespace {
+
+/// As many as `wanted`, or as many as can be started in each place that has threads: loops have one
+/// less, the image libraries and the rasteriser as many, writing and the driver's cache one each.
+int startable(int wanted) {
+    constexpr int kPlaces = 3, kOthers = 2;
+    const int all = kPlaces * wanted - 1 + kOthers;
+    const int room = startableThreads(all);
+    return room == all ? wanted : std::max(1, (room + 1 - kOthers) / kPlaces);
+}
+
+}  // namespace
+
 void setThreads(int threads) {
-    setThreadCount(threads > 0 ? threads : static_cast<int>(allowedThreads().amount));
+    setThreadCount(startable(threads > 0 ? threads : static_cast<int>(allowedThreads().amount)));
     setLibraryThreads(threadCount());
     // OpenImageIO makes its pool at the first use, with as many threads as the variable CUE_THREADS
     // says, be that a number or not; its own variable goes before that one.
     setenv("OPENIMAGEIO_THREADS", std::to_string(threadCount()).c_str(), 1);
     // llvmpipe: 0 rasterises in the calling thread, 1 would add a worker to it. Left to itself it
     // counts the processors of the machine, not those that the process may run on.
-    const int wanted = threadCount();
-    setenv("LP_NUM_THREADS", std::to_string(wanted == 1 ? 0 : wanted).c_str(), threads > 0 ? 1 : 0);
+#ifdef __SANITIZE_THREAD__
+    // Such a build sees nothing of what its threads wait for each other with, and its race, which
+    // is not mended there (cmd/mutex_destroy.cpp), as what it is.
+    const int workers = 0;
+#else
+    const int workers = threadCount() == 1 ? 0 : threadCount();
+#endif
+    setenv("LP_NUM_THREADS", std::to_string(workers).c_str(), threads > 0 ? 1 : 0);
 }
 
 void takeVisibleGpus() {

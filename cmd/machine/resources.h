@@ -107,8 +107,9 @@ MemoryBudget budgetUnder(const Limit& limit);
 MemoryBudget inheritedBudget();
 
 /// Sets the threads of our own loops, of Mesa's software rasteriser and of the image libraries; 0 =
-/// allowedThreads(). Call before the first GL call: llvmpipe reads its variable, LP_NUM_THREADS,
-/// once. One that the user has set is left alone unless `threads` says otherwise.
+/// allowedThreads(); fewer where the machine lets fewer be started. Call before the first GL call:
+/// llvmpipe reads its variable, LP_NUM_THREADS, once. One that the user has set is left alone
+/// unless `threads` says otherwise.
 void setThreads(int threads);
 
 /// Takes CUDA_VISIBLE_DEVICES out of the environment, if it is there, and hands it to

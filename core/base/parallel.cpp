@@ -5,17 +5,22 @@
 #include <pthread.h>
 #include <sched.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <exception>
 #include <memory>
 #include <mutex>
 #include <new>
+#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include "core/base/error.h"
 
 namespace peeler {
 namespace {
@@ -36,11 +41,43 @@ class SignalsBlocked {
     sigset_t before_;
 };
 
+/// Grows by one with each thread of the process; 0 without /proc.
+nlink_t taskLinks() {
+    struct stat status {};
+    return ::stat("/proc/self/task", &status) == 0 ? status.st_nlink : 0;
+}
+
 }  // namespace
 
 std::thread startWorker(std::function<void()> work) {
     const SignalsBlocked blocked;
-    return std::thread(std::move(work));
+    try {
+        return std::thread(std::move(work));
+    } catch (const std::system_error&) {
+        throw Error(ErrorKind::kMemory, "no thread can be started", "", kMoreThreads);
+    }
+}
+
+int startableThreads(int wanted) {
+    const auto before = taskLinks();
+    std::vector<std::thread> started;
+    started.reserve(static_cast<std::size_t>(wanted));
+    std::mutex gate;
+    {
+        const std::lock_guard closed(gate);
+        try {
+            while (started.size() < static_cast<std::size_t>(wanted))
+                started.push_back(startWorker([&] { const std::lock_guard passed(gate); }));
+        } catch (...) {
+            // So many, then.
+        }
+    }
+    for (std::thread& thread : started)
+        thread.join();
+    // One that has been joined is counted until the kernel has taken it away.
+    for (int i = 0; i < 100 && taskLinks() > before; ++i)
+        std::this_thread::sleep_for(std::chrono::microseconds(100));
+    return static_cast<int>(started.size());
 }
 
 namespace {

@@ -15,9 +15,18 @@
 
 namespace peeler {
 
+/// The hint of an Error where threads cannot be started.
+inline constexpr char kMoreThreads[] =
+    "raise the limit of processes and threads (ulimit -u, a cgroup's pids.max), or end others";
+
 /// Runs `work` on a thread of its own that takes no signals: it could hold any lock when their
-/// handler runs. Throws std::system_error if a process limit allows no more threads.
+/// handler runs. Throws Error (kMemory) if a process limit allows no more threads.
 std::thread startWorker(std::function<void()> work);
+
+/// Returns how many threads, at most `wanted`, can be started beside those that there are. It
+/// starts and ends so many: limits (RLIMIT_NPROC, a cgroup's pids.max) say only what they count
+/// with others.
+int startableThreads(int wanted);
 
 /// How many processors the process may run on, at least 1.
 int affinityCount();

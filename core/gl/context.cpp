@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/gl/context.h"
 
+#include <unistd.h>
+
+#include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 
 #include "core/base/error.h"
+#include "core/base/parallel.h"
 #include "core/gl/backend.h"
 #include "core/gl/functions.h"
 
@@ -82,10 +87,30 @@ void APIENTRY printMessage(GLenum, GLenum type, GLuint, GLenum, GLsizei, const G
 }
 #endif
 
-/// Opens and examines; on failure returns null and leaves the reason in device.problem.
+/// Throws Error (kMemory) if not all threads of the software rasteriser can be started. llvmpipe
+/// waits for those that it could not start for ever (Mesa 22.3.6 to 25.0.7: lp_rast_create() starts
+/// fewer, and lp_setup_create() still counts on all of them to signal its fences).
+void requireRasterizerThreads() {
+    constexpr long kMost = 32;  // LP_MAX_THREADS, 16 in Mesa 22.3
+    const char* const set = std::getenv("LP_NUM_THREADS");
+    const long all = set ? std::strtol(set, nullptr, 0) : sysconf(_SC_NPROCESSORS_ONLN);
+    const int needed = static_cast<int>(std::clamp(all, 1L, kMost));
+    const int startable = startableThreads(needed);
+    if (startable == needed) return;
+    throw Error(
+        ErrorKind::kMemory,
+        startable == 0 ? "no thread can be started"
+                       : "only " + std::to_string(startable) + " of the " + std::to_string(needed) +
+                             " threads of the software rasteriser can be started",
+        "", std::string(kMoreThreads) + (startable == 0 ? "" : ", or set LP_NUM_THREADS to fewer"));
+}
+
+/// Opens and examines; on failure returns null and leaves the reason in device.problem. Throws
+/// Error (kMemory) where the driver would hang.
 std::unique_ptr<Context> tryOpen(Candidate& candidate, Device& device) {
     device = candidate.device;
     if (!device.problem.empty()) return nullptr;
+    if (device.software) requireRasterizerThreads();
     auto context = candidate.open(device.problem);
     if (!context) return nullptr;
     device.problem = examine(context->functions(), device);
@@ -185,7 +210,11 @@ std::vector<Device> listDevices() {
     std::vector<Device> devices;
     for (auto& row : allCandidates()) {
         Device device;
-        const auto context = tryOpen(row.candidate, device);
+        try {
+            tryOpen(row.candidate, device);
+        } catch (const Error& error) {
+            device.problem = error.what();
+        }
         devices.push_back(std::move(device));
     }
     return devices;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/image/background_sink.h"
 
-#include <system_error>
 #include <utility>
 
+#include "core/base/error.h"
 #include "core/base/parallel.h"
 
 namespace peeler {
@@ -11,7 +11,7 @@ namespace peeler {
 BackgroundSink::BackgroundSink(std::unique_ptr<Sink> sink) : sink_(std::move(sink)) {
     try {
         thread_ = startWorker([this] { work(); });
-    } catch (const std::system_error&) {
+    } catch (const Error&) {
         // A process limit makes it slower, not wrong.
     }
 }

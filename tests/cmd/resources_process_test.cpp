@@ -5,6 +5,7 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -91,11 +92,10 @@ class RealCgroup {
         stream << text << std::flush;
         return stream.good();
     }
+    std::string file(const std::string& name) const { return folder_ / name; }
     CommandResult run(const std::string& command) const {
         return runCommand(
-            {"sh", "-c",
-             "echo $$ > '" + (folder_ / "cgroup.procs").string() + "' && exec " + command},
-            with({}));
+            {"sh", "-c", "echo $$ > '" + file("cgroup.procs") + "' && exec " + command}, with({}));
     }
 
   private:
@@ -120,6 +120,78 @@ TEST(RealCgroups, LimitProcessors) {
     }
     GTEST_SKIP() << "no cgroup of a CPU controller may be made here (root and a writable one)";
 }
+
+/// Lets a command start so few processes and threads, its own among them, and no more.
+class FewThreads : public testing::TestWithParam<const char*> {
+  protected:
+    void SetUp() override {
+        if (geteuid() != 0) GTEST_SKIP() << "only root has others to be, and may make cgroups";
+        fs::permissions(scratch_.path(), fs::perms::all);
+        if (run(20, {"--version"}).exit_code != 0)
+            GTEST_SKIP() << "nobody else may run the program, or there is no cgroup of this kind";
+    }
+    CommandResult run(int most, const Strings& arguments, const Strings& environment = {}) const {
+        const std::string limit = std::to_string(most);
+        Strings command{"prlimit", "--nproc=" + limit, "setpriv", "--reuid=" + user_,
+                        "--clear-groups"};
+        std::optional<RealCgroup> group;
+        if (GetParam() == std::string("pids.max")) {
+            const auto groups = cmd::Cgroups("/").of("pids");
+            if (groups.empty()) return {};
+            group.emplace(groups.front().folder);
+            if (!group->write("pids.max", limit)) return {};
+            command = {"sh", "-c", R"(echo $$ > "$0" && exec "$@")", group->file("cgroup.procs")};
+        }
+        command.push_back(peelerBinary());
+        command.insert(command.end(), arguments.begin(), arguments.end());
+        return runCommand(command, with(environment), scratch_.path());
+    }
+    CommandResult render(int most, const Strings& more, const Strings& environment = {}) const {
+        Strings arguments{"render", scene_, "-o", "out.exr", "--size", "64x36"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run(most, arguments, environment);
+    }
+
+    ScratchDir scratch_;
+    const std::string scene_ = writeScene(scratch_.path(), stackScene(3)).string();
+    const fs::path out_ = scratch_ / "out.exr";
+    const std::string user_ = std::to_string(50000 + getpid() % 10000);  // has no other processes
+};
+
+/// It hung in the driver.
+TEST_P(FewThreads, AreAnErrorWhereThereAreNone) {
+    for (const char* backend : {"egl", "osmesa"}) {
+        const CommandResult none = render(1, {"--backend", backend, "--threads", "2"});
+        EXPECT_EQ(none.exit_code, 33) << none.err;
+        EXPECT_TRUE(contains(none.err, "no thread can be started")) << none.err;
+        EXPECT_FALSE(fs::exists(out_));
+    }
+    const CommandResult rays =
+        run(1, {"rays", scene_, "-o", "a.npz", "--engine", "cpu", "--axes", "--resolution", "16"});
+    EXPECT_EQ(rays.exit_code, 0) << "it needs none: " << rays.err;
+    const CommandResult devices = run(1, {"devices"});
+    EXPECT_TRUE(contains(devices.out, "no thread can be started")) << devices.out << devices.err;
+}
+
+TEST_P(FewThreads, AreEnoughForTheSameFile) {
+    ASSERT_EQ(render(100, {"--threads", "4"}, {"LP_NUM_THREADS="}).exit_code, 0);
+    const std::string expected = bytesOf(out_);
+    for (const int most : {2, 3, 4, 5, 7, 9, 12, 15}) {
+        fs::remove(out_);
+        const CommandResult few = render(most, {"--threads", "4"});
+        EXPECT_EQ(few.exit_code, 0) << most << ": " << few.err;
+        EXPECT_TRUE(bytesOf(out_) == expected) << most;
+    }
+}
+
+TEST_P(FewThreads, AreNotFewerThanTheUserSays) {
+    const CommandResult few = render(3, {}, {"LP_NUM_THREADS=4"});
+    EXPECT_EQ(few.exit_code, 33) << few.err;
+    EXPECT_TRUE(contains(few.err, "of the 4 threads of the software rasteriser")) << few.err;
+    EXPECT_TRUE(contains(few.err, "LP_NUM_THREADS to fewer")) << few.err;
+}
+
+INSTANTIATE_TEST_SUITE_P(Limited, FewThreads, testing::Values("ulimit -u", "pids.max"));
 
 class FakeGpus : public Resources {
   protected:
