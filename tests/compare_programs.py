@@ -120,7 +120,7 @@ class Program:
             "PATH": f"{self.root}/bin:{os.environ['PATH']}",
             "HOME": os.environ.get("HOME", "/"),
             "LC_ALL": "C.UTF-8",
-            "LP_NUM_THREADS": "1",  # Mesa's: the other program needs the other processors.
+            "LP_NUM_THREADS": "0",  # Mesa's: the other program needs the other processors.
         }
         with subprocess.Popen(
             ["sh", "-c", line], cwd=self.folder, env=environment, stdin=subprocess.DEVNULL,

@@ -148,7 +148,7 @@ class Soak(unittest.TestCase):
         record = self.folder / "record"
         with open(record, "wb") as file:
             file.truncate(1 << 20)
-        environment = {**os.environ, "LD_PRELOAD": COUNTER, "PEELER_FAILING_RECORD": str(record), "LP_NUM_THREADS": "1"}
+        environment = {**os.environ, "LD_PRELOAD": COUNTER, "PEELER_FAILING_RECORD": str(record), "LP_NUM_THREADS": "0"}
         begun = time.monotonic()
         done = subprocess.run([sys.executable, "-B", __file__, "render", record, str(FRAMES)], env=environment,
                               stdout=subprocess.PIPE, text=True, check=False)

@@ -86,10 +86,10 @@ tests() {
     PEELER_SOURCE=$here
     export PEELER_TEST_BACKEND PEELER_SOURCE
     for shard in 0 1 2 3 4 5 6 7; do
-        # A thread of the software rasteriser for each, as ctest has it.
+        # The software rasteriser has no threads besides, as ctest has it.
         (
             code=0
-            GTEST_TOTAL_SHARDS=8 GTEST_SHARD_INDEX=$shard LP_NUM_THREADS=1 LD_LIBRARY_PATH=$libraries \
+            GTEST_TOTAL_SHARDS=8 GTEST_SHARD_INDEX=$shard LP_NUM_THREADS=0 LD_LIBRARY_PATH=$libraries \
                 timeout --foreground -k 5 $((PART_SECONDS - 8)) "$here/bin/gl_tests" --gtest_filter="-$embree:$osmesa" \
                 >"$work/tests.$shard" 2>&1 || code=$?
             echo "[ended with $code]" >>"$work/tests.$shard"
