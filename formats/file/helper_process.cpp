@@ -117,7 +117,9 @@ void waitFor(pid_t child, const HelperRun& run) {
         "", run.hint);
 }
 
-std::string textOf(const std::vector<char>& text) {
+std::string takeText(SharedFile& result) {
+    constexpr std::uint64_t kMostOfMessage = 8192;  // an Error holds a little less
+    const auto text = result.take<char>(kMostOfMessage);
     return {text.begin(), text.end()};
 }
 
@@ -130,12 +132,13 @@ SharedFile runHelper(const HelperRun& run, const SharedFile& request) {
     result.seek(0);
     const auto state = result.takeOne<HelperState>();
     if (state == HelperState::kDone) return result;
-    if (state != HelperState::kFailed)
+    // An enumeration may hold any number; a decoder fails for want of memory or by its data.
+    const auto kind = state == HelperState::kFailed ? result.takeOne<ErrorKind>() : ErrorKind();
+    if (kind != ErrorKind::kInput && kind != ErrorKind::kMemory)
         throw Error(ErrorKind::kInput, "the decoder ends without a result on the data", "",
                     run.hint);
-    const auto kind = result.takeOne<ErrorKind>();
-    const std::string what = textOf(result.take<char>());
-    throw Error(kind, what, "", textOf(result.take<char>()));
+    const std::string what = takeText(result);
+    throw Error(kind, what, "", takeText(result));
 }
 
 }  // namespace peeler

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -44,9 +45,10 @@ class SharedFile {
         write(&value, sizeof value);
     }
 
+    /// The array that comes next. Throws Error (kInput) if it has more than `most` values.
     template <typename T>
-    std::vector<T> take() {
-        std::vector<T> values(takeSize(sizeof(T)) / sizeof(T));
+    std::vector<T> take(std::uint64_t most = std::numeric_limits<std::uint64_t>::max()) {
+        std::vector<T> values(takeSize(sizeof(T), most));
         read(values.data(), values.size() * sizeof(T));
         return values;
     }
@@ -60,8 +62,8 @@ class SharedFile {
   private:
     void write(const void* from, std::size_t size);
     void read(void* to, std::size_t size);
-    /// The bytes of the array that comes next, which is there as a whole.
-    std::uint64_t takeSize(std::size_t of_value);
+    /// The number of values of the array that comes next, which is there as a whole.
+    std::uint64_t takeSize(std::size_t of_value, std::uint64_t most);
 
     int descriptor_ = -1;
     std::uint64_t place_ = 0;
@@ -84,10 +86,11 @@ struct HelperRun {
 
 /// Starts the program, whose main is helperMain() (formats/modules/helper_main.h), and gives back
 /// its result. It has the request and the result open and nothing else, and of the environment
-/// LD_LIBRARY_PATH; memory and threads of this process are not copied. An Error that its work
-/// throws is thrown here with the same kind, what and hint. One that crashes or goes over its
-/// limits ends in Error(kInput) with an empty `where`. May be called from several threads. Throws
-/// Error(kInternal) if it cannot be started.
+/// LD_LIBRARY_PATH; memory and threads of this process are not copied. An Error (kInput or kMemory)
+/// that its work throws is thrown here with the same kind, what and hint. One that crashes, goes
+/// over its limits or answers anything else ends in Error(kInput) with an empty `where`. The data
+/// may have taken the helper over, so the caller checks all that it takes from the result. May be
+/// called from several threads. Throws Error(kInternal) if it cannot be started.
 SharedFile runHelper(const HelperRun& run, const SharedFile& request);
 
 }  // namespace peeler

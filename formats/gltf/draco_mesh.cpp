@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Has one Draco-compressed mesh decoded by peeler_decode (formats/modules/draco_decoder.cpp).
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -19,20 +20,28 @@ std::size_t bytesOfComponent(int component_type) {
     return component_type <= kUnsignedShort ? 2 : 4;
 }
 
-/// The helper is not trusted: it may be in the hands of the data.
-bool isWhole(const DracoMesh& mesh, std::span<const DracoAttribute> attributes) {
-    if (mesh.indices.size() % 3 != 0) return false;
-    for (const std::uint32_t index : mesh.indices)
-        if (index >= mesh.points) return false;
-    for (std::size_t i = 0; i < attributes.size(); ++i)
-        if (mesh.attributes[i].size() != mesh.points *
-                                             static_cast<std::size_t>(attributes[i].components) *
-                                             bytesOfComponent(attributes[i].component_type))
-            return false;
-    return true;
-}
-
 }  // namespace
+
+DracoMesh takeDracoMesh(SharedFile& result, std::span<const DracoAttribute> attributes,
+                        const DracoLimits& limits) {
+    const auto checked = [](bool holds) {
+        if (!holds) throw Error(ErrorKind::kInput, "the Draco data is damaged", "", kDracoHint);
+    };
+    DracoMesh mesh;
+    mesh.points = result.takeOne<std::uint64_t>();
+    // Limits are counts of accessors, 2^53 at most: no product overflows.
+    checked(mesh.points > 0 && mesh.points <= limits.points);
+    mesh.indices = result.take<std::uint32_t>(3 * limits.faces);
+    checked(!mesh.indices.empty() && mesh.indices.size() % 3 == 0);
+    checked(std::ranges::all_of(mesh.indices, [&](auto index) { return index < mesh.points; }));
+    for (const DracoAttribute& attribute : attributes) {
+        const std::uint64_t bytes = mesh.points * static_cast<std::uint64_t>(attribute.components) *
+                                    bytesOfComponent(attribute.component_type);
+        mesh.attributes.push_back(result.take<std::uint8_t>(bytes));
+        checked(mesh.attributes.back().size() == bytes);
+    }
+    return mesh;
+}
 
 DracoMesh decodeDracoMesh(std::span<const std::uint8_t> bytes,
                           std::span<const DracoAttribute> attributes, const DracoLimits& limits,
@@ -44,14 +53,7 @@ DracoMesh decodeDracoMesh(std::span<const std::uint8_t> bytes,
     request.seek(0);
     SharedFile result =
         runHelper({moduleFile("peeler_decode"), limits.cpu_seconds, kDracoHint, used}, request);
-    DracoMesh mesh;
-    mesh.points = result.takeOne<std::uint64_t>();
-    mesh.indices = result.take<std::uint32_t>();
-    for (std::size_t i = 0; i < attributes.size(); ++i)
-        mesh.attributes.push_back(result.take<std::uint8_t>());
-    if (!isWhole(mesh, attributes))
-        throw Error(ErrorKind::kInput, "the Draco data is damaged", "", kDracoHint);
-    return mesh;
+    return takeDracoMesh(result, attributes, limits);
 }
 
 }  // namespace peeler

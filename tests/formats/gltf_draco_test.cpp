@@ -11,6 +11,7 @@
 
 #include "formats/gltf/gltf_decoders.h"
 #include "formats/gltf_builder.h"
+#include "formats/lying_helper.h"
 
 namespace peeler::test {
 namespace {
@@ -333,6 +334,63 @@ TEST(GltfDraco, OutlivesAnyByte) {
         }
         EXPECT_GT(refused, 20);
     }
+}
+
+TEST(GltfDraco, BelievesNoLieOfItsDecoder) {
+    constexpr std::uint64_t kHuge = std::uint64_t{1} << 62;
+    const DracoAttribute attributes[] = {{0, 5126, 3}, {1, 5121, 4}};
+    const DracoLimits limits{.faces = 2, .points = 6};
+    const Bytes triangle = {0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0};
+    const auto mesh = [](std::uint64_t points) {
+        return Answer().add(HelperState::kDone).add(points);
+    };
+    const auto with = [&](std::uint64_t points, const Bytes& indices, std::size_t positions,
+                          std::size_t colors) {
+        return mesh(points)
+            .addArray(indices.size(), indices)
+            .addArray(positions, Bytes(positions))
+            .addArray(colors, Bytes(colors));
+    };
+    Bytes outside = triangle, negative = triangle, three = triangle;
+    outside[8] = 3;
+    negative[11] = 0xFF;
+    for (int i = 0; i < 2; ++i)
+        three.insert(three.end(), triangle.begin(), triangle.end());
+    const std::pair<const char*, Answer> lies[] = {
+        {"nothing", Answer().add(HelperState::kDone)},
+        {"2^62 points, of which nothing is there", with(kHuge, triangle, 0, 0)},
+        {"2^60 points, of which nothing is there", with(kHuge >> 2, triangle, 0, 0)},
+        {"all points that there can be", with(~std::uint64_t{0}, triangle, 0, 0)},
+        {"more points than accessors have room for", with(7, triangle, 84, 28)},
+        {"no points", with(0, {}, 0, 0)},
+        {"no triangle", with(3, {}, 36, 12)},
+        {"more triangles than accessors have room for", with(3, three, 36, 12)},
+        {"a triangle of two corners", with(3, Bytes(8), 36, 12)},
+        {"an index of half a number", with(3, Bytes(13), 36, 12)},
+        {"a corner that there is not", with(3, outside, 36, 12)},
+        {"a corner far away", with(3, negative, 36, 12)},
+        {"positions for two of three points", with(3, triangle, 24, 12)},
+        {"positions for four of three points", with(3, triangle, 48, 12)},
+        {"no colours", with(3, triangle, 36, 0)},
+        {"an attribute too few", mesh(3).addArray(12, triangle).addArray(36, Bytes(36))},
+        {"indices without end", mesh(3).addArray(kHuge, triangle)},
+        {"positions without end", mesh(3).addArray(12, triangle).addArray(kHuge, Bytes(36))},
+    };
+    for (const auto& [name, lie] : lies) {
+        SharedFile result = lie.run();
+        try {
+            takeDracoMesh(result, attributes, limits);
+            ADD_FAILURE() << name << " is believed";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput) << name;
+            EXPECT_EQ(error.where(), "") << name;
+        }
+    }
+    SharedFile truth = with(3, triangle, 36, 12).run();
+    const DracoMesh taken = takeDracoMesh(truth, attributes, limits);
+    EXPECT_EQ(taken.points, 3U);
+    EXPECT_EQ(taken.indices, (std::vector<std::uint32_t>{0, 1, 2}));
+    EXPECT_EQ(taken.attributes[0].size(), 36U);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "formats/lying_helper.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
@@ -142,6 +143,45 @@ TEST(HelperProcess, EndsWhatAsksForWhatNoDecoderNeeds) {
     }
     EXPECT_STREQ(errorOf("transgression", kKinds).what(),
                  "the decoder ends without a result on the data");
+}
+
+TEST(HelperProcess, BelievesNoLieAboutAnError) {
+    constexpr std::uint64_t kHuge = std::uint64_t{1} << 62;
+    const Bytes word(4, 'a');
+    const auto failed = [](int kind) { return Answer().add(HelperState::kFailed).add(kind); };
+    const auto input = [&] { return failed(static_cast<int>(ErrorKind::kInput)); };
+    const std::pair<const char*, Answer> lies[] = {
+        {"nothing", Answer()},
+        {"a state that there is not", Answer().add(std::uint32_t{77}).addArray(4, word)},
+        {"no kind", Answer().add(HelperState::kFailed)},
+        {"the exit code of what is done", failed(0).addArray(4, word).addArray(4, word)},
+        {"a kind that there is not", failed(77).addArray(4, word).addArray(4, word)},
+        {"a negative kind", failed(-1).addArray(4, word).addArray(4, word)},
+        {"a bug of ours", failed(1).addArray(4, word).addArray(4, word)},
+        {"a wrong use", failed(2).addArray(4, word).addArray(4, word)},
+        {"a lost device", failed(5).addArray(4, word).addArray(4, word)},
+        {"a text that is cut off", input().addArray(5, word)},
+        {"a text without end", input().addArray(kHuge, word)},
+        {"a text of all there can be", input().addArray(~std::uint64_t{0}, word)},
+        {"a text that is a flood", input().addArray(9000, Bytes(9000, 'a')).addArray(4, word)},
+        {"a hint that is a flood", input().addArray(4, word).addArray(9000, Bytes(9000, 'a'))},
+    };
+    for (const auto& [name, lie] : lies) {
+        try {
+            lie.run();
+            ADD_FAILURE() << name << " is believed";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput) << name;
+            EXPECT_NE(std::string(error.what()).find("decoder"), std::string::npos)
+                << name << ": " << error.what();
+        }
+    }
+    try {
+        input().addArray(4, word).addArray(4, word).run();
+        ADD_FAILURE() << "an error is none";
+    } catch (const Error& error) {
+        EXPECT_STREQ(error.what(), "aaaa") << "what is no lie";
+    }
 }
 
 /// Then nobody can be told how a child ended, and the result has to say it.

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// A stand-in for a decoder that the data has taken over: it answers with any bytes.
+#pragma once
+
+#include <cstring>
+#include <fstream>
+
+#include "formats/file/helper_process.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+
+/// Numbers one after the other, as a result holds them.
+class Answer {
+  public:
+    template <class T>
+    Answer& add(const T& value) {
+        const auto* const bytes = reinterpret_cast<const std::uint8_t*>(&value);
+        bytes_.insert(bytes_.end(), bytes, bytes + sizeof value);
+        return *this;
+    }
+    /// An array: its size, which may be a lie, and bytes.
+    Answer& addArray(std::uint64_t size, const Bytes& bytes) {
+        add(size).bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+        return *this;
+    }
+
+    /// What runHelper() makes of a program that answers so.
+    SharedFile run() const {
+        const ScratchDir scratch;
+        const std::filesystem::path program = scratch / "decoder";
+        std::ofstream script(program);
+        script << "#!/bin/sh\nprintf '";
+        for (const std::uint8_t byte : bytes_)
+            script << '\\' << byte / 64 << byte / 8 % 8 << byte % 8;
+        script << "'\n";
+        script.close();
+        std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+        const SharedFile request;
+        return runHelper({program, 10, "a hint"}, request);
+    }
+
+  private:
+    Bytes bytes_;
+};
+
+}  // namespace peeler::test
