@@ -23,11 +23,11 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Whether both name one file, however they are spelt; a file that is not there yet has only its
-/// spelling.
+/// spelling, and the links that lead to it.
 bool sameFile(const fs::path& a, const fs::path& b) {
     std::error_code failure;
     if (fs::equivalent(a, b, failure)) return true;
-    return a.lexically_normal() == b.lexically_normal();
+    return withLinksFollowed(a).lexically_normal() == withLinksFollowed(b).lexically_normal();
 }
 
 }  // namespace
@@ -88,7 +88,7 @@ void checkNotThere(const fs::path& file) {
 
 void checkFolder(const fs::path& file) {
     std::error_code failure;
-    fs::path folder = fs::absolute(file, failure).parent_path();
+    fs::path folder = fs::absolute(withLinksFollowed(file), failure).parent_path();
     if (isStandardOutput(file.string()) || isThere(folder, ErrorKind::kOutput)) {
         const AtomicFile probe(file.string());
         return;
@@ -113,7 +113,8 @@ void checkTarget(const OutputRequest& output, const std::vector<fs::path>& input
         }
     }
     if (output.no_clobber) checkNotThere(output.path);
-    if (output.no_mkdir) checkFolderIsThere(output.path.parent_path(), output.path);
+    if (output.no_mkdir)
+        checkFolderIsThere(withLinksFollowed(output.path).parent_path(), output.path);
     checkLayerFiles(output, inputs);
     checkFilesBeside(output, inputs);
 }

@@ -79,13 +79,27 @@ bool lockIsMine(int descriptor) {
 
 }  // namespace
 
+std::filesystem::path withLinksFollowed(std::filesystem::path path) {
+    constexpr int kMostLinks = 40;  // as many as Linux follows
+    std::error_code failure;
+    for (int i = 0; i < kMostLinks && fs::is_symlink(fs::symlink_status(path, failure)); ++i) {
+        const fs::path target = fs::read_symlink(path, failure);
+        if (failure) break;
+        path = path.parent_path() / target;
+    }
+    return path;
+}
+
 AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(path_) {
+    if (path_.empty()) throw Error(ErrorKind::kUsage, "the file's name is empty", "`path`");
     if (isStandardOutput(path_)) {
         if (isatty(STDOUT_FILENO) == 1)
             throw Error(ErrorKind::kUsage, "standard output is a terminal", "`path` " + path_,
                         "pipe it to another program, or name a file");
         std::error_code none;
         destination_ = (fs::temp_directory_path(none) / "stdout").string();
+    } else {
+        destination_ = withLinksFollowed(path_).string();
     }
     const fs::path name = fs::path(path_).filename();
     std::error_code error;
@@ -102,10 +116,6 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
     // A link to what cannot be looked at would be replaced by the file, not followed.
     if (status.type() == fs::file_type::none)
         fail("cannot write: " + text(error.value()), error.value());
-    if (fs::is_symlink(fs::symlink_status(path_, error))) {
-        const fs::path target = fs::weakly_canonical(path_, error);
-        if (!error) destination_ = target.string();
-    }
 
     const std::string folder = folderOf(destination_);
     std::error_code unmade;
@@ -316,14 +326,14 @@ void commitAll(std::span<AtomicFile* const> files) {
     try {
         for (; renamed > 0; --renamed)
             files[renamed - 1]->publish();
-        std::set<std::string> folders;
-        for (const AtomicFile* const file : files)
-            if (folders.insert(folderOf(file->destination())).second) file->syncFolder();
     } catch (...) {
         for (const AtomicFile* const file : files.subspan(renamed))
             unlink(file->destination().c_str());
         throw;
     }
+    std::set<std::string> folders;
+    for (const AtomicFile* const file : files)
+        if (folders.insert(folderOf(file->destination())).second) file->syncFolder();
 }
 
 void commitAll(std::span<const std::unique_ptr<AtomicFile>> files) {

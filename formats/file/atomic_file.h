@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <span>
 #include <string>
@@ -17,14 +18,15 @@ namespace peeler {
 /// name, and the first AtomicFile of another process in that folder removes it: a hidden file that
 /// is in use is locked (flock), also against processes of the same number on other machines. The
 /// mode of the new file is 0666 less the umask. A symbolic link at `path` is followed, not
-/// replaced. Folders that are missing are made. If isStandardOutput(path), the hidden file is in
-/// the folder for temporary files, and commit() copies it to standard output. Every member that
-/// touches the disk throws Error (kOutput) with path and hint. Not for several threads at once.
+/// replaced, also where it leads to a file that is not there yet. Folders that are missing are
+/// made. If isStandardOutput(path), the hidden file is in the folder for temporary files, and
+/// commit() copies it to standard output. Every member that touches the disk throws Error (kOutput)
+/// with path and hint. Not for several threads at once.
 class AtomicFile {
   public:
     /// Creates the hidden file. Throws at once if the folder cannot be made or written to, or if
-    /// `path` is something other than a regular file; Error (kUsage) if it is standard output and
-    /// that is a terminal.
+    /// `path` is something other than a regular file; Error (kUsage) if it is empty, or standard
+    /// output and that is a terminal.
     explicit AtomicFile(std::string path);
     ~AtomicFile();
     AtomicFile(const AtomicFile&) = delete;
@@ -72,6 +74,9 @@ class AtomicFile {
     std::uint64_t size_ = 0;
     std::uint64_t transferable_ = 0;  ///< bytes whose transfer to the disk has not begun
 };
+
+/// Where a file of this name will stand: the name with the symbolic links at its end followed.
+std::filesystem::path withLinksFollowed(std::filesystem::path path);
 
 /// Whether a name stands for standard output: "-", or "-.EXT" for a format by its extension. A file
 /// of that name is "./-.EXT".

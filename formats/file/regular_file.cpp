@@ -120,6 +120,7 @@ std::string readRegularText(const std::filesystem::path& path, std::uint64_t max
 }
 
 void failToOpen(const std::filesystem::path& path, int error) {
+    if (path.empty()) throw Error(ErrorKind::kInput, "the file's name is empty");
     if (error == ENOENT || error == ENOTDIR)
         throw Error(ErrorKind::kInput, "the file does not exist", path.string(),
                     "check the spelling and the folder");

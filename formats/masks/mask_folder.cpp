@@ -60,7 +60,7 @@ void removeFile(const fs::path& file) {
 
 /// What the record of a view says of its files.
 struct MaskFolder::Record {
-    std::string hash{};  ///< "" while they are written
+    std::string hash{};  ///< "": they are not whole
     std::size_t masks = 0, layers = 0;
     std::uint64_t bytes = 0;  ///< of all of them
 };
@@ -104,6 +104,11 @@ fs::path MaskFolder::record(std::size_t view) const {
     return options_.folder / kRecords / (viewDigits(view, 6) + ".json");
 }
 
+/// What is there while the files of a view are written.
+fs::path MaskFolder::begun(std::size_t view) const {
+    return record(view).replace_extension(".begun");
+}
+
 std::vector<fs::path> MaskFolder::sharedFiles() const {
     std::vector<fs::path> names{"objects.json"};
     if (options_.formats.bop)
@@ -130,10 +135,10 @@ std::vector<fs::path> MaskFolder::files(std::size_t view, std::size_t begin_mask
 }
 
 /// What is there; nothing if there is none that can be read.
-MaskFolder::Record MaskFolder::readRecord(std::size_t view) const {
+MaskFolder::Record MaskFolder::readRecord(const fs::path& file) {
     Record record;
-    if (!isThere(this->record(view), ErrorKind::kOutput)) return record;
-    const auto json = parseJsonOrNull(readRegularText(this->record(view), kMostRecordBytes));
+    if (!isThere(file, ErrorKind::kOutput)) return record;
+    const auto json = parseJsonOrNull(readRegularText(file, kMostRecordBytes));
     if (!json.is_object()) return record;
     bool whole = true;
     const auto number = [&](const char* key) -> std::uint64_t {
@@ -152,7 +157,7 @@ MaskFolder::Record MaskFolder::readRecord(std::size_t view) const {
 }
 
 std::optional<std::uint64_t> MaskFolder::bytesOf(std::size_t view, const std::string& hash) const {
-    const Record record = readRecord(view);
+    const Record record = readRecord(this->record(view));
     if (record.hash.empty() || record.hash != hash) return std::nullopt;
     std::uint64_t bytes = 0;
     for (const fs::path& file : files(view, 0, record.masks, 0, record.layers)) {
@@ -175,12 +180,14 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
         if (view.masks[i].canvas_pixels > 0) listed.push_back(i);
     const std::size_t masks = options_.formats.bop ? listed.size() : 0;
     const std::size_t pictures = options_.formats.ids ? view.layers.layers() : 0;
-    const Record before = readRecord(view.number);
-    const nlohmann::json begun = {{"hash", ""},
-                                  {"masks", std::max(masks, before.masks)},
-                                  {"layers", std::max(pictures, before.layers)}};
+    const Record whole = readRecord(record(view.number)), killed = readRecord(begun(view.number));
+    const std::size_t masks_before = std::max(whole.masks, killed.masks);
+    const std::size_t pictures_before = std::max(whole.layers, killed.layers);
+    const nlohmann::json most = {{"masks", std::max(masks, masks_before)},
+                                 {"layers", std::max(pictures, pictures_before)}};
     // From here on it is known which files may be there, whatever ends the process.
-    textFile(record(view.number), dumpJson(begun) + '\n')->commit();
+    textFile(begun(view.number), dumpJson(most) + '\n')->commit();
+    removeFile(record(view.number));
 
     const std::vector<fs::path> names = files(view.number, 0, masks, 0, pictures);
     const auto write_picture = [&](AtomicFile& file, std::size_t i) {
@@ -203,7 +210,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
         });
         commitAll(some);
     }
-    for (const fs::path& file : files(view.number, masks, before.masks, pictures, before.layers))
+    for (const fs::path& file : files(view.number, masks, masks_before, pictures, pictures_before))
         removeFile(file);
 
     std::uint64_t bytes = 0;
@@ -216,6 +223,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
     json["bytes"] = bytes;
     const auto last = textFile(record(view.number), dumpJson(json) + '\n');
     last->commit();
+    removeFile(begun(view.number));
     return bytes + last->size();
 }
 

@@ -47,8 +47,10 @@ struct MaskedView {
 };
 
 /// The files of one folder (formats/README.md, "Masks"). Those of a view are written when it is
-/// made, and its record `views/NNNNNN.json` after them: what is in that is what the files hold. The
-/// JSON files of all views are made of the records. Every file appears whole or not at all.
+/// made, and its record `views/NNNNNN.json` after them: what is in that is what the files hold.
+/// While they are written there is no record, but `views/NNNNNN.begun`, by which the next run knows
+/// what a killed one may have left. The JSON files of all views are made of the records. Every file
+/// appears whole or not at all.
 class MaskFolder {
   public:
     /// Throws Error (kUsage) for pictures of ids of more than 65535 objects.
@@ -77,7 +79,8 @@ class MaskFolder {
 
   private:
     struct Record;
-    Record readRecord(std::size_t view) const;
+    std::filesystem::path begun(std::size_t view) const;
+    static Record readRecord(const std::filesystem::path& file);
     std::vector<std::filesystem::path> files(std::size_t view, std::size_t begin_mask,
                                              std::size_t masks, std::size_t begin_layer,
                                              std::size_t layers) const;

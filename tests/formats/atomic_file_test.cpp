@@ -6,10 +6,12 @@
 #include <sys/mount.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <fstream>
@@ -21,6 +23,21 @@
 #include "formats/synthetic_image.h"
 #include "formats/writers.h"
 #include "support/test_support.h"
+
+namespace {
+
+bool folders_cannot_be_synced = false;
+
+}  // namespace
+
+/// In place of the C library's.
+extern "C" int fsync(int file) {
+    struct stat status {};
+    if (!folders_cannot_be_synced || fstat(file, &status) != 0 || !S_ISDIR(status.st_mode))
+        return static_cast<int>(syscall(SYS_fsync, file));
+    errno = EIO;
+    return -1;
+}
 
 namespace peeler {
 namespace {
@@ -116,6 +133,24 @@ TEST_F(Atomic, SymbolicLinksAreFollowed) {
     EXPECT_EQ(test::bytesOf(scratch / "elsewhere/real.bin"), "new");
 }
 
+TEST_F(Atomic, SymbolicLinksAreFollowedToWhatIsNotThereYet) {
+    fs::create_directory(scratch / "v003");
+    fs::create_symlink("v003/out.bin", scratch / "latest");
+    fs::create_symlink("latest", path);  // by two links
+    AtomicFile file(path);
+    file.append(textBytes("new"));
+    file.commit();
+    EXPECT_TRUE(fs::is_symlink(path));
+    EXPECT_TRUE(fs::is_symlink(scratch / "latest"));
+    EXPECT_EQ(test::bytesOf(scratch / "v003/out.bin"), "new");
+    EXPECT_EQ(filesIn(scratch / "v003"), 1U);
+    // An absolute one, into a folder that is missing.
+    fs::create_symlink(scratch / "v004/out.bin", scratch / "next");
+    AtomicFile(scratch / "next").commit();
+    EXPECT_TRUE(fs::is_symlink(scratch / "next"));
+    EXPECT_TRUE(fs::is_regular_file(scratch / "v004/out.bin"));
+}
+
 TEST_F(Atomic, ModeHonoursTheUmask) {
     const mode_t before = umask(027);
     AtomicFile file(path);
@@ -161,6 +196,21 @@ TEST_F(Atomic, TogetherAllAppearOrNone) {
             EXPECT_EQ(filesIn(folder / "even") + filesIn(folder / "odd"), count);
         }
     }
+}
+
+TEST_F(Atomic, FilesStayWhereOnlyTheirFolderCannotBeSynced) {
+    std::vector<std::unique_ptr<AtomicFile>> files;
+    for (const char* name : {"a", "b"}) {
+        files.push_back(std::make_unique<AtomicFile>(scratch / name));
+        files.back()->append(textBytes(name));
+    }
+    folders_cannot_be_synced = true;
+    const std::string what = outputError([&] { commitAll(files); });
+    folders_cannot_be_synced = false;
+    EXPECT_NE(what.find("cannot sync the folder"), std::string::npos) << what;
+    files.clear();
+    EXPECT_EQ(test::bytesOf(scratch / "a"), "a");
+    EXPECT_EQ(test::bytesOf(scratch / "b"), "b");
 }
 
 TEST_F(Atomic, MissingFoldersAreMade) {

@@ -250,10 +250,32 @@ TEST_F(MaskFiles, LeaveNothingOfWhatWasThereBefore) {
     EXPECT_FALSE(fs::exists(scratch_ / "ids/000000_layer_001.png"));
     for (const fs::path& file : all.sharedFiles())
         EXPECT_FALSE(fs::exists(file)) << file << " is of what is no more";
-    // What was begun and not ended is known, too.
+}
+
+TEST_F(MaskFiles, HaveNoRecordUntilAllOfThemAreThere) {
+    const MaskFolder all = folder({true, true, true});
+    const auto begun = fs::path(all.record(0)).replace_extension(".begun");
+    write(all, 0, "before");
+    EXPECT_FALSE(fs::exists(begun));
+    // As a kill leaves it: some files, of more than there will be.
+    const fs::path blocked = scratch_ / "ids/000000_layer_000.png";
+    fs::remove(blocked);
+    fs::create_directory(blocked);
+    EXPECT_THROW(write(all, 0, "killed"), Error);
+    EXPECT_FALSE(fs::exists(all.record(0)));
+    EXPECT_TRUE(fs::exists(begun));
+    EXPECT_FALSE(all.bytesOf(0, "killed"));
+    fs::remove(blocked);
+    std::ofstream(scratch_ / "mask/000000_000001.png") << "left";
+    masks_[2] = masks({}, {});
+    write(all, 0, "after");
+    EXPECT_TRUE(all.bytesOf(0, "after"));
+    EXPECT_FALSE(fs::exists(begun));
+    EXPECT_FALSE(fs::exists(scratch_ / "mask/000000_000001.png"));
+    // Earlier versions said so in the record.
     std::ofstream(all.record(0)) << R"({"hash": "", "masks": 3, "layers": 2})";
     std::ofstream(scratch_ / "mask/000000_000002.png") << "left";
-    write(all, 0, "fewer");
+    write(all, 0, "after");
     EXPECT_FALSE(fs::exists(scratch_ / "mask/000000_000002.png"));
 }
 
