@@ -390,12 +390,12 @@ void Bake::report() {
     const ValueRange range = rangeOf(values_);
     const BakeSettings& settings = options_.bake.settings;
     const std::string quantity(nameOf<BakeQuantity>(kBakeQuantities, settings.quantity));
-    std::string lines;
+    std::vector<std::string> lines;
     for (const WrittenFile& file : *result.files)
-        lines += (lines.empty() ? "" : "\n") + file.path.string() + ": " + quantity + " of " +
-                 countText(receivers().size(), "receiver") + ", " +
-                 countText(static_cast<std::uint64_t>(settings.directions), "direction") + ", " +
-                 bytesText(file.bytes) + ", " + totalText(result.milliseconds);
+        lines.push_back(file.path.string() + ": " + quantity + " of " +
+                        countText(receivers().size(), "receiver") + ", " +
+                        countText(static_cast<std::uint64_t>(settings.directions), "direction") +
+                        ", " + bytesText(file.bytes) + ", " + totalText(result.milliseconds));
     Json found;
     found["quantity"] = quantity;
     found["target"] = targetName(options_.bake.chosenTarget());

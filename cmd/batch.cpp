@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <sstream>
 
 #include "cmd/batch/batch_jobs.h"
 #include "cmd/cli/arguments.h"
@@ -332,7 +333,11 @@ void Batch::finish(const Running& running) {
         for (const auto& warning : line["warnings"])
             console_.warning(name + warning.get<std::string>());
     }
-    if (line.contains("error")) console_.error(name + line["error"]["what"].get<std::string>());
+    if (line.contains("error")) {
+        std::istringstream errors(line["error"]["what"].get<std::string>());
+        for (std::string error; std::getline(errors, error);)
+            console_.error(name + error);
+    }
     store(running.job, std::move(line));
 }
 

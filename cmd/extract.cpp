@@ -398,11 +398,11 @@ void Extract::report() {
     result_.forecast_memory = takes();
     result_.peak_memory = peakMemory();
     result_.files.emplace();
-    std::string lines;
+    std::vector<std::string> lines;
     const auto add_file = [&](const std::string& kind, const fs::path& path,
                               const std::string& what) {
         const WrittenFile& file = result_.addFile(path, kind);
-        lines += (lines.empty() ? "" : "\n") + path.string() + ": " + what + bytesText(file.bytes);
+        lines.push_back(path.string() + ": " + what + bytesText(file.bytes));
     };
     if (layers_) {
         for (const std::size_t layer : layers_->layers())

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "formats/file/regular_file.h"
 
 namespace peeler::cmd {
 
@@ -44,8 +45,22 @@ void complete(OptionDescription& description, const CLI::Option& option) {
     if (description.help.empty()) description.help = option.get_description();
 }
 
+/// Refuses what a script passes whose variable is not set.
+void refuseEmpty(const std::string& name, bool is_file) {
+    refuse(is_file ? "the name is empty" : "the value is empty", name,
+           "leave it out, or give one; a variable of a script may not be set");
+}
+
+/// Says how to write the name of a file that looks like an option; "" if there is no such file.
+std::string dashHint(const Texts& arguments) {
+    for (const std::string& argument : arguments)
+        if (argument.size() > 1 && argument.starts_with('-') && isSeen(argument))
+            return "for the file of this name write ./" + argument + "\n";
+    return "";
+}
+
 /// The arguments that CLI11 could not place, as an error with the nearest name.
-Error unplaced(const CLI::App& app) {
+Error unplaced(const CLI::App& app, std::string hint) {
     const auto chosen = app.get_subcommands();
     const CLI::App& verb = chosen.empty() ? app : *chosen.front();
     const auto rest = verb.remaining();
@@ -64,7 +79,7 @@ Error unplaced(const CLI::App& app) {
     }
     const std::vector<std::string_view> views(names.begin(), names.end());
     const std::string_view nearest = nearestName(argument.substr(0, argument.find('=')), views);
-    std::string hint = nearest.empty() ? "" : "did you mean '" + std::string(nearest) + "'?\n";
+    if (hint.empty() && !nearest.empty()) hint = "did you mean '" + std::string(nearest) + "'?\n";
     hint += "see peeler " + (chosen.empty() ? "" : verb.get_name() + " ") + "--help";
     const char* what = is_option        ? "unknown option"
                        : chosen.empty() ? "unknown verb"
@@ -148,7 +163,8 @@ Option VerbOptions::addText(const std::string& name, const std::string& value_na
     // "-o,--output" is shown as --output, "SCENE" as it is.
     const std::size_t long_name = name.find("--");
     const std::string shown = long_name == std::string::npos ? name : name.substr(long_name);
-    const Take assign = [take, shown](const std::string& text) {
+    const Take assign = [take, shown, verb = *this](const std::string& text) {
+        if (text.empty()) refuseEmpty(shown, verb.isFile(shown));
         try {
             take(text);
         } catch (const Error& error) {
@@ -163,8 +179,10 @@ Option VerbOptions::addText(const std::string& name, const std::string& value_na
 
 Option VerbOptions::addRepeated(const std::string& name, const std::string& value_name,
                                 const Take& take, const std::string& help) {
-    const std::function<void(const Texts&)> assign = [take, name](const Texts& texts) {
+    const std::function<void(const Texts&)> assign = [take, name,
+                                                      verb = *this](const Texts& texts) {
         for (const std::string& text : texts) {
+            if (text.empty()) refuseEmpty(name, verb.isFile(name));
             try {
                 take(text);
             } catch (const Error& error) {
@@ -189,7 +207,8 @@ Option VerbOptions::addFlag(const std::string& name, bool& target, const std::st
 
 Option VerbOptions::addFiles(const std::string& name, std::vector<std::filesystem::path>& files,
                              const std::string& help) {
-    const std::function<void(const Texts&)> assign = [&files](const Texts& texts) {
+    const std::function<void(const Texts&)> assign = [&files, name](const Texts& texts) {
+        if (std::ranges::count(texts, "") > 0) refuseEmpty(name, true);
         files.assign(texts.begin(), texts.end());
     };
     CLI::Option* const option =
@@ -205,6 +224,10 @@ void VerbOptions::footer(const std::string& text) {
 Option VerbOptions::option(const std::string& name) const {
     CLI::Option* const option = app_->get_option(name);
     return Option(*option, (*descriptions_)[option]);
+}
+
+bool VerbOptions::isFile(const std::string& name) const {
+    return (*descriptions_)[app_->get_option(name)].is_file;
 }
 
 bool VerbOptions::knows(const std::string& name) const {
@@ -252,6 +275,10 @@ VerbOptions ArgumentParser::addVerb(const std::string& name, const std::string& 
 }
 
 Asked ArgumentParser::parse(const std::vector<std::string>& arguments) {
+    // CLI11 would take the next argument for the value of "--report=".
+    for (const std::string& argument : arguments)
+        if (argument.starts_with("--") && argument.find('=') == argument.size() - 1)
+            refuseEmpty(argument.substr(0, argument.size() - 1), false);
     try {
         app_->parse(Texts(arguments.rbegin(), arguments.rend()));
     } catch (const CLI::CallForHelp&) {
@@ -259,10 +286,11 @@ Asked ArgumentParser::parse(const std::vector<std::string>& arguments) {
     } catch (const CLI::CallForVersion&) {
         return Asked::kVersion;
     } catch (const CLI::ExtrasError&) {
-        throw unplaced(*app_);
+        throw unplaced(*app_, dashHint(arguments));
     } catch (const CLI::ParseError& error) {
-        throw Error(ErrorKind::kUsage, error.what(), "",
-                    "see peeler " + (verb().empty() ? "" : verb() + " ") + "--help");
+        throw Error(
+            ErrorKind::kUsage, error.what(), "",
+            dashHint(arguments) + "see peeler " + (verb().empty() ? "" : verb() + " ") + "--help");
     }
     return verb().empty() ? Asked::kNothing : Asked::kVerb;
 }

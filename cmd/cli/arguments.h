@@ -99,7 +99,7 @@ class Option {
 /// of a flag and its opposite. `value_name` is what the help calls the value; help is broken into
 /// lines. Of alternatives ("NAME|INDEX|all") those in lower case are meant as they stand. Targets,
 /// and what callbacks refer to, must outlive the parse. Callbacks throw Error (kUsage), which the
-/// parse passes on.
+/// parse passes on. An empty text is refused before they are called.
 class VerbOptions {
   public:
     using Take = std::function<void(const std::string&)>;
@@ -140,6 +140,7 @@ class VerbOptions {
 
   private:
     Option described(CLI::Option& option, const std::string& help) const;
+    bool isFile(const std::string& name) const;
 
     CLI::App* app_;
     Descriptions* descriptions_;

@@ -30,6 +30,18 @@ void Console::result(std::string_view text) {
                 "standard output");
 }
 
+void Console::hint(std::string_view text) {
+    std::string lines;
+    while (true) {
+        const std::size_t end = text.find('\n');
+        lines += line("hint: ", text.substr(0, end), "36");
+        if (end == std::string_view::npos || end + 1 == text.size()) break;
+        text.remove_prefix(end + 1);
+    }
+    clearBar();
+    say(lines);
+}
+
 void Console::error(std::string_view text) {
     message("error: ", text, "1;31");
     if (!failure_prefix_.empty()) machineLine(failure_prefix_ + printable(text, kMostOfLine));
@@ -67,22 +79,19 @@ void Console::clearBar() {
 
 void Console::message(std::string_view word, std::string_view text, std::string_view color) {
     clearBar();
+    say(line(word, text, color));
+}
+
+std::string Console::line(std::string_view word, std::string_view text,
+                          std::string_view color) const {
     std::string shown(word);
     if (colors_ && !color.empty())
         shown = std::string("\x1b[").append(color).append("m").append(word).append("\x1b[0m");
-    // One string, one write: lines of several processes in one log do not mix.
-    std::string lines;
-    while (true) {
-        const std::size_t end = text.find('\n');
-        lines.append("peeler: ").append(shown);
-        lines.append(printable(text.substr(0, end), kMostOfLine)).append("\n");
-        if (end == std::string_view::npos || end + 1 == text.size()) break;
-        text.remove_prefix(end + 1);
-    }
-    say(lines);
+    return "peeler: " + shown + printable(text, kMostOfLine) + '\n';
 }
 
 void Console::say(const std::string& text) {
+    // One write: lines of several processes in one log do not mix.
     err_.clear();  // what could not be written before leaves no later message out
     err_ << text << std::flush;
 }

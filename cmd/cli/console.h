@@ -12,9 +12,9 @@
 
 namespace peeler::cmd {
 
-/// Every message line begins with "peeler: " and a word that says what it is; text of several lines
-/// becomes several such lines, each of which is printable() and cut (a file name may hold
-/// anything). Belongs to one thread.
+/// Every message is a line that begins with "peeler: " and a word that says what it is, printable()
+/// and cut: a file name may hold anything, a line feed, too. Only a hint may have several lines,
+/// each of which begins so. Belongs to one thread.
 class Console {
   public:
     /// The streams must outlive the Console. `terminal`: a person reads `err`, so a bar may be
@@ -35,7 +35,7 @@ class Console {
     void result(std::string_view text);
 
     void error(std::string_view text);
-    void hint(std::string_view text) { message("hint: ", text, "36"); }
+    void hint(std::string_view text);
     void warning(std::string_view text) { message("warning: ", text, "33"); }
     /// What a person may want to know and a script need not.
     void note(std::string_view text);
@@ -63,6 +63,7 @@ class Console {
   private:
     /// `color`: the word's, the parameter of a terminal's SGR sequence (ECMA-48, 8.3.117).
     void message(std::string_view word, std::string_view text, std::string_view color = "");
+    std::string line(std::string_view word, std::string_view text, std::string_view color) const;
     void say(const std::string& text);
 
     std::ostream& out_;

@@ -60,10 +60,7 @@ void refuse(const std::string& what, const std::string& where, const std::string
 }
 
 int reportError(Console& console, const Error& error) {
-    // Names may have line feeds; hints have those that part their lines.
-    const std::string what = printable(error.what(), kMostOfLine);
-    console.error(error.where().empty() ? what
-                                        : what + ": " + printable(error.where(), kMostOfLine));
+    console.error(error.what() + (error.where().empty() ? "" : ": " + error.where()));
     console.hint(hintOf(error));
     return static_cast<int>(error.kind());
 }

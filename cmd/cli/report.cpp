@@ -214,15 +214,16 @@ std::string totalText(const StageTimes& milliseconds) {
            " ms";
 }
 
-void reportResult(const ReportOptions& options, const Json& json, const std::string& lines,
-                  Console& console) {
+void reportResult(const ReportOptions& options, const Json& json,
+                  const std::vector<std::string>& lines, Console& console) {
     if (options.file) writeReport(*options.file, json);
-    if (!lines.empty()) console.note(lines);
+    for (const std::string& line : lines)
+        console.note(line);
     if (options.json) console.result(jsonText(json));
 }
 
 void reportResult(const ReportOptions& options, const PictureResult& result, Console& console) {
-    reportResult(options, toJson(result), summary(result), console);
+    reportResult(options, toJson(result), {summary(result)}, console);
 }
 
 std::string jsonText(const Json& json) {

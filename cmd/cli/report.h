@@ -133,8 +133,8 @@ std::string totalText(const StageTimes& milliseconds);
 
 /// Reports a result as it was asked for: in the report's file, as lines on stderr and as JSON on
 /// stdout. Throws Error (kOutput).
-void reportResult(const ReportOptions& options, const Json& json, const std::string& lines,
-                  Console& console);
+void reportResult(const ReportOptions& options, const Json& json,
+                  const std::vector<std::string>& lines, Console& console);
 
 /// The same of a picture, with its summary.
 void reportResult(const ReportOptions& options, const PictureResult& result, Console& console);

@@ -40,13 +40,13 @@ std::vector<std::string> lines(const std::string& text) {
 TEST(Console, WritesWholeLines) {
     Streams streams;
     Console console(streams.out, streams.err, false);
-    console.warning("one\ntwo\n");
+    console.hint("one\ntwo\n");
     console.note("three");
     console.setQuiet(true);
     console.note("four");
     console.error("five");
     EXPECT_EQ(streams.err.str(),
-              "peeler: warning: one\npeeler: warning: two\npeeler: three\npeeler: error: five\n");
+              "peeler: hint: one\npeeler: hint: two\npeeler: three\npeeler: error: five\n");
     EXPECT_EQ(streams.out.str(), "");
 }
 

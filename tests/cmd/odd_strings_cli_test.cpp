@@ -67,6 +67,41 @@ TEST_F(OddStrings, OfTheCommandLine) {
     run({"render", scene, "--" + kOdd});
 }
 
+/// A line of stderr that says "error" means an exit code that is not 0.
+TEST_F(OddStrings, NamesWithLineFeedsStayInTheirLine) {
+    const std::string name = "a\npeeler: error: boom";
+    const fs::path folder = scratch_ / name;
+    fs::create_directory(folder);
+    const std::string scene = at("scene.gltf"), layers = at(name + ".exr");
+    writeScene(scratch_.path());
+    const auto in = [&](const char* file) { return (folder / file).string(); };
+    const std::vector<std::vector<std::string>> commands = {
+        {"render", scene, "-o", layers, "--size", "16x16", "--verbose"},
+        {"render", scene, "-o", layers, "--size", "16x16", "--skip-existing"},
+        {"render", scene, "-o", in("@.png"), "--size", "16x16", "--views", "2"},
+        {"render", scene, "-o", in("####.png"), "--size", "16x16"},
+        {"extract", layers, "-o", in("#.exr"), "--points", in("a.ply"), "--npz", in("a.npz")},
+        {"flatten", layers, "-o", in("a.png")},
+        {"convert", layers, "-o", in("a.exr"), "--as", "deep"},
+        {"view", layers, "-o", in("b.png")},
+        {"sheet", layers, "-o", in("c.png")},
+        {"bake", scene, "-o", in("b.glb"), "--directions", "4", "--resolution", "8"},
+        {"rays", scene, "-o", in("d.npz"), "--direction", "0,0,1", "--resolution", "8"},
+        {"masks", scene, "-o", in("masks"), "--size", "16x16"},
+        {"merge", layers, "-o", in("e.exr"), "--allow-gaps"},
+        {"verify", layers},
+        {"info", layers},
+        {"compare", layers, layers},
+    };
+    for (const std::vector<std::string>& line : commands) {
+        const Outcome result = run(line);
+        EXPECT_EQ(result.exit_code, 0) << line[0] << ": " << result.err;
+        EXPECT_FALSE(contains(result.err, "\npeeler: error")) << result.err;
+        EXPECT_FALSE(result.err.starts_with("peeler: error")) << result.err;
+        EXPECT_FALSE(contains(result.out, "\npeeler: error")) << result.out;
+    }
+}
+
 TEST_F(OddStrings, OfAScene) {
     Json scene = triangleScene();
     const std::string long_name(1'000'000, 'n');

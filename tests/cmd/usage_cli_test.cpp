@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "cmd/cli/arguments.h"
 #include "cmd/tiny_gltf.h"
 #include "cmd/verbs.h"
 #include "formats/writers.h"
@@ -198,6 +199,50 @@ INSTANTIATE_TEST_SUITE_P(
         Refused{{"render", "-o", "OUT/a.exr"}, {"SCENE"}},
         refusedRender({"--report", "OUT/a.exr"}, {"--report", "replace"}),
         Refused{{"flatten", "SCENE", "-o", "OUT/a.exr", "--layers", "none"}, {"--layers none"}}));
+
+/// As a script passes "$NAME" where NAME is not set.
+TEST(Usage, NothingMeansAnEmptyValue) {
+    const auto refused = [](const std::vector<std::string>& arguments, const std::string& where) {
+        const Outcome result = runPeeler(arguments);
+        EXPECT_EQ(result.exit_code, 2) << arguments[0] << ' ' << where;
+        EXPECT_TRUE(contains(result.err, " is empty: " + where + "\n"))
+            << arguments[0] << ": " << result.err;
+    };
+    std::size_t options = 0;
+    for (const cmd::CommandDescription& verb : cmd::describeCommandLine().verbs) {
+        for (const cmd::OptionDescription& option : verb.options) {
+            if (option.value_name.empty() || option.names.empty()) continue;
+            refused({verb.name, option.names.back(), ""}, option.names.back());
+            ++options;
+        }
+        const auto argument = std::ranges::find_if(
+            verb.options, [](const auto& option) { return option.names.empty(); });
+        if (argument != verb.options.end()) refused({verb.name, ""}, argument->value_name);
+    }
+    EXPECT_GT(options, 300U);
+    refused({"render", "--report=", "scene.glb"}, "--report");
+    EXPECT_TRUE(contains(runPeeler({"masks", "a.glb", "-o", ""}).err, "the name is empty"));
+}
+
+TEST(Usage, NamesThatBeginWithADashGetAHint) {
+    const ScratchDir scratch;
+    const fs::path here = fs::current_path();
+    fs::current_path(scratch.path());
+    fs::rename(writeScene(scratch.path()), "-scene.gltf");
+    writeText("-o.gltf", bytesOf("-scene.gltf"));
+    const std::vector<std::string> more{"-o", "a.png", "--size", "8x8"};
+    for (const std::string name : {"-scene.gltf", "-o.gltf"}) {
+        std::vector<std::string> line{"render", name};
+        line.insert(line.end(), more.begin(), more.end());
+        const Outcome refused = runPeeler(line);
+        EXPECT_EQ(refused.exit_code, 2);
+        EXPECT_TRUE(contains(refused.err, "write ./" + name + "\n")) << refused.err;
+        line[1] = "./" + name;
+        EXPECT_EQ(runPeeler(line).exit_code, 0);
+    }
+    EXPECT_FALSE(contains(runPeeler({"render", "-none.gltf"}).err, "write ./"));
+    fs::current_path(here);
+}
 
 TEST(Usage, FilesOfTheSceneAreKept) {
     const ScratchDir folder;
