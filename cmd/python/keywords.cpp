@@ -137,6 +137,7 @@ std::string pathOf(const py::object& path) {
             ? PyUnicode_EncodeFSDefault(path.ptr())
             : py::module_::import("os").attr("fsencode")(path).release().ptr());
     if (!bytes) throw py::error_already_set();
+    if (PyBytes_Size(bytes.ptr()) == 0) throw Error(ErrorKind::kUsage, "the name is empty", "path");
     return bytes.cast<std::string>();
 }
 

@@ -48,6 +48,11 @@ class Messages final : public std::streambuf {
 
     std::vector<std::string> warnings, errors;
 
+    /// Throws what the watch has thrown, whatever has become of it on its way.
+    void rethrow() const {
+        if (thrown_) std::rethrow_exception(thrown_);
+    }
+
   protected:
     int_type overflow(int_type c) override {
         if (traits_type::eq_int_type(c, traits_type::eof())) return traits_type::not_eof(c);
@@ -71,7 +76,7 @@ class Messages final : public std::streambuf {
         constexpr std::string_view kWarning = "peeler: warning: ", kError = "peeler: error: ";
         if (line.starts_with('{')) {
             const std::size_t at = line.find(kProgress);
-            if (at != std::string::npos) watch_(std::stod(line.substr(at + kProgress.size())));
+            if (at != std::string::npos) tell(std::stod(line.substr(at + kProgress.size())));
         } else if (line.starts_with(kWarning)) {
             warnings.push_back(line.substr(kWarning.size()));
         } else if (line.starts_with(kError)) {
@@ -79,8 +84,19 @@ class Messages final : public std::streambuf {
         }
     }
 
+    void tell(double share) {
+        try {
+            watch_(share);
+        } catch (...) {
+            thrown_ = std::current_exception();
+            // No verb reports this one, nor goes on to the next picture.
+            throw cmd::ReaderGone{};
+        }
+    }
+
     Watch watch_;
     std::string line_;
+    std::exception_ptr thrown_;
 };
 
 /// Keeps a variable of the environment as it is, whatever a verb makes of it for processes of its
@@ -136,9 +152,14 @@ py::object runVerb(const cmd::Verb& verb, const py::args& files, py::dict given)
     unlocked([&] {
         const KeptVariable gpus("CUDA_VISIBLE_DEVICES"), threads("LP_NUM_THREADS");
         std::ostream said(&messages);
-        said.exceptions(std::ios::badbit);  // what the watch throws comes through
+        said.exceptions(std::ios::badbit);  // ReaderGone comes through
         cmd::Console console(result, said, false);
-        const int code = action(console);
+        int code = 0;
+        try {
+            code = action(console);
+        } catch (const cmd::ReaderGone&) {
+        }
+        messages.rethrow();
         if (code != 0 && result.str().empty()) {
             throw Error(static_cast<ErrorKind>(code),
                         messages.errors.empty() ? name + " failed" : messages.errors.front());

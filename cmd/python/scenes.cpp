@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 #include <glm/gtc/matrix_inverse.hpp>
+#include <string_view>
+#include <type_traits>
 
 #include "cmd/cli/errors.h"
 #include "cmd/options/capture_options.h"
@@ -29,9 +31,25 @@ std::string shapeText(const py::array& array) {
                 "expected an array of shape " + expected + ", not " + shapeText(array), name);
 }
 
-/// The array as numbers of T, row-major; a copy only where it is something else.
+/// The letters of NumPy's kinds of numbers (dtype.kind) that become numbers of T without loss.
+template <class T>
+constexpr std::string_view kNumberKinds = std::is_floating_point_v<T> ? "fiu" : "iu";
+
+[[noreturn]] void refuseType(const char* name, const std::string& expected, const py::array& array,
+                             const std::string& hint = "") {
+    throw Error(ErrorKind::kUsage,
+                "expected " + expected + ", not " + std::string(py::str(array.dtype())), name,
+                hint);
+}
+
+/// The array as numbers of T, row-major; a copy only where it is something else. Numbers that T
+/// does not have are refused, whatever their values are.
 template <class T>
 py::array_t<T> arrayOf(const char* name, const py::object& value) {
+    const auto given = py::array::ensure(value);
+    if (given && given.size() > 0 &&
+        kNumberKinds<T>.find(given.dtype().kind()) == std::string_view::npos)
+        refuseType(name, std::is_floating_point_v<T> ? "numbers" : "whole numbers", given);
     auto array = py::array_t<T, py::array::c_style | py::array::forcecast>::ensure(value);
     if (!array) {
         PyErr_Clear();
@@ -87,7 +105,42 @@ std::vector<std::uint32_t> indicesOf(const py::object& faces, std::size_t vertic
     return indices;
 }
 
+bool isUnsigned(const py::array& array, py::ssize_t bytes) {
+    return array.dtype().kind() == 'u' && array.itemsize() == bytes;
+}
+
+/// Linear colours, 0 to 1. What is white of other whole numbers, 1, 255 or more, nobody can tell.
+std::vector<glm::vec4> colorsOf(const py::object& colors, py::ssize_t vertices) {
+    const auto any = arrayOf<float>("colors", colors);
+    const auto given = py::array::ensure(colors);
+    const float white = isUnsigned(given, 1) ? 255 : isUnsigned(given, 2) ? 65535 : 1;
+    if (white == 1 && given.dtype().kind() != 'f' && given.size() > 0)
+        refuseType("colors", "floats from 0 to 1, uint8 or uint16", given,
+                   "give them as numpy.uint8 or numpy.float32");
+    std::vector<glm::vec4> result;
+    if (any.ndim() == 2 && any.shape(1) == 3) {
+        for (const glm::vec3& c : vectorsOf<glm::vec3>("colors", any, vertices))
+            result.emplace_back(c, white);
+    } else {
+        result = vectorsOf<glm::vec4>("colors", any, vertices);
+    }
+    constexpr float kRounding = 1e-3F;
+    for (glm::vec4& color : result) {
+        color /= white;
+        for (int i = 0; i < 4; ++i)
+            if (!(color[i] >= -kRounding && color[i] <= 1 + kRounding))
+                throw Error(ErrorKind::kUsage, "expected numbers from 0 to 1", "colors",
+                            "give colours of 0 to 255 as numpy.uint8");
+        color = glm::clamp(color, 0.0F, 1.0F);
+    }
+    return result;
+}
+
 Image imageOf(const py::object& texture) {
+    const auto given = py::array::ensure(texture);
+    if (given && !isUnsigned(given, 1))
+        refuseType("texture", "uint8", given,
+                   "numpy.uint8(numpy.round(255 * texture)) of floats from 0 to 1");
     const py::array_t<std::uint8_t> array = arrayOf<std::uint8_t>("texture", texture);
     if (array.ndim() != 3 || (array.shape(2) != 3 && array.shape(2) != 4) || array.size() == 0)
         refuseShape("texture", "(height, width, 3 or 4)", array);
@@ -130,19 +183,10 @@ SceneHolder fromArrays(const py::object& vertices, const py::object& faces,
     if (!faces.is_none()) primitive.indices = indicesOf(faces, primitive.positions.size(), corners);
     if (!normals.is_none()) primitive.normals = vectorsOf<glm::vec3>("normals", normals, count);
     if (!uv.is_none()) primitive.texcoords[0] = vectorsOf<glm::vec2>("uv", uv, count);
-    if (!colors.is_none()) {
-        const py::array any = arrayOf<float>("colors", colors);
-        const bool bytes = py::isinstance<py::array_t<std::uint8_t>>(colors);
-        if (any.ndim() == 2 && any.shape(1) == 3) {
-            for (const glm::vec3& c : vectorsOf<glm::vec3>("colors", any, count))
-                primitive.colors.emplace_back(c, bytes ? 255 : 1);
-        } else {
-            primitive.colors = vectorsOf<glm::vec4>("colors", any, count);
-        }
-        if (bytes)
-            for (glm::vec4& c : primitive.colors)
-                c /= 255.0F;
-    }
+    if (!colors.is_none()) primitive.colors = colorsOf(colors, count);
+    // A primitive without indices is one of all vertices in order.
+    const bool is_empty = !faces.is_none() && primitive.indices.empty();
+    if (is_empty) primitive = Primitive();
     Material material;
     material.base_color = {base_color[0], base_color[1], base_color[2], base_color[3]};
     material.metallic = metallic;
@@ -176,7 +220,8 @@ SceneHolder fromArrays(const py::object& vertices, const py::object& faces,
     scene.nodes.resize(1);
     scene.nodes[0].name = name;
     scene.nodes[0].mesh = 0;
-    scene.meshes.push_back({name, {std::move(primitive)}});
+    scene.meshes.push_back({name, {}});
+    if (!is_empty) scene.meshes[0].primitives.push_back(std::move(primitive));
     scene.materials = {std::move(material), Material{}};
     auto object = std::make_shared<SceneObject>();
     object->scene = std::make_shared<const Scene>(std::move(scene));
@@ -351,14 +396,15 @@ void defineScenes(py::module_& module) {
             "A scene of one mesh. The arrays are copied, as 32-bit floats.\n\n"
             "vertices: (n, 3), world space\n"
             "faces: (m, 3) indices, counter-clockwise seen from the front; None = the vertices in "
-            "order.\n    Of mode='lines' (m, 2), of mode='points' (m, 1)\n"
+            "order,\n    m = 0: there is nothing. Of mode='lines' (m, 2), of mode='points' (m, 1)\n"
             "normals: (n, 3), unit; None = every triangle is flat\n"
             "uv: (n, 2), V down, (0, 0) is the upper left corner of the texture\n"
             "texture: (height, width, 3 or 4), uint8, sRGB and straight alpha\n"
-            "colors: (n, 3 or 4), linear 0 to 1, or uint8; multiplied with the texture and "
+            "colors: (n, 3 or 4), linear: floats from 0 to 1, uint8 or uint16; multiplied with the "
+            "texture and "
             "base_color\n"
             "base_color: linear RGBA; alpha_mode: 'OPAQUE', 'MASK' or 'BLEND'\n\n"
-            "Raises peeler.Error of kind 'usage' for an array of another shape.")
+            "Raises peeler.Error of kind 'usage' for an array of another shape or type.")
         .def_property_readonly(
             "bounds", &boundsArray,
             "(2, 3) float64: the least and the greatest corner of what is shown, "

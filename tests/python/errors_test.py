@@ -1,4 +1,4 @@
-# SPDX-License-Identifier: Apache-2.0
+#SPDX - License - Identifier : Apache - 2.0
 """What goes wrong is said, and leaves a Renderer that can be used; threads and processes."""
 
 import multiprocessing
@@ -75,6 +75,15 @@ class Errors(ModuleTest):
             {"texture": np.zeros((4, 4), np.uint8), "uv": np.zeros((3, 2))},
             {"colors": np.zeros((3, 5))},
             {"alpha_mode": "GLASS"},
+            {"vertices": np.zeros((3, 3), complex)},
+            {"faces": [[0.0, 1.0, 2.0]]},
+            {"faces": np.zeros((1, 3), bool)},
+            {"colors": np.full((3, 3), 128)},  # of int64, which numpy makes of lists
+            {"colors": np.full((3, 3), 128.0)},
+            {"colors": np.full((3, 3), np.nan)},
+            {"colors": np.ones((3, 3), bool)},
+            {"texture": np.ones((4, 4, 3)), "uv": np.zeros((3, 2))},
+            {"texture": np.full((4, 4, 3), 300), "uv": np.zeros((3, 2))},
         ):
             self.assert_error("usage", peeler.Scene.from_arrays, **{"vertices": TRIANGLE, "faces": [[0, 1, 2]], **keywords})
         panes = scene("panes")
@@ -94,6 +103,29 @@ class Errors(ModuleTest):
             self.assert_error("usage", self.r.layers, panes, size=(32, 18), **keywords)
         self.assert_usable()
 
+    def test_arrays_of_every_type_mean_the_same(self):
+        colors = np.array([[1, 0.5, 0]] * 3)
+        for factor, kind in ((1, np.float64), (1, np.float32), (255, np.uint8), (65535, np.uint16)):
+            shown = peeler.Scene.from_arrays(TRIANGLE, colors=np.round(colors * factor).astype(kind)
+                                             if factor > 1 else colors.astype(kind))
+            image = self.r.layers(shown, size=(8, 8), shading="unlit", channels=["base-color"])
+            np.testing.assert_allclose(image["base-color"][0][:3], colors[0], atol=0.003)
+
+    def test_no_faces_are_nothing(self):
+        for faces in (np.zeros((0, 3)), np.zeros((0, 3), int)):
+            nothing = peeler.Scene.from_arrays(np.zeros((6, 3)), faces)
+            self.assertIsNone(nothing.bounds)
+            image = self.r.layers(nothing, size=(8, 8), eye=(0, 0, 3), target=(0, 0, 0))
+            self.assertEqual(len(image.z), 0)
+        self.assert_error("usage", peeler.Scene.from_arrays, TRIANGLE, np.zeros((0, 2), int))
+
+    def test_empty_names(self):
+        self.assert_error("usage", peeler.Scene, "")
+        self.assert_error("usage", peeler.render, "", output=self.folder / "x.png")
+        self.assert_error("usage", peeler.render, SCENES / "panes.glb", output="")
+        self.assert_error("usage", peeler.render, SCENES / "panes.glb", output=self.folder / "x.png", report="")
+        self.assertEqual(list(self.folder.iterdir()), [])
+
     def test_what_a_callback_raises_ends_the_render(self):
         calls = []
 
@@ -111,6 +143,31 @@ class Errors(ModuleTest):
         self.assertEqual(list(self.folder.iterdir()), [])
         with self.assertRaises(TypeError):
             self.r.layers(scene("panes"), progress=3)
+
+    def test_what_a_callback_raises_ends_all_pictures(self):
+        def stop(share):
+            calls.append(share)
+            raise ValueError("enough")
+
+        def interrupt(share):
+            calls.append(share)
+            signal.raise_signal(signal.SIGINT)
+
+        two = (SCENES / "panes.glb", SCENES / "coincident.glb")
+        for verb, scenes, output in (
+            (peeler.render, two[:1], "x@@.png"),
+            (peeler.render, two, "{stem}@@.png"),
+            (peeler.masks, two[:1], "masks"),
+            (peeler.sheet, two[:1], "x@@.png"),
+            (peeler.rays, two[:1], "x@@.npz"),
+        ):
+            for callback, error in ((stop, ValueError), (interrupt, KeyboardInterrupt)):
+                for keep_going in (False, True):
+                    calls = []
+                    with self.assertRaises(error):
+                        verb(*scenes, output=self.folder / output, views=3, keep_going=keep_going,
+                             progress=callback)
+                    self.assertEqual(len(calls), 1, (verb, keep_going))
 
     def test_progress_grows_to_1(self):
         shares = []
