@@ -69,7 +69,7 @@ class Masks {
         : options_(options),
           console_(console),
           job_(options, console),
-          views_(options.views, options.camera),
+          views_(options.views, options.camera, options.scene.reading.strict, console),
           results_(views_.asked() ? "view" : "", console),
           capture_(options.capture) {
         capture_.channels = {Channel::kId};
@@ -131,7 +131,7 @@ int Masks::run() {
                 for (const fs::path& file : folder_->sharedFiles())
                     json["sharedFiles"].push_back(file.string());
         }
-        reportResult(options_.report, json, "", console_);
+        reportResult(options_.report, json, {}, console_);
     }
     results_.tellFailures();
     return std::max(code, results_.worst());

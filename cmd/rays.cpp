@@ -32,7 +32,8 @@ class Rays {
         : options_(options),
           console_(console),
           job_(options, console),
-          views_(options.bundles.views, options.bundles.camera),
+          views_(options.bundles.views, options.bundles.camera, options.scene.reading.strict,
+                 console),
           results_(eachAlone() ? "view" : "", console),
           tracer_(options, job_, results_, console) {}
 
@@ -154,7 +155,7 @@ int Rays::makeAll() {
     RayTrace trace{.output = options_.output, .bundles = chooseBundles()};
     tracer_.make(trace);
     if (options_.sequence.dry_run) return 0;
-    reportResult(options_.report, results_.json(), "", console_);
+    reportResult(options_.report, results_.json(), {}, console_);
     if (trace.failed) trace.parity->fail();
     return 0;
 }
@@ -172,7 +173,7 @@ int Rays::makeViews() {
     } catch (...) {
         code = reportError(console_, currentError());
     }
-    if (!options_.sequence.dry_run) reportResult(options_.report, results_.json(), "", console_);
+    if (!options_.sequence.dry_run) reportResult(options_.report, results_.json(), {}, console_);
     results_.tellFailures();
     return std::max(code, results_.worst());
 }

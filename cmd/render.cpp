@@ -53,7 +53,7 @@ class Render {
         : options_(options),
           console_(console),
           job_(options, console),
-          request_(options, job_),
+          request_(options, job_, console),
           results_(request_.pictureKind(), console) {}
 
     /// Returns the exit code. `result` is what becomes of it as JSON, or under --dry-run what
@@ -388,7 +388,7 @@ int report(const RenderOptions& options, const Json& result, Console& console) {
         if (options.sequence.dry_run)
             console.result(jsonText(result));
         else if (!result.is_null())
-            reportResult(options.report, result, "", console);
+            reportResult(options.report, result, {}, console);
         return 0;
     });
 }
@@ -410,7 +410,12 @@ int renderEach(const RenderOptions& options, const std::vector<RenderOptions>& s
     int worst = 0;
     for (const RenderOptions& one : scenes) {
         Json result;
-        const int code = runReported(console, [&] { return Render(one, console).run(result); });
+        int code = 0;
+        try {
+            code = Render(one, console).run(result);
+        } catch (...) {
+            code = reportError(console, currentError());
+        }
         worst = std::max(worst, code);
         if (!result.is_null()) results["scenes"].push_back(result);
         if (code == 0) continue;

@@ -61,7 +61,7 @@ class Sheets {
           request_(options.request),
           console_(console),
           job_(options.request, console),
-          views_(request_.views, request_.camera),
+          views_(request_.views, request_.camera, request_.scene.reading.strict, console),
           results_(views_.asked() ? "view" : "", console) {}
 
     /// Returns the exit code.
@@ -108,7 +108,7 @@ int Sheets::run() {
         code = reportError(console_, currentError());
     }
     if (!results_.empty() || code == 0)
-        reportResult(request_.report, results_.json(), "", console_);
+        reportResult(request_.report, results_.json(), {}, console_);
     results_.tellFailures();
     return std::max(code, results_.worst());
 }

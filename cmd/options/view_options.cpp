@@ -7,11 +7,13 @@
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <utility>
 
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
+#include "cmd/cli/report.h"
 #include "core/base/error.h"
 #include "formats/file/file_name.h"
 
@@ -130,17 +132,27 @@ void addViewOptions(VerbOptions& verb, ViewListOptions& options) {
         .group(kViewsGroup);
 }
 
-ViewList::ViewList(const ViewListOptions& options, const CameraOptions& camera)
-    : options_(options), camera_(camera) {
+ViewList::ViewList(const ViewListOptions& options, const CameraOptions& camera, bool strict,
+                   Console& console)
+    : options_(options), camera_(camera), strict_(strict), console_(console) {
     checkCamera(camera);
     checkViewOptions(options, camera);
     const Size given = camera.size_given ? camera.size : Size{0, 0};
-    if (options.file) listed_ = readCameras(*options.file, {options.convention, given});
+    if (options.file) {
+        ReadWarnings warnings(strict, options.file->string());
+        listed_ = readCameras(*options.file, {options.convention, given}, warnings);
+        tell(warnings);
+    }
     for (const FileCamera& view : listed_)
         names_.push_back(view.name);
     for (int i = 0; i < options.count.value_or(0); ++i)
         names_.push_back(viewPath("@@@@", i));
     if (!options.asked()) cameras_ = {camera};
+}
+
+void ViewList::tell(const ReadWarnings& warnings) const {
+    for (const std::string& sentence : warnings.sentences())
+        console_.warning(inOptions(sentence));
 }
 
 std::size_t ViewList::size() const {
@@ -189,6 +201,7 @@ void ViewList::placeObjects(const Scene& scene) {
     std::map<int, int> nodes;  // by the id of their object
     for (std::size_t i = 0; i < scene.nodes.size(); ++i)
         if (const auto id = objectId(scene.nodes[i].name)) nodes.emplace(*id, static_cast<int>(i));
+    std::set<int> ever_placed;
     for (const FileCamera& view : listed_) {
         std::vector<PlacedNode>& placed = placed_.emplace_back();
         for (const PlacedObject& object : view.objects) {
@@ -207,8 +220,23 @@ void ViewList::placeObjects(const Scene& scene) {
                                 "is at one place",
                             options_.file->string() + ", view " + view.name);
             placed.push_back({node->second, object.to_world});
+            ever_placed.insert(node->second);
         }
     }
+    warnOfUnplaced(ever_placed.size());
+}
+
+/// Warns if there are views that do not place all of so many objects.
+void ViewList::warnOfUnplaced(std::size_t objects) const {
+    const auto lacks = [&](const auto& placed) { return placed.size() < objects; };
+    const auto first = std::ranges::find_if(placed_, lacks);
+    if (first == placed_.end()) return;
+    ReadWarnings warnings(strict_, options_.file->string());
+    warnings.warn(
+        "Objects that a view does not place stand where the scene has them (" +
+        countText(static_cast<std::uint64_t>(std::ranges::count_if(placed_, lacks)), "view") +
+        ", the first is " + listed_[static_cast<std::size_t>(first - placed_.begin())].name + ").");
+    tell(warnings);
 }
 
 void ViewList::addSettings(std::size_t index, nlohmann::json& settings) const {

@@ -49,10 +49,11 @@ void addViewOptions(VerbOptions& verb, ViewListOptions& options);
 /// The views of a run: of a file, around the scene, or the one of the camera's options.
 class ViewList {
   public:
-    /// Checks the options, and reads the file. `camera` has what is the same for all views. Both
+    /// Checks the options, and reads the file. `camera` has what is the same for all views. All
     /// must outlive it. Throws Error (kUsage) for what contradicts itself whatever the scene is,
-    /// and like readCameras().
-    ViewList(const ViewListOptions& options, const CameraOptions& camera);
+    /// and like readCameras(), whose warnings go to the console; with `strict` they are errors.
+    ViewList(const ViewListOptions& options, const CameraOptions& camera, bool strict,
+             Console& console);
 
     bool asked() const { return options_.asked(); }
     std::size_t size() const;  ///< at least 1
@@ -87,10 +88,14 @@ class ViewList {
     View view(const OpenedScene& scene, const PosedScene& posed, std::size_t index) const;
 
   private:
+    void tell(const ReadWarnings& warnings) const;
     void placeObjects(const Scene& scene);
+    void warnOfUnplaced(std::size_t objects) const;
 
     const ViewListOptions& options_;
     const CameraOptions& camera_;
+    bool strict_;
+    Console& console_;
     std::vector<FileCamera> listed_;               ///< of the file
     std::vector<std::string> names_;               ///< none of a lone view
     std::vector<CameraOptions> cameras_;           ///< once they are placed

@@ -2,6 +2,7 @@
 #include "cmd/render/render_request.h"
 
 #include <algorithm>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <tuple>
 #include <utility>
@@ -87,8 +88,10 @@ std::vector<Difference> headerDifferences(const PictureRequest& picture,
 
 }  // namespace
 
-RenderRequest::RenderRequest(const RenderOptions& options, CaptureJob& job)
-    : options_(options), views_(options.views, options.camera), job_(job) {
+RenderRequest::RenderRequest(const RenderOptions& options, CaptureJob& job, Console& console)
+    : options_(options),
+      views_(options.views, options.camera, options.scene.reading.strict, console),
+      job_(job) {
     job.checkOptions();
     choosePictures();
     checkFiles();
@@ -131,7 +134,8 @@ void RenderRequest::checkFiles() const {
     checkFormat(options_.output);
     std::vector<fs::path> inputs{options_.scene.file};
     if (const auto file = environmentFile(options_.appearance)) inputs.push_back(*file);
-    if (options_.views.file) inputs.push_back(*options_.views.file);
+    if (options_.views.file)
+        std::ranges::move(cameraFiles(*options_.views.file), std::back_inserter(inputs));
     std::vector<fs::path> others = inputs;
     for (std::size_t i = 0; i < pictures(); ++i)
         others.push_back(outputOf(i).path);
@@ -149,9 +153,11 @@ void RenderRequest::checkFiles() const {
     }
     if (const auto& cameras = options_.views.cameras_out) {
         checkCameraOutput(cameras->string());
-        checkExtraFile(*cameras, others, "the file of cameras", "--cameras-out");
-        if (options_.output.no_clobber && !options_.sequence.dry_run) checkNotThere(*cameras);
-        others.push_back(*cameras);
+        for (const fs::path& file : cameraFiles(*cameras)) {
+            checkExtraFile(file, others, "the file of cameras", "--cameras-out");
+            if (options_.output.no_clobber && !options_.sequence.dry_run) checkNotThere(file);
+            others.push_back(file);
+        }
     }
     checkReport(options_.report, others);
 }
@@ -161,8 +167,9 @@ std::vector<fs::path> RenderRequest::outputs() const {
     std::vector<fs::path> files;
     for (std::size_t i = 0; i < pictures(); ++i)
         files.push_back(outputFile(i));
-    for (const auto& file : {options_.channels.manifest, options_.views.cameras_out})
-        if (file) files.push_back(*file);
+    if (options_.channels.manifest) files.push_back(*options_.channels.manifest);
+    if (const auto& cameras = options_.views.cameras_out)
+        std::ranges::move(cameraFiles(*cameras), std::back_inserter(files));
     return files;
 }
 
@@ -258,7 +265,8 @@ OutputOptions RenderRequest::writerOptions(const PictureRequest& picture) const 
 
 bool RenderRequest::isUpToDate(const PictureRequest& picture) const {
     const CaptureSettings& capture = picture.capture;
-    if (options_.scene.reading.strict && (capture.max_layers != 0 || capture.occlusion_ratio > 0)) return false;
+    if (options_.scene.reading.strict && (capture.max_layers != 0 || capture.occlusion_ratio > 0))
+        return false;
     if (options_.shards) return options_.shards->isUpToDate(picture);
     const std::string path = picture.output.path.string();
     return outputHashOf(path) == picture.provenance.output_hash &&

@@ -111,7 +111,7 @@ class RenderRequest {
     /// Checks the options, then opens the job's scene. Nothing that is to be written may replace
     /// what is read, or what must stay. Both arguments must outlive it. Throws Error (kUsage),
     /// (kInput), (kOutput).
-    RenderRequest(const RenderOptions& options, CaptureJob& job);
+    RenderRequest(const RenderOptions& options, CaptureJob& job, Console& console);
 
     const Scene& scene() const { return scene_->scene(); }
     bool hasFrames() const { return options_.animation.frames.has_value(); }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <map>
 #include <set>
 
 #include "core/base/error.h"
@@ -18,6 +19,13 @@ namespace {
 
 constexpr double kMillimetres = 1000;  ///< in a metre
 constexpr std::string_view kSceneCamera = "scene_camera";
+
+// What is read, and what says nothing of what a camera sees.
+constexpr std::string_view kPictureKeys[] = {"cam_K",       "cam_R_w2c",  "cam_t_w2c",
+                                             "depth_scale", "view_level", "mode"};
+constexpr std::string_view kCameraKeys[] = {"width", "height", "fx",         "fy",
+                                            "cx",    "cy",     "depth_scale"};
+constexpr std::string_view kObjectKeys[] = {"obj_id", "cam_R_m2c", "cam_t_m2c"};
 
 /// Datasets with several sensors have scene_camera_SENSOR.json, and so on: the file that goes with
 /// this one, in a folder.
@@ -82,6 +90,7 @@ Size sizeBeside(const CameraSource& source) {
             if (!isSeen(path)) continue;  // the folders above may be closed to us
             const nlohmann::json root = readCameraJson(path);
             const CameraObject camera(root, path.lexically_normal().string(), "");
+            warnOfOthers(camera, kCameraKeys, source.warnings);
             const auto width = camera.number("width"), height = camera.number("height");
             return checkedSize(camera.required(width, "width"), camera.required(height, "height"),
                                camera.where());
@@ -92,13 +101,15 @@ Size sizeBeside(const CameraSource& source) {
 
 /// The objects that a picture's list holds, in the world of its camera.
 std::vector<PlacedObject> objectsIn(const nlohmann::json& list, const std::string& file,
-                                    const std::string& pointer, const glm::dmat4& pose) {
+                                    const std::string& pointer, const glm::dmat4& pose,
+                                    ReadWarnings& warnings) {
     if (!list.is_array())
         refuseCamera("expected a list of objects, not " + shownJson(list), file + ", " + pointer);
     const glm::dmat4 camera_to_world = rigidInverse(opencvOfPose(pose));
     std::vector<PlacedObject> objects;
     for (std::size_t i = 0; i < list.size(); ++i) {
         const CameraObject object(list[i], file, childPointer(pointer, i));
+        warnOfOthers(object, kObjectKeys, warnings);
         const double id = object.required(object.number("obj_id"), "obj_id");
         if (!(id >= 0 && id <= 1e9) || id != static_cast<int>(id))
             refuseCamera("an object's id is a whole number", object.where("obj_id"));
@@ -119,7 +130,10 @@ std::vector<FileCamera> readBop(const CameraSource& source) {
     const std::filesystem::path poses = companion(source.path, "", "scene_gt");
     nlohmann::json placed = nlohmann::json::object();
     if (poses != source.path && isThere(poses)) placed = readCameraJson(poses);
-    const CameraObject all_placed(placed, poses.string(), "");
+    std::map<std::uint32_t, const nlohmann::json*> lists;
+    for (const auto& [id, list] :
+         picturesIn(CameraObject(placed, poses.string(), "").value(), poses.string()))
+        lists.emplace(id, list);
 
     std::vector<FileCamera> cameras;
     cameras.reserve(pictures.size());
@@ -131,6 +145,7 @@ std::vector<FileCamera> readBop(const CameraSource& source) {
                 "only pinhole cameras are rendered, and this is one of a model with lens "
                 "distortion",
                 picture.where("cam_model"), kUndistort);
+        warnOfOthers(picture, kPictureKeys, source.warnings);
         const auto k = picture.required(picture.numbers("cam_K", 9), "cam_K");
         FileCamera& camera = cameras.emplace_back();
         camera.name = pictureName(id);
@@ -139,10 +154,16 @@ std::vector<FileCamera> readBop(const CameraSource& source) {
         camera.size = size;
         camera.camera_to_world = poseOfOpencv(rigidMembers(picture, "cam_R_w2c", "cam_t_w2c"),
                                               picture.where("cam_R_w2c"));
-        if (const auto* const list = all_placed.find(key.c_str()))
-            camera.objects =
-                objectsIn(*list, poses.string(), childPointer("", key), camera.camera_to_world);
+        const auto list = lists.extract(id);
+        if (list)
+            camera.objects = objectsIn(*list.mapped(), poses.string(), childPointer("", key),
+                                       camera.camera_to_world, source.warnings);
     }
+    for (const auto& [id, list] : lists)
+        if (!list->empty())
+            source.warnings.warn("The objects of picture " + std::to_string(id) +
+                                     " are passed over: it has no camera.",
+                                 poses.string());
     return cameras;
 }
 
@@ -189,9 +210,12 @@ std::vector<std::uint32_t> idsOf(std::span<const FileCamera> cameras) {
     return ids;
 }
 
-std::vector<std::unique_ptr<AtomicFile>> writeBop(const std::filesystem::path& path,
-                                                  std::span<const FileCamera> cameras,
-                                                  const CameraOutputOptions& options) {
+std::vector<std::filesystem::path> bopFiles(const std::filesystem::path& path) {
+    return {path, companion(path, "", "camera"), companion(path, "", "scene_gt")};
+}
+
+std::vector<std::string> writeBop(const std::filesystem::path&, std::span<const FileCamera> cameras,
+                                  const CameraOutputOptions& options) {
     const FileCamera& first = cameras.front();
     const std::vector<std::uint32_t> ids = idsOf(cameras);
     const std::string scale = ", \"depth_scale\": " + cameraNumber(options.depth_scale);
@@ -212,22 +236,24 @@ std::vector<std::unique_ptr<AtomicFile>> writeBop(const std::filesystem::path& p
                rigidText(opencvOfPose(camera.camera_to_world), "w2c") + scale + "}";
     });
     const Intrinsics k = writtenIntrinsics(first);
-    std::vector<std::unique_ptr<AtomicFile>> files;
-    files.push_back(fileWith(path, scene));
-    files.push_back(fileWith(companion(path, "", "camera"),
-                             "{\"cx\": " + cameraNumber(k.cx) + ", \"cy\": " + cameraNumber(k.cy) +
-                                 scale + ", \"fx\": " + cameraNumber(k.fx) +
-                                 ", \"fy\": " + cameraNumber(k.fy) +
-                                 ", \"height\": " + std::to_string(first.size.height) +
-                                 ", \"width\": " + std::to_string(first.size.width) + "}\n"));
+    std::vector<std::string> texts = {
+        scene, "{\"cx\": " + cameraNumber(k.cx) + ", \"cy\": " + cameraNumber(k.cy) + scale +
+                   ", \"fx\": " + cameraNumber(k.fx) + ", \"fy\": " + cameraNumber(k.fy) +
+                   ", \"height\": " + std::to_string(first.size.height) +
+                   ", \"width\": " + std::to_string(first.size.width) + "}\n"};
     if (!std::ranges::all_of(cameras, [](const auto& camera) { return camera.objects.empty(); }))
-        files.push_back(fileWith(companion(path, "", "scene_gt"), all(objectsText)));
-    return files;
+        texts.push_back(all(objectsText));
+    return texts;
 }
 
 }  // namespace
 
-const CameraFormat kBopFormat = {
-    "BOP's scene_camera.json", CameraConvention::kOpencv, isBop, readBop, isBopName, writeBop};
+const CameraFormat kBopFormat = {"BOP's scene_camera.json",
+                                 CameraConvention::kOpencv,
+                                 isBop,
+                                 readBop,
+                                 isBopName,
+                                 bopFiles,
+                                 writeBop};
 
 }  // namespace peeler

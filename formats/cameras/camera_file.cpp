@@ -107,8 +107,8 @@ CameraConvention cameraConvention(const std::string& name) {
 }
 
 std::vector<FileCamera> readCameras(const std::filesystem::path& path,
-                                    const CameraFileOptions& options) {
-    const CameraSource source(path, options);
+                                    const CameraFileOptions& options, ReadWarnings& warnings) {
+    const CameraSource source(path, options, warnings);
     const auto* const format = std::ranges::find_if(
         kCameraFormats, [&](const CameraFormat* row) { return row->holds(source); });
     if (format == std::end(kCameraFormats)) {
@@ -166,11 +166,24 @@ void checkCameraOutput(const std::string& path) {
     outputFormatOf(path);
 }
 
+std::vector<std::filesystem::path> cameraFiles(const std::filesystem::path& path) {
+    for (const CameraFormat* format : kCameraFormats)
+        if (format->files && format->written(path)) return format->files(path);
+    return {path};
+}
+
 void writeCameras(const std::string& path, std::span<const FileCamera> cameras,
                   const CameraOutputOptions& options) {
     const CameraFormat& format = outputFormatOf(path);
     if (cameras.empty()) throw Error(ErrorKind::kUsage, "there are no cameras to write", path);
-    commitAll(format.write(path, cameras, options));
+    const std::vector<std::string> texts = format.write(path, cameras, options);
+    const std::vector<std::filesystem::path> names = format.files(path);
+    std::vector<std::unique_ptr<AtomicFile>> files;
+    for (std::size_t i = 0; i < texts.size(); ++i) {
+        files.push_back(std::make_unique<AtomicFile>(names[i].string()));
+        files.back()->append(std::as_bytes(std::span(texts[i])));
+    }
+    commitAll(files);
 }
 
 }  // namespace peeler

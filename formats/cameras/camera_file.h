@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/scene/camera_choice.h"
+#include "formats/file/read_warnings.h"
 
 namespace peeler {
 
@@ -66,14 +67,14 @@ struct CameraFileOptions {
 /// (nerfstudio, instant-ngp), BOP's scene_camera.json with what stands beside it, a folder of
 /// COLMAP's, text or binary, or a file of it, .npy and .npz, and .jsonl of our own, in the order of
 /// the file, or of the numbers that pictures have (BOP, COLMAP). formats/README.md, "Cameras", has
-/// the conventions and what is read of each.
+/// the conventions and what is read of each. What a file says beyond that is a warning.
 ///
 /// Throws Error (kInput) for a file that is missing, larger than kMostCameraBytes, damaged or has
 /// more than kMostViews; for numbers that are not finite; for poses that are not rigid, skew and
 /// lens distortion, with the place (JSON pointer, line, byte); (kUsage) for a convention that is
 /// missing or is not the format's.
 std::vector<FileCamera> readCameras(const std::filesystem::path& path,
-                                    const CameraFileOptions& options = {});
+                                    const CameraFileOptions& options, ReadWarnings& warnings);
 
 /// The camera of a view as a file has it: pose, intrinsics and size of its crop, near and far. An
 /// orthographic view has `ortho_height` of its crop. The camera's choice makes a view of the same
@@ -100,9 +101,13 @@ struct CameraOutputOptions {
 bool holdsScenePoints(const std::string& path);
 
 /// Throws Error (kUsage) if no format that is written has files of such a name: `transforms.json`
-/// and other .json, `scene_camera….json`, a folder (a name without extension, or with a slash
-/// behind it), or `cameras.bin` and `cameras.txt` in one.
+/// and other .json, `scene_camera….json`, a folder (one that is there, a name without extension, or
+/// with a slash behind it), or `cameras.bin` and `cameras.txt` in one.
 void checkCameraOutput(const std::string& path);
+
+/// The files that a name stands for, read or written: all of a model of COLMAP's, and BOP's camera
+/// and objects beside the file of this name.
+std::vector<std::filesystem::path> cameraFiles(const std::filesystem::path& path);
 
 /// Writes cameras in the format of such a name; all files of a format appear, or none. Throws Error
 /// (kUsage) for a name as checkCameraOutput() does, for no cameras, orthographic ones and ones

@@ -12,11 +12,12 @@ namespace peeler {
 
 /// What is read: a file or folder, and what was asked for.
 struct CameraSource {
-    CameraSource(std::filesystem::path from, const CameraFileOptions& asked)
-        : path(std::move(from)), options(asked) {}
+    CameraSource(std::filesystem::path from, const CameraFileOptions& asked, ReadWarnings& warned)
+        : path(std::move(from)), options(asked), warnings(warned) {}
 
     std::filesystem::path path;
     CameraFileOptions options;
+    ReadWarnings& warnings;
 
     /// What the file, a .json, says; parsed once.
     const nlohmann::json& json() const;
@@ -33,11 +34,14 @@ struct CameraFormat {
     bool (*holds)(const CameraSource& source);  ///< by its name, or what is in it
     /// May leave the world as the file has it, and names empty, which then are the views' numbers.
     std::vector<FileCamera> (*read)(const CameraSource& source);
+    // Of formats that are written; else null.
     bool (*written)(const std::filesystem::path& path);  ///< by such a name
-    /// Files that are whole and not committed. Null: not written.
-    std::vector<std::unique_ptr<AtomicFile>> (*write)(const std::filesystem::path& path,
-                                                      std::span<const FileCamera> cameras,
-                                                      const CameraOutputOptions& options);
+    /// The files of such a name.
+    std::vector<std::filesystem::path> (*files)(const std::filesystem::path& path);
+    /// The texts of the first ones of these files.
+    std::vector<std::string> (*write)(const std::filesystem::path& path,
+                                      std::span<const FileCamera> cameras,
+                                      const CameraOutputOptions& options);
 };
 
 extern const CameraFormat kTransformsFormat, kBopFormat, kColmapFormat, kPoseArrayFormat,
@@ -125,6 +129,10 @@ class CameraObject {
     std::string file_, pointer_;
 };
 
+/// Warns of each member that is none of these.
+void warnOfOthers(const CameraObject& object, std::span<const std::string_view> known,
+                  ReadWarnings& warnings);
+
 /// An affine matrix from its rows, 12 or 16 numbers. Throws Error (kInput) if they are not finite,
 /// or a fourth row is not 0, 0, 0, 1.
 glm::dmat4 matrixOfRows(std::span<const double> numbers, const std::string& where);
@@ -142,7 +150,5 @@ std::vector<double> rowsOf(const glm::dmat4& matrix, int rows, int columns = 4);
 /// The intrinsics that a format writes of a camera. Throws Error (kUsage) for an orthographic one,
 /// and one whose size is not known.
 Intrinsics writtenIntrinsics(const FileCamera& camera);
-/// A file with this text, not committed.
-std::unique_ptr<AtomicFile> fileWith(const std::filesystem::path& path, std::string_view text);
 
 }  // namespace peeler

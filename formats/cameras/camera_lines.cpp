@@ -157,13 +157,9 @@ bool isCameraLines(const CameraSource& source) {
     return lowerExtension(source.path) == ".jsonl";
 }
 
-bool isNoOutput(const std::filesystem::path&) {
-    return false;
-}
-
 }  // namespace
 
-const CameraFormat kCameraLinesFormat = {"lines of cameras", {},         isCameraLines,
-                                         readCameraLines,    isNoOutput, nullptr};
+const CameraFormat kCameraLinesFormat = {
+    "lines of cameras", {}, isCameraLines, readCameraLines, nullptr, nullptr, nullptr};
 
 }  // namespace peeler

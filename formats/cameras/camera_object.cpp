@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Takes numbers out of the JSON of a file of cameras, and says where one is wrong.
+#include <algorithm>
 #include <cmath>
 
 #include "formats/cameras/camera_formats.h"
@@ -102,6 +103,14 @@ std::optional<std::string> CameraObject::text(const char* key) const {
 
 void CameraObject::missing(const char* key) const {
     refuseCamera("\"" + std::string(key) + "\" is missing", where());
+}
+
+void warnOfOthers(const CameraObject& object, std::span<const std::string_view> known,
+                  ReadWarnings& warnings) {
+    for (const auto& [key, value] : object.value().items())
+        if (std::ranges::find(known, key) == known.end())
+            warnings.warn("The meaning of \"" + key + "\" is not known, so it is passed over.",
+                          object.where(key));
 }
 
 }  // namespace peeler

@@ -53,10 +53,4 @@ Intrinsics writtenIntrinsics(const FileCamera& camera) {
     return {f, f, (camera.size.width - 1) / 2.0, (camera.size.height - 1) / 2.0};
 }
 
-std::unique_ptr<AtomicFile> fileWith(const std::filesystem::path& path, std::string_view text) {
-    auto file = std::make_unique<AtomicFile>(path.string());
-    file->append(std::as_bytes(std::span(text)));
-    return file;
-}
-
 }  // namespace peeler

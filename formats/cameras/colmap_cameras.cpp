@@ -42,11 +42,12 @@ struct ModelFiles {
     std::string extension;
 };
 
+constexpr std::string_view kModelStems[] = {"cameras", "images", "points3D"};
+
 bool isModelFile(const std::filesystem::path& path) {
-    constexpr std::string_view kStems[] = {"cameras", "images", "points3D"};
     const std::string extension = path.extension().string();
     return (extension == ".bin" || extension == ".txt") &&
-           std::ranges::find(kStems, path.stem().string()) != std::end(kStems);
+           std::ranges::find(kModelStems, path.stem().string()) != std::end(kModelStems);
 }
 
 bool isFolder(const std::filesystem::path& path) {
@@ -128,23 +129,33 @@ ColmapModel modelOf(std::span<const FileCamera> cameras) {
     return model;
 }
 
-std::vector<std::unique_ptr<AtomicFile>> writeColmap(const std::filesystem::path& path,
-                                                     std::span<const FileCamera> cameras,
-                                                     const CameraOutputOptions& options) {
-    const ModelFiles place = isModelFile(path) ? modelAt(path) : ModelFiles{path, ".bin"};
+/// The model that is written under such a name.
+ModelFiles modelFor(const std::filesystem::path& path) {
+    if (isModelFile(path) && !isFolder(path)) return {path.parent_path(), path.extension()};
+    return {path, ".bin"};
+}
+
+std::vector<std::filesystem::path> colmapFiles(const std::filesystem::path& path) {
+    const ModelFiles place = modelFor(path);
+    std::vector<std::filesystem::path> files;
+    for (const std::string_view stem : kModelStems)
+        files.push_back(place.folder / (std::string(stem) + place.extension));
+    return files;
+}
+
+std::vector<std::string> writeColmap(const std::filesystem::path& path,
+                                     std::span<const FileCamera> cameras,
+                                     const CameraOutputOptions& options) {
+    const ModelFiles place = modelFor(path);
     const bool is_text = place.extension == ".txt";
     if (is_text && isThere(place.folder / "cameras.bin", ErrorKind::kOutput))
         throw Error(ErrorKind::kUsage,
                     "the folder holds a binary model, which COLMAP would read instead",
                     place.folder.string(), "remove it, or write to another folder");
     const ColmapModel model = modelOf(cameras);
-    const ColmapFiles texts =
+    ColmapFiles texts =
         is_text ? colmapText(model, options.points) : colmapBinary(model, options.points);
-    std::vector<std::unique_ptr<AtomicFile>> files;
-    files.push_back(fileWith(place.folder / ("cameras" + place.extension), texts.cameras));
-    files.push_back(fileWith(place.folder / ("images" + place.extension), texts.images));
-    files.push_back(fileWith(place.folder / ("points3D" + place.extension), texts.points));
-    return files;
+    return {std::move(texts.cameras), std::move(texts.images), std::move(texts.points)};
 }
 
 }  // namespace
@@ -178,10 +189,10 @@ ColmapCamera colmapCamera(const ColmapLens& lens, double width, double height,
 
 glm::dmat4 colmapPose(std::span<const double, 7> numbers, const std::string& where) {
     const glm::dquat turn(numbers[0], numbers[1], numbers[2], numbers[3]);
-    constexpr double kMost = 1e-4;
-    if (!(std::abs(glm::dot(turn, turn) - 1) < kMost))
-        refuseCamera("the quaternion is not of length 1", where);
-    glm::dmat4 world_to_camera(glm::mat3_cast(turn / glm::length(turn)));
+    const double length = glm::length(turn);  // any, as COLMAP reads it
+    if (!(length > 0 && std::isfinite(length)))
+        refuseCamera("the quaternion is 0 or not finite", where);
+    glm::dmat4 world_to_camera(glm::mat3_cast(turn / length));
     for (int i = 0; i < 3; ++i) {
         if (!std::isfinite(numbers[4 + static_cast<std::size_t>(i)]))
             refuseCamera("the translation is not finite", where);
@@ -199,7 +210,7 @@ std::array<double, 7> colmapNumbers(const glm::dmat4& camera_to_world) {
 }
 
 const CameraFormat kColmapFormat = {
-    "a model of COLMAP", CameraConvention::kOpencv, isColmap, readColmap, isColmapName,
+    "a model of COLMAP", CameraConvention::kOpencv, isColmap, readColmap, isColmapName, colmapFiles,
     writeColmap};
 
 }  // namespace peeler

@@ -33,24 +33,25 @@ class TextLines {
         }
         return false;
     }
-    std::string_view word(const char* what) {
+    std::string_view word(const char* what, const char* hint = "") {
         skipBlanks();
         const std::string_view found = line_.substr(0, line_.find_first_of(kBlanks));
-        if (found.empty()) refuseCamera("the line ends before " + std::string(what), where());
+        if (found.empty()) refuseCamera("the line ends before " + std::string(what), where(), hint);
         line_.remove_prefix(found.size());
         return found;
     }
     template <class T>
-    T number(const char* what) {
-        const std::string_view text = word(what);
+    T number(const char* what, const char* hint = "") {
+        const std::string_view text = word(what, hint);
         T value{};
         const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
         if (failure != std::errc() || end != text.data() + text.size())
             refuseCamera("expected " + std::string(what) + ", not \"" +
                              std::string(text.substr(0, 40)) + "\"",
-                         where());
+                         where(), hint);
         return value;
     }
+    bool hasMore() { return !rest().empty(); }
     /// What is left of the line.
     std::string_view rest() {
         skipBlanks();
@@ -97,6 +98,19 @@ std::map<std::uint32_t, ColmapCamera> readCameraLines(const std::filesystem::pat
     return cameras;
 }
 
+/// Passes over the line under an image's, which lists what the image observes or is empty. Where
+/// files lack these lines this one is the next image's.
+void passPoints(TextLines& lines) {
+    if (!lines.next()) return;
+    while (lines.hasMore()) {
+        constexpr const char* kHint =
+            "COLMAP wants a line of points under each image, which may be empty";
+        for (const char* what : {"a point's x", "a point's y"})
+            lines.number<double>(what, kHint);
+        lines.number<std::int64_t>("a point's id", kHint);
+    }
+}
+
 std::vector<ColmapImage> readImageLines(const std::filesystem::path& path) {
     const std::vector<std::uint8_t> bytes = readCameraBytes(path);
     TextLines lines(asText(bytes), path.string());
@@ -111,7 +125,7 @@ std::vector<ColmapImage> readImageLines(const std::filesystem::path& path) {
         image.camera_to_world = colmapPose(pose, lines.where());
         image.camera = lines.number<std::uint32_t>("a camera's number");
         image.name = lines.rest();
-        lines.next();  // what the image observes, which may be nothing
+        passPoints(lines);
     }
     return images;
 }

@@ -154,6 +154,12 @@ std::vector<FileCamera> camerasIn(const NpzArchive& archive, const CameraSource&
         refuseCamera("no array of it is poses", source.path.string(),
                      "it is called one of " + names);
     }
+    for (const NpzArchive::Member& member : archive.members()) {
+        const std::string name = std::filesystem::path(member.name).stem();
+        const std::string_view known[] = {kind->name, "K", "size", "arrays_version"};
+        if (std::ranges::find(known, name) == std::end(known))
+            source.warnings.warn("The array " + name + " is passed over.", archive.placeOf(member));
+    }
     const ArchivedThings matrices(archive, kind->name);
     const ThingArray poses = posesIn(matrices.array(), matrices.where());
     std::vector<FileCamera> cameras = camerasOf(poses, *kind, source);
@@ -187,13 +193,9 @@ bool isPoseArray(const CameraSource& source) {
     return extension == ".npy" || extension == ".npz";
 }
 
-bool isNeverWritten(const std::filesystem::path&) {
-    return false;
-}
-
 }  // namespace
 
-const CameraFormat kPoseArrayFormat = {"an array of poses", {},     isPoseArray, readPoseArrays,
-                                       isNeverWritten,      nullptr};
+const CameraFormat kPoseArrayFormat = {
+    "an array of poses", {}, isPoseArray, readPoseArrays, nullptr, nullptr, nullptr};
 
 }  // namespace peeler

@@ -20,6 +20,63 @@ constexpr const char* kNearKey = "peeler_near";  // of our own; other programs d
 constexpr const char* kFarKey = "peeler_far";
 constexpr const char* kNameKey = "peeler_name";  // where the picture's file is called otherwise
 
+/// What is read, and what says nothing of what a camera sees: it is about training, or other
+/// pictures than these.
+constexpr std::string_view kKnownKeys[] = {
+    "frames", "file_path", "transform_matrix", "w", "h", "fl_x", "fl_y", "cx", "cy",
+    "camera_angle_x", "camera_angle_y", "x_fov", "y_fov", "camera_model", "k1", "k2", "k3", "k4",
+    "k5", "k6", "p1", "p2", "p3", "p4", "s1", "s2", "distortion_params", "is_fisheye", "latlong",
+    "equirectangular", "orthographic", "ftheta_p0", kNearKey, kFarKey, kNameKey,
+    // instant-ngp
+    "aabb", "aabb_scale", "render_aabb", "scale", "offset", "up", "sharpness", "rotation",
+    "sharpen", "white_transparent", "black_transparent", "is_hdr", "fix_premult",
+    "n_extra_learnable_dims", "enable_depth_loading", "enable_ray_loading", "integer_depth_scale",
+    "depth_path", "wants_importance_sampling", "driver_parameters",
+    // nerfstudio
+    "depth_file_path", "mask_path", "semantics_path", "colmap_im_id", "ply_file_path",
+    "train_filenames", "val_filenames", "test_filenames", "depth_unit_scale_factor",
+    "fisheye_crop_radius", "orientation_override", "center_method_override",
+    "auto_scale_poses_override"};
+
+/// What changes what a camera sees and is not carried out, unless it is `neutral` (a number, or all
+/// of several).
+struct PassedOver {
+    const char* key;
+    double neutral;
+    const char* sentence;
+};
+constexpr PassedOver kPassedOver[] = {
+    {"applied_scale", 1,
+     "applied_scale is not undone: the cameras fit the scene that has been scaled by it."},
+    {"rolling_shutter", 0, "rolling_shutter is not carried out: all rows see the same moment."},
+    {"from_mitsuba", 0, "from_mitsuba is not carried out: the matrices have NeRF's axes."},
+    {"time", 0, "The times of frames are not carried out: all show the scene at one time."},
+    {"transform_matrix_start", NAN, "Cameras do not move: transform_matrix_start is passed over."},
+    {"transform_matrix_end", NAN, "Cameras do not move: transform_matrix_end is passed over."},
+};
+
+void warnOfPassedOver(const CameraObject& holder, ReadWarnings& warnings) {
+    std::vector<std::string_view> known(std::begin(kKnownKeys), std::end(kKnownKeys));
+    for (const auto& [key, neutral, sentence] : kPassedOver) {
+        known.emplace_back(key);
+        const nlohmann::json* const value = holder.find(key);
+        if (!value) continue;
+        const auto says_nothing = [&, neutral = neutral](const nlohmann::json& number) {
+            return number == neutral || number == (neutral != 0);
+        };
+        if (value->is_array() ? !std::ranges::all_of(*value, says_nothing) : !says_nothing(*value))
+            warnings.warn(sentence, holder.where(key));
+    }
+    constexpr const char* kApplied = "applied_transform";
+    known.emplace_back(kApplied);
+    if (const auto applied = holder.matrix(kApplied); applied && *applied != glm::dmat4(1))
+        warnings.warn(
+            "applied_transform is not undone: the cameras fit the scene that has been turned by "
+            "it.",
+            holder.where(kApplied));
+    warnOfOthers(holder, known, warnings);
+}
+
 /// What a frame says, else what the file says of all.
 class FrameMembers {
   public:
@@ -67,18 +124,25 @@ void checkLens(const CameraObject& holder) {
                          holder.where(key), "say fl_x, fl_y, cx, cy, w and h; without a skew");
 }
 
-/// A focal length, in pixels; of a field of view (radians) the one that it is on so many of them.
-std::optional<double> focalLength(const FrameMembers& members, const char* key, const char* angle,
+/// The focal length of an axis, "x" or "y", in pixels, of which the picture has so many along it.
+std::optional<double> focalLength(const FrameMembers& members, const std::string& axis,
                                   int pixels) {
-    if (const auto length = members.number(key)) return length;
-    const auto field = members.number(angle);
-    if (!field) return {};
-    if (!(*field > 0 && *field < std::numbers::pi))
-        refuseCamera("a field of view lies between 0 and pi", members.where(angle));
-    if (pixels == 0)
-        refuseCamera("a field of view without \"w\" and \"h\" leaves the size of pictures open",
-                     members.where(angle), "give `size`");
-    return pixels / (2 * std::tan(*field / 2));
+    if (const auto length = members.number(("fl_" + axis).c_str())) return length;
+    const std::pair<std::string, double> angles[] = {{"camera_angle_" + axis, 1},
+                                                     {axis + "_fov", std::numbers::pi / 180}};
+    for (const auto& [key, radians] : angles) {
+        const auto field = members.number(key.c_str());
+        if (!field) continue;
+        const std::string where = members.where(key.c_str());
+        const double angle = *field * radians;
+        if (!(angle > 0 && angle < std::numbers::pi))
+            refuseCamera("a field of view lies between 0 and half a turn", where);
+        if (pixels == 0)
+            refuseCamera("a field of view without \"w\" and \"h\" leaves the size of pictures open",
+                         where, "give `size`");
+        return pixels / (2 * std::tan(angle / 2));
+    }
+    return {};
 }
 
 void readLens(const FrameMembers& members, const CameraObject& frame, const Size& asked,
@@ -88,8 +152,8 @@ void readLens(const FrameMembers& members, const CameraObject& frame, const Size
         refuseCamera("a picture has both \"w\" and \"h\", or none", frame.where());
     camera.size = width ? checkedSize(*width, *height, members.where("w")) : asked;
     const int w = camera.size.width, h = camera.size.height;
-    auto fx = focalLength(members, "fl_x", "camera_angle_x", w);
-    auto fy = focalLength(members, "fl_y", "camera_angle_y", h);
+    auto fx = focalLength(members, "x", w);
+    auto fy = focalLength(members, "y", h);
     if (!fx && !fy) refuseCamera("neither \"fl_x\" nor \"camera_angle_x\" is there", frame.where());
     if (!fx) fx = fy;  // square pixels
     if (!fy) fy = fx;
@@ -112,6 +176,7 @@ std::vector<FileCamera> readTransforms(const CameraSource& source) {
         refuseCamera("expected a list of frames, not " + shownJson(frames), all.where("frames"));
     checkViewCount(frames.size(), all.where("frames"));
     checkLens(all);
+    warnOfPassedOver(all, source.warnings);
     std::vector<FileCamera> cameras;
     cameras.reserve(frames.size());
     for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -120,6 +185,7 @@ std::vector<FileCamera> readTransforms(const CameraSource& source) {
         camera.picture = frame.text("file_path").value_or("");
         camera.name = frame.text(kNameKey).value_or("");
         checkLens(frame);
+        warnOfPassedOver(frame, source.warnings);
         readLens({frame, all}, frame, source.options.size, camera);
         constexpr const char* kMatrix = "transform_matrix";
         camera.camera_to_world =
@@ -168,9 +234,13 @@ std::string frameText(const FileCamera& camera, bool with_lens) {
     return text + "]}";
 }
 
-std::vector<std::unique_ptr<AtomicFile>> writeTransforms(const std::filesystem::path& path,
-                                                         std::span<const FileCamera> cameras,
-                                                         const CameraOutputOptions&) {
+std::vector<std::filesystem::path> transformsFile(const std::filesystem::path& path) {
+    return {path};
+}
+
+std::vector<std::string> writeTransforms(const std::filesystem::path&,
+                                         std::span<const FileCamera> cameras,
+                                         const CameraOutputOptions&) {
     const bool shared = std::ranges::all_of(cameras, [&](const FileCamera& camera) {
         return camera.size == cameras.front().size &&
                writtenIntrinsics(camera) == writtenIntrinsics(cameras.front());
@@ -180,16 +250,14 @@ std::vector<std::unique_ptr<AtomicFile>> writeTransforms(const std::filesystem::
     text += "\n  \"frames\": [";
     for (const FileCamera& camera : cameras)
         text += (&camera == &cameras.front() ? "\n" : ",\n") + frameText(camera, !shared);
-    text += "\n  ]\n}\n";
-    std::vector<std::unique_ptr<AtomicFile>> files;
-    files.push_back(fileWith(path, text));
-    return files;
+    return {text + "\n  ]\n}\n"};
 }
 
 }  // namespace
 
 const CameraFormat kTransformsFormat = {"transforms.json", CameraConvention::kOpengl,
                                         isTransforms,      readTransforms,
-                                        isTransformsName,  writeTransforms};
+                                        isTransformsName,  transformsFile,
+                                        writeTransforms};
 
 }  // namespace peeler

@@ -68,7 +68,8 @@ nlohmann::json work(const Options& options, const std::filesystem::path& cameras
     embree.build();
     std::size_t views = 0;
     std::uint64_t hits = 0;
-    for (const FileCamera& camera : readCameras(cameras)) {
+    ReadWarnings warnings(false, cameras.string());
+    for (const FileCamera& camera : readCameras(cameras, {}, warnings)) {
         const View view = makeView(scene.posed, extent, cameraChoice(camera));
         DepthPlanes planes(view);
         hits += embree.trace(view, Packet::k16, [&](int x, int y, std::span<const EmbreeHit> of) {

@@ -90,6 +90,47 @@ TEST_F(Views, AreWrittenForOtherPrograms) {
         3U);
 }
 
+TEST_F(Views, AreWrittenIntoAFolderThatIsThere) {
+    const std::string folder = (scratch_ / "c").string();
+    fs::create_directory(folder);
+    const std::vector<std::string> asked{"--views", "2", "--cameras-out", folder};
+    rendered("@.exr", asked);
+    const std::string cameras = text("c/cameras.bin");
+    EXPECT_FALSE(cameras.empty());
+    for (const char* again : {"--skip-existing", "--no-mkdir"}) {
+        std::vector<std::string> more = asked;
+        more.emplace_back(again);
+        rendered("@.exr", more);
+        EXPECT_EQ(text("c/cameras.bin"), cameras) << again;
+    }
+    const auto refused = [&](const std::vector<std::string>& more, int code, const char* what) {
+        const Outcome result = render("x/@.exr", more);
+        EXPECT_EQ(result.exit_code, code) << result.err;
+        EXPECT_TRUE(contains(result.err, what)) << result.err;
+        EXPECT_FALSE(fs::exists(scratch_ / "x"));
+    };
+    refused({"--views", "2", "--cameras-out", folder, "--no-clobber"}, 4, "there already");
+    // None of the files that are read is replaced.
+    refused({"--cameras", folder, "--cameras-out", folder + "/"}, 2, "would replace");
+    refused({"--cameras", folder + "/images.bin", "--cameras-out", folder}, 2, "would replace");
+    write("c/points3D.txt", "");
+    fs::remove(scratch_ / "c/points3D.bin");
+    fs::create_directory(scratch_ / "c/points3D.bin");
+    refused({"--views", "2", "--cameras-out", folder}, 4, "points3D.bin");
+    const std::string bop = (scratch_ / "scene_camera.json").string();
+    rendered("@.exr", {"--views", "2", "--cameras-out", bop});
+    refused({"--cameras", bop, "--cameras-out", (scratch_ / "camera.json").string()}, 2,
+            "would replace");
+}
+
+TEST_F(Views, OfColmapTextWithoutPointsAreRefused) {
+    write("cameras.txt", "1 PINHOLE 48 40 40 40 24 20\n");
+    write("images.txt", "1 1 0 0 0 0 0 0 1 a.png\n2 1 0 0 0 0 0 1 1 b.png\n");
+    const Outcome result = render("@@.exr", {"--cameras", scratch_.path().string()});
+    EXPECT_EQ(result.exit_code, 3) << result.err;
+    EXPECT_TRUE(contains(result.err, "images.txt:2")) << result.err;
+}
+
 TEST_F(Views, AndFramesMultiply) {
     const Json views = rendered("f##_v@@.exr", {"--frames", "3,7", "--views", "2"});
     ASSERT_EQ(views.size(), 4U);

@@ -114,6 +114,15 @@ inline std::string lineText(const std::string& place) {
            place + "}\n";
 }
 
+/// The cameras of a file, which have to be read without a warning.
+inline std::vector<FileCamera> readCameras(const std::filesystem::path& path,
+                                           const CameraFileOptions& options = {}) {
+    ReadWarnings warnings(false, path.string());
+    std::vector<FileCamera> cameras = peeler::readCameras(path, options, warnings);
+    EXPECT_EQ(warnings.sentences(), std::vector<std::string>()) << path;
+    return cameras;
+}
+
 /// The view of a triangle that a camera of a file has.
 inline View viewOfCamera(const FileCamera& camera) {
     static const Scene scene = [] {

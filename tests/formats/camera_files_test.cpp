@@ -112,7 +112,7 @@ numpy.savez_compressed(folder + 'b opengl', poses=gl.astype('f4'), **more)
 numpy.savez_compressed(folder + 'c none', w2c=numpy.asfortranarray(w2c), **more)
 numpy.savez(folder + 'd none', world_to_camera=w2c.astype('>f8')[:3], **more)
 numpy.savez(folder + 'e none', extrinsics=numpy.asfortranarray(w2c[None].repeat(3, 0)), K=K[None].repeat(3, 0),
-            size=numpy.array([[640, 480]] * 3, 'u2'), camera_to_world=gl)
+            size=numpy.array([[640, 480]] * 3, 'u2'))
 numpy.savez(folder + 'f opencv', c2w=c2w, **more)
 numpy.savez(folder + 'g opengl', camera_to_world=gl, **more)
 numpy.savez(folder + 'h opengl', w2c=flip @ w2c, **more)
@@ -245,6 +245,40 @@ TEST(CameraFiles, ModelsOfColmap) {
     put(scratch / "m/images.bin", colmapImagesBinary());
     EXPECT_EQ(readCameras(scratch / "m").size(), 1U);
     EXPECT_EQ(readCameras(scratch / "m/images.txt").size(), 3U);
+}
+
+TEST(CameraFiles, QuaternionsOfColmapHaveAnyLength) {
+    const ScratchDir scratch;
+    put(scratch / "cameras.txt", colmapCamerasText());
+    put(scratch / "images.txt",
+        "1 0.5 0.5 0.5 -0.5 -2 5 1 3 a\n\n2 4 4 4 -4 -2 5 1 3 b\n\n"
+        "3 -1e-3 -1e-3 -1e-3 1e-3 -2 5 1 3 c\n\n4 0.501 0.501 0.501 -0.501 -2 5 1 3 d\n");
+    const std::vector<FileCamera> cameras = readCameras(scratch.path());
+    ASSERT_EQ(cameras.size(), 4U);
+    for (const FileCamera& camera : cameras)
+        for (int column = 0; column < 4; ++column)
+            for (int row = 0; row < 4; ++row)
+                EXPECT_NEAR(camera.camera_to_world[column][row], knownPose()[column][row], 1e-12);
+}
+
+TEST(CameraFiles, FieldsOfViewOfTransformsAreRadiansOrDegrees) {
+    const ScratchDir scratch;
+    const std::string rest = R"("w": 640, "h": 480, "frames": [{"transform_matrix": [)" +
+                             kKnownOpenglRows + R"(,[0,0,0,1]]}]})";
+    for (const std::string angle : {R"({"camera_angle_x": 1.5707963267948966, )",
+                                    R"({"x_fov": 90, )", R"({"y_fov": 73.7397952917019, )"}) {
+        const auto cameras = readCameras(put(scratch / "t.json", angle + rest));
+        EXPECT_NEAR(cameras[0].intrinsics->fx, 320, 1e-9) << angle;
+        EXPECT_NEAR(cameras[0].intrinsics->fy, 320, 1e-9) << angle;
+    }
+}
+
+TEST(CameraFiles, ObjectsOfBopAreFoundByTheNumberOfTheirPicture) {
+    const ScratchDir scratch;
+    const auto path = put(scratch / "scene_camera.json", bopText());
+    put(scratch / "scene_gt.json",
+        R"({"000007": [{"obj_id": 5, "cam_R_m2c": [1,0,0,0,1,0,0,0,1], "cam_t_m2c": [0, 0, 1]}]})");
+    EXPECT_EQ(readCameras(path)[0].objects.size(), 1U);
 }
 
 TEST(CameraFiles, LinesOfOurOwn) {

@@ -53,8 +53,9 @@ void takeCameras(Input input) {
     Input rest = taker.rest();
     for (const std::string_view file : format.files)
         if (!file.empty()) fileOf("cameras/" + std::string(file), takePart(rest));
+    ReadWarnings warnings(false, "");
     const std::vector<FileCamera> cameras =
-        readCameras(scratchFolder() / "cameras" / format.named, options);
+        readCameras(scratchFolder() / "cameras" / format.named, options, warnings);
     static const Scene scene = tinyScene();
     static const PosedScene posed(scene);
     for (std::size_t i = 0; i < std::min<std::size_t>(cameras.size(), 4); ++i)
