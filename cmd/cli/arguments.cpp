@@ -45,13 +45,13 @@ void complete(OptionDescription& description, const CLI::Option& option) {
     if (description.help.empty()) description.help = option.get_description();
 }
 
-/// Refuses what a script passes whose variable is not set.
+/// Throws Error (kUsage) for an empty value, which a script passes for a variable that is not set.
 void refuseEmpty(const std::string& name, bool is_file) {
     refuse(is_file ? "the name is empty" : "the value is empty", name,
-           "leave it out, or give one; a variable of a script may not be set");
+           "give one; a variable of the script may be unset");
 }
 
-/// Says how to write the name of a file that looks like an option; "" if there is no such file.
+/// The hint for an existing file whose name looks like an option; "" if there is none.
 std::string dashHint(const Texts& arguments) {
     for (const std::string& argument : arguments)
         if (argument.size() > 1 && argument.starts_with('-') && isSeen(argument))

@@ -226,7 +226,7 @@ void ViewList::placeObjects(const Scene& scene) {
     warnOfUnplaced(ever_placed.size());
 }
 
-/// Warns if there are views that do not place all of so many objects.
+/// Warns of views that place fewer than `objects` objects.
 void ViewList::warnOfUnplaced(std::size_t objects) const {
     const auto lacks = [&](const auto& placed) { return placed.size() < objects; };
     const auto first = std::ranges::find_if(placed_, lacks);

@@ -48,7 +48,7 @@ class Messages final : public std::streambuf {
 
     std::vector<std::string> warnings, errors;
 
-    /// Throws what the watch has thrown, whatever has become of it on its way.
+    /// Throws the exception of the watch, if there was one.
     void rethrow() const {
         if (thrown_) std::rethrow_exception(thrown_);
     }
@@ -89,7 +89,7 @@ class Messages final : public std::streambuf {
             watch_(share);
         } catch (...) {
             thrown_ = std::current_exception();
-            // No verb reports this one, nor goes on to the next picture.
+            // Verbs let this one pass: none reports it or goes on to the next picture.
             throw cmd::ReaderGone{};
         }
     }

@@ -31,7 +31,7 @@ std::string shapeText(const py::array& array) {
                 "expected an array of shape " + expected + ", not " + shapeText(array), name);
 }
 
-/// The letters of NumPy's kinds of numbers (dtype.kind) that become numbers of T without loss.
+/// The kinds of numbers (NumPy's dtype.kind) that are taken as numbers of T.
 template <class T>
 constexpr std::string_view kNumberKinds = std::is_floating_point_v<T> ? "fiu" : "iu";
 
@@ -42,8 +42,8 @@ constexpr std::string_view kNumberKinds = std::is_floating_point_v<T> ? "fiu" : 
                 hint);
 }
 
-/// The array as numbers of T, row-major; a copy only where it is something else. Numbers that T
-/// does not have are refused, whatever their values are.
+/// The array as numbers of T, row-major; a copy only where it is something else. Throws
+/// Error (kUsage) for a kind of number that T does not have.
 template <class T>
 py::array_t<T> arrayOf(const char* name, const py::object& value) {
     const auto given = py::array::ensure(value);
@@ -109,7 +109,8 @@ bool isUnsigned(const py::array& array, py::ssize_t bytes) {
     return array.dtype().kind() == 'u' && array.itemsize() == bytes;
 }
 
-/// Linear colours, 0 to 1. What is white of other whole numbers, 1, 255 or more, nobody can tell.
+/// Linear colours, 0 to 1. Throws Error (kUsage) for integers but uint8 and uint16: their white may
+/// be 1, 255 or more.
 std::vector<glm::vec4> colorsOf(const py::object& colors, py::ssize_t vertices) {
     const auto any = arrayOf<float>("colors", colors);
     const auto given = py::array::ensure(colors);
@@ -184,7 +185,7 @@ SceneHolder fromArrays(const py::object& vertices, const py::object& faces,
     if (!normals.is_none()) primitive.normals = vectorsOf<glm::vec3>("normals", normals, count);
     if (!uv.is_none()) primitive.texcoords[0] = vectorsOf<glm::vec2>("uv", uv, count);
     if (!colors.is_none()) primitive.colors = colorsOf(colors, count);
-    // A primitive without indices is one of all vertices in order.
+    // Without indices a primitive would show all vertices in order.
     const bool is_empty = !faces.is_none() && primitive.indices.empty();
     if (is_empty) primitive = Primitive();
     Material material;

@@ -109,7 +109,7 @@ struct PictureRequest {
 class RenderRequest {
   public:
     /// Checks the options, then opens the job's scene. Nothing that is to be written may replace
-    /// what is read, or what must stay. Both arguments must outlive it. Throws Error (kUsage),
+    /// what is read, or what must stay. All arguments must outlive it. Throws Error (kUsage),
     /// (kInput), (kOutput).
     RenderRequest(const RenderOptions& options, CaptureJob& job, Console& console);
 

@@ -20,7 +20,7 @@ namespace {
 constexpr double kMillimetres = 1000;  ///< in a metre
 constexpr std::string_view kSceneCamera = "scene_camera";
 
-// What is read, and what says nothing of what a camera sees.
+// Keys that are read, and keys that do not change the view.
 constexpr std::string_view kPictureKeys[] = {"cam_K",       "cam_R_w2c",  "cam_t_w2c",
                                              "depth_scale", "view_level", "mode"};
 constexpr std::string_view kCameraKeys[] = {"width", "height", "fx",         "fy",

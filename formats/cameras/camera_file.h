@@ -67,7 +67,7 @@ struct CameraFileOptions {
 /// (nerfstudio, instant-ngp), BOP's scene_camera.json with what stands beside it, a folder of
 /// COLMAP's, text or binary, or a file of it, .npy and .npz, and .jsonl of our own, in the order of
 /// the file, or of the numbers that pictures have (BOP, COLMAP). formats/README.md, "Cameras", has
-/// the conventions and what is read of each. What a file says beyond that is a warning.
+/// the conventions and what is read of each. Anything else that a file says is a warning.
 ///
 /// Throws Error (kInput) for a file that is missing, larger than kMostCameraBytes, damaged or has
 /// more than kMostViews; for numbers that are not finite; for poses that are not rigid, skew and

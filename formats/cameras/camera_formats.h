@@ -38,7 +38,7 @@ struct CameraFormat {
     bool (*written)(const std::filesystem::path& path);  ///< by such a name
     /// The files of such a name.
     std::vector<std::filesystem::path> (*files)(const std::filesystem::path& path);
-    /// The texts of the first ones of these files.
+    /// The texts of files(), in that order; the last ones may be missing.
     std::vector<std::string> (*write)(const std::filesystem::path& path,
                                       std::span<const FileCamera> cameras,
                                       const CameraOutputOptions& options);
@@ -129,7 +129,7 @@ class CameraObject {
     std::string file_, pointer_;
 };
 
-/// Warns of each member that is none of these.
+/// Warns of each member whose key is not in `known`.
 void warnOfOthers(const CameraObject& object, std::span<const std::string_view> known,
                   ReadWarnings& warnings);
 

@@ -98,8 +98,8 @@ std::map<std::uint32_t, ColmapCamera> readCameraLines(const std::filesystem::pat
     return cameras;
 }
 
-/// Passes over the line under an image's, which lists what the image observes or is empty. Where
-/// files lack these lines this one is the next image's.
+/// Passes over the line of points below an image, which may be empty. Throws Error (kInput) if it
+/// holds something else: in files without these lines it is the next image.
 void passPoints(TextLines& lines) {
     if (!lines.next()) return;
     while (lines.hasMore()) {

@@ -20,8 +20,7 @@ constexpr const char* kNearKey = "peeler_near";  // of our own; other programs d
 constexpr const char* kFarKey = "peeler_far";
 constexpr const char* kNameKey = "peeler_name";  // where the picture's file is called otherwise
 
-/// What is read, and what says nothing of what a camera sees: it is about training, or other
-/// pictures than these.
+/// Keys that are read, and keys that do not change the view: they are for training.
 constexpr std::string_view kKnownKeys[] = {
     "frames", "file_path", "transform_matrix", "w", "h", "fl_x", "fl_y", "cx", "cy",
     "camera_angle_x", "camera_angle_y", "x_fov", "y_fov", "camera_model", "k1", "k2", "k3", "k4",
@@ -38,8 +37,8 @@ constexpr std::string_view kKnownKeys[] = {
     "fisheye_crop_radius", "orientation_override", "center_method_override",
     "auto_scale_poses_override"};
 
-/// What changes what a camera sees and is not carried out, unless it is `neutral` (a number, or all
-/// of several).
+/// A key that changes the view and is not carried out. Its value `neutral`, of a number or of all
+/// numbers of a list, changes nothing.
 struct PassedOver {
     const char* key;
     double neutral;
@@ -124,7 +123,7 @@ void checkLens(const CameraObject& holder) {
                          holder.where(key), "say fl_x, fl_y, cx, cy, w and h; without a skew");
 }
 
-/// The focal length of an axis, "x" or "y", in pixels, of which the picture has so many along it.
+/// The focal length of an axis, "x" or "y", along which the picture has `pixels` pixels; in pixels.
 std::optional<double> focalLength(const FrameMembers& members, const std::string& axis,
                                   int pixels) {
     if (const auto length = members.number(("fl_" + axis).c_str())) return length;

@@ -88,8 +88,8 @@ struct HelperRun {
 /// its result. It has the request and the result open and nothing else, and of the environment
 /// LD_LIBRARY_PATH; memory and threads of this process are not copied. An Error (kInput or kMemory)
 /// that its work throws is thrown here with the same kind, what and hint. One that crashes, goes
-/// over its limits or answers anything else ends in Error(kInput) with an empty `where`. The data
-/// may have taken the helper over, so the caller checks all that it takes from the result. May be
+/// over its limits or answers anything else ends in Error(kInput) with an empty `where`. Hostile
+/// data may control the helper, so the caller checks all that it takes from the result. May be
 /// called from several threads. Throws Error(kInternal) if it cannot be started.
 SharedFile runHelper(const HelperRun& run, const SharedFile& request);
 

@@ -70,9 +70,9 @@ DracoMesh decodeDracoMesh(std::span<const std::uint8_t> bytes,
                           std::span<const DracoAttribute> attributes, const DracoLimits& limits,
                           std::atomic<std::uint64_t>* used = nullptr);
 
-/// The mesh that a decoder's result holds, checked as if it were the file: the data may have taken
-/// the decoder over. Throws Error (kInput) for counts over `limits`, a corner or an attribute that
-/// does not fit them, and no triangle.
+/// The mesh that a decoder's result holds, checked as if it were the file: hostile data may
+/// control the decoder. Throws Error (kInput) for counts over `limits`, a corner or an attribute
+/// that does not fit them, and no triangle.
 DracoMesh takeDracoMesh(SharedFile& result, std::span<const DracoAttribute> attributes,
                         const DracoLimits& limits);
 

@@ -104,7 +104,7 @@ fs::path MaskFolder::record(std::size_t view) const {
     return options_.folder / kRecords / (viewDigits(view, 6) + ".json");
 }
 
-/// What is there while the files of a view are written.
+/// The file that stands in place of the record while a view is written.
 fs::path MaskFolder::begun(std::size_t view) const {
     return record(view).replace_extension(".begun");
 }
