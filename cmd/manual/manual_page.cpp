@@ -22,6 +22,8 @@ constexpr EnvironmentVariable kVariables[] = {
     {"CUDA_VISIBLE_DEVICES", "which GPUs may be used; the others are hidden"},
     {"LIBGL_ALWAYS_SOFTWARE, GALLIUM_DRIVER",
      "choose a driver of Mesa; --engine auto takes GL if one of them is set"},
+    {"LP_NUM_THREADS",
+     "threads of Mesa's software rasteriser beside the calling one, unless --threads is given"},
     {"SOURCE_DATE_EPOCH",
      "the date that files are given, in seconds since 1970; without it they have none"},
     {"NO_COLOR", "if it is not empty, messages on a terminal have no colours"},

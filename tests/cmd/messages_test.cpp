@@ -306,8 +306,7 @@ TEST(Progress, OpenJdIsToldWhyACommandFails) {
     console.setFailurePrefix("openjd_fail: ");
     console.error("no\nroom");
     EXPECT_EQ(lines(streams.err.str()),
-              (std::vector<std::string>{"peeler: error: no", "peeler: error: room",
-                                        "openjd_fail: no\\x0aroom"}));
+              (std::vector<std::string>{"peeler: error: no\\x0aroom", "openjd_fail: no\\x0aroom"}));
 }
 
 TEST(Report, HasEveryKeyOfTheContract) {

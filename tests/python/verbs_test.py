@@ -73,7 +73,7 @@ class Stub(ModuleTest):
         self.assertEqual(keywords(there["Renderer.layers"]), render | camera)
         self.assertEqual(keywords(there["Renderer.composite"]), (render | camera) - {"channels", "cryptomatte"})
         elsewhere = ELSEWHERE | {"points", "double", "map", "attenuation", "part", "range", "no_legend", "legend", "voxels",
-                                 "parity", "no_refine"}
+                                 "parity", "no_refine", "strict"}
         self.assertEqual(keywords(there["Renderer.rays"]) - camera, options("rays") - elsewhere)
 
     def test_keywords_of_the_stub_are_taken(self):
