@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes the PNG, JPEG, WebP or KTX2 bytes of a texture.
+// Decodes the bytes of a texture.
 #include "formats/gltf/gltf_decoders.h"
 
 #include <algorithm>
@@ -11,11 +11,13 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "formats/image/image_library.h"
+#include "formats/image/image_codecs.h"
 #include "formats/image/image_metadata.h"
 
 namespace peeler {
 namespace {
+
+using namespace std::literals;
 
 [[noreturn]] void failTexture(const std::string& what,
                               const char* hint = "save it again as PNG or JPEG") {
@@ -30,13 +32,20 @@ struct TextureFormat {
     std::string_view begin, at_eight;
     /// Takes out what is not needed, and what decoders have their vulnerabilities in; null: nothing
     /// is taken out.
-    std::vector<std::uint8_t> (*reduce)(std::span<const std::uint8_t>);
+    ReducedImage (*reduce)(std::span<const std::uint8_t>);
+    bool in_gltf = true;  ///< glTF 2.0, or an extension, has it
+    bool (*recognises)(std::span<const std::uint8_t>) =
+        nullptr;  ///< where nothing stands at its begin
 };
 constexpr TextureFormat kTextureFormats[] = {
     {"png", "PNG", "\x89PNG\r\n\x1A\n", "", withoutPngMetadata},
     {"jpeg", "JPEG", "\xFF\xD8\xFF", "", withoutJpegMetadata},
     {"webp", "WebP", "RIFF", "WEBP", withoutWebpMetadata},
     {"ktx2", "KTX2", "\xABKTX 20\xBB", "\r\n\x1A\n", nullptr},
+    {"bmp", "BMP", "BM", "", nullptr, false},
+    {"tiff", "TIFF", "II*\0"sv, "", nullptr, false},
+    {"tiff", "TIFF", "MM\0*"sv, "", nullptr, false},
+    {"targa", "TGA", "", "", nullptr, false, isTga},
 };
 
 /// The size that a WebP picture says it has (RFC 9649 and RFC 6386), whose decoder takes all of its
@@ -103,15 +112,16 @@ DecodedTexture decodeTexture(std::span<const std::uint8_t> bytes, const std::str
                              const TextureLimits& limits) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const auto* const format = std::ranges::find_if(kTextureFormats, [&](const TextureFormat& row) {
+        if (row.recognises) return row.recognises(bytes);
         return text.starts_with(row.begin) &&
                text.substr(std::min<std::size_t>(8, text.size())).starts_with(row.at_eight);
     });
     if (format == std::end(kTextureFormats))
-        failTexture("the image is neither PNG nor JPEG nor WebP nor KTX2");
-    std::vector<std::uint8_t> reduced;
+        failTexture("the image is neither PNG nor JPEG nor WebP, KTX2, BMP, TIFF or TGA");
+    ReducedImage reduced;
     if (format->reduce) {
         reduced = format->reduce(bytes);
-        bytes = reduced;
+        bytes = reduced.bytes;
     }
     static std::once_flag limits_set;
     std::call_once(limits_set, [] { limitDecodedSize(4096); });
@@ -139,8 +149,13 @@ DecodedTexture decodeTexture(std::span<const std::uint8_t> bytes, const std::str
         Image& image = out.image;
         image.name = name;
         image.codec = stored.codec.empty() ? format->codec : stored.codec;
+        out.in_gltf = format->in_gltf;
         out.srgb = stored.srgb;
         out.notes = stored.notes;
+        out.notes.insert(out.notes.end(), reduced.notes.begin(), reduced.notes.end());
+        if (reduced.orientation != 1)
+            out.notes.push_back("its Exif says orientation " + std::to_string(reduced.orientation) +
+                                "; textures are taken as they are stored");
         image.width = stored.width;
         image.height = stored.height;
         image.rgba.resize(std::size_t{4} * static_cast<std::size_t>(stored.width) *

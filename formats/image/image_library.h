@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decoders and encoders of flat pictures. Those of PNG, JPEG and KTX2 are built in; all others are
+// Decoders and encoders of flat pictures. Those of PNG, JPEG, KTX2, BMP and TGA are built in; all others are
 // OpenImageIO's. It brings 240 libraries, so it is a module (formats/modules/image_library.cpp
 // alone includes it), which is loaded for the first picture of another kind.
 #pragma once
@@ -25,7 +25,9 @@ struct StoredImage {
     std::string description{};
     std::string codec{};               ///< of formats that have several
     std::optional<bool> srgb{};        ///< what a KTX2 says of its colours; false: they are linear
-    std::vector<std::string> notes{};  ///< what is wrong with the file, and does not matter
+    int orientation = 1;               ///< of the rows, TIFF's: 1 = from the top, from the left
+    /// What the file says and is not shown, each a clause: "it is animated; …".
+    std::vector<std::string> notes{};
 };
 
 /// An open file. Members throw std::runtime_error with the library's message.

@@ -212,8 +212,6 @@ INSTANTIATE_TEST_SUITE_P(
                "/accessors/0"},
         Damage{"CountBeyondJson", R"([{"op":"replace","path":"/accessors/0/count","value":1e19}])",
                "/accessors/0/count"},
-        Damage{"CountZero", R"([{"op":"replace","path":"/accessors/0/count","value":0}])",
-               "/accessors/0/count"},
         Damage{"CountNegative", R"([{"op":"replace","path":"/accessors/0/count","value":-1}])",
                "/accessors/0/count"},
         Damage{"CountFraction", R"([{"op":"replace","path":"/accessors/0/count","value":2.5}])",

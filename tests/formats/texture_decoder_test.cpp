@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every kind of PNG becomes the RGBA that its numbers mean; JPEG and WebP open; damage is refused.
+// Every kind of PNG, BMP and TGA becomes the RGBA that its numbers mean; JPEG, WebP and TIFF open;
+// damage is refused.
 #include "formats/gltf/gltf_decoders.h"
 
 #include <OpenImageIO/filesystem.h>
@@ -9,6 +10,7 @@
 #include <string_view>
 
 #include "core/base/error.h"
+#include "formats/bitmap_builder.h"
 #include "formats/image/image_metadata.h"
 #include "formats/png_builder.h"
 
@@ -19,7 +21,8 @@ Bytes rgbaOf(const Bytes& file) {
     return decodeTexture(file, "image").image.rgba;
 }
 
-/// An 8-bit RGB picture of one colour in a format that OpenImageIO writes; empty if it cannot.
+/// An 8-bit RGB picture of one colour, or of all pixels, in a format that OpenImageIO writes; empty
+/// if it cannot.
 Bytes encoded(const std::string& format, int width, int height, const Bytes& color) {
     const auto output = OIIO::ImageOutput::create(format);
     if (!output) return {};
@@ -31,7 +34,7 @@ Bytes encoded(const std::string& format, int width, int height, const Bytes& col
     spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
     spec.attribute("CompressionQuality", 100);
     Bytes pixels;
-    for (int i = 0; i < width * height; ++i)
+    while (pixels.size() < static_cast<std::size_t>(3 * width * height))
         pixels.insert(pixels.end(), color.begin(), color.end());
     if (!output->open("image." + format, spec) ||
         !output->write_image(OIIO::TypeDesc::UINT8, pixels.data()) || !output->close())
@@ -141,15 +144,93 @@ TEST(TextureDecoder, ReadsWebpWithoutItsMetadata) {
     // Of Exif readers skip the first six bytes, though there may be fewer.
     const Bytes file = extendedWebp({'E', 'x', 'i', 'f', 0});
     EXPECT_EQ(rgbaOf(file), (Bytes{200, 100, 50, 255, 1, 2, 3, 255}));
-    const Bytes reduced = withoutWebpMetadata(file);
+    const Bytes reduced = withoutWebpMetadata(file).bytes;
     const std::string_view text(reinterpret_cast<const char*>(reduced.data()), reduced.size());
     for (const char* name : {"EXIF", "XMP ", "ICCP"})
         EXPECT_EQ(text.find(name), std::string_view::npos) << name;
     EXPECT_EQ(reduced[20], 0);  // flags
     EXPECT_EQ(reduced[4], reduced.size() - 8);
-    EXPECT_EQ(withoutWebpMetadata(reduced), reduced);
+    EXPECT_EQ(withoutWebpMetadata(reduced).bytes, reduced);
     // A chunk that claims more than is there.
     EXPECT_THROW(rgbaOf(Bytes(file.begin(), file.end() - 2)), Error);
+}
+
+/// Exif with an orientation, of either byte order (CIPA DC-008, 4.6.2).
+Bytes exifOf(std::uint8_t orientation, bool little) {
+    const auto number = [&](Bytes& to, unsigned value, unsigned size) {
+        for (unsigned i = 0; i < size; ++i)
+            to.push_back(static_cast<std::uint8_t>(value >> 8 * (little ? i : size - 1 - i)));
+    };
+    Bytes exif = {'E', 'x', 'i', 'f', 0, 0};
+    exif.insert(exif.end(), 2, little ? 'I' : 'M');
+    number(exif, 42, 2);
+    number(exif, 8, 4);
+    number(exif, 2, 2);  // entries
+    for (const unsigned tag : {0x010FU, 0x0112U}) {
+        number(exif, tag, 2);
+        number(exif, 3, 2);  // a short
+        number(exif, 1, 4);
+        number(exif, tag == 0x0112U ? orientation : 7, 2);
+        number(exif, 0, 2);
+    }
+    return exif;
+}
+
+/// With a segment of Exif behind the first marker.
+Bytes withExif(Bytes jpeg, const Bytes& exif) {
+    Bytes segment = {0xFF, 0xE1, 0, static_cast<std::uint8_t>(exif.size() + 2)};
+    segment.insert(segment.end(), exif.begin(), exif.end());
+    jpeg.insert(jpeg.begin() + 2, segment.begin(), segment.end());
+    return jpeg;
+}
+
+TEST(TextureDecoder, WarnsOfAnOrientationThatItDoesNotCarryOut) {
+    const Bytes jpeg = encoded("jpeg", 8, 4, {9, 9, 9});
+    for (const bool little : {false, true}) {
+        EXPECT_TRUE(decodeTexture(withExif(jpeg, exifOf(1, little)), "").notes.empty());
+        EXPECT_TRUE(decodeTexture(withExif(jpeg, exifOf(9, little)), "").notes.empty());
+        const DecodedTexture turned = decodeTexture(withExif(jpeg, exifOf(6, little)), "");
+        EXPECT_EQ(turned.image.width, 8);
+        ASSERT_EQ(turned.notes.size(), 1U);
+        EXPECT_NE(turned.notes[0].find("orientation 6"), std::string::npos) << turned.notes[0];
+        // Cut anywhere, it says nothing.
+        const Bytes whole = exifOf(6, little);
+        for (std::size_t size = 0; size < whole.size(); ++size)
+            EXPECT_TRUE(
+                decodeTexture(
+                    withExif(jpeg, Bytes(whole.begin(), whole.begin() + std::ptrdiff_t(size))), "")
+                    .notes.empty());
+    }
+    const Bytes exif = exifOf(3, false);
+    const Bytes of_png(exif.begin() + 6, exif.end());
+    EXPECT_EQ(
+        decodeTexture(png(1, 1, PngColor::kRgb, 8, {1, 2, 3}, {{"eXIf", of_png}}), "").notes.size(),
+        1U);
+    EXPECT_EQ(decodeTexture(extendedWebp(exif), "").notes.size(), 1U);
+}
+
+TEST(TextureDecoder, WarnsOfAJpegThatIsCutOff) {
+    Bytes pixels(64 * 64 * 3);
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+        pixels[i] = static_cast<std::uint8_t>(i * i / 7);
+    const Bytes whole = encoded("jpeg", 64, 64, pixels);
+    EXPECT_TRUE(decodeTexture(whole, "").notes.empty());
+    for (const std::size_t kept : {whole.size() * 2 / 3, whole.size() - 2}) {
+        const Bytes cut(whole.begin(), whole.begin() + std::ptrdiff_t(kept));
+        const DecodedTexture texture = decodeTexture(cut, "");
+        ASSERT_EQ(texture.notes.size(), 1U) << kept;
+        EXPECT_NE(texture.notes[0].find("cut off"), std::string::npos) << texture.notes[0];
+        EXPECT_EQ(texture.image.width, 64);
+    }
+}
+
+TEST(TextureDecoder, WarnsOfAnimations) {
+    const Bytes animated =
+        png(1, 1, PngColor::kRgb, 8, {1, 2, 3}, {{"acTL", {0, 0, 0, 2, 0, 0, 0, 0}}});
+    const DecodedTexture texture = decodeTexture(animated, "");
+    EXPECT_EQ(texture.image.rgba, (Bytes{1, 2, 3, 255}));
+    ASSERT_EQ(texture.notes.size(), 1U);
+    EXPECT_NE(texture.notes[0].find("animated"), std::string::npos) << texture.notes[0];
 }
 
 TEST(TextureDecoder, ReadsJpeg) {
@@ -164,8 +245,82 @@ TEST(TextureDecoder, ReadsJpeg) {
     EXPECT_EQ(image.rgba[3], 255);
 }
 
+/// Red, green and blue, as palettes of BMP have them.
+const Bytes kPalette = {0, 0, 255, 0, 0, 255, 0, 0, 255, 0, 0, 0};
+const Bytes kRed = {255, 0, 0, 255}, kGreen = {0, 255, 0, 255}, kBlue = {0, 0, 255, 255};
+
+Bytes joined(std::initializer_list<Bytes> parts) {
+    Bytes all;
+    for (const Bytes& part : parts)
+        all.insert(all.end(), part.begin(), part.end());
+    return all;
+}
+
+TEST(TextureDecoder, ReadsBmpOfEveryDepth) {
+    // Rows are multiples of four bytes, the lowest row first.
+    EXPECT_EQ(rgbaOf(bmp(1, 2, 24, 0, {}, {0, 0, 255, 9, 0, 255, 0, 9})), joined({kGreen, kRed}));
+    EXPECT_EQ(rgbaOf(bmp(1, -2, 24, 0, {}, {0, 0, 255, 9, 0, 255, 0, 9})), joined({kRed, kGreen}));
+    EXPECT_EQ(rgbaOf(bmp(3, 1, 8, 0, kPalette, {2, 0, 1, 9})), joined({kBlue, kRed, kGreen}));
+    EXPECT_EQ(rgbaOf(bmp(3, 1, 4, 0, kPalette, {0x20, 0x10, 0, 0})), joined({kBlue, kRed, kGreen}));
+    EXPECT_EQ(rgbaOf(bmp(3, 1, 1, 0, kPalette, {0x40, 0, 0, 0})), joined({kRed, kGreen, kRed}));
+    EXPECT_EQ(rgbaOf(bmp(2, 1, 16, 0, {}, {0, 0x7C, 0xE0, 0x03})), joined({kRed, kGreen}));
+    EXPECT_EQ(rgbaOf(bmp(2, 1, 16, 3, {0, 0xF8, 0, 0, 0xE0, 7, 0, 0, 31, 0, 0, 0},
+                         {0, 0xF8, 0xE0, 0x07})),
+              joined({kRed, kGreen}));
+    EXPECT_EQ(rgbaOf(bmp(1, 1, 32, 0, {}, {0, 0, 255, 0})), kRed) << "no alpha";
+    EXPECT_EQ(rgbaOf(bmp(1, 1, 32, 0, {}, {30, 20, 10, 128})), (Bytes{10, 20, 30, 128}));
+    EXPECT_EQ(decodeTexture(bmp(1, 1, 24, 0, {}, {1, 2, 3, 0}), "").image.codec, "BMP");
+}
+
+TEST(TextureDecoder, ReadsBmpInRunLengths) {
+    // A run, pixels as they are (padded), an end of a line, a jump, an end.
+    EXPECT_EQ(rgbaOf(bmp(3, 2, 8, 1, kPalette, {2, 1, 1, 2, 0, 0, 0, 3, 0, 1, 2, 0, 0, 1})),
+              joined({kRed, kGreen, kBlue, kGreen, kGreen, kBlue}));
+    EXPECT_EQ(rgbaOf(bmp(3, 1, 4, 2, kPalette, {3, 0x12, 0, 1})), joined({kGreen, kBlue, kGreen}));
+    EXPECT_EQ(rgbaOf(bmp(3, 1, 8, 1, kPalette, {0, 2, 2, 0, 1, 1, 0, 1})),
+              joined({kRed, kRed, kGreen}));
+    EXPECT_THROW(rgbaOf(bmp(3, 1, 8, 1, kPalette, {2, 1})), Error);
+}
+
+TEST(TextureDecoder, ReadsTgaOfEveryType) {
+    const Bytes red_green = {0, 0, 255, 0, 255, 0};
+    EXPECT_EQ(rgbaOf(tga(2, 1, 2, 24, 0, red_green)), joined({kGreen, kRed}));
+    EXPECT_EQ(rgbaOf(tga(2, 1, 2, 24, 0x20, red_green)), joined({kRed, kGreen}));
+    EXPECT_EQ(rgbaOf(tga(2, 2, 1, 24, 0x10, red_green)), joined({kGreen, kRed}));
+    EXPECT_EQ(rgbaOf(tga(2, 1, 1, 32, 8, {30, 20, 10, 128})), (Bytes{10, 20, 30, 128}));
+    EXPECT_EQ(rgbaOf(tga(2, 2, 1, 16, 0, {0, 0x7C, 0xE0, 0x03})), joined({kRed, kGreen}));
+    EXPECT_EQ(rgbaOf(tga(3, 2, 1, 8, 0, {7, 8})), (Bytes{7, 7, 7, 255, 8, 8, 8, 255}));
+    // Run lengths: two of one colour, then one as it is.
+    EXPECT_EQ(rgbaOf(tga(10, 3, 1, 24, 0, {0x81, 0, 0, 255, 0, 0, 255, 0})),
+              joined({kRed, kRed, kGreen}));
+    EXPECT_EQ(rgbaOf(tga(11, 3, 1, 8, 0, {2, 1, 2, 3})),
+              (Bytes{1, 1, 1, 255, 2, 2, 2, 255, 3, 3, 3, 255}));
+    Bytes palette = tga(1, 2, 1, 8, 0, {0, 0, 255, 0, 255, 0, 5, 4});
+    palette[1] = 1;  // two colours of 24 bits, from number 4 on
+    palette[3] = 4;
+    palette[5] = 2;
+    palette[7] = 24;
+    EXPECT_EQ(rgbaOf(palette), joined({kGreen, kRed}));
+    palette.back() = 6;
+    EXPECT_THROW(rgbaOf(palette), Error);
+    EXPECT_THROW(rgbaOf(tga(2, 2, 1, 24, 0, {0, 0, 255, 0})), Error);
+    EXPECT_THROW(rgbaOf(tga(10, 3, 1, 24, 0, {0x81, 0, 0, 255})), Error);
+}
+
+TEST(TextureDecoder, ReadsTiff) {
+    for (const char* format : {"tiff", "bmp", "targa"}) {
+        const Bytes file = encoded(format, 2, 2, {200, 100, 50});
+        if (file.empty()) continue;
+        const DecodedTexture texture = decodeTexture(file, "");
+        EXPECT_EQ(Bytes(texture.image.rgba.begin(), texture.image.rgba.begin() + 4),
+                  (Bytes{200, 100, 50, 255}))
+            << format;
+        EXPECT_FALSE(texture.in_gltf);
+    }
+}
+
 TEST(TextureDecoder, RefusesOtherFormats) {
-    for (const char* text : {"", "GIF89a......", "\xABKTX 11\xBB\r\n\x1A\n", "II*\0",
+    for (const char* text : {"", "GIF89a......", "\xABKTX 11\xBB\r\n\x1A\n", "II*",
                              "P6 1 1 255 abc", "v/1\1", "RIFF1234WAVE"}) {
         const std::string bytes(text);
         try {
@@ -182,7 +337,11 @@ TEST(TextureDecoder, NeverEndsOtherwiseThanInAnImageOrAnInputError) {
     const std::vector<Bytes> files = {
         png(8, 8, PngColor::kRgba, 8, Bytes(256, 99)),
         png(2, 1, PngColor::kPalette, 8, {1, 0}, {{"PLTE", {1, 2, 3, 4, 5, 6}}}),
-        encoded("jpeg", 16, 16, {1, 2, 3}), extendedWebp(Bytes(5, 1))};
+        encoded("jpeg", 16, 16, {1, 2, 3}),
+        extendedWebp(Bytes(5, 1)),
+        bmp(3, 2, 8, 1, kPalette, {2, 1, 1, 2, 0, 0, 0, 3, 0, 1, 2, 0, 0, 1}),
+        bmp(2, 1, 16, 0, {}, {0, 0x7C, 0xE0, 0x03}),
+        tga(10, 3, 1, 24, 0, {0x81, 0, 0, 255, 0, 0, 255, 0})};
     unsigned state = 1;  // a seed of its own: the same damage every time
     const auto random = [&] { return state = state * 1664525U + 1013904223U, state >> 8U; };
     const auto attempt = [](const Bytes& file) {
