@@ -16,12 +16,14 @@
 #include "cmd/cli/report.h"
 #include "cmd/compare/compare_result.h"
 #include "cmd/machine/resources.h"
+#include "cmd/options/layered_options.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/base/color.h"
 #include "core/base/error.h"
 #include "core/image/composite.h"
 #include "core/image/layered_image.h"
+#include "core/image/merge.h"
 #include "formats/exr/layered_input.h"
 #include "formats/file/file_name.h"
 #include "formats/image/flat_image.h"
@@ -38,6 +40,7 @@ constexpr std::uint64_t kComparedBandBytes = std::uint64_t{192} << 20;
 
 struct CompareOptions {
     fs::path a, b;
+    LayeredReadOptions reading;
     bool composites = false;
     Thresholds thresholds;
     std::optional<fs::path> heatmap;
@@ -50,97 +53,148 @@ struct CompareOptions {
 class ComparedImage {
   public:
     /// Throws Error (kInput) for what is no image.
-    explicit ComparedImage(const std::string& path);
+    ComparedImage(const std::string& path, const LayeredReadOptions& reading, Console& console);
 
     const std::string& path() const { return path_; }
-    bool layered() const { return reader_ != nullptr; }
-    std::size_t layers() const { return layered() ? reader_->info().plan.layers.size() : 0; }
-    int width() const;  ///< of the display window, pixels
-    int height() const;
-    Window window() const;  ///< the rectangle that has pixels
+    bool layered() const { return layered_; }
+    std::size_t layers() const { return layered_ ? reader_->info().plan.layers.size() : 0; }
+    Window picture() const;  ///< the display window
+    /// The pixels of the picture: a crop, if the camera says that it is one.
+    Window pixels() const;
+    Window stored() const;  ///< those that the file has: no more than pixels()
+    /// Whether a camera says what of the picture was rendered.
+    bool isCrop() const { return reader_ && reader_->info().plan.view.known; }
     /// Whether the file tells where the pixels lie in the display window (OpenEXR).
-    bool placed() const { return layered() || flat_.placed; }
+    bool placed() const { return reader_ != nullptr; }
 
+    /// Chooses the pixels that are compared; those beyond pixels() have no fragment.
+    void choose(const Window& window) { window_ = window; }
+    const Window& window() const { return window_; }
     /// How many rows read() can deliver at once in about `bytes`.
     int rowsFor(std::uint64_t bytes) const;
-    /// Reads `rows` rows from `first` on, counted from the top of window(). Layered images only.
+    /// Reads `rows` rows from `first` on, counted from the top of window(). OpenEXR images only.
     void read(int first, int rows, LayeredImage& out);
     /// The same rows composited over nothing, of any image.
     void read(int first, int rows, CompositeImage& out);
 
   private:
     std::string path_;
-    std::unique_ptr<LayeredInput> reader_;  ///< none for a flat image
+    std::unique_ptr<LayeredInput> reader_;  ///< of OpenEXR images
+    bool layered_ = false;
     FlatImage flat_;
-    LayeredImage band_;
+    Window window_;
+    LayeredImage band_, part_;
 };
 
-std::string comparedSizeText(int width, int height) {
-    return std::to_string(width) + " x " + std::to_string(height);
+std::string comparedSizeText(const Window& window) {
+    return std::to_string(window.width()) + " x " + std::to_string(window.height());
 }
 
-ComparedImage::ComparedImage(const std::string& path) : path_(path) {
-    if (fileKind(path) == FileKind::kExr) {
-        if (OpenedExr opened(path); isLayered(opened.info))
-            reader_ = openLayered(std::move(opened));
+/// A composite of ours whose layers are nowhere.
+bool isLoneComposite(const ExrInfo& info) {
+    return info.is_peeler && info.composite >= 0 && !isLayered(info);
+}
+
+ComparedImage::ComparedImage(const std::string& path, const LayeredReadOptions& reading,
+                             Console& console)
+    : path_(path) {
+    if (fileKind(path) != FileKind::kExr) {
+        flat_ = readFlatImage(path);
+        return;
     }
-    if (!reader_) flat_ = readFlatImage(path);
+    OpenedExr opened(path, reading);
+    const bool composite = isLoneComposite(opened.info) && !reading.choosesPicture();
+    const bool layers = isLayered(opened.info) && !reading.choosesPicture();
+    reader_ = composite ? openComposite(std::move(opened)) : openInput(std::move(opened), console);
+    layered_ = layers || !reader_->info().deep.empty();
 }
 
-int ComparedImage::width() const {
-    return layered() ? reader_->info().plan.view.width : flat_.width;
+Window ComparedImage::picture() const {
+    if (!reader_) return flat_.image.window;
+    const View& view = reader_->info().plan.view;
+    return {0, 0, view.width, view.height};
 }
 
-int ComparedImage::height() const {
-    return layered() ? reader_->info().plan.view.height : flat_.height;
+Window ComparedImage::pixels() const {
+    return reader_ ? reader_->info().plan.view.crop : flat_.image.window;
 }
 
-Window ComparedImage::window() const {
-    return layered() ? reader_->info().plan.view.crop : flat_.image.window;
+Window ComparedImage::stored() const {
+    if (!reader_ || isCrop()) return pixels();
+    const ExrInfo& info = reader_->info();
+    Window all;
+    for (const auto* const parts : {&info.layers, &info.deep})
+        for (const std::size_t part : *parts)
+            all = unite(all, info.parts[part].data_window);
+    return all;
 }
 
 int ComparedImage::rowsFor(std::uint64_t bytes) const {
-    return layered() ? reader_->rowsFor(bytes) : window().height();
+    return reader_ ? reader_->rowsFor(bytes) : window_.height();
 }
 
 void ComparedImage::read(int first, int rows, LayeredImage& out) {
-    const Window& crop = reader_->info().plan.view.crop;
-    reader_->read({crop.x0, crop.y0 + first, crop.x1, crop.y0 + first + rows}, out);
+    const Window band{window_.x0, window_.y0 + first, window_.x1, window_.y0 + first + rows};
+    const Window inside = intersect(band, pixels());
+    if (inside == band) return reader_->read(band, out);
+    part_ = {};
+    if (!inside.empty()) reader_->read(inside, part_);
+    joinTiles({&part_, 1}, band, part_, out);
 }
 
 void ComparedImage::read(int first, int rows, CompositeImage& out) {
-    if (layered()) {
+    if (reader_) {
         read(first, rows, band_);
         compositeOver(band_, {}, out);
         return;
     }
-    const int y = window().y0 + first;
+    const int y = window_.y0 + first;
     out.setRows(flat_.image, y, y + rows);
 }
 
-/// Throws Error (kUsage) unless the pixels of both can be laid on each other.
-void checkComparable(const ComparedImage& a, const ComparedImage& b) {
-    const Window wa = a.window(), wb = b.window();
-    const std::string where = a.path() + ", " + b.path();
-    if (a.placed() && b.placed()) {
-        if (a.width() != b.width() || a.height() != b.height()) {
-            throw Error(ErrorKind::kUsage, "the images differ in size", where,
-                        "they are " + comparedSizeText(a.width(), a.height()) + " and " +
-                            comparedSizeText(b.width(), b.height()) +
-                            " pixels; compare images of one size");
-        }
-        if (wa != wb) {
-            throw Error(ErrorKind::kUsage, "the images differ in their crops", where,
-                        "they hold " + windowText(wa) + " and " + windowText(wb) +
-                            "; compare images of one crop");
+[[noreturn]] void refuseSizes(const ComparedImage& a, const ComparedImage& b,
+                              const std::string& sizes) {
+    throw Error(ErrorKind::kUsage, "the images differ in size", a.path() + ", " + b.path(),
+                sizes + " pixels; compare images of one size");
+}
+
+/// Chooses the pixels of two OpenEXR images: those that both store, if they are the same, else all
+/// of both. Crops that cameras name have to be the same. Throws Error (kUsage).
+void choosePlaced(ComparedImage& a, ComparedImage& b) {
+    if (a.picture() != b.picture())
+        refuseSizes(
+            a, b,
+            "they are " + comparedSizeText(a.picture()) + " and " + comparedSizeText(b.picture()));
+    const bool same = a.stored() == b.stored();
+    if (!same && a.pixels() != b.pixels() && (a.isCrop() || b.isCrop())) {
+        throw Error(ErrorKind::kUsage, "the images differ in their crops",
+                    a.path() + ", " + b.path(),
+                    "they hold " + windowText(a.pixels()) + " and " + windowText(b.pixels()) +
+                        "; compare images of one crop");
+    }
+    const Window window = same ? a.stored() : unite(a.pixels(), b.pixels());
+    a.choose(window);
+    b.choose(window);
+}
+
+/// Chooses the pixels that are laid on each other. Throws Error (kUsage) unless there are as many
+/// of both.
+void chooseWindows(ComparedImage& a, ComparedImage& b) {
+    if (a.placed() && b.placed()) return choosePlaced(a, b);
+    const auto is_like = [](const Window& one, const Window& other) {
+        return one.width() == other.width() && one.height() == other.height();
+    };
+    // A picture without a place is all of the display window, or what is stored.
+    for (const Window& of_a : {a.picture(), a.stored()}) {
+        for (const Window& of_b : {b.picture(), b.stored()}) {
+            if (!is_like(of_a, of_b)) continue;
+            a.choose(of_a);
+            b.choose(of_b);
+            return;
         }
     }
-    if (wa.width() != wb.width() || wa.height() != wb.height()) {
-        throw Error(ErrorKind::kUsage, "the images differ in size", where,
-                    "they hold " + comparedSizeText(wa.width(), wa.height()) + " and " +
-                        comparedSizeText(wb.width(), wb.height()) +
-                        " pixels; compare images of one size");
-    }
+    refuseSizes(
+        a, b, "they hold " + comparedSizeText(a.stored()) + " and " + comparedSizeText(b.stored()));
 }
 
 /// One comparison. run() lists its stages.
@@ -188,9 +242,9 @@ void Compare::checkOptions() {
 }
 
 void Compare::open() {
-    a_ = std::make_unique<ComparedImage>(options_.a.string());
-    b_ = std::make_unique<ComparedImage>(options_.b.string());
-    checkComparable(*a_, *b_);
+    a_ = std::make_unique<ComparedImage>(options_.a.string(), options_.reading, console_);
+    b_ = std::make_unique<ComparedImage>(options_.b.string(), options_.reading, console_);
+    chooseWindows(*a_, *b_);
     comparison_.a = {a_->path(), a_->layered(), a_->layers()};
     comparison_.b = {b_->path(), b_->layered(), b_->layers()};
     comparison_.width = a_->window().width();
@@ -331,6 +385,7 @@ VerbAction declareCompare(VerbOptions& verb) {
     addFile(verb, "B", "", options->b, "another of the same size and crop")
         .files(kImages)
         .required();
+    addLayeredOptions(verb, options->reading);
     verb.addFlag("--composites", options->composites,
                  "compare the composites of layered files, not their layers");
     addThresholds(verb, options->thresholds);

@@ -10,6 +10,7 @@
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/layered_bands.h"
+#include "cmd/options/layered_options.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
@@ -26,6 +27,7 @@ namespace fs = std::filesystem;
 
 struct ConvertOptions {
     fs::path input;
+    LayeredReadOptions reading;
     int threads = 0;
     OutputRequest output;
     ReportOptions report;
@@ -86,7 +88,8 @@ void Convert::checkOptions() {
 
 void Convert::open() {
     const StageTimer timer(result_.milliseconds, "load");
-    reader_ = openLayered(options_.input.string());
+    const LayeredReadOptions reading = readingFor(options_.reading, {{options_.output.path}});
+    reader_ = openInput(options_.input.string(), reading, console_);
     plan_ = reader_->info().plan;
 }
 
@@ -143,6 +146,7 @@ VerbAction declareConvert(VerbOptions& verb) {
     addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)")
         .files(".exr")
         .required();
+    addLayeredOptions(verb, options->reading);
     addOutputFile(verb, options->output, true);
     addLayerOutputOptions(verb, options->output, true);
     addThreadsOption(verb, options->threads);

@@ -125,7 +125,11 @@ void Extract::forEachBand(const Stage& stage, Take&& take) {
 
 void Extract::open() {
     const StageTimer timer(result_.milliseconds, "load");
-    reader_ = openChosen(options_.input.string(), options_.objects);
+    const fs::path none;
+    const fs::path outputs[] = {options_.output.path, options_.counts.value_or(none),
+                                options_.points.value_or(none), options_.arrays.value_or(none)};
+    const LayeredReadOptions reading = readingFor(options_.reading, outputs);
+    reader_ = openChosen(options_.input.string(), reading, options_.objects, console_);
     whole_ = reader_->info().plan;
     provenance_ = reader_->info().provenance;
     provenance_.version = PEELER_VERSION;

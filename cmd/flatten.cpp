@@ -11,6 +11,7 @@
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/layered_bands.h"
+#include "cmd/options/layered_options.h"
 #include "cmd/options/object_options.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
@@ -27,6 +28,7 @@ namespace fs = std::filesystem;
 
 struct FlattenOptions {
     fs::path input;
+    LayeredReadOptions reading;
     ObjectOptions objects;
     std::uint32_t max_layers = 0;  ///< nearest layers; 0 = all
     int threads = 0;
@@ -81,7 +83,8 @@ void Flatten::checkOptions() {
 
 void Flatten::open() {
     const StageTimer timer(result_.milliseconds, "load");
-    reader_ = openChosen(options_.input.string(), options_.objects);
+    const LayeredReadOptions reading = readingFor(options_.reading, {{options_.output.path}});
+    reader_ = openChosen(options_.input.string(), reading, options_.objects, console_);
     plan_ = reader_->info().plan;
 }
 
@@ -139,6 +142,7 @@ VerbAction declareFlatten(VerbOptions& verb) {
     addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)")
         .files(".exr")
         .required();
+    addLayeredOptions(verb, options->reading);
     addOutputOptions(verb, options->output);
     addObjectOptions(verb, options->objects);
     addFxaaOption(verb, options->fxaa, "quick, but render --samples sees more");

@@ -17,15 +17,17 @@ namespace {
 namespace fs = std::filesystem;
 
 int printInfo(const InfoOptions& options, Console& console) {
-    // What should be a scene and does not begin like one: its reader knows best what it is instead.
-    if (fileKind(options.file.string()) == FileKind::kExr)
+    if (fileKind(options.file.string()) == FileKind::kExr) {
         printImageInfo(options, console);
-    else if (sceneFormatOf(options.file) || isSceneName(options.file))
-        printSceneInfo(options, console);
-    else
+        return 0;
+    }
+    refusePictureChoice(options.image);
+    // What should be a scene and does not begin like one: its reader knows best what it is instead.
+    if (!sceneFormatOf(options.file) && !isSceneName(options.file))
         throw Error(ErrorKind::kInput, "neither a scene nor an OpenEXR image",
                     options.file.string(),
                     "info reads glTF, PLY, STL, OBJ and the .exr files that peeler writes");
+    printSceneInfo(options, console);
     return 0;
 }
 
@@ -39,6 +41,7 @@ VerbAction declareInfo(VerbOptions& verb) {
         .required();
     addSandboxOption(verb, options->reading.allow_outside);
     addStrictOption(verb, options->reading.strict);
+    addLayeredOptions(verb, options->image);
     addUpOption(verb, options->reading);
     addUnitOption(verb, options->reading);
     verb.addFlag("--json", options->json, "print JSON");

@@ -12,6 +12,7 @@
 #include "cmd/machine/resources.h"
 #include "cmd/merge/picture_tiles.h"
 #include "cmd/options/layered_bands.h"
+#include "cmd/options/layered_options.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
@@ -29,6 +30,7 @@ namespace fs = std::filesystem;
 
 struct MergeOptions {
     std::vector<fs::path> inputs;
+    LayeredReadOptions reading;
     bool elements = false;
     bool allow_gaps = false;
     int threads = 0;
@@ -100,7 +102,7 @@ void Merge::open() {
                                            .holds(OutputContent::kComposite);
     tiles_.emplace(options_.inputs,
                    options_.elements ? PictureTiles::Parts::kElements : PictureTiles::Parts::kTiles,
-                   composites_wanted, console_);
+                   readingFor(options_.reading, {{output_.path}}), composites_wanted, console_);
     for (const fs::path& input : options_.inputs)
         requireUnchanged(input.string());
 }
@@ -268,6 +270,7 @@ VerbAction declareMerge(VerbOptions& verb) {
                   "rendered with "
                   "--tile or --crop")
         .files(".exr");
+    addLayeredOptions(verb, options->reading);
     addOutputOptions(verb, options->output);
     addLayerOutputOptions(verb, options->output);
     verb.addFlag(

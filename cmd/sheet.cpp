@@ -173,6 +173,7 @@ void Sheets::ofFile() {
 }
 
 void Sheets::ofScene() {
+    refusePictureChoice(request_.file);
     const OpenedScene& scene = job_.openScene();
     job_.checkOutputs(outputs());
     views_.place(scene);
@@ -358,9 +359,12 @@ VerbAction declareSheet(VerbOptions& verb) {
     addLightOptions(verb, options->request.capture, options->shadow_size);
     addAppearanceOptions(verb, options->request.appearance);
     addRunOptions(verb, options->request);
+    addLayeredOptions(verb, options->request.file);
     verb.footer(kSheetFooter);
     return [options, verb](Console& console) {
         options->given = sceneOptionsGiven(verb);
+        options->request.file.strict = options->request.scene.reading.strict;
+        options->request.file.pixels_only = true;
         options->request.cells.meters = options->request.cells.show == SheetShow::kColor &&
                                         !options->output.isGiven("--exposure");
         chooseForEyes(verb, options->request.camera, options->request);

@@ -18,6 +18,7 @@
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/camera_options.h"
+#include "cmd/options/layered_options.h"
 #include "cmd/options/object_options.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
@@ -54,6 +55,7 @@ struct ViewCameraOptions {
 
 struct ViewOptions {
     fs::path input;
+    LayeredReadOptions reading;
     ObjectOptions objects;
     std::uint32_t max_layers = 0;                ///< nearest layers; 0 = all
     std::optional<std::uint64_t> max_fragments;  ///< of a page; 0 = any number, none = the default
@@ -258,7 +260,8 @@ void ViewRun::checkOptions() {
 
 void ViewRun::load() {
     const StageTimer timer(result_.milliseconds, "load");
-    reader_ = openChosen(options_.input.string(), options_.objects);
+    const LayeredReadOptions reading = readingFor(options_.reading, {{options_.output.path}});
+    reader_ = openChosen(options_.input.string(), reading, options_.objects, console_);
     plan_ = reader_->info().plan;
     if (!reader_->info().attributes().contains("peeler:cameraJson")) {
         throw Error(ErrorKind::kInput, "the file does not say which camera its layers come from",
@@ -347,6 +350,7 @@ VerbAction declareView(VerbOptions& verb) {
     addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)")
         .files(".exr")
         .required();
+    addLayeredOptions(verb, options->reading);
     addViewCameraOptions(verb, options->camera);
     addOutputOptions(verb, options->output);
     verb.option("--output")

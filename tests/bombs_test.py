@@ -581,6 +581,30 @@ def an_EXR_of_131072_square(folder):
     exr(folder / "a.exr", [header], MULTIPART, b"\0" + bytes(8 * 8192))
 
 
+@bomb("flatten {}/a.exr -o {}/out.png")
+def an_EXR_tile_of_131072_square(folder):
+    tiles = attribute("tiles", "tiledesc", struct.pack("<IIB", 131072, 131072, 0))
+    header = exr_header(1, 1, "tiledimage", 3, tiles)
+    exr(folder / "a.exr", [header], 0x200, bytes(1000))
+
+
+@bomb("flatten {}/a.exr -o {}/out.png")
+def an_EXR_block_of_256_rows_of_131072(folder):
+    header = exr_header(131072, 1, compression=9)
+    exr(folder / "a.exr", [header], 0, bytes(1000))
+
+
+@bomb("flatten {}/a.exr -o {}/out.png")
+def an_EXR_display_window_of_100000_square(folder):
+    window = struct.pack("<4i", 0, 0, 99999, 99999)
+    header = exr_header().replace(
+        attribute("displayWindow", "box2i", bytes(16)), attribute("displayWindow", "box2i", window)
+    )
+    start = 8 + len(header) + 8
+    line = struct.pack("<ii", 0, 12) + bytes(12)
+    exr(folder / "a.exr", [header], 0, struct.pack("<Q", start) + line)
+
+
 @bomb("info {}/a.exr", codes=(0, 3))
 def an_EXR_manifest_that_inflates(folder):
     size = 900 << 20

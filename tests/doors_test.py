@@ -77,6 +77,7 @@ DOORS = (
             "formats/exr/exr_input.cpp": "with read_fn of RegularFile",
             "formats/exr/exr_chunks.cpp": "the file that was just written",
             "formats/exr/exr_contradictions.cpp": "with a stream of RegularFile",
+            "formats/exr/exr_classes.cpp": "with a stream of RegularFile",
             "formats/modules/image_library.cpp": "with a proxy of RegularFile",
         },
     ),

@@ -47,6 +47,7 @@ constexpr ApiName kApiNames[] = {
     {"normalize", "--normalize"},
     {"occlusion_ratio", "--occlusion-ratio"},
     {"ortho_height", "--ortho-height"},
+    {"part", "--part"},
     {"parts", "--part"},
     {"path", "--output"},
     {"point_size", "--point-size"},
@@ -65,6 +66,7 @@ constexpr ApiName kApiNames[] = {
     {"tone_map", "--tone-map"},
     {"up", "--up"},
     {"uv_set", "--uv"},
+    {"view", "--view"},
 };
 
 }  // namespace

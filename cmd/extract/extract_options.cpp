@@ -128,6 +128,7 @@ void addExtractOptions(VerbOptions& verb, ExtractOptions& options) {
     addFile(verb, "IN", "", options.input, "a layered or deep image (.exr)")
         .files(".exr")
         .required();
+    addLayeredOptions(verb, options.reading);
     addOutputOptions(verb, options.output);
     verb.option("--output")
         .required(false)

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cmd/cli/report.h"
+#include "cmd/options/layered_options.h"
 #include "cmd/options/object_options.h"
 #include "cmd/options/output_options.h"
 #include "core/base/memory_budget.h"
@@ -18,6 +19,7 @@ class VerbOptions;
 
 struct ExtractOptions {
     std::filesystem::path input;
+    LayeredReadOptions reading;
     OutputRequest output;  ///< of layers; an empty path = none
     std::optional<std::filesystem::path> counts, points, arrays;
     ObjectOptions objects;

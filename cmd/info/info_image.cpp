@@ -44,8 +44,8 @@ struct ImageFacts {
 
 /// Reads every layer: a file that is damaged says so here, and not in the middle of somebody's
 /// work.
-void readLayers(OpenedExr opened, ImageFacts& facts) {
-    const std::unique_ptr<LayeredInput> reader = openLayered(std::move(opened));
+void readLayers(OpenedExr opened, ImageFacts& facts, Console& console) {
+    const std::unique_ptr<LayeredInput> reader = openInput(std::move(opened), console);
     facts.info = reader->info();
     const View& view = facts.info.plan.view;
     DepthComplexity complexity(view.crop);
@@ -64,12 +64,14 @@ void readLayers(OpenedExr opened, ImageFacts& facts) {
     if (facts.cameraKnown()) facts.points = points;
 }
 
-ImageFacts gather(const std::string& path) {
+ImageFacts gather(const InfoOptions& options, Console& console) {
     ImageFacts facts;
-    OpenedExr opened(path);
+    LayeredReadOptions reading = options.image;
+    reading.strict = options.reading.strict;
+    OpenedExr opened(options.file.string(), reading);
     facts.info = opened.info;
-    facts.layered = isLayered(facts.info);
-    if (facts.layered) readLayers(std::move(opened), facts);
+    facts.layered = isLayered(facts.info) || reading.choosesPicture();
+    if (facts.layered) readLayers(std::move(opened), facts, console);
     return facts;
 }
 
@@ -239,7 +241,7 @@ std::string toText(const ImageFacts& facts, const InfoOptions& options) {
 }  // namespace
 
 void printImageInfo(const InfoOptions& options, Console& console) {
-    const ImageFacts facts = gather(options.file.string());
+    const ImageFacts facts = gather(options, console);
     if (!facts.agrees()) {
         console.warning("the file says it has " + groupedText(facts.info.plan.fragments_stored) +
                         " fragments, and has " + groupedText(facts.fragments));

@@ -8,6 +8,7 @@
 
 #include "cmd/cli/console.h"
 #include "cmd/cli/report.h"
+#include "cmd/options/layered_options.h"
 #include "formats/meshes/scene_reader.h"
 
 namespace peeler::cmd {
@@ -16,6 +17,7 @@ struct InfoOptions {
     std::filesystem::path file;
     bool json = false;
     SceneReadOptions reading;  ///< of a scene
+    LayeredReadOptions image;  ///< of an image; `strict` is that of `reading`
 };
 
 /// Prints the node tree, what is drawn, materials, cameras, bounds, extensions, warnings. Throws

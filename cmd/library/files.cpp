@@ -18,12 +18,13 @@ std::unique_ptr<Sink> openFile(const std::string& path, const OutputOptions& opt
     return makeSink(path, options);
 }
 
-StoredLayers readLayers(const std::string& path) {
-    const std::unique_ptr<LayeredInput> input = openLayered(path);
+StoredLayers readLayers(const std::string& path, const LayeredReadOptions& options) {
+    const std::unique_ptr<LayeredInput> input = openLayered(path, options);
     StoredLayers layers;
     layers.plan = input->info().plan;
     layers.provenance = input->info().provenance;
     input->read(layers.plan.view.crop, layers.image);
+    layers.warnings = input->takeWarnings();
     return layers;
 }
 

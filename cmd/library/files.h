@@ -5,10 +5,12 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "core/image/layered_image.h"
 #include "core/image/sink.h"
 #include "core/scene/scene.h"
+#include "formats/exr/layered_read_options.h"
 #include "formats/file/output_options.h"
 #include "formats/meshes/scene_read_options.h"
 
@@ -32,10 +34,12 @@ struct StoredLayers {
     Plan plan;  ///< view, layers, how many fragments there were
     LayeredImage image;
     Provenance provenance;
+    std::vector<std::string> warnings{};  ///< of what was read and is not as the file says
 };
 
-/// Layered files in any layout, deep files, and flat pictures as one layer. Throws Error (kInput).
-StoredLayers readLayers(const std::string& path);
+/// Reads layered files in any layout, deep files, and flat pictures as one layer. Throws Error
+/// (kInput), and (kUsage) for a part or view that is not there.
+StoredLayers readLayers(const std::string& path, const LayeredReadOptions& options = {});
 
 /// Writes them as openFile() does.
 void writeLayers(const std::string& path, const StoredLayers& layers, OutputOptions options = {});

@@ -9,7 +9,7 @@ set(peeler_public
     "layered_image:core/image/layered_image.h,core/image/channels.h,core/image/composite.h,core/base/stage_times.h,core/image/sink.h,core/image/image_sink.h"
     "rays:core/rays/bundle.h"
     "renderer:core/base/work.h,core/base/memory_budget.h,core/scene/clip.h,core/capture/capture_settings.h,cmd/library/renderer.h"
-    "files:core/image/merge.h,formats/file/output_options.h,formats/gltf/gltf_reader.h,formats/meshes/scene_read_options.h,cmd/library/files.h")
+    "files:core/image/merge.h,formats/file/output_options.h,formats/gltf/gltf_reader.h,formats/meshes/scene_read_options.h,formats/exr/layered_read_options.h,cmd/library/files.h")
 
 function(peeler_public_headers folder)
     foreach(row IN LISTS peeler_public)

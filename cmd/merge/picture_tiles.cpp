@@ -7,6 +7,7 @@
 
 #include "cmd/cli/parse.h"
 #include "cmd/options/differences.h"
+#include "cmd/options/layered_options.h"
 #include "core/base/error.h"
 #include "core/image/composite.h"
 #include "core/image/merge.h"
@@ -151,28 +152,30 @@ bool areComposites(const std::vector<OpenedExr>& opened, bool wanted) {
 
 }  // namespace
 
-PictureTiles::PictureTiles(const std::vector<fs::path>& paths, Parts parts, bool composites_wanted,
+PictureTiles::PictureTiles(const std::vector<fs::path>& paths, Parts parts,
+                           const LayeredReadOptions& reading, bool composites_wanted,
                            Console& console)
     : parts_(parts) {
-    open(paths, composites_wanted);
+    open(paths, reading, composites_wanted, console);
     checkCommon(console);
     joinProvenance();
 }
 
-void PictureTiles::open(const std::vector<fs::path>& paths, bool composites_wanted) {
+void PictureTiles::open(const std::vector<fs::path>& paths, const LayeredReadOptions& reading,
+                        bool composites_wanted, Console& console) {
     std::vector<OpenedExr> opened;
     for (const fs::path& path : paths)
-        opened.emplace_back(path.string());
+        opened.emplace_back(path.string(), reading);
     const auto deep = [](const OpenedExr& tile) { return !tile.info.deep.empty(); };
     const bool tiles = parts_ == Parts::kTiles;
-    if (tiles && areComposites(opened, composites_wanted))
+    if (tiles && !reading.choosesPicture() && areComposites(opened, composites_wanted))
         kind_ = Kind::kComposite;
     else if (std::ranges::all_of(opened, deep))
         kind_ = Kind::kDeep;
     for (std::size_t i = 0; i < opened.size(); ++i) {
         PictureTile tile{.path = paths[i].string()};
         tile.input = kind_ == Kind::kComposite ? openComposite(std::move(opened[i]))
-                                               : openLayered(std::move(opened[i]));
+                                               : openInput(std::move(opened[i]), console);
         if (tiles && !tile.info().is_peeler) {
             throw Error(ErrorKind::kInput, "nothing in it says which picture it is a tile of",
                         tile.path, "tiles are files of peeler render --tile or --crop");

@@ -42,7 +42,7 @@ class PictureTiles {
     /// size, precision, channels and, where it is known, the camera in common. Their ids are made
     /// those of provenance().
     PictureTiles(const std::vector<std::filesystem::path>& paths, Parts parts,
-                 bool composites_wanted, Console& console);
+                 const LayeredReadOptions& reading, bool composites_wanted, Console& console);
 
     Kind kind() const { return kind_; }
     const std::vector<PictureTile>& all() const { return tiles_; }
@@ -70,7 +70,8 @@ class PictureTiles {
     std::optional<Window> read(const Window& window, LayeredImage& band);
 
   private:
-    void open(const std::vector<std::filesystem::path>& paths, bool composites_wanted);
+    void open(const std::vector<std::filesystem::path>& paths, const LayeredReadOptions& reading,
+              bool composites_wanted, Console& console);
     void checkCommon(Console& console);
     void joinProvenance();
 

@@ -10,6 +10,7 @@
 #include "cmd/cli/parse.h"
 #include "cmd/options/differences.h"
 #include "cmd/options/layered_bands.h"
+#include "cmd/options/layered_options.h"
 #include "cmd/options/scene_options.h"
 #include "core/base/error.h"
 #include "core/image/layers.h"
@@ -165,8 +166,9 @@ void addObjectOptions(VerbOptions& verb, ObjectOptions& options) {
     add("--material", options.materials, "only fragments of materials with such a name");
 }
 
-std::unique_ptr<LayeredInput> openChosen(const std::string& path, const ObjectOptions& options) {
-    std::unique_ptr<LayeredInput> input = openLayered(path);
+std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredReadOptions& reading,
+                                         const ObjectOptions& options, Console& console) {
+    std::unique_ptr<LayeredInput> input = openInput(path, reading, console);
     const ExrInfo& info = input->info();
     // Of an empty picture there is nothing to choose.
     if (!options.any() || info.plan.layers.empty()) return input;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "cmd/cli/console.h"
 #include "formats/exr/layered_input.h"
 
 namespace peeler::cmd {
@@ -27,8 +28,9 @@ void addObjectOptions(VerbOptions& verb, ObjectOptions& options);
 /// of objects that are included (all, if none is named), or below one that is in the scene, unless
 /// they are excluded, or below one that is; and of the materials, if any are named. Layers are
 /// counted anew, which reads the file once; its composite is no more. Without any of the options it
-/// is openLayered(). Throws like that and LayeredInput::read(), Error (kInput) if fragments have no
+/// is openInput(). Throws like that and LayeredInput::read(), Error (kInput) if fragments have no
 /// ids, or these no names where names are given, and (kUsage) for a name that nothing has.
-std::unique_ptr<LayeredInput> openChosen(const std::string& path, const ObjectOptions& options);
+std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredReadOptions& reading,
+                                         const ObjectOptions& options, Console& console);
 
 }  // namespace peeler::cmd

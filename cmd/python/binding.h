@@ -188,7 +188,7 @@ ImageHolder selected(const ImageObject& from, LayeredImage&& image);
 void saveImage(const ImageObject& object, const py::object& path, const py::kwargs& keywords);
 void saveComposite(const CompositeObject& object, const py::object& path,
                    const py::kwargs& keywords);
-ImageHolder readImage(const py::object& path);
+ImageHolder readImage(const py::object& path, const py::kwargs& keywords);
 /// Elements by depth, or tiles side by side.
 ImageHolder mergeImages(const std::vector<ImageHolder>& images, bool elements);
 /// How far two pictures are apart, as `peeler compare --json` says it.

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cmd/compare/compare_result.h"
+#include "cmd/options/layered_options.h"
 #include "cmd/options/output_options.h"
 #include "cmd/python/binding.h"
 #include "core/base/error.h"
@@ -237,11 +238,17 @@ void saveComposite(const CompositeObject& object, const py::object& path,
            });
 }
 
-ImageHolder readImage(const py::object& path) {
+ImageHolder readImage(const py::object& path, const py::kwargs& keywords) {
     const std::string file = pathOf(path);
+    LayeredReadOptions options;
+    Keywords declared("read");
+    cmd::addLayeredOptions(declared.options(), options);
+    declared.parse(keywords);
+    options.pixels_only = true;
+    std::vector<std::string> warnings;
     auto object = std::make_shared<ImageObject>();
     unlocked([&] {
-        const std::unique_ptr<LayeredInput> input = openLayered(file);
+        const std::unique_ptr<LayeredInput> input = openLayered(file, options);
         const ExrInfo& info = input->info();
         object->plan = info.plan;
         object->plan.view.known = info.attributes().contains("peeler:cameraJson");
@@ -255,7 +262,9 @@ ImageHolder readImage(const py::object& path) {
         if (!info.is_peeler) object->plan.fragments_counted = object->image.fragments();
         object->plan.color_type = object->image.color.type;
         object->plan.tinted = object->image.tinted();
+        warnings = input->takeWarnings();
     });
+    warn(warnings);
     return object;
 }
 

@@ -433,10 +433,13 @@ void defineImages(py::module_& module) {
             return text + (o.plan.complete() ? ">" : ", incomplete>");
         });
 
-    module.def("read", &readImage, py::arg("path"),
-               "read(path): the layers of an .exr of peeler, in any layout, a deep .exr of any "
-               "program, or a\nflat one as one layer, as an Image. Raises peeler.Error of kind "
-               "'input'.");
+    module.def(
+        "read", &readImage, py::arg("path"),
+        "read(path, *, part=None, view=None, strict=False)\n\n"
+        "The layers of an .exr of peeler, in any layout, a deep .exr of any program, or a "
+        "flat one as one\nlayer, as an Image. Of other programs' files part names a part, or "
+        "a layer of channels, and view a\nview; with strict a warning is an error. Raises "
+        "peeler.Error of kind 'input'.");
     module.def(
         "merge_images", &mergeImages, py::arg("images"), py::arg("elements") = false,
         "merge_images(images, elements=False)\n\n"

@@ -268,7 +268,8 @@ SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Console& 
     SheetContent content;
     PictureResult& result = content.result;
     const std::uint32_t limit = request.capture.max_layers;
-    const std::unique_ptr<LayeredInput> reader = openLayered(request.scene.file.string());
+    const std::unique_ptr<LayeredInput> reader =
+        openInput(request.scene.file.string(), request.file, console);
     Plan plan = reader->info().plan;
     if (limit != 0 && limit < plan.layers.size()) plan.layers.resize(limit);
     SheetSettings settings = request.cells;

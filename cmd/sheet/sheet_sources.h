@@ -12,6 +12,7 @@
 #include "cmd/options/camera_options.h"
 #include "cmd/options/capture_job.h"
 #include "cmd/options/capture_options.h"
+#include "cmd/options/layered_options.h"
 #include "cmd/options/sequence_options.h"
 #include "cmd/options/view_options.h"
 #include "cmd/sheet/sheet_cells.h"
@@ -26,9 +27,10 @@ enum class SheetMethods {
     kNone
 };
 
-/// What is asked for. Of a layered file only the name in `scene`, `capture.max_layers` and `cells`
-/// count; of a scene all of it. The clip volume is in `clip`, not in `capture`.
+/// What is asked for. Of a layered file only the name in `scene`, `file`, `capture.max_layers` and
+/// `cells` count; of a scene all but `file`. The clip volume is in `clip`, not in `capture`.
 struct SheetRequest : CaptureJobOptions {
+    LayeredReadOptions file;
     CameraOptions camera;
     ViewListOptions views;
     SequenceOptions sequence;

@@ -2,6 +2,7 @@
 // What the count pass promises, and whoever takes the bands that follow.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -40,6 +41,12 @@ struct Plan {
     bool complete() const { return fragments_counted == fragments_stored; }
 };
 
+/// An attribute of a header as it is stored: the name of its type, and the bytes of its value.
+struct StoredAttribute {
+    std::string name, type;
+    std::vector<std::byte> value;
+};
+
 /// Where a picture comes from: what the `peeler:` attributes say besides plan and view.
 struct Provenance {
     std::string version{}, method{}, surfaces{};
@@ -59,6 +66,9 @@ struct Provenance {
     double time = 0;               ///< seconds
     double frames_per_second = 0;  ///< 0 = does not apply
     IdNames ids{};                 ///< if fragments have ids
+    /// What the header of another program's OpenEXR file says besides; OpenEXR files that are
+    /// written say it, too.
+    std::vector<StoredAttribute> carried{};
 };
 
 /// What a sink holds besides the band it is given; the capture leaves room for it under a budget.

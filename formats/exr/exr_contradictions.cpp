@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Holds the camera's attributes against the camera in double precision that they were made of.
 #include <OpenEXR/ImfFloatAttribute.h>
-#include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfMatrixAttribute.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
@@ -17,6 +16,7 @@
 #include "core/base/error.h"
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_proof.h"
+#include "formats/exr/exr_stream.h"
 #include "formats/file/regular_file.h"
 
 namespace peeler {
@@ -92,34 +92,15 @@ std::vector<std::string> deniedBy(const Imf::Header& header) {
     return denied;
 }
 
-/// A file as RegularFile opens it, for OpenEXR's classes.
-class RegularStream final : public Imf::IStream {
-  public:
-    explicit RegularStream(const std::string& path) : IStream(path.c_str()), file_(path) {
-        file_.check();
-    }
-    bool read(char* data, int bytes) override {
-        const auto wanted = static_cast<std::size_t>(bytes);
-        if (file_.readSome(place_, {data, wanted}) < wanted)
-            throw Error(ErrorKind::kInput, "the file ends too early", fileName());
-        place_ += static_cast<std::uint64_t>(bytes);
-        return place_ < file_.size();
-    }
-    std::uint64_t tellg() override { return place_; }
-    void seekg(std::uint64_t place) override { place_ = place; }
-
-  private:
-    RegularFile file_;
-    std::uint64_t place_ = 0;
-};
-
 }  // namespace
 
 std::vector<std::string> headerContradictions(const std::string& path) {
     std::map<std::string, std::string> first_part;  // of each attribute
     for (const std::string& file : exrFilesOf(path)) {
         try {
-            RegularStream stream(file);
+            const RegularFile opened(file);
+            opened.check();
+            ExrStream stream(opened, file);
             const Imf::MultiPartInputFile input(stream, 0, false);
             for (int part = 0; part < input.parts(); ++part) {
                 const Imf::Header& header = input.header(part);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes every chunk of a flat part, to know that it can be decoded.
+// Decodes every chunk of a part, to know that it can be decoded.
 #include <OpenEXR/openexr.h>
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "formats/exr/exr_classes.h"
 #include "formats/exr/exr_input.h"
 
 namespace peeler {
@@ -16,7 +17,7 @@ namespace {
 constexpr std::size_t kBatch = 1024;
 constexpr std::uint64_t kMaxUnpacked = std::uint64_t{1} << 30;  ///< bytes of a chunk
 
-exr_result_t decodeChunk(exr_const_context_t context, int part, const exr_chunk_info_t& chunk) {
+exr_result_t unpackChunk(exr_const_context_t context, int part, const exr_chunk_info_t& chunk) {
     exr_decode_pipeline_t pipeline{};
     exr_result_t result = exr_decoding_initialize(context, part, &chunk, &pipeline);
     // Without a place for any channel the pixels are unpacked and dropped.
@@ -54,13 +55,38 @@ exr_result_t forEachLevel(exr_const_context_t context, int part, Visit&& visit) 
 
 }  // namespace
 
+/// decodeAll() of a part that OpenEXR's classes have to read. They unpack all channels of a block,
+/// whichever of them there is a place for.
+void ExrInput::decodeDwa(std::size_t part) const {
+    const ExrInputPart& info = parts_[part];
+    if (info.type == "tiledimage")
+        return classes_->decodeTiles(static_cast<int>(part), path_ + ": " + info.name);
+    const int rows = rowsPerChunk(part);
+    const std::size_t stride = static_cast<std::size_t>(info.data_window.width()) * sizeof(float);
+    std::vector<std::byte> first(stride * static_cast<std::size_t>(rows));
+    const ExrTarget target{info.channels.front().name, PixelType::kFloat, first.data(), stride};
+    for (int y = info.data_window.y0; y < info.data_window.y1; y += rows) {
+        const Window block{info.data_window.x0, y, info.data_window.x1,
+                           std::min(y + rows, info.data_window.y1)};
+        readChunk(part, y, block, {&target, 1});
+    }
+}
+
 void ExrInput::decodeAll(std::size_t part) const {
     const ExrInputPart& info = parts_[part];
+    if (info.deep()) {
+        return parallelFor(deepBlocks(part), [&](std::size_t block) {
+            ExrDeepBlock samples;
+            readDeepBlock(part, block, false, samples);
+        });
+    }
+    if (info.channels.empty()) return;
+    if (info.compression.starts_with("dwa")) return decodeDwa(part);
     const int index = static_cast<int>(part);
     std::vector<exr_chunk_info_t> batch;
     const auto flush = [&] {
         parallelFor(batch.size(), [&](std::size_t i) {
-            check(decodeChunk(context_, index, batch[i]), info.name);
+            check(unpackChunk(context_, index, batch[i]), info.name);
         });
         batch.clear();
     };
@@ -78,9 +104,9 @@ void ExrInput::decodeAll(std::size_t part) const {
         const int rows = rowsPerChunk(part);
         for (int y = info.data_window.y0; y < info.data_window.y1; y += rows) {
             exr_chunk_info_t chunk{};
-            add(exr_read_scanline_chunk_info(context_, index, y, &chunk), chunk);
+            add(exr_read_scanline_chunk_info(context_, index, y + origin_y_, &chunk), chunk);
         }
-    } else if (info.type == "tiledimage") {
+    } else {
         check(forEachLevel(context_, index,
                            [&](int level_x, int level_y, int columns, int rows) {
                                for (int tile = 0; tile < columns * rows; ++tile) {
@@ -92,8 +118,6 @@ void ExrInput::decodeAll(std::size_t part) const {
                                }
                            }),
               info.name);
-    } else {
-        throw Error(ErrorKind::kInternal, "the part is not flat", path_ + ": " + info.name);
     }
     flush();
 }

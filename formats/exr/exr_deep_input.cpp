@@ -83,7 +83,8 @@ void ExrInput::readDeepBlock(std::size_t part, std::size_t block, bool counts_on
                                        static_cast<int>(block / across), 0, 0, &chunk),
               info.name);
     } else {
-        check(exr_read_scanline_chunk_info(context_, index, out.window.y0, &chunk), info.name);
+        check(exr_read_scanline_chunk_info(context_, index, out.window.y0 + origin_y_, &chunk),
+              info.name);
     }
 
     const std::uint64_t table_bytes = out.window.pixels() * sizeof(std::uint32_t);

@@ -15,22 +15,17 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/resize_anew.h"
+#include "core/image/composite.h"
 #include "core/image/layers.h"
+#include "formats/exr/exr_attributes.h"
 
 namespace peeler {
 namespace {
 
 constexpr std::uint32_t kMostSamples = 1 << 16;  ///< in a pixel: as many layers as can be stored
-constexpr std::uint16_t kHalfOne = 0x3c00;
 /// Bytes of samples to read at once. More gain nothing, and memory that is touched for the first
 /// time costs time.
 constexpr std::uint64_t kMostSampleBytes = std::uint64_t{64} << 20U;
-
-/// A sample at infinity is a fragment, and must not look like a pixel without one.
-float finiteDepth(float z) {
-    constexpr float kFarthest = std::numeric_limits<float>::max();
-    return z < std::numeric_limits<float>::infinity() ? z : kFarthest;
-}
 
 float floatAt(const std::byte* from, PixelType type) {
     if (type == PixelType::kFloat) {
@@ -114,28 +109,38 @@ std::uint64_t sampleBytes(const ExrInputPart& part) {
 
 }  // namespace
 
-ExrDeepReader::ExrDeepReader(OpenedExr opened)
-    : input_(std::move(opened.files)), info_(std::move(opened.info)) {
-    const std::size_t main = findMainPart();
-    parts_.push_back({main, {}});
-    for (const std::size_t other : findOthers(main))
-        parts_.push_back({other, {}});
+ExrDeepReader::ExrDeepReader(OpenedExr opened, const ExrPicture& picture)
+    : opened_(std::move(opened)), colors_(picture.colors) {
+    parts_.push_back({picture.part, {}});
+    placePixels(opened_, info_.parts[picture.part].data_window);
+    if (opened_.options.part.empty()) {
+        for (const std::size_t other : findOthers(picture.part))
+            parts_.push_back({other, {}});
+    }
     countSamples();
     info_.deep.clear();
     for (const Part& part : parts_)
         info_.deep.push_back(part.index);
     findChannels();
+    if (!info_.is_peeler) warnOfColors();
+    warnOfUnread(opened_, info_.deep);
+    readCarried(opened_, picture.part);
 }
 
 ExrDeepReader::~ExrDeepReader() = default;
 
-std::size_t ExrDeepReader::findMainPart() const {
-    for (const std::size_t part : info_.deep) {
-        const ExrInputChannel* depth = info_.parts[part].channel("Z");
-        if (depth && depth->type != PixelType::kUint) return part;
-    }
-    throw Error(ErrorKind::kInput, "no deep part has a channel Z of half or float", input_.path(),
-                "samples without a depth have no order");
+/// Warns of what a picture lacks.
+void ExrDeepReader::warnOfColors() {
+    ReadWarnings& warnings = opened_.warnings;
+    const std::string where = input_.where(parts_.front().index);
+    if (!colors_.colored())
+        warnings.warn("The samples have no colours (R, G, B or Y): they are black.", where);
+    else if (!colors_.complete())
+        warnings.warn("The samples lack one of R, G and B, which is 0.", where);
+    if (!colors_.chroma[0].empty())
+        warnings.warn("The samples' colours are taken as grey (Y), without RY and BY.", where);
+    if (colors_.alpha.empty() && !colors_.tinted())
+        warnings.warn("The samples have no alpha (A, or AR, AG and AB): they are opaque.", where);
 }
 
 /// The parts that speak of the same samples, as far as their headers tell.
@@ -143,12 +148,16 @@ std::vector<std::size_t> ExrDeepReader::findOthers(std::size_t main) const {
     std::vector<std::size_t> others;
     std::set<std::string> known;
     const auto isDepth = [](const std::string& name) { return name == "Z" || name == "ZBack"; };
-    for (const ExrInputChannel& channel : info_.parts[main].channels)
+    const ExrInputPart& first = info_.parts[main];
+    for (const ExrInputChannel& channel : first.channels)
         known.insert(channel.name);
+    for (const std::string& name : colorNames(colors_.tinted()))
+        known.insert(name);
     for (const std::size_t index : info_.deep) {
         if (index == main) continue;
         const ExrInputPart& part = info_.parts[index];
-        bool joins = part.data_window == info_.parts[main].data_window && sameBlocks(main, index);
+        bool joins = part.data_window == first.data_window && sameBlocks(main, index) &&
+                     part.attribute("view") == first.attribute("view");
         for (const ExrInputChannel& channel : part.channels)
             joins = joins && (isDepth(channel.name) || !known.contains(channel.name));
         if (!joins && info_.is_peeler) {
@@ -187,8 +196,9 @@ void ExrDeepReader::count(std::size_t block, CountedBlock& out) const {
 /// Fills in the plan. Parts that have other counts are left out, or are an error in our own files.
 void ExrDeepReader::countSamples() {
     const std::size_t main = parts_.front().index;
-    const Window& all = info_.parts[main].data_window;
-    DepthComplexity& complexity = complexity_.emplace(all);
+    Window counted_pixels = intersect(info_.parts[main].data_window, info_.plan.view.crop);
+    if (counted_pixels.empty()) counted_pixels = {};
+    DepthComplexity& complexity = complexity_.emplace(counted_pixels);
     std::set<std::size_t> different;
     const std::size_t blocks = input_.deepBlocks(main);
     constexpr std::size_t kAtOnce = 256;
@@ -200,10 +210,17 @@ void ExrDeepReader::countSamples() {
             const CountedBlock& block = counted[i];
             different.insert(block.different.begin(), block.different.end());
             const Window& window = block.main.window;
+            const Window shared = intersect(window, counted_pixels);
+            if (shared.empty()) continue;
             const auto width = static_cast<std::size_t>(window.width());
-            const std::uint32_t* counts = block.main.counts.data();
-            for (int y = window.y0; y < window.y1; ++y, counts += width)
-                complexity.addRow(window.x0, y, {counts, width});
+            const std::span<const std::uint32_t> counts = block.main.counts;
+            for (int y = shared.y0; y < shared.y1; ++y) {
+                const auto first_count = static_cast<std::size_t>(y - window.y0) * width +
+                                         static_cast<std::size_t>(shared.x0 - window.x0);
+                complexity.addRow(
+                    shared.x0, y,
+                    counts.subspan(first_count, static_cast<std::size_t>(shared.width())));
+            }
         }
     }
     if (!different.empty() && info_.is_peeler) {
@@ -221,19 +238,17 @@ void ExrDeepReader::countSamples() {
 }
 
 void ExrDeepReader::findChannels() {
-    const ExrInputPart& main = info_.parts[parts_.front().index];
     info_.plan.color_type = PixelType::kHalf;
-    info_.plan.tinted = hasTint(main, "");
+    info_.plan.tinted = colors_.tinted();
     const std::vector<std::string> colors = colorNames(info_.plan.tinted);
-    const bool grey = !main.channel("R") && !main.channel("G") && !main.channel("B");
     const auto routeOf = [&](const std::string& name, bool first) -> Route {
-        const auto color = std::ranges::find(colors, name);
-        if (first && color != colors.end())
-            return {.target = Route::kColor,
-                    .component = static_cast<std::size_t>(color - colors.begin())};
-        if (first && grey && name == "Y") return {.target = Route::kGrey};
-        if (name == "Z") return {.target = first ? Route::kZ : Route::kNowhere};
-        return {.target = !first && name == "ZBack" ? Route::kNowhere : 0};
+        for (std::size_t c = 0; first && c < colors.size(); ++c)
+            if (colors_.named(colors[c]) == name) return {.target = Route::kColor, .component = c};
+        if (first && name == colors_.luminance) return {.target = Route::kGrey};
+        if (first && name == colors_.depth) return {.target = Route::kZ};
+        // Another picture of the part; or what every part has.
+        const bool taken = name == "Z" || std::ranges::find(colors, name) != colors.end();
+        return {.target = taken || (!first && name == "ZBack") ? Route::kNowhere : 0};
     };
     std::vector<ExrInputChannel> others;
     for (Part& part : parts_) {
@@ -252,7 +267,6 @@ void ExrDeepReader::findChannels() {
             part.routes.push_back(route);
         }
     }
-    opaque_ = main.channel("A") == nullptr;
     std::sort(others.begin(), others.end(),
               [](const ExrInputChannel& a, const ExrInputChannel& b) { return a.name < b.name; });
     extra_ = fragmentArrays(others);
@@ -316,7 +330,7 @@ void ExrDeepReader::store(const Route& route, const std::byte* from, std::size_t
     if (route.target == Route::kZ) {
         const std::size_t size = pixelTypeSize(route.type);
         for (std::size_t f = begin; f < end; ++f, from += size)
-            out.z[f] = finiteDepth(floatAt(from, route.type));
+            out.z[f] = floatAt(from, route.type);
     } else if (route.target == Route::kColor) {
         storeComponent(from, route.type, out.color, route.component, begin, end);
     } else if (route.target == Route::kGrey) {
@@ -382,8 +396,7 @@ void ExrDeepReader::read(const Window& window, LayeredImage& out) {
     const std::size_t fragments = out.offsets.back();
     resizeAnew(out.z, fragments);
     out.color = {colorNames(info_.plan.tinted), info_.plan.color_type, std::move(out.color.data)};
-    const ExrInputPart& main = info_.parts[parts_.front().index];
-    const auto missing = [&](const std::string& name) { return main.channel(name) == nullptr; };
+    const auto missing = [&](const std::string& name) { return colors_.named(name).empty(); };
     if (std::ranges::any_of(out.color.channels, missing))
         out.color.data.clear();  // reused storage is not 0
     resizeAnew(out.color.data, fragments * out.color.stride());
@@ -392,17 +405,40 @@ void ExrDeepReader::read(const Window& window, LayeredImage& out) {
         out.extra[i] = {extra_[i].channels, extra_[i].type, std::move(out.extra[i].data)};
         resizeAnew(out.extra[i].data, fragments * extra_[i].stride());
     }
-    if (opaque_) {
-        for (std::size_t f = 0; f < fragments; ++f) {
-            if (out.color.type == PixelType::kFloat) {
-                out.color.as<float>()[4 * f + 3] = 1;
-            } else {
-                out.color.as<std::uint16_t>()[4 * f + 3] = kHalfOne;
-            }
+    readSamples(window, out);
+    if (colors_.alpha.empty()) completeAlpha(out);
+    makeDepthsFinite(out.z, opened_.warnings);
+    sortFragments(out);
+    warnOfVolumes(out);
+}
+
+/// Makes alpha the mean of the opacities, or 1.
+void ExrDeepReader::completeAlpha(LayeredImage& out) const {
+    parallelFor(static_cast<std::size_t>(out.window.height()), [&](std::size_t row) {
+        const auto width = static_cast<std::size_t>(out.window.width());
+        const std::size_t end = out.offsets[(row + 1) * width];
+        for (std::size_t f = out.offsets[row * width]; f < end; ++f) {
+            TintedColor color = tintedColorOf(out, f);
+            color[3] = out.tinted() ? meanOpacity(color[4], color[5], color[6]) : 1;
+            storeColor(color, out.color, f);
+        }
+    });
+}
+
+/// Warns if a sample begins in front of the back of another: what is in both is not split
+/// ("Interpreting OpenEXR Deep Pixels", openexr.com).
+void ExrDeepReader::warnOfVolumes(const LayeredImage& image) {
+    const FragmentChannel back = findChannel(image, colors_.depth_back);
+    if (!back) return;
+    for (std::size_t p = 0; p + 1 < image.offsets.size(); ++p) {
+        float farthest = -std::numeric_limits<float>::infinity();
+        for (std::size_t f = image.offsets[p]; f < image.offsets[p + 1]; ++f) {
+            if (image.z[f] < farthest)
+                return opened_.warnings.warn("Samples that overlap (ZBack) are not split.",
+                                             input_.where(parts_.front().index));
+            farthest = std::max(farthest, back.value(f));
         }
     }
-    readSamples(window, out);
-    sortFragments(out);
 }
 
 void ExrDeepReader::readComposite(const Window&, CompositeImage&) {

@@ -127,6 +127,10 @@ void ExrFiles::checkChunks(std::size_t part) const {
     files_[places_[part].file]->checkChunks(places_[part].part);
 }
 
+std::vector<StoredAttribute> ExrFiles::attributes(std::size_t part) const {
+    return files_[places_[part].file]->attributes(places_[part].part);
+}
+
 std::size_t ExrFiles::deepBlocks(std::size_t part) const {
     return files_[places_[part].file]->deepBlocks(places_[part].part);
 }

@@ -12,6 +12,8 @@
 
 #include "core/image/sink.h"
 #include "formats/exr/exr_input.h"
+#include "formats/exr/layered_read_options.h"
+#include "formats/file/read_warnings.h"
 
 namespace peeler {
 
@@ -39,11 +41,15 @@ class ExrFiles {
     /// The path of the file that a part is in, and the part's name: for messages.
     std::string where(std::size_t part) const;
 
+    /// The named file.
+    const ExrInput& head() const { return *files_.front(); }
+
     /// These are as in ExrInput, with the part as an index into parts().
     int rowsPerChunk(std::size_t part) const;
     void readChunk(std::size_t part, int y, const Window& window,
                    std::span<const ExrTarget> targets) const;
     void checkChunks(std::size_t part) const;
+    std::vector<StoredAttribute> attributes(std::size_t part) const;
     std::size_t deepBlocks(std::size_t part) const;
     Window deepBlockWindow(std::size_t part, std::size_t block) const;
     void readDeepBlock(std::size_t part, std::size_t block, bool counts_only,
@@ -76,11 +82,12 @@ struct ExrInfo {
     /// The plan that wrote the file, as far as it is known: windows always; the camera if there is
     /// a `peeler:cameraJson`, else the default one; `fragments_counted` and `fragments_stored` 0 if
     /// not written; `LayerPlan::pixels` never; the layers of a deep file only if a LayeredInput
-    /// has it open. `view.crop` holds all parts.
+    /// has it open. `view.crop` holds all parts; without a camera it is at least the display
+    /// window, since a data window says what is stored and nothing of the picture.
     Plan plan;
     Provenance provenance;         ///< empty where unknown
     bool has_cryptomatte = false;  ///< in its composite
-    bool is_peeler = false;        ///< has `peeler:version`
+    bool is_peeler = false;        ///< has `peeler:version`; not if a part of it was chosen
     /// The first part's `peeler:` attributes, software and the like, as text.
     const std::map<std::string, std::string>& attributes() const {
         return parts.front().attributes;
@@ -93,13 +100,15 @@ bool hasTint(const ExrInputPart& part, const std::string& prefix);
 /// What the headers of an open picture say. Throws Error (kInput) if it has no plausible parts.
 ExrInfo describe(const ExrFiles& files);
 
-/// An open picture with what its headers say, for whoever decides by them how to read it.
+/// An open picture with what its headers say, by which it is decided how to read it.
 struct OpenedExr {
     /// Throws like ExrFiles and describe(), and Error (kInput) with what to do if it is a scene.
-    explicit OpenedExr(const std::string& path);
+    explicit OpenedExr(const std::string& path, const LayeredReadOptions& options = {});
 
+    LayeredReadOptions options;
     ExrFiles files;
     ExrInfo info;
+    ReadWarnings warnings;
 };
 
 /// What the headers of the picture at `path` say; no pixels are read. Throws Error (kInput).

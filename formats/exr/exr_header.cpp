@@ -19,6 +19,7 @@
 
 #include "core/base/error.h"
 #include "core/base/printable.h"
+#include "formats/exr/exr_attributes.h"
 #include "formats/file/json_text.h"
 
 namespace peeler {
@@ -181,6 +182,7 @@ Imf::Header exrHeader(const Plan& plan, const Provenance& provenance, const Wind
         Imf::ZIP_COMPRESSION);
     header.setType(Imf::SCANLINEIMAGE);
     Imf::addChromaticities(header, Imf::Chromaticities());  // the default is Rec. 709, D65
+    addCarried(header, provenance.carried);
     if (view.known) addCamera(header, view);
     addProvenance(header, plan, provenance, layers_known);
     addDate(header);

@@ -48,9 +48,7 @@ View viewOf(const ExrInfo& info, const std::string& path) {
     const std::string camera = first.attribute("peeler:cameraJson");
     if (!camera.empty()) view = viewFromJson(camera);
     const Window& display = first.display_window;
-    if (display.x0 != 0 || display.y0 != 0 || display.empty()) {
-        throw Error(ErrorKind::kInput, "the display window does not begin at (0, 0)", path);
-    }
+    if (display.empty()) throw Error(ErrorKind::kInput, "its display window is empty", path);
     if (!camera.empty() && (view.width != display.width() || view.height != display.height())) {
         throw Error(ErrorKind::kInput, "peeler:cameraJson is of another picture size", path);
     }
@@ -67,7 +65,7 @@ View viewOf(const ExrInfo& info, const std::string& path) {
     // Without a composite part the crop is known from the JSON alone.
     const bool known = !camera.empty() && intersect(view.crop, all) == all &&
                        intersect(view.crop, display) == view.crop;
-    if (!known) view.crop = all;
+    if (!known) view.crop = unite(display, all);
     return view;
 }
 
@@ -209,7 +207,8 @@ ExrInfo describe(const ExrFiles& files) {
     return info;
 }
 
-OpenedExr::OpenedExr(const std::string& path) : files(imagePath(path)), info(describe(files)) {}
+OpenedExr::OpenedExr(const std::string& path, const LayeredReadOptions& read)
+    : options(read), files(imagePath(path)), info(describe(files)), warnings(read.strict, path) {}
 
 ExrInfo readExrInfo(const std::string& path) {
     return describe(ExrFiles(path));

@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "formats/exr/exr_classes.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/image/exr_headers.h"
 
@@ -29,6 +30,9 @@ constexpr int kMaxSide = 1 << 17;  ///< pixels; larger than any GPU renders
 constexpr int kMaxCoordinate = 1 << 28;
 constexpr int kMaxChannels = 1 << 16;        ///< of a part: all layers may be in one
 constexpr std::size_t kZlibState = 1 << 16;  ///< bytes; it takes a bit less
+/// Bytes of a block of rows or a tile that OpenEXR's classes make room for, however few pixels of
+/// it there are; more only if the file is large enough for them.
+constexpr std::uint64_t kMostBlock = 64U << 20;
 
 /// OpenEXRCore tells the details of a failure to a callback, on the thread that made the call.
 thread_local std::string last_message;
@@ -140,6 +144,17 @@ std::uint64_t mostRatio(const std::string& compression) {
     return compression.starts_with("dwa") ? 64 * kMostZlibRatio : kMostZlibRatio;
 }
 
+/// Whether a flat part has to be read by OpenEXR's classes.
+bool needsClasses(const ExrInputPart& part) {
+    return part.type == "tiledimage" || (!part.deep() && part.compression.starts_with("dwa"));
+}
+
+/// OpenEXR has no deep images of other compressions ("Technical Introduction", Deep data).
+bool canBeDeep(const std::string& compression) {
+    constexpr std::array kOfDeep = {"none", "rle", "zips", "zip"};
+    return std::ranges::find(kOfDeep, compression) != kOfDeep.end();
+}
+
 /// A decoding pipeline, which is freed whatever happens.
 class DecodePipeline {
   public:
@@ -203,7 +218,10 @@ ExrInput::ExrInput(std::string path) : path_(std::move(path)), file_(path_) {
     try {
         check(exr_start_read(&context_, path_.c_str(), &options));
         readHeaders();
+        moveToOrigin();
         checkSizes();
+        if (std::ranges::any_of(parts_, needsClasses))
+            classes_ = std::make_unique<ExrClasses>(file_, path_);
     } catch (...) {
         exr_finish(&context_);
         throw;
@@ -221,52 +239,91 @@ void ExrInput::readHeaders() {
         ExrInputPart& part = parts_.emplace_back();
         const char* name = nullptr;
         if (exr_get_name(context_, i, &name) == EXR_ERR_SUCCESS && name) part.name = name;
+        readHeader(i, part);
+        readAttributes(i, part);
+    }
+}
 
-        exr_storage_t storage{};
-        check(exr_get_storage(context_, i, &storage), part.name);
-        part.type = typeName(storage);
-        exr_compression_t compression{};
-        check(exr_get_compression(context_, i, &compression), part.name);
-        part.compression = compressionName(compression);
-        exr_attr_box2i_t box{};
-        check(exr_get_data_window(context_, i, &box), part.name);
-        part.data_window = toWindow(box);
-        if (storage == EXR_STORAGE_TILED || storage == EXR_STORAGE_DEEP_TILED) {
-            std::uint32_t width = 0, height = 0;
-            exr_tile_level_mode_t levels{};
-            exr_tile_round_mode_t rounding{};
-            check(exr_get_tile_descriptor(context_, i, &width, &height, &levels, &rounding),
-                  part.name);
-            part.tile_width = static_cast<int>(width);
-            part.tile_height = static_cast<int>(height);
+void ExrInput::readHeader(int index, ExrInputPart& part) {
+    exr_storage_t storage{};
+    check(exr_get_storage(context_, index, &storage), part.name);
+    part.type = typeName(storage);
+    exr_compression_t compression{};
+    check(exr_get_compression(context_, index, &compression), part.name);
+    part.compression = compressionName(compression);
+    exr_attr_box2i_t box{};
+    check(exr_get_data_window(context_, index, &box), part.name);
+    part.data_window = toWindow(box);
+    if (storage == EXR_STORAGE_TILED || storage == EXR_STORAGE_DEEP_TILED) {
+        std::uint32_t width = 0, height = 0;
+        exr_tile_level_mode_t levels{};
+        exr_tile_round_mode_t rounding{};
+        check(exr_get_tile_descriptor(context_, index, &width, &height, &levels, &rounding),
+              part.name);
+        part.tile_width = static_cast<int>(width);
+        part.tile_height = static_cast<int>(height);
+    }
+    check(exr_get_display_window(context_, index, &box), part.name);
+    part.display_window = toWindow(box);
+
+    const exr_attr_chlist_t* channels = nullptr;
+    check(exr_get_channels(context_, index, &channels), part.name);
+    for (int c = 0; c < channels->num_channels; ++c) {
+        const exr_attr_chlist_entry_t& entry = channels->entries[c];
+        if (entry.x_sampling != 1 || entry.y_sampling != 1) {
+            throw Error(ErrorKind::kInput,
+                        std::string("the channel ") + entry.name.str + " is subsampled",
+                        path_ + ": " + part.name, "write it again with all channels at full size");
         }
-        check(exr_get_display_window(context_, i, &box), part.name);
-        part.display_window = toWindow(box);
+        part.channels.push_back({entry.name.str, toPixelType(entry.pixel_type)});
+    }
+}
 
-        const exr_attr_chlist_t* channels = nullptr;
-        check(exr_get_channels(context_, i, &channels), part.name);
-        for (int c = 0; c < channels->num_channels; ++c) {
-            const exr_attr_chlist_entry_t& entry = channels->entries[c];
-            if (entry.x_sampling != 1 || entry.y_sampling != 1) {
-                throw Error(ErrorKind::kInput, "subsampled channels are not supported",
-                            path_ + ": " + part.name);
-            }
-            part.channels.push_back({entry.name.str, toPixelType(entry.pixel_type)});
+void ExrInput::readAttributes(int index, ExrInputPart& part) {
+    int32_t attributes = 0;
+    check(exr_get_attribute_count(context_, index, &attributes), part.name);
+    for (int32_t a = 0; a < attributes; ++a) {
+        const exr_attribute_t* attribute = nullptr;
+        check(exr_get_attribute_by_index(context_, index, EXR_ATTR_LIST_FILE_ORDER, a, &attribute),
+              part.name);
+        std::string text = attributeText(*attribute);
+        if (!text.empty()) part.attributes[attribute->name] = std::move(text);
+        const std::string_view name = attribute->name;
+        if (attribute->type == EXR_ATTR_OPAQUE &&
+            std::string_view(attribute->type_name) == "idmanifest") {
+            const auto* bytes = static_cast<const std::byte*>(attribute->opaque->packed_data);
+            part.id_manifest.assign(bytes, bytes + attribute->opaque->size);
+        } else if (attribute->type == EXR_ATTR_STRING_VECTOR && name == "multiView") {
+            const exr_attr_string_vector_t& views = *attribute->stringvector;
+            for (int32_t v = 0; v < views.n_strings; ++v)
+                part.views.emplace_back(views.strings[v].str,
+                                        static_cast<std::size_t>(views.strings[v].length));
+        } else if (attribute->type == EXR_ATTR_CHROMATICITIES && name == "chromaticities") {
+            const exr_attr_chromaticities_t& c = *attribute->chromaticities;
+            part.chromaticities = {c.red_x,  c.red_y,  c.green_x, c.green_y,
+                                   c.blue_x, c.blue_y, c.white_x, c.white_y};
         }
+    }
+}
 
-        int32_t attributes = 0;
-        check(exr_get_attribute_count(context_, i, &attributes), part.name);
-        for (int32_t a = 0; a < attributes; ++a) {
-            const exr_attribute_t* attribute = nullptr;
-            check(exr_get_attribute_by_index(context_, i, EXR_ATTR_LIST_FILE_ORDER, a, &attribute),
-                  part.name);
-            std::string text = attributeText(*attribute);
-            if (!text.empty()) part.attributes[attribute->name] = std::move(text);
-            if (attribute->type == EXR_ATTR_OPAQUE &&
-                std::string_view(attribute->type_name) == "idmanifest") {
-                const auto* bytes = static_cast<const std::byte*>(attribute->opaque->packed_data);
-                part.id_manifest.assign(bytes, bytes + attribute->opaque->size);
-            }
+/// Makes the corner of the first display window (0, 0).
+void ExrInput::moveToOrigin() {
+    const auto isFar = [](const Window& window) {
+        return std::max({std::abs(window.x0), std::abs(window.y0), std::abs(window.x1),
+                         std::abs(window.y1)}) > kMaxCoordinate;
+    };
+    for (const ExrInputPart& part : parts_) {
+        if (isFar(part.data_window) || isFar(part.display_window))
+            throw Error(ErrorKind::kInput, "the size of a part is not plausible",
+                        path_ + ": " + part.name);
+    }
+    if (parts_.empty()) return;
+    origin_x_ = parts_.front().display_window.x0;
+    origin_y_ = parts_.front().display_window.y0;
+    for (ExrInputPart& part : parts_) {
+        for (Window* window : {&part.data_window, &part.display_window}) {
+            *window = {window->x0 - origin_x_, window->y0 - origin_y_, window->x1 - origin_x_,
+                       window->y1 - origin_y_};
         }
     }
 }
@@ -275,12 +332,15 @@ void ExrInput::checkSizes() const {
     std::uint64_t least = 0;  // bytes that the pixels take, packed as well as can be
     for (const ExrInputPart& part : parts_) {
         const Window& window = part.data_window;
-        const int far = std::max(
-            {std::abs(window.x0), std::abs(window.y0), std::abs(window.x1), std::abs(window.y1)});
-        if (far > kMaxCoordinate || window.width() > kMaxSide || window.height() > kMaxSide ||
-            window.empty() || part.channels.size() > kMaxChannels) {
+        if (window.width() > kMaxSide || window.height() > kMaxSide || window.empty() ||
+            part.channels.size() > kMaxChannels) {
             throw Error(ErrorKind::kInput, "the size of a part is not plausible",
                         path_ + ": " + part.name);
+        }
+        if (part.deep() && !canBeDeep(part.compression)) {
+            throw Error(ErrorKind::kInput,
+                        "OpenEXR has no deep images of compression " + part.compression,
+                        path_ + ": " + part.name, "write it again with zips, rle or none");
         }
         std::uint64_t pixel = part.deep() ? sizeof(std::uint32_t) : 0;  // at least its count
         if (!part.deep()) {
@@ -293,9 +353,45 @@ void ExrInput::checkSizes() const {
         throw Error(ErrorKind::kInput, "the file is too small for the pixels it promises", path_,
                     "it may be cut off; write it again");
     }
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+        const ExrInputPart& part = parts_[i];
+        if (!needsClasses(part)) continue;
+        checkBlock(part, part.tile_width > 0 ? part.tile_width : part.data_window.width(),
+                   rowsPerChunk(i));
+    }
+}
+
+/// Throws Error (kInput) unless the file may hold a block of so many pixels.
+void ExrInput::checkBlock(const ExrInputPart& part, int width, int rows) const {
+    std::uint64_t pixel = 0;
+    for (const auto& channel : part.channels)
+        pixel += pixelTypeSize(channel.type);
+    const std::uint64_t bytes =
+        pixel * static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(rows);
+    if (bytes > kMostBlock && bytes / mostRatio(part.compression) > bytes_)
+        refuse("a block of pixels has no plausible size", part);
+}
+
+std::vector<StoredAttribute> ExrInput::attributes(std::size_t part) const {
+    ExrHeaders headers(file_, path_);
+    ExrHeaders::Attribute found;
+    std::vector<StoredAttribute> attributes;
+    for (std::size_t i = 0; i <= part && headers.nextPart(); ++i) {
+        while (headers.nextAttribute(found)) {
+            if (i != part) continue;
+            StoredAttribute& attribute = attributes.emplace_back();
+            attribute.name = found.name;
+            attribute.type = found.type;
+            attribute.value.resize(found.size);
+            file_.readSome(found.place, {reinterpret_cast<char*>(attribute.value.data()),
+                                         attribute.value.size()});
+        }
+    }
+    return attributes;
 }
 
 int ExrInput::rowsPerChunk(std::size_t part) const {
+    if (parts_[part].tile_height > 0) return parts_[part].tile_height;
     int32_t rows = 0;
     check(exr_get_scanlines_per_chunk(context_, static_cast<int>(part), &rows), parts_[part].name);
     return std::max(1, rows);
@@ -303,30 +399,46 @@ int ExrInput::rowsPerChunk(std::size_t part) const {
 
 void ExrInput::readChunk(std::size_t part, int y, const Window& window,
                          std::span<const ExrTarget> targets) const {
+    // The chunk is decoded into planes as large as itself, from which the wanted rows and columns
+    // are copied.
+    Planes planes(targets.size());
+    const Window chunk = needsClasses(parts_[part]) ? decodeByClasses(part, y, targets, planes)
+                                                    : decodeChunk(part, y, targets, planes);
+    const Window rows = intersect({window.x0, chunk.y0, window.x1, chunk.y1}, window);
+    if (rows.empty()) refuse("a chunk has no plausible size", parts_[part]);
+    for (std::size_t t = 0; t < targets.size(); ++t) {
+        const std::size_t size = pixelTypeSize(targets[t].type);
+        const auto width = static_cast<std::size_t>(chunk.width());
+        const auto left = static_cast<std::size_t>(rows.x0 - chunk.x0);
+        for (int row = rows.y0; row < rows.y1; ++row) {
+            const auto from = static_cast<std::size_t>(row - chunk.y0) * width + left;
+            const auto to = static_cast<std::size_t>(row - window.y0) * targets[t].stride;
+            std::memcpy(targets[t].first + to, planes[t].data() + from * size,
+                        static_cast<std::size_t>(rows.width()) * size);
+        }
+    }
+}
+
+/// Decodes the chunk that holds row `y`. Returns its pixels, which the planes have.
+Window ExrInput::decodeChunk(std::size_t part, int y, std::span<const ExrTarget> targets,
+                             Planes& planes) const {
     const ExrInputPart& info = parts_[part];
     const int index = static_cast<int>(part);
     exr_chunk_info_t chunk{};
-    check(exr_read_scanline_chunk_info(context_, index, y, &chunk), info.name);
-    const Window rows =
-        intersect({window.x0, chunk.start_y, window.x1, chunk.start_y + chunk.height}, window);
+    check(exr_read_scanline_chunk_info(context_, index, y + origin_y_, &chunk), info.name);
     // Of what is stored as it is and cut short, OpenEXR 3.1.5 leaves the rest of the memory as it
     // was.
     const bool whole = info.compression != "none" || chunk.packed_size == chunk.unpacked_size;
-    if (chunk.packed_size > bytes_ || rows.empty() || !whole) {
-        throw Error(ErrorKind::kInput, "a chunk has no plausible size", path_ + ": " + info.name);
-    }
+    const int top = chunk.start_y - origin_y_;
+    const Window pixels{info.data_window.x0, top, info.data_window.x1, top + chunk.height};
+    if (chunk.packed_size > bytes_ || intersect(pixels, info.data_window).empty() || !whole)
+        refuse("a chunk has no plausible size", info);
     DecodePipeline decoder(context_);
     exr_decode_pipeline_t& pipeline = decoder.pipeline;
     check(exr_decoding_initialize(context_, index, &chunk, &pipeline), info.name);
-
-    // The chunk is decoded into planes as large as itself, from which the wanted rows and columns
-    // are copied.
-    const auto chunk_width = static_cast<std::size_t>(info.data_window.width());
-    const auto chunk_height = static_cast<std::size_t>(chunk.height);
-    std::vector<std::vector<std::byte>> planes(targets.size());
     for (std::size_t t = 0; t < targets.size(); ++t) {
         const std::size_t size = pixelTypeSize(targets[t].type);
-        planes[t].resize(chunk_width * chunk_height * size);
+        planes[t].resize(pixels.pixels() * size);
         // The pipeline has the channels of the part, in the same order.
         const ExrInputChannel* wanted = info.channel(targets[t].name);
         const auto c = wanted ? wanted - info.channels.data() : pipeline.channel_count;
@@ -336,22 +448,31 @@ void ExrInput::readChunk(std::size_t part, int y, const Window& window,
             channel.user_data_type = fromPixelType(targets[t].type);
             channel.user_bytes_per_element = static_cast<std::int16_t>(size);
             channel.user_pixel_stride = static_cast<std::int32_t>(size);
-            channel.user_line_stride = static_cast<std::int32_t>(size * chunk_width);
+            channel.user_line_stride =
+                static_cast<std::int32_t>(size * static_cast<std::size_t>(pixels.width()));
         }
     }
     check(exr_decoding_choose_default_routines(context_, index, &pipeline), info.name);
     check(exr_decoding_run(context_, index, &pipeline), info.name);
+    return pixels;
+}
 
+/// The same of a part that OpenEXR's classes have to read; there row `y` is the first of a chunk.
+Window ExrInput::decodeByClasses(std::size_t part, int y, std::span<const ExrTarget> targets,
+                                 Planes& planes) const {
+    const ExrInputPart& info = parts_[part];
+    const Window& all = info.data_window;
+    const Window pixels{all.x0, y, all.x1, std::min(y + rowsPerChunk(part), all.y1)};
+    std::vector<ExrPlane> wanted;
     for (std::size_t t = 0; t < targets.size(); ++t) {
-        const std::size_t size = pixelTypeSize(targets[t].type);
-        const auto left = static_cast<std::size_t>(rows.x0 - info.data_window.x0);
-        for (int row = rows.y0; row < rows.y1; ++row) {
-            const auto from = static_cast<std::size_t>(row - chunk.start_y) * chunk_width + left;
-            const auto to = static_cast<std::size_t>(row - window.y0) * targets[t].stride;
-            std::memcpy(targets[t].first + to, planes[t].data() + from * size,
-                        static_cast<std::size_t>(rows.width()) * size);
-        }
+        planes[t].resize(pixels.pixels() * pixelTypeSize(targets[t].type));
+        wanted.push_back({targets[t].name, targets[t].type, planes[t].data()});
     }
+    classes_->readRows(static_cast<int>(part),
+                       {pixels.x0 + origin_x_, pixels.y0 + origin_y_, pixels.x1 + origin_x_,
+                        pixels.y1 + origin_y_},
+                       wanted, path_ + ": " + info.name);
+    return pixels;
 }
 
 void ExrInput::checkChunks(std::size_t part) const {
@@ -359,7 +480,8 @@ void ExrInput::checkChunks(std::size_t part) const {
     const int rows = rowsPerChunk(part);
     for (int y = info.data_window.y0; y < info.data_window.y1; y += rows) {
         exr_chunk_info_t chunk{};
-        check(exr_read_scanline_chunk_info(context_, static_cast<int>(part), y, &chunk), info.name);
+        check(exr_read_scanline_chunk_info(context_, static_cast<int>(part), y + origin_y_, &chunk),
+              info.name);
         if (chunk.data_offset > bytes_ || chunk.packed_size > bytes_ - chunk.data_offset)
             refuse("a chunk reaches beyond the end of the file", info);
     }

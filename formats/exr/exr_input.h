@@ -2,16 +2,20 @@
 // Reads OpenEXR files as they are: parts, attributes as text, chunks of pixels.
 #pragma once
 
+#include <array>
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "core/base/window.h"
 #include "core/image/layered_image.h"
+#include "core/image/sink.h"
 #include "formats/file/byte_buffer.h"
 #include "formats/file/regular_file.h"
 
@@ -32,12 +36,15 @@ struct ExrInputPart {
     std::string name;         ///< "" in a single-part file without one
     std::string type;         ///< "scanlineimage", "tiledimage", "deepscanline" or "deeptile"
     std::string compression;  ///< "none", "zip", …
-    int tile_width = 0, tile_height = 0;  ///< of tiled parts
-    Window data_window, display_window;
+    int tile_width = 0, tile_height = 0;    ///< of tiled parts
+    Window data_window, display_window;     ///< from the corner of the file's display window on
     std::vector<ExrInputChannel> channels;  ///< sorted by name
     /// The text of those of type string, int, float, double and rational, by name.
     std::map<std::string, std::string> attributes;
     std::vector<std::byte> id_manifest{};  ///< the attribute idManifest as it is stored
+    std::vector<std::string> views{};      ///< of multiView: the default one first
+    /// x and y of red, green, blue and white; nothing if the file does not say.
+    std::optional<std::array<float, 8>> chromaticities{};
 
     const ExrInputChannel* channel(const std::string& wanted) const;
     /// The text of an attribute, "" if there is none.
@@ -70,6 +77,8 @@ struct ExrDeepBlock {
     ByteBuffer samples;
 };
 
+class ExrClasses;
+
 /// An open file. Nothing in it is trusted: sizes are checked against limits and against the size of
 /// the file before anything is allocated by them.
 class ExrInput {
@@ -83,16 +92,22 @@ class ExrInput {
     const std::string& path() const { return path_; }
     std::uint64_t bytes() const { return bytes_; }  ///< of the file
     const std::vector<ExrInputPart>& parts() const { return parts_; }
+    /// Where the display window of the first part begins in the file; here it begins at (0, 0).
+    int originX() const { return origin_x_; }
+    int originY() const { return origin_y_; }
+    /// The header of a part, attribute by attribute. Throws Error (kInput).
+    std::vector<StoredAttribute> attributes(std::size_t part) const;
 
-    /// Rows that are compressed together; chunks begin at the top of the data window.
+    /// Rows of a flat part that are compressed together, or of a tile; chunks begin at the top of
+    /// the data window.
     int rowsPerChunk(std::size_t part) const;
-    /// Decodes the chunk that holds row `y` of a scan-line part and stores what lies in `window`
-    /// (inside the data window). Safe to call from several threads. Throws Error (kInput), `where`
-    /// being path and part.
+    /// Decodes the chunk, or the row of tiles, that holds row `y` of a flat part and stores what
+    /// lies in `window` (inside the data window). Safe to call from several threads. Throws Error
+    /// (kInput), `where` being path and part.
     void readChunk(std::size_t part, int y, const Window& window,
                    std::span<const ExrTarget> targets) const;
-    /// Decodes every chunk of a part of scan lines or tiles, all levels, and keeps nothing. Throws
-    /// Error (kInput) at the first that is damaged.
+    /// Decodes every chunk of a part, of tiles all levels but of deep ones the first, and keeps
+    /// nothing. Throws Error (kInput) at the first that is damaged.
     void decodeAll(std::size_t part) const;
 
     /// Throws Error (kInput) unless every chunk of a part of scan lines lies inside the file. Reads
@@ -111,7 +126,17 @@ class ExrInput {
 
   private:
     void readHeaders();
+    void readHeader(int index, ExrInputPart& part);
+    void readAttributes(int index, ExrInputPart& part);
+    void moveToOrigin();
     void checkSizes() const;
+    void decodeDwa(std::size_t part) const;
+    void checkBlock(const ExrInputPart& part, int width, int rows) const;
+    using Planes = std::vector<std::vector<std::byte>>;
+    Window decodeChunk(std::size_t part, int y, std::span<const ExrTarget> targets,
+                       Planes& planes) const;
+    Window decodeByClasses(std::size_t part, int y, std::span<const ExrTarget> targets,
+                           Planes& planes) const;
     [[noreturn]] void refuse(const std::string& what, const ExrInputPart& part) const;
     void check(int result, const std::string& part = {}) const;
 
@@ -120,6 +145,8 @@ class ExrInput {
     std::uint64_t bytes_ = 0;
     _priv_exr_context_t* context_ = nullptr;
     std::vector<ExrInputPart> parts_;
+    int origin_x_ = 0, origin_y_ = 0;
+    std::unique_ptr<ExrClasses> classes_;  ///< if a part has to be read by them
 };
 
 }  // namespace peeler

@@ -2,6 +2,10 @@
 // Decodes parts into planes, and gathers fragment lists from planes.
 #include "formats/exr/exr_readers.h"
 
+#include <Imath/half.h>
+#include <OpenEXR/ImfChromaticities.h>
+#include <OpenEXR/ImfRgbaYca.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -11,6 +15,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/resize_anew.h"
+#include "formats/exr/exr_attributes.h"
 #include "formats/exr/exr_layout.h"
 
 namespace peeler {
@@ -45,25 +50,29 @@ struct ExrLdiReader::Layer {
         const auto pixel = row * static_cast<std::size_t>(window.width()) + column;
         return planes[channel].data() + pixel * size;
     }
+    /// All values of a channel.
+    template <class T>
+    std::span<T> as(std::size_t channel) {
+        return {reinterpret_cast<T*>(planes[channel].data()), planes[channel].size() / sizeof(T)};
+    }
     const float* depths(int y) const {
         return reinterpret_cast<const float*>(at(kDepthChannel, 0, y, sizeof(float)));
     }
 };
 
-ExrLdiReader::ExrLdiReader(OpenedExr opened, bool composite)
-    : input_(std::move(opened.files)), info_(std::move(opened.info)), pixels_(composite) {
+ExrLdiReader::ExrLdiReader(OpenedExr opened, const std::optional<ExrPicture>& picture,
+                           bool composite)
+    : opened_(std::move(opened)), pixels_(composite) {
     const std::string promised = info_.parts.front().attribute("peeler:layers");
     const bool lone_layer = info_.parts.front().attribute("peeler:layout") == kPerFileLayout &&
                             info_.layers.size() == 1 && info_.composite < 0;
     if (pixels_) {
         takeComposite();
+    } else if (picture) {
+        takePicture(*picture);
     } else if (info_.layers.empty() && promised != "0") {
-        if (info_.is_peeler) {
-            throw Error(ErrorKind::kInput,
-                        "it is not a layered depth image: no part is named layer_*", input_.path(),
-                        "render with `as` ldi");
-        }
-        takeFlatPicture();
+        throw Error(ErrorKind::kInput, "it is not a layered depth image: no part is named layer_*",
+                    input_.path(), "render with `as` ldi");
     } else if (!promised.empty() && promised != std::to_string(info_.layers.size()) &&
                !lone_layer) {
         throw Error(
@@ -75,6 +84,23 @@ ExrLdiReader::ExrLdiReader(OpenedExr opened, bool composite)
         sources_.push_back({info_.layers[i], info_.prefixes[i]});
     findChannels();
     checkLayers();
+    place();
+}
+
+/// Warns of what is not read, and sets the windows of the picture and its layers.
+void ExrLdiReader::place() {
+    std::vector<std::size_t> read = info_.layers;
+    if (info_.composite >= 0) read.push_back(static_cast<std::size_t>(info_.composite));
+    warnOfUnread(opened_, read);
+    readCarried(opened_, read.empty() ? 0 : read.front());
+    Window all;
+    for (const std::size_t part : read)
+        all = unite(all, info_.parts[part].data_window);
+    if (!all.empty()) placePixels(opened_, all);
+    for (LayerPlan& layer : info_.plan.layers) {
+        layer.data_window = intersect(layer.data_window, info_.plan.view.crop);
+        if (layer.data_window.empty()) layer.data_window = {};
+    }
 }
 
 ExrLdiReader::~ExrLdiReader() = default;
@@ -94,48 +120,38 @@ void ExrLdiReader::takeComposite() {
     info_.prefixes = {""};
 }
 
-void ExrLdiReader::takeFlatPicture() {
-    for (std::size_t i = 0; i < info_.parts.size() && !flat_; ++i) {
-        const ExrInputPart& part = info_.parts[i];
-        const bool colored = part.channel("R") && part.channel("G") && part.channel("B");
-        const ExrInputChannel* grey = part.channel("Y");
-        if (!colored && (!grey || grey->type == PixelType::kUint)) continue;
-        flat_ = true;
-        info_.layers = {i};
-        info_.prefixes = {""};
-        info_.composite = -1;
-        info_.plan.layers = {{part.data_window, 0}};
-        info_.plan.view.crop = part.data_window;
-        info_.plan.color_type = PixelType::kHalf;
-        info_.plan.tinted = hasTint(part, "");
-        std::vector<std::string> names = colorNames(info_.plan.tinted);
-        names.emplace_back("Y");
-        for (const std::string& name : names) {
-            const ExrInputChannel* channel = part.channel(name);
-            if (channel && channel->type != PixelType::kHalf)
-                info_.plan.color_type = PixelType::kFloat;
-        }
+void ExrLdiReader::takePicture(const ExrPicture& picture) {
+    const ExrInputPart& part = info_.parts[picture.part];
+    flat_ = true;
+    colors_ = picture.colors;
+    info_.layers = {picture.part};
+    info_.prefixes = {""};
+    info_.composite = -1;
+    info_.plan.layers = {{part.data_window, 0}};
+    info_.plan.tinted = colors_.tinted();
+    info_.plan.color_type = PixelType::kHalf;
+    // Grey is decoded as R; RY and BY as G and B, until all three are there.
+    if (!colors_.luminance.empty())
+        colors_.rgb = {colors_.luminance, colors_.chroma[0], colors_.chroma[1]};
+    for (const std::string& name : colorNames(true)) {
+        const ExrInputChannel* channel = part.channel(colors_.named(name));
+        if (channel && channel->type != PixelType::kHalf) info_.plan.color_type = PixelType::kFloat;
     }
-    if (flat_) return;
-    throw Error(ErrorKind::kInput, "it has neither layers nor a picture: no part has R, G, B or Y",
-                input_.path(), "`readExrInfo` lists its parts");
 }
 
 void ExrLdiReader::checkLayers() const {
     for (const Source& source : sources_) {
         const ExrInputPart& part = info_.parts[source.part];
-        if (part.type != "scanlineimage") {
-            throw Error(ErrorKind::kInput,
-                        "a layer is of type " + part.type + ", not scanlineimage",
-                        input_.where(source.part), "oiiotool IN --scanline -o OUT changes tiles");
-        }
+        if (part.deep())
+            throw Error(ErrorKind::kInput, "a layer is of type " + part.type + ", which is deep",
+                        input_.where(source.part), "give its part another name");
         for (std::size_t c = 0; c < first_extra_; ++c) {
-            const ExrInputChannel* channel = part.channel(source.prefix + channels_[c].name);
+            const ExrInputChannel* channel = part.channel(storedName(source, channels_, c));
             if (channel ? channel->type != PixelType::kUint : flat_) continue;
             throw Error(
                 ErrorKind::kInput,
                 "a layer has no channel " + source.prefix + channels_[c].name + " of half or float",
-                input_.where(source.part));
+                input_.where(source.part), "`part` reads a part by itself");
         }
     }
 }
@@ -147,15 +163,32 @@ void ExrLdiReader::findChannels() {
     first_extra_ = channels_.size();
     if (sources_.empty()) return;
     const Source& first = sources_.front();
+    const bool foreign = flat_ && !pixels_;
+    if (foreign) {
+        for (const ExrInputChannel& channel : channels_)
+            stored_.push_back(colors_.named(channel.name));
+    }
     std::vector<ExrInputChannel> others;
     for (const ExrInputChannel& channel : info_.parts[first.part].channels) {
         if (!channel.name.starts_with(first.prefix)) continue;
         const ExrInputChannel bare{channel.name.substr(first.prefix.size()), channel.type};
         const auto named = [&](const ExrInputChannel& c) { return c.name == bare.name; };
-        if (std::ranges::none_of(channels_, named)) others.push_back(bare);
+        const bool taken = std::ranges::find(stored_, bare.name) != stored_.end();
+        if (std::ranges::none_of(channels_, named) && !taken) others.push_back(bare);
+    }
+    if (foreign) {
+        for (const ExrInputChannel& channel : others)
+            stored_.push_back(channel.name);
     }
     extra_ = fragmentArrays(others);
     channels_.insert(channels_.end(), others.begin(), others.end());
+}
+
+/// The name of one of these channels in the part of a layer; "" if there is none.
+std::string ExrLdiReader::storedName(const Source& source,
+                                     std::span<const ExrInputChannel> channels,
+                                     std::size_t c) const {
+    return stored_.empty() ? source.prefix + channels[c].name : stored_[c];
 }
 
 std::vector<ExrLdiReader::Layer> ExrLdiReader::decode(
@@ -178,7 +211,7 @@ std::vector<ExrLdiReader::Layer> ExrLdiReader::decode(
         if (layer.window.empty()) continue;
         const auto [wanted, first] = targets.try_emplace(index);
         for (std::size_t c = 0; c < channels.size(); ++c) {
-            const std::string name = sources[i].prefix + channels[c].name;
+            const std::string name = storedName(sources[i], channels, c);
             if (!part.channel(name)) continue;
             const std::size_t size = pixelTypeSize(channels[c].type);
             layer.planes[c].resize(layer.window.pixels() * size);
@@ -199,39 +232,72 @@ std::vector<ExrLdiReader::Layer> ExrLdiReader::decode(
     return layers;
 }
 
-/// Adds alpha and Z where a flat picture has none, and makes three colours of grey.
-void ExrLdiReader::completeFlatPicture(Layer& layer) const {
-    const std::size_t pixels = layer.window.pixels();
+/// Makes alpha the mean of the opacities, or 1.
+template <class T>
+void ExrLdiReader::completeAlpha(Layer& layer) const {
+    const std::span<T> alpha = layer.as<T>(kAlphaChannel);
+    if (!colors_.tinted()) {
+        std::ranges::fill(alpha, T(1.0F));
+        return;
+    }
+    const std::span<T> r = layer.as<T>(planeOf(4)), g = layer.as<T>(planeOf(5)),
+                       b = layer.as<T>(planeOf(6));
+    for (std::size_t p = 0; p < alpha.size(); ++p)
+        alpha[p] = T(meanOpacity<float>(r[p], g[p], b[p]));
+}
+
+/// Makes colours of Y, or of Y, RY = (R − Y) / Y and BY = (B − Y) / Y ("Luminance/Chroma Images",
+/// openexr.com/en/latest/TechnicalIntroduction.html).
+template <class T>
+void ExrLdiReader::completeColors(Layer& layer) const {
+    if (colors_.alpha.empty()) completeAlpha<T>(layer);
+    if (colors_.luminance.empty()) return;
+    const std::span<T> r = layer.as<T>(0), g = layer.as<T>(1), b = layer.as<T>(2);
+    if (colors_.chroma[0].empty()) {
+        std::ranges::copy(r, g.begin());
+        std::ranges::copy(r, b.begin());
+        return;
+    }
+    Imf::Chromaticities primaries;
+    if (const auto& own = info_.parts[info_.layers.front()].chromaticities)
+        primaries = {{(*own)[0], (*own)[1]},
+                     {(*own)[2], (*own)[3]},
+                     {(*own)[4], (*own)[5]},
+                     {(*own)[6], (*own)[7]}};
+    const Imath::V3f weight = Imf::RgbaYca::computeYw(primaries);
+    for (std::size_t p = 0; p < r.size(); ++p) {
+        const float y = r[p], red = (g[p] + 1) * y, blue = (b[p] + 1) * y;
+        r[p] = red;
+        g[p] = (y - red * weight.x - blue * weight.z) / weight.y;
+        b[p] = blue;
+    }
+}
+
+/// Adds what a flat picture does not say.
+void ExrLdiReader::completePicture(Layer& layer) {
+    for (std::size_t c = 0; c < first_extra_; ++c)
+        layer.planes[c].resize(layer.window.pixels() * pixelTypeSize(channels_[c].type));
+    if (info_.plan.color_type == PixelType::kHalf)
+        completeColors<half>(layer);
+    else
+        completeColors<float>(layer);
+    completeDepth(layer);
+}
+
+/// Makes Z = +inf where there is nothing, and a number elsewhere.
+void ExrLdiReader::completeDepth(Layer& layer) {
+    constexpr float kNothing = std::numeric_limits<float>::infinity();
     const std::size_t size = pixelTypeSize(info_.plan.color_type);
-    const bool half = info_.plan.color_type == PixelType::kHalf;
-    for (std::size_t c = 0; c < 3; ++c) {
-        if (!layer.planes[c].empty()) continue;
-        for (std::size_t e = first_extra_; e < channels_.size(); ++e) {
-            if (channels_[e].name == "Y" && channels_[e].type == info_.plan.color_type)
-                layer.planes[c] = layer.planes[e];
-        }
-        layer.planes[c].resize(pixels * size);
-    }
-    if (layer.planes[kAlphaChannel].empty()) {
-        constexpr std::uint16_t kOpaqueHalf = 0x3c00;
-        constexpr float kOpaque = 1;
-        layer.planes[kAlphaChannel].resize(pixels * size);
-        for (std::size_t p = 0; p < pixels; ++p) {
-            std::memcpy(layer.planes[kAlphaChannel].data() + p * size,
-                        half ? static_cast<const void*>(&kOpaqueHalf) : &kOpaque, size);
-        }
-    }
-    if (!layer.planes[kDepthChannel].empty()) return;
-    constexpr float kNothing = std::numeric_limits<float>::infinity(), kSomewhere = 0;
-    layer.planes[kDepthChannel].resize(pixels * sizeof(float));
-    for (std::size_t p = 0; p < pixels; ++p) {
+    const std::span<float> depths = layer.as<float>(kDepthChannel);
+    makeDepthsFinite(depths, opened_.warnings);
+    for (std::size_t p = 0; p < depths.size(); ++p) {
         bool empty = true;
         for (std::size_t byte = p * size; byte < (p + 1) * size; ++byte) {
             for (std::size_t c = 0; c < kColorChannels; ++c)
                 empty = empty && layer.planes[c][byte] == std::byte{0};
         }
-        std::memcpy(layer.planes[kDepthChannel].data() + p * sizeof(float),
-                    empty ? &kNothing : &kSomewhere, sizeof(float));
+        const bool behind_all = depths[p] == std::numeric_limits<float>::max();
+        if (empty && (colors_.depth.empty() || behind_all)) depths[p] = kNothing;
     }
 }
 
@@ -241,7 +307,7 @@ void ExrLdiReader::read(const Window& window, LayeredImage& out) {
                     input_.path());
     }
     std::vector<Layer> layers = decode(window, sources_, channels_);
-    if (flat_) completeFlatPicture(layers.front());
+    if (!stored_.empty()) completePicture(layers.front());
     const auto width = static_cast<std::size_t>(window.width());
     const auto height = static_cast<std::size_t>(window.height());
 

@@ -12,6 +12,7 @@
 #include "core/image/layered_image.h"
 #include "core/image/layers.h"
 #include "formats/exr/exr_files.h"
+#include "formats/exr/exr_picture.h"
 #include "formats/exr/layered_input.h"
 
 namespace peeler {
@@ -19,14 +20,16 @@ namespace peeler {
 /// Reads files of ExrLdiWriter in every layout, and any other whose parts `layer_*` hold R, G, B,
 /// A, Z; AR, AG, AB beside A are coloured opacity. A fragment is where Z is less than +inf.
 ///
-/// A flat picture of others is read as one layer: the first scan-line part with R, G, B or Y. Where
-/// it has no A, alpha is 1; where it has no Z, a pixel that is not all 0 has a fragment, at Z = 0.
-/// A composite of our own is read, where it is asked for, as pixels: each is one entry, with
-/// Z = +inf where there is no fragment.
+/// A flat picture of others is read as one layer (exr_picture.h). Where it has no alpha, that is 1;
+/// where it has no Z, a pixel that is not all 0 has a fragment, at Z = 0, and where its Z is
+/// infinite or no number, at the largest finite one. Y is three times grey, or with RY and BY a
+/// colour. A composite of our own is read, where it is asked for, as pixels: each is one entry,
+/// with Z = +inf where there is no fragment.
 class ExrLdiReader : public LayeredInput {
   public:
     /// Throws Error (kInput) if the file is not layered; `where` names the part.
-    explicit ExrLdiReader(OpenedExr opened, bool composite = false);
+    explicit ExrLdiReader(OpenedExr opened, const std::optional<ExrPicture>& picture = {},
+                          bool composite = false);
     explicit ExrLdiReader(const std::string& path) : ExrLdiReader(OpenedExr(path)) {}
     ~ExrLdiReader() override;
 
@@ -35,6 +38,7 @@ class ExrLdiReader : public LayeredInput {
     void readComposite(const Window& window, CompositeImage& out) override;
     int rowsFor(std::uint64_t bytes) const override;
     BandRead mostOf(int rows) const override;
+    std::vector<std::string> takeWarnings() override { return opened_.warnings.take(); }
 
   private:
     struct Layer;
@@ -49,38 +53,48 @@ class ExrLdiReader : public LayeredInput {
     void checkLayers() const;
     void findChannels();
     void takeComposite();
-    void takeFlatPicture();
-    void completeFlatPicture(Layer& layer) const;
+    void takePicture(const ExrPicture& picture);
+    std::string storedName(const Source& source, std::span<const ExrInputChannel> channels,
+                           std::size_t c) const;
+    void place();
+    void completePicture(Layer& layer);
+    template <class T>
+    void completeColors(Layer& layer) const;
+    template <class T>
+    void completeAlpha(Layer& layer) const;
+    void completeDepth(Layer& layer);
 
-    ExrFiles input_;
-    ExrInfo info_;
+    OpenedExr opened_;
+    ExrFiles& input_ = opened_.files;
+    ExrInfo& info_ = opened_.info;
     bool flat_ = false;            ///< a flat picture, as one layer
     bool pixels_ = false;          ///< a composite, every pixel of it
+    ExrColors colors_;             ///< of a flat picture of others
     std::vector<Source> sources_;  ///< of the layers
     /// R, G, B, A, Z, then AR, AG, AB of coloured opacity, then those of extra_.
     std::vector<ExrInputChannel> channels_;
+    std::vector<std::string> stored_;   ///< their names in a flat picture of others; "" = none
     std::size_t first_extra_ = 0;       ///< of them
     std::vector<FragmentArray> extra_;  ///< without data
 };
 
-/// Reads files of ExrDeepWriter and deep scan lines or tiles of others: the first deep part with Z,
+/// Reads files of ExrDeepWriter and deep scan lines or tiles of others: a picture (exr_picture.h),
 /// and what other deep parts say of the same samples. Our own files' parts must have the same
 /// samples; a foreign part joins if it has the same data window, the same blocks and as many
 /// samples in every pixel, and no channel of the same name but Z and ZBack.
 ///
-/// What is no point sample in front of the camera is made one as well as may be: samples are
-/// sorted by Z (stably); a Z that is infinite or no number becomes the largest finite one, since
-/// +inf means "nothing here" in a layered file; ZBack is kept as a channel, and overlapping volumes
-/// are not split. Where there is no A, alpha is 1; where R, G or B is missing it is Y, or 0.
+/// Samples are sorted by Z (stably); a Z of +inf becomes the largest finite one, since +inf means
+/// "nothing here" in a layered file; ZBack is kept as a channel. Where there is no A, alpha is the
+/// mean of AR, AG and AB, or 1; where R, G or B is missing it is Y, or 0. Warns of a Z that is NaN
+/// or -inf, of samples that overlap, which are not split, and of colours and alpha that are
+/// missing.
 ///
 /// Opening reads all sample counts, so that info().plan has the layers with their windows and
 /// pixels, and the fragments as they are.
 class ExrDeepReader : public LayeredInput {
   public:
-    /// Throws Error (kInput) if no deep part has Z, or the counts are damaged; `where` names the
-    /// part.
-    explicit ExrDeepReader(OpenedExr opened);
-    explicit ExrDeepReader(const std::string& path) : ExrDeepReader(OpenedExr(path)) {}
+    /// Throws Error (kInput) if the counts are damaged; `where` names the part.
+    ExrDeepReader(OpenedExr opened, const ExrPicture& picture);
     ~ExrDeepReader() override;
 
     const ExrInfo& info() const override { return info_; }
@@ -88,6 +102,7 @@ class ExrDeepReader : public LayeredInput {
     void readComposite(const Window& window, CompositeImage& out) override;
     int rowsFor(std::uint64_t bytes) const override;
     BandRead mostOf(int rows) const override;
+    std::vector<std::string> takeWarnings() override { return opened_.warnings.take(); }
 
   private:
     /// Where the values of one channel of a part go.
@@ -106,11 +121,11 @@ class ExrDeepReader : public LayeredInput {
         std::vector<std::size_t> different;  ///< parts with other counts
     };
 
-    std::size_t findMainPart() const;
     std::vector<std::size_t> findOthers(std::size_t main) const;
     bool sameBlocks(std::size_t a, std::size_t b) const;
     void count(std::size_t block, CountedBlock& out) const;
     void countSamples();
+    void warnOfColors();
     void findChannels();
     std::vector<std::size_t> blocksIn(const Window& window, std::size_t part) const;
     void readCounts(const Window& window, LayeredImage& out) const;
@@ -118,12 +133,15 @@ class ExrDeepReader : public LayeredInput {
     static void store(const Route& route, const std::byte* from, std::size_t begin, std::size_t end,
                       LayeredImage& out);
     void scatter(const ExrDeepBlock& block, const Part& part, LayeredImage& out) const;
+    void completeAlpha(LayeredImage& out) const;
+    void warnOfVolumes(const LayeredImage& image);
 
-    ExrFiles input_;
-    ExrInfo info_;
+    OpenedExr opened_;
+    ExrFiles& input_ = opened_.files;
+    ExrInfo& info_ = opened_.info;
+    ExrColors colors_;
     std::vector<Part> parts_;           ///< the first has Z and colour
     std::vector<FragmentArray> extra_;  ///< without data
-    bool opaque_ = false;               ///< there is no channel A
     std::uint64_t sample_bytes_ = 0;    ///< of all parts together
     std::optional<DepthComplexity> complexity_;
 };

@@ -3,6 +3,7 @@
 #include "formats/exr/layered_input.h"
 
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "core/base/error.h"
@@ -34,28 +35,29 @@ bool isLayered(const ExrInfo& info) {
            (layers != info.attributes().end() && layers->second == "0");
 }
 
-std::unique_ptr<LayeredInput> openLayered(const std::string& path) {
-    return openLayered(OpenedExr(path));
+std::unique_ptr<LayeredInput> openLayered(const std::string& path,
+                                          const LayeredReadOptions& options) {
+    return openLayered(OpenedExr(path, options));
 }
 
 std::unique_ptr<LayeredInput> openLayered(OpenedExr opened) {
-    if (holdsBundles(opened.info)) {
+    const bool chooses = opened.options.choosesPicture();
+    if (holdsBundles(opened.info) && !chooses) {
         throw Error(ErrorKind::kInput,
                     "it holds the hits of " + std::to_string(opened.info.deep.size()) +
                         " bundles of rays, not one picture",
                     opened.files.path(), "trace one bundle into a file, or read it with OpenEXR");
     }
-    if (opened.info.deep.empty()) return std::make_unique<ExrLdiReader>(std::move(opened));
-    return std::make_unique<ExrDeepReader>(std::move(opened));
+    const bool layers =
+        !opened.info.layers.empty() || (opened.info.is_peeler && opened.info.deep.empty());
+    if (layers && !chooses) return std::make_unique<ExrLdiReader>(std::move(opened));
+    const ExrPicture picture = choosePicture(opened);
+    if (opened.info.deep.empty()) return std::make_unique<ExrLdiReader>(std::move(opened), picture);
+    return std::make_unique<ExrDeepReader>(std::move(opened), picture);
 }
 
 std::unique_ptr<LayeredInput> openComposite(OpenedExr opened) {
-    return std::make_unique<ExrLdiReader>(std::move(opened), true);
-}
-
-std::unique_ptr<LayeredInput> openBundle(OpenedExr opened, std::size_t n) {
-    opened.info.deep = {opened.info.deep[n]};
-    return std::make_unique<ExrDeepReader>(std::move(opened));
+    return std::make_unique<ExrLdiReader>(std::move(opened), std::nullopt, true);
 }
 
 }  // namespace peeler

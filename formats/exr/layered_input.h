@@ -38,6 +38,9 @@ class LayeredInput {
     /// The part `composite` as it is stored. Throws Error (kInput) if there is none.
     virtual void readComposite(const Window& window, CompositeImage& out) = 0;
 
+    /// The warnings that have come since it was last called: of headers, and of what has been read.
+    virtual std::vector<std::string> takeWarnings() { return {}; }
+
     /// Rows of full width whose read() takes about `bytes`, at least one chunk's.
     virtual int rowsFor(std::uint64_t bytes) const = 0;
 
@@ -58,14 +61,13 @@ bool isLayered(const ExrInfo& info);
 bool holdsBundles(const ExrInfo& info);
 
 /// Opens layered files in any layout, deep files, and flat pictures of other programs as one layer.
-/// Throws Error (kInput) for what has no fragments to read (our own composites, too); `where` names
-/// path and part.
-std::unique_ptr<LayeredInput> openLayered(const std::string& path);
+/// Throws Error (kInput) for what has no fragments to read (our own composites, too), `where`
+/// naming path and part, and (kUsage) for a part or view that is not there.
+std::unique_ptr<LayeredInput> openLayered(const std::string& path,
+                                          const LayeredReadOptions& options = {});
 std::unique_ptr<LayeredInput> openLayered(OpenedExr opened);
 /// Opens a composite of ours as pixels: one entry in each, of Z = +inf where there is no fragment.
 /// Of its layers the plan says their number alone. Throws Error (kInput) if it is none.
 std::unique_ptr<LayeredInput> openComposite(OpenedExr opened);
-/// Opens one of the bundles of holdsBundles(): the n-th of ExrInfo::deep.
-std::unique_ptr<LayeredInput> openBundle(OpenedExr opened, std::size_t n);
 
 }  // namespace peeler

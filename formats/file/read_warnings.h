@@ -2,6 +2,8 @@
 // Warnings about content of an input file that is not shown as the file says.
 #pragma once
 
+#include <cstddef>
+#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,8 +28,11 @@ class ReadWarnings {
     void warn(const std::string& sentence, const Error& problem);
 
     const std::vector<std::string>& sentences() const { return sentences_; }
-    /// Hands the sentences over.
-    std::vector<std::string> take() { return std::move(sentences_); }
+    /// Those that have come since it was last called.
+    std::vector<std::string> take() {
+        return {sentences_.begin() + std::exchange(taken_, std::ssize(sentences_)),
+                sentences_.end()};
+    }
 
   private:
     void add(const std::string& sentence);
@@ -35,6 +40,7 @@ class ReadWarnings {
     bool strict_;
     std::string file_;
     std::vector<std::string> sentences_;
+    std::ptrdiff_t taken_ = 0;
 };
 
 }  // namespace peeler

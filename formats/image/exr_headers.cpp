@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/image/exr_headers.h"
 
+#include <OpenEXR/ImfCompression.h>
+#include <OpenEXR/OpenEXRConfig.h>
+
 #include <string_view>
 #include <utility>
 
@@ -134,6 +137,15 @@ void checkExrHeaders(const RegularFile& file, const std::string& path) {
     ExrHeaders::Attribute attribute;
     while (headers.nextPart())
         while (headers.nextAttribute(attribute)) {
+            if (attribute.type != "compression" || attribute.name != attribute.type) continue;
+            char compression = 0;
+            file.readSome(attribute.place, {&compression, 1});
+            if (static_cast<unsigned char>(compression) < Imf::NUM_COMPRESSION_METHODS) continue;
+            throw Error(ErrorKind::kInput,
+                        "its compression, number " +
+                            std::to_string(static_cast<unsigned char>(compression)) +
+                            ", is one that this OpenEXR (" OPENEXR_VERSION_STRING ") does not know",
+                        path, "write it again with zip");
         }
 }
 

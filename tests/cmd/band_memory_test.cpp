@@ -107,16 +107,16 @@ TEST(BandMemory, NoBandHasMoreThanItsReaderSays) {
     ExrDeepWriter deep_writer(deep, options);
     test::writePicture(deep_writer, picture, {1 << 20});
     const int height = picture.image.window.height();
+    const auto of_samples = openLayered(deep);
+    LayeredInput& samples = *of_samples;
     for (const int rows : {1, 3, 16, height}) {
         ExrLdiReader layers(layered);
         EXPECT_GE(layers.mostOf(rows).fragments, mostFragments(layers, rows)) << rows;
         EXPECT_LE(layers.mostOf(rows).fragments, picture.image.fragments()) << rows;
         EXPECT_GT(layers.mostOf(rows).bytes, 0U);
-        ExrDeepReader samples(deep);
         EXPECT_GE(samples.mostOf(rows).fragments, mostFragments(samples, rows)) << rows;
         EXPECT_TRUE(samples.mostOf(rows).counted);
     }
-    ExrDeepReader samples(deep);
     EXPECT_EQ(samples.mostOf(height).fragments, picture.image.fragments());
     EXPECT_EQ(samples.mostOf(1).fragments, mostFragments(samples, 1));
 }

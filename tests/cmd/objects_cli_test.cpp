@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <tuple>
 
 #include "cmd/options/object_options.h"
@@ -26,7 +27,9 @@ using Fragment = std::tuple<float, std::uint32_t, std::uint32_t, std::vector<std
 
 std::vector<std::vector<Fragment>> fragmentsOf(const std::string& path,
                                                const ObjectOptions& options) {
-    const auto input = openChosen(path, options);
+    std::ostringstream out, err;
+    cmd::Console console(out, err, false);
+    const auto input = openChosen(path, {}, options, console);
     LayeredImage image;
     input->read(input->info().plan.view.crop, image);
     EXPECT_EQ(input->info().plan.fragments_stored, image.fragments());

@@ -14,6 +14,7 @@
 #include <OpenEXR/ImfPartType.h>
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -94,6 +95,23 @@ inline void storeAt(unsigned char* to, Imf::PixelType type, double value) {
 
 }  // namespace detail
 
+/// A part of these channels, floats, with the same samples in every pixel: of each sample the
+/// values in the order of `channels`.
+inline DeepPart deepPart(const Imath::Box2i& window, const std::vector<std::string>& channels,
+                         const std::vector<std::vector<double>>& samples) {
+    DeepPart part;
+    part.window = window;
+    part.counts.assign(part.pixels(), static_cast<std::uint32_t>(samples.size()));
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+        part.types[channels[c]] = Imf::FLOAT;
+        std::vector<double> values;
+        for (const std::vector<double>& sample : samples)
+            values.push_back(sample.at(c));
+        part.values[channels[c]].assign(part.pixels(), values);
+    }
+    return part;
+}
+
 /// One part of a file of deep scan lines.
 inline DeepPart readDeepPart(Imf::MultiPartInputFile& file, int index) {
     DeepPart part;
@@ -128,6 +146,7 @@ struct DeepFileOptions {
     Imf::Compression compression = Imf::ZIPS_COMPRESSION;
     int tile = 0;  ///< side of the tiles, 0 = scan lines
     Imath::Box2i display{{0, 0}, {15, 11}};
+    std::function<void(std::size_t part, Imf::Header&)> header{};  ///< changes a header
 };
 
 /// Writes parts as a program that knows nothing of peeler would.
@@ -145,6 +164,7 @@ inline void writeDeepFile(const std::string& path, std::vector<DeepPart> parts,
         }
         for (const auto& [name, type] : part.types)
             header.channels().insert(name, Imf::Channel(type));
+        if (options.header) options.header(headers.size(), header);
         headers.push_back(header);
     }
     Imf::MultiPartOutputFile file(path.c_str(), headers.data(), static_cast<int>(headers.size()));

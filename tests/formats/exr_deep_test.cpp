@@ -190,7 +190,8 @@ TEST_F(ExrDeep, OurReaderReturnsTheSameImage) {
             seed % 2 == 0 ? makeRichPicture(options) : makePicture(options);
         const LayeredImage& wanted = picture.image;
         writeDeep(scratch / "out.exr", picture, {5, 20});
-        ExrDeepReader reader(scratch / "out.exr");
+        const auto opened = openLayered(scratch / "out.exr");
+        LayeredInput& reader = *opened;
         EXPECT_EQ(reader.info().plan.fragments_stored, picture.image.fragments());
         ASSERT_EQ(reader.info().plan.layers.size(), picture.plan.layers.size());
         for (std::size_t k = 0; k < picture.plan.layers.size(); ++k) {
@@ -251,7 +252,8 @@ TEST_F(ExrDeep, TheStateSaysWhetherSamplesCoincide) {
 TEST_F(ExrDeep, MergedFilesSayWhatIsLeftAndCompositeAlike) {
     const SyntheticPicture picture = makePicture({.seed = 41, .color_type = PixelType::kFloat});
     writeDeep(scratch / "out.exr", picture, {7}, {.deep_merge = {DeepMerge::kExact, 0, 1}});
-    ExrDeepReader reader(scratch / "out.exr");
+    const auto opened = openLayered(scratch / "out.exr");
+    LayeredInput& reader = *opened;
     LayeredImage merged;
     reader.read(picture.image.window, merged);
     EXPECT_LT(merged.fragments(), picture.image.fragments());

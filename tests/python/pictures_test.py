@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures of the Python module hold what the command line's files hold, without copies."""
 
+import subprocess
 import unittest
 
 from module import SCENES, ModuleTest, command, np, peeler, resident, scene
@@ -130,6 +131,18 @@ class Pictures(ModuleTest):
         self.assertEqual(np.load(file)["t_hit"].shape, (36, 64, 4))
         self.assert_error("usage", peeler.render, engine, output=file, dense=0)
         self.assert_error("usage", img.save, self.folder / "x.exr", dense=2)
+
+    def test_parts_of_other_programs_are_warned_of_and_chosen(self):
+        path = self.folder / "two.exr"
+        part = lambda name, grey: ["--pattern", f"constant:color={grey},{grey},{grey},1", "4x3", "4",
+                                   "--attrib", "oiio:subimagename", name]
+        subprocess.run(["oiiotool", *part("a", 0.5), *part("b", 0.25), "--siappend", "-o", path], check=True)
+        with self.assertWarnsRegex(UserWarning, '"b" is not read; part chooses'):
+            self.assertEqual(peeler.read(path).rgba[0, 0], 0.5)
+        self.assertEqual(peeler.read(path, part="b", strict=True).rgba[0, 0], 0.25)
+        self.assert_error("input", peeler.read, path, strict=True)
+        self.assert_error("usage", peeler.read, path, part="c")
+        self.assertRaises(TypeError, peeler.read, path, parts="b")
 
     def test_files_are_read_again(self):
         img = self.r.layers(scene("jellyfish"), size=(80, 60), channels=["id"], time=0.5)

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/options/layered_options.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "cmd/cli/arguments.h"
+#include "cmd/cli/errors.h"
+#include "cmd/options/scene_options.h"
+#include "core/base/error.h"
+#include "formats/file/file_name.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+/// A layered file whose warnings are printed.
+class WarningInput final : public LayeredInput {
+  public:
+    WarningInput(std::unique_ptr<LayeredInput> input, Console& console)
+        : input_(std::move(input)), console_(console) {
+        print();
+    }
+
+    const ExrInfo& info() const override { return input_->info(); }
+    void read(const Window& window, LayeredImage& out) override {
+        input_->read(window, out);
+        print();
+    }
+    void readComposite(const Window& window, CompositeImage& out) override {
+        input_->readComposite(window, out);
+    }
+    int rowsFor(std::uint64_t bytes) const override { return input_->rowsFor(bytes); }
+    BandRead mostOf(int rows) const override { return input_->mostOf(rows); }
+
+  private:
+    void print() {
+        for (const std::string& warning : input_->takeWarnings())
+            console_.warning(inOptions(warning));
+    }
+
+    std::unique_ptr<LayeredInput> input_;
+    Console& console_;
+};
+
+}  // namespace
+
+void addLayeredOptions(VerbOptions& verb, LayeredReadOptions& options) {
+    const auto add = [&](const char* name, std::string& target, const char* help) {
+        verb.addText(
+                name, "NAME", [&target](const std::string& text) { target = text; }, help)
+            .group("Input");
+    };
+    add("--part", options.part,
+        "of an .exr by another program: the part to read, or the layer (beauty of beauty.R); "
+        "default: the first part with colours");
+    add("--view", options.view,
+        "of an .exr with several views, as left and right: the one to read");
+    if (!verb.knows("--strict")) addStrictOption(verb, options.strict);
+}
+
+void refusePictureChoice(const LayeredReadOptions& options) {
+    if (!options.choosesPicture()) return;
+    throw Error(ErrorKind::kUsage, "a scene has no pictures to choose among",
+                options.part.empty() ? "--view" : "--part", "leave it out, or give an .exr");
+}
+
+LayeredReadOptions readingFor(const LayeredReadOptions& options,
+                              std::span<const std::filesystem::path> outputs) {
+    LayeredReadOptions reading = options;
+    reading.pixels_only = std::ranges::any_of(outputs, [](const std::filesystem::path& path) {
+        return !path.empty() && lowerExtension(path) != ".exr";
+    });
+    return reading;
+}
+
+std::unique_ptr<LayeredInput> openInput(const std::string& path, const LayeredReadOptions& options,
+                                        Console& console) {
+    return openInput(OpenedExr(path, options), console);
+}
+
+std::unique_ptr<LayeredInput> openInput(OpenedExr opened, Console& console) {
+    return std::make_unique<WarningInput>(openLayered(std::move(opened)), console);
+}
+
+}  // namespace peeler::cmd

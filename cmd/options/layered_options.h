@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which picture of an OpenEXR file a verb reads, and its warnings.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "cmd/cli/console.h"
+#include "formats/exr/layered_input.h"
+
+namespace peeler::cmd {
+
+class VerbOptions;
+
+/// Declares --part and --view, and --strict unless the verb has it. `options` must outlive the
+/// parse.
+void addLayeredOptions(VerbOptions& verb, LayeredReadOptions& options);
+
+/// Throws Error (kUsage) if a picture is chosen, of what is a scene.
+void refusePictureChoice(const LayeredReadOptions& options);
+
+/// The options for what becomes these files: only pixels count unless all of them are OpenEXR's,
+/// which have a header and a data window. Empty paths are none.
+LayeredReadOptions readingFor(const LayeredReadOptions& options,
+                              std::span<const std::filesystem::path> outputs);
+
+/// openLayered() with its warnings printed as they come. The console must outlive what it returns.
+std::unique_ptr<LayeredInput> openInput(const std::string& path, const LayeredReadOptions& options,
+                                        Console& console);
+std::unique_ptr<LayeredInput> openInput(OpenedExr opened, Console& console);
+
+}  // namespace peeler::cmd

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// A file as RegularFile opens it, for OpenEXR's classes.
+#pragma once
+
+#include <OpenEXR/ImfIO.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "core/base/error.h"
+#include "formats/file/regular_file.h"
+
+namespace peeler {
+
+class ExrStream final : public Imf::IStream {
+  public:
+    /// `file` is open and outlives the stream; `path` is what messages name.
+    ExrStream(const RegularFile& file, const std::string& path)
+        : IStream(path.c_str()), file_(file) {}
+
+    bool read(char* data, int bytes) override {
+        const auto wanted = static_cast<std::size_t>(bytes);
+        if (file_.readSome(place_, {data, wanted}) < wanted)
+            throw Error(ErrorKind::kInput, "the file ends too early", fileName());
+        place_ += static_cast<std::uint64_t>(bytes);
+        return place_ < file_.size();
+    }
+    std::uint64_t tellg() override { return place_; }
+    void seekg(std::uint64_t place) override { place_ = place; }
+
+  private:
+    const RegularFile& file_;
+    std::uint64_t place_ = 0;
+};
+
+}  // namespace peeler
