@@ -16,6 +16,7 @@
 #include "core/capture/bands.h"
 #include "support/capture.h"
 #include "support/numbers.h"
+#include "support/test_support.h"
 
 namespace peeler::test {
 namespace {

@@ -3,6 +3,7 @@
 // "Universal ASTC Compressed Texture Images").
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 

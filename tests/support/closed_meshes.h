@@ -2,6 +2,7 @@
 // Meshes without a hole, their triangles sharing vertices, and what is known of them.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
 #include <map>
