@@ -95,7 +95,7 @@ void checkMeshoptStream(const MeshoptStream& stream);
 /// Decodes a stream that has passed the check into `out`, which has count · stride bytes.
 void decodeMeshoptStream(const MeshoptStream& stream, std::span<std::uint8_t> out);
 
-// texture_decoder.cpp: PNG, JPEG, WebP and KTX2.
+// texture_decoder.cpp: PNG, JPEG, WebP and KTX2; and BMP, TIFF and TGA, which MTL files name.
 
 struct TextureLimits {
     int max_dimension = 16384;                         ///< width and height, pixels
@@ -106,13 +106,14 @@ struct TextureLimits {
 
 struct DecodedTexture {
     Image image;
+    bool in_gltf = true;         ///< the format is one that glTF 2.0 or its extensions have
     std::optional<bool> srgb{};  ///< what the file says of its colours; false: they are linear
     std::vector<std::string> notes{};  ///< what is wrong with the file, and does not matter
 };
 
 /// The picture as 8-bit RGBA with straight alpha, numbers as stored (no colour conversion, no
 /// orientation). Grey becomes R = G = B, no alpha becomes 255, 16 bits are rounded to 8. The format
-/// is told by the first bytes; nothing but PNG, JPEG, WebP and KTX2 is handed to a decoder.
+/// is told by the first bytes; nothing but the formats above is handed to a decoder.
 DecodedTexture decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name,
                              const TextureLimits& limits = {});
 

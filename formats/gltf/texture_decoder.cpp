@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes the PNG, JPEG, WebP or KTX2 bytes of a texture.
+// Decodes the bytes of a texture.
 #include "formats/gltf/gltf_decoders.h"
 
 #include <algorithm>
@@ -11,11 +11,13 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "formats/image/image_library.h"
+#include "formats/image/image_codecs.h"
 #include "formats/image/image_metadata.h"
 
 namespace peeler {
 namespace {
+
+using namespace std::literals;
 
 [[noreturn]] void failTexture(const std::string& what,
                               const char* hint = "save it again as PNG or JPEG") {
@@ -31,12 +33,19 @@ struct TextureFormat {
     /// Takes out what is not needed, and what decoders have their vulnerabilities in; null: nothing
     /// is taken out.
     std::vector<std::uint8_t> (*reduce)(std::span<const std::uint8_t>);
+    bool in_gltf = true;  ///< glTF 2.0, or an extension, has it
+    bool (*recognises)(std::span<const std::uint8_t>) =
+        nullptr;  ///< where nothing stands at its begin
 };
 constexpr TextureFormat kTextureFormats[] = {
     {"png", "PNG", "\x89PNG\r\n\x1A\n", "", withoutPngMetadata},
     {"jpeg", "JPEG", "\xFF\xD8\xFF", "", withoutJpegMetadata},
     {"webp", "WebP", "RIFF", "WEBP", withoutWebpMetadata},
     {"ktx2", "KTX2", "\xABKTX 20\xBB", "\r\n\x1A\n", nullptr},
+    {"bmp", "BMP", "BM", "", nullptr, false},
+    {"tiff", "TIFF", "II*\0"sv, "", nullptr, false},
+    {"tiff", "TIFF", "MM\0*"sv, "", nullptr, false},
+    {"targa", "TGA", "", "", nullptr, false, isTga},
 };
 
 /// The size that a WebP picture says it has (RFC 9649 and RFC 6386), whose decoder takes all of its
@@ -103,11 +112,12 @@ DecodedTexture decodeTexture(std::span<const std::uint8_t> bytes, const std::str
                              const TextureLimits& limits) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const auto* const format = std::ranges::find_if(kTextureFormats, [&](const TextureFormat& row) {
+        if (row.recognises) return row.recognises(bytes);
         return text.starts_with(row.begin) &&
                text.substr(std::min<std::size_t>(8, text.size())).starts_with(row.at_eight);
     });
     if (format == std::end(kTextureFormats))
-        failTexture("the image is neither PNG nor JPEG nor WebP nor KTX2");
+        failTexture("the image is neither PNG nor JPEG nor WebP, KTX2, BMP, TIFF or TGA");
     std::vector<std::uint8_t> reduced;
     if (format->reduce) {
         reduced = format->reduce(bytes);
@@ -139,6 +149,7 @@ DecodedTexture decodeTexture(std::span<const std::uint8_t> bytes, const std::str
         Image& image = out.image;
         image.name = name;
         image.codec = stored.codec.empty() ? format->codec : stored.codec;
+        out.in_gltf = format->in_gltf;
         out.srgb = stored.srgb;
         out.notes = stored.notes;
         image.width = stored.width;

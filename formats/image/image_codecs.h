@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The decoders and encoders that are built in, since their libraries load in a millisecond: PNG
 // (ISO/IEC 15948) by libspng and zlib, JPEG (ITU-T T.81) by TurboJPEG, libjpeg-turbo's own
-// interface; and KTX 2.0, by code of our own, libzstd and libdeflate.
+// interface; KTX 2.0, by code of our own, libzstd and libdeflate; BMP and TGA, by code of our own,
+// since OpenImageIO 2.4 reads beyond its buffers where they are damaged (CVE-2023-22845,
+// CVE-2023-24473).
 #pragma once
 
 #include <cstddef>
@@ -11,6 +13,7 @@
 #include <span>
 #include <string>
 #include <type_traits>
+#include <vector>
 
 #include "formats/image/image_library.h"
 
@@ -41,6 +44,16 @@ std::unique_ptr<ImageDecoder> jpegDecoder(const std::string& path,
 std::unique_ptr<ImageDecoder> ktx2Decoder(const std::string& path,
                                           std::span<const std::uint8_t> bytes);
 
+/// Decoders of BMP (Microsoft, "Bitmap Storage") and TGA (Truevision, "TGA File Format
+/// Specification", version 2.0), always to RGBA with straight alpha. Need `bytes`. No memory is
+/// allocated for pixels before they are read. Throw std::runtime_error.
+std::unique_ptr<ImageDecoder> bmpDecoder(const std::string& path,
+                                         std::span<const std::uint8_t> bytes);
+std::unique_ptr<ImageDecoder> tgaDecoder(const std::string& path,
+                                         std::span<const std::uint8_t> bytes);
+/// Whether this can be a TGA, which has no signature: all fields of its header have legal values.
+bool isTga(std::span<const std::uint8_t> bytes);
+
 /// A stored sample as another type, with the bits that OpenImageIO gives: the whole range of an
 /// integer is 0 to 1; 16 bits are rounded to 8.
 template <class To, class From>
@@ -70,5 +83,45 @@ void convertSamples(const From* from, std::size_t pixels, std::size_t channels, 
         for (std::size_t c = begin; c < end; ++c)
             *to++ = convertedSample<To>(from[c]);
 }
+
+/// A decoder whose pixels are always RGBA of 8 bits with straight alpha.
+class RgbaDecoder : public ImageDecoder {
+  public:
+    const StoredImage& image() const override { return image_; }
+    void read(int begin, int end, float* samples) override { readAs(begin, end, samples); }
+    void read(int begin, int end, std::uint8_t* samples) override {
+        if (begin == 0 && end == 4)
+            decode(samples);
+        else
+            readAs(begin, end, samples);
+    }
+
+  protected:
+    RgbaDecoder() {
+        image_.channels = {"R", "G", "B", "A"};
+        image_.straight_alpha = true;
+    }
+    void setSize(int width, int height) {
+        image_.width = image_.full_width = width;
+        image_.height = image_.full_height = height;
+    }
+    std::size_t pixels() const {
+        return static_cast<std::size_t>(image_.width) * static_cast<std::size_t>(image_.height);
+    }
+
+    StoredImage image_;
+
+  private:
+    /// Fills all pixels.
+    virtual void decode(std::uint8_t* rgba) const = 0;
+
+    template <class To>
+    void readAs(int begin, int end, To* samples) const {
+        std::vector<std::uint8_t> rgba(4 * pixels());
+        decode(rgba.data());
+        convertSamples(rgba.data(), pixels(), 4, static_cast<std::size_t>(begin),
+                       static_cast<std::size_t>(end), samples);
+    }
+};
 
 }  // namespace peeler

@@ -31,6 +31,8 @@ constexpr BuiltIn kBuiltIn[] = {
     {"png", pngDecoder, pngEncoder, pngEncoderBytes},
     {"jpeg", jpegDecoder, nullptr, nullptr},
     {"ktx2", ktx2Decoder, nullptr, nullptr},
+    {"bmp", bmpDecoder, nullptr, nullptr},
+    {"targa", tgaDecoder, nullptr, nullptr},
 };
 
 /// Not by the library's own limit, which a host may share with us.

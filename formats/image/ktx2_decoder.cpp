@@ -77,41 +77,17 @@ void swizzleTexels(const std::array<char, 4>& swizzle, std::uint8_t* rgba, std::
     }
 }
 
-class Ktx2Decoder final : public ImageDecoder {
+class Ktx2Decoder final : public RgbaDecoder {
   public:
     explicit Ktx2Decoder(std::span<const std::uint8_t> bytes) : file_(readKtx2(bytes)) {
-        image_.width = image_.full_width = file_.levels[0].width;
-        image_.height = image_.full_height = file_.levels[0].height;
-        image_.channels = {"R", "G", "B", "A"};
-        image_.straight_alpha = true;
+        setSize(file_.levels[0].width, file_.levels[0].height);
         image_.codec = file_.codec;
         image_.srgb = file_.srgb;
         image_.notes = file_.notes;
     }
 
-    const StoredImage& image() const override { return image_; }
-    void read(int begin, int end, float* samples) override { readAs(begin, end, samples); }
-    void read(int begin, int end, std::uint8_t* samples) override {
-        if (begin == 0 && end == 4)
-            decode(samples);
-        else
-            readAs(begin, end, samples);
-    }
-
   private:
-    std::size_t pixels() const {
-        return static_cast<std::size_t>(image_.width) * static_cast<std::size_t>(image_.height);
-    }
-
-    template <class To>
-    void readAs(int begin, int end, To* samples) const {
-        std::vector<std::uint8_t> rgba(4 * pixels());
-        decode(rgba.data());
-        convertSamples(rgba.data(), pixels(), 4, static_cast<std::size_t>(begin),
-                       static_cast<std::size_t>(end), samples);
-    }
-
-    void decode(std::uint8_t* rgba) const {
+    void decode(std::uint8_t* rgba) const override {
         const Ktx2Level& level = file_.levels[0];
         if (file_.texels == Ktx2Texels::kEtc1s) {
             decodeEtc1s(file_, rgba);
@@ -131,7 +107,6 @@ class Ktx2Decoder final : public ImageDecoder {
     }
 
     Ktx2Container file_;
-    StoredImage image_;
 };
 
 }  // namespace

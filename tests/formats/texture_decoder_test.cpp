@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every kind of PNG becomes the RGBA that its numbers mean; JPEG and WebP open; damage is refused.
+// Every kind of PNG, BMP and TGA becomes the RGBA that its numbers mean; JPEG, WebP and TIFF open;
+// damage is refused.
 #include "formats/gltf/gltf_decoders.h"
 
 #include <OpenImageIO/filesystem.h>
@@ -9,6 +10,7 @@
 #include <string_view>
 
 #include "core/base/error.h"
+#include "formats/bitmap_builder.h"
 #include "formats/image/image_metadata.h"
 #include "formats/png_builder.h"
 
@@ -164,8 +166,82 @@ TEST(TextureDecoder, ReadsJpeg) {
     EXPECT_EQ(image.rgba[3], 255);
 }
 
+/// Red, green and blue, as palettes of BMP have them.
+const Bytes kPalette = {0, 0, 255, 0, 0, 255, 0, 0, 255, 0, 0, 0};
+const Bytes kRed = {255, 0, 0, 255}, kGreen = {0, 255, 0, 255}, kBlue = {0, 0, 255, 255};
+
+Bytes joined(std::initializer_list<Bytes> parts) {
+    Bytes all;
+    for (const Bytes& part : parts)
+        all.insert(all.end(), part.begin(), part.end());
+    return all;
+}
+
+TEST(TextureDecoder, ReadsBmpOfEveryDepth) {
+    // Rows are multiples of four bytes, the lowest row first.
+    EXPECT_EQ(rgbaOf(bmp(1, 2, 24, 0, {}, {0, 0, 255, 9, 0, 255, 0, 9})), joined({kGreen, kRed}));
+    EXPECT_EQ(rgbaOf(bmp(1, -2, 24, 0, {}, {0, 0, 255, 9, 0, 255, 0, 9})), joined({kRed, kGreen}));
+    EXPECT_EQ(rgbaOf(bmp(3, 1, 8, 0, kPalette, {2, 0, 1, 9})), joined({kBlue, kRed, kGreen}));
+    EXPECT_EQ(rgbaOf(bmp(3, 1, 4, 0, kPalette, {0x20, 0x10, 0, 0})), joined({kBlue, kRed, kGreen}));
+    EXPECT_EQ(rgbaOf(bmp(3, 1, 1, 0, kPalette, {0x40, 0, 0, 0})), joined({kRed, kGreen, kRed}));
+    EXPECT_EQ(rgbaOf(bmp(2, 1, 16, 0, {}, {0, 0x7C, 0xE0, 0x03})), joined({kRed, kGreen}));
+    EXPECT_EQ(rgbaOf(bmp(2, 1, 16, 3, {0, 0xF8, 0, 0, 0xE0, 7, 0, 0, 31, 0, 0, 0},
+                         {0, 0xF8, 0xE0, 0x07})),
+              joined({kRed, kGreen}));
+    EXPECT_EQ(rgbaOf(bmp(1, 1, 32, 0, {}, {0, 0, 255, 0})), kRed) << "no alpha";
+    EXPECT_EQ(rgbaOf(bmp(1, 1, 32, 0, {}, {30, 20, 10, 128})), (Bytes{10, 20, 30, 128}));
+    EXPECT_EQ(decodeTexture(bmp(1, 1, 24, 0, {}, {1, 2, 3, 0}), "").image.codec, "BMP");
+}
+
+TEST(TextureDecoder, ReadsBmpInRunLengths) {
+    // A run, pixels as they are (padded), an end of a line, a jump, an end.
+    EXPECT_EQ(rgbaOf(bmp(3, 2, 8, 1, kPalette, {2, 1, 1, 2, 0, 0, 0, 3, 0, 1, 2, 0, 0, 1})),
+              joined({kRed, kGreen, kBlue, kGreen, kGreen, kBlue}));
+    EXPECT_EQ(rgbaOf(bmp(3, 1, 4, 2, kPalette, {3, 0x12, 0, 1})), joined({kGreen, kBlue, kGreen}));
+    EXPECT_EQ(rgbaOf(bmp(3, 1, 8, 1, kPalette, {0, 2, 2, 0, 1, 1, 0, 1})),
+              joined({kRed, kRed, kGreen}));
+    EXPECT_THROW(rgbaOf(bmp(3, 1, 8, 1, kPalette, {2, 1})), Error);
+}
+
+TEST(TextureDecoder, ReadsTgaOfEveryType) {
+    const Bytes red_green = {0, 0, 255, 0, 255, 0};
+    EXPECT_EQ(rgbaOf(tga(2, 1, 2, 24, 0, red_green)), joined({kGreen, kRed}));
+    EXPECT_EQ(rgbaOf(tga(2, 1, 2, 24, 0x20, red_green)), joined({kRed, kGreen}));
+    EXPECT_EQ(rgbaOf(tga(2, 2, 1, 24, 0x10, red_green)), joined({kGreen, kRed}));
+    EXPECT_EQ(rgbaOf(tga(2, 1, 1, 32, 8, {30, 20, 10, 128})), (Bytes{10, 20, 30, 128}));
+    EXPECT_EQ(rgbaOf(tga(2, 2, 1, 16, 0, {0, 0x7C, 0xE0, 0x03})), joined({kRed, kGreen}));
+    EXPECT_EQ(rgbaOf(tga(3, 2, 1, 8, 0, {7, 8})), (Bytes{7, 7, 7, 255, 8, 8, 8, 255}));
+    // Run lengths: two of one colour, then one as it is.
+    EXPECT_EQ(rgbaOf(tga(10, 3, 1, 24, 0, {0x81, 0, 0, 255, 0, 0, 255, 0})),
+              joined({kRed, kRed, kGreen}));
+    EXPECT_EQ(rgbaOf(tga(11, 3, 1, 8, 0, {2, 1, 2, 3})),
+              (Bytes{1, 1, 1, 255, 2, 2, 2, 255, 3, 3, 3, 255}));
+    Bytes palette = tga(1, 2, 1, 8, 0, {0, 0, 255, 0, 255, 0, 5, 4});
+    palette[1] = 1;  // two colours of 24 bits, from number 4 on
+    palette[3] = 4;
+    palette[5] = 2;
+    palette[7] = 24;
+    EXPECT_EQ(rgbaOf(palette), joined({kGreen, kRed}));
+    palette.back() = 6;
+    EXPECT_THROW(rgbaOf(palette), Error);
+    EXPECT_THROW(rgbaOf(tga(2, 2, 1, 24, 0, {0, 0, 255, 0})), Error);
+    EXPECT_THROW(rgbaOf(tga(10, 3, 1, 24, 0, {0x81, 0, 0, 255})), Error);
+}
+
+TEST(TextureDecoder, ReadsTiff) {
+    for (const char* format : {"tiff", "bmp", "targa"}) {
+        const Bytes file = encoded(format, 2, 2, {200, 100, 50});
+        if (file.empty()) continue;
+        const DecodedTexture texture = decodeTexture(file, "");
+        EXPECT_EQ(Bytes(texture.image.rgba.begin(), texture.image.rgba.begin() + 4),
+                  (Bytes{200, 100, 50, 255}))
+            << format;
+        EXPECT_FALSE(texture.in_gltf);
+    }
+}
+
 TEST(TextureDecoder, RefusesOtherFormats) {
-    for (const char* text : {"", "GIF89a......", "\xABKTX 11\xBB\r\n\x1A\n", "II*\0",
+    for (const char* text : {"", "GIF89a......", "\xABKTX 11\xBB\r\n\x1A\n", "II*",
                              "P6 1 1 255 abc", "v/1\1", "RIFF1234WAVE"}) {
         const std::string bytes(text);
         try {
@@ -182,7 +258,11 @@ TEST(TextureDecoder, NeverEndsOtherwiseThanInAnImageOrAnInputError) {
     const std::vector<Bytes> files = {
         png(8, 8, PngColor::kRgba, 8, Bytes(256, 99)),
         png(2, 1, PngColor::kPalette, 8, {1, 0}, {{"PLTE", {1, 2, 3, 4, 5, 6}}}),
-        encoded("jpeg", 16, 16, {1, 2, 3}), extendedWebp(Bytes(5, 1))};
+        encoded("jpeg", 16, 16, {1, 2, 3}),
+        extendedWebp(Bytes(5, 1)),
+        bmp(3, 2, 8, 1, kPalette, {2, 1, 1, 2, 0, 0, 0, 3, 0, 1, 2, 0, 0, 1}),
+        bmp(2, 1, 16, 0, {}, {0, 0x7C, 0xE0, 0x03}),
+        tga(10, 3, 1, 24, 0, {0x81, 0, 0, 255, 0, 0, 255, 0})};
     unsigned state = 1;  // a seed of its own: the same damage every time
     const auto random = [&] { return state = state * 1664525U + 1013904223U, state >> 8U; };
     const auto attempt = [](const Bytes& file) {

@@ -7,6 +7,7 @@
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfTiledOutputFile.h>
 
+#include "formats/bitmap_builder.h"
 #include "formats/deep_file.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/image/image_library.h"
@@ -152,6 +153,13 @@ void addImageSeeds(std::vector<SeedBytes>& seeds) {
     seeds.push_back(
         test::png(3, 2, PngColor::kGreyAlpha, 8, test::Bytes(12, 50),
                   {{"tEXt", {'D', 'e', 's', 'c', 'r', 'i', 'p', 't', 'i', 'o', 'n', 0, 'x'}}}));
+    seeds.push_back(
+        test::bmp(3, 2, 8, 1, test::Bytes(12, 90), {2, 1, 1, 2, 0, 0, 0, 3, 0, 1, 2, 0}));
+    seeds.push_back(test::bmp(2, 1, 4, 2, test::Bytes(12, 90), {2, 0x12, 0, 2, 1, 0, 0, 1}));
+    seeds.push_back(test::bmp(2, -1, 16, 3, test::Bytes(12, 31), {0, 0x7C, 0xE0, 0x03}));
+    seeds.push_back(test::bmp(1, 1, 32, 0, {}, {1, 2, 3, 4}));
+    seeds.push_back(test::tga(10, 3, 1, 24, 0, {0x81, 0, 0, 255, 0, 0, 255, 0}));
+    seeds.push_back(test::tga(2, 1, 2, 16, 0x30, {1, 2, 3, 4}));
     seeds.push_back(radiance(5, false));
     seeds.push_back(radiance(9, true));
     CompositeImage picture;
