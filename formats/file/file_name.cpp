@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "formats/file/regular_file.h"
+#include "formats/file/text_words.h"
 
 namespace peeler {
 namespace {
@@ -102,10 +103,7 @@ std::string beginning(const std::string& path) {
 }  // namespace
 
 std::string lowerExtension(const std::filesystem::path& path) {
-    std::string extension = path.extension().string();
-    for (char& c : extension)
-        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-    return extension;
+    return lowerCase(path.extension().string());
 }
 
 bool hasFrameToken(const std::string& path) {

@@ -324,7 +324,7 @@ std::span<const std::uint8_t> GltfDocument::readUri(const std::string& uri,
         if (const auto size = std::filesystem::file_size(*file, unknown); !unknown)
             memory.allow(size, where);
     try {
-        return entry->second = keep(folder.read(uri, where));
+        return entry->second = keep(folder.read(uri, where, warnings));
     } catch (...) {
         read_.erase(entry);
         throw;

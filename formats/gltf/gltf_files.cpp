@@ -10,11 +10,14 @@
 
 #include "core/base/error.h"
 #include "formats/file/regular_file.h"
+#include "formats/file/text_words.h"
 
 namespace peeler {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kMostOfName = 200;  ///< that a message shows
 
 int hexDigit(char c) {
     if (c >= '0' && c <= '9') return c - '0';
@@ -96,11 +99,30 @@ std::vector<std::uint8_t> decodeBase64(std::string_view text, const std::string&
     return result;
 }
 
-[[noreturn]] void refuseName(
-    const std::string& name, const std::string& why, const std::string& where,
-    const char* hint = "put the file beside the scene file and name it relative to it") {
-    throw Error(ErrorKind::kInput, "\"" + name.substr(0, 200) + "\" is not read: " + why, where,
-                hint);
+/// A name without quotes around it, with slashes for backslashes.
+std::string withSlashes(std::string_view name) {
+    if (name.size() >= 2 && name.front() == '"' && name.back() == '"')
+        name = name.substr(1, name.size() - 2);
+    std::string result(name);
+    std::ranges::replace(result, '\\', '/');
+    return result;
+}
+
+/// Whether it begins with a drive of Windows, "C:/", which RFC 3986 would have as a scheme.
+bool hasDrive(std::string_view name) {
+    return name.size() > 2 && std::isalpha(static_cast<unsigned char>(name[0])) && name[1] == ':' &&
+           (name[2] == '/' || name[2] == '\\');
+}
+
+/// The path of a URI, percent-decoded; nothing of a scheme that is no file's.
+std::optional<std::string> pathOf(std::string_view uri) {
+    if (startsWithIgnoringCase(uri, "file:")) {
+        uri.remove_prefix(5);
+        if (uri.starts_with("//")) uri.remove_prefix(2);
+    } else if (hasScheme(uri) && !hasDrive(uri)) {
+        return {};
+    }
+    return percentDecoded(uri);
 }
 
 }  // namespace
@@ -132,60 +154,168 @@ GltfFolder::GltfFolder(const fs::path& scene_file, std::uint64_t max_file_bytes,
     if (error) failToOpen(scene_file, error.value());
 }
 
-std::optional<fs::path> GltfFolder::find(const std::string& uri) const {
-    if (hasScheme(uri)) return {};
-    return findFile(percentDecoded(uri));
-}
+/// A name as a scene has it.
+struct GltfFolder::Named {
+    std::string shown;  ///< for messages
+    std::string name;   ///< a path
+    std::string from;   ///< the folder from which it leads
 
-std::optional<fs::path> GltfFolder::findFile(const std::string& file_name) const {
-    const fs::path name(file_name);
-    if (name.empty() || name.native().find('\0') != std::string::npos) return {};
-    // It is not even asked whether the file is there: that alone can mount what is far away.
-    if (!allow_outside_ &&
-        (name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end()))
-        return {};
+    fs::path whole() const { return hasDrive(name) ? fs::path(name) : fs::path(from) / name; }
+};
+
+struct GltfFolder::Found {
+    fs::path file;                   ///< without links and dots; empty: it may not be read
+    std::optional<Error> problem{};  ///< why
+    std::string in_place{};          ///< the name in the folder, if it is not the scene's own
+};
+
+/// Where a name leads from the folder, there or not. Throws Error (kInput) without `where` if it
+/// may not be read.
+fs::path GltfFolder::allowed(const fs::path& name) const {
+    const auto refuse = [](const std::string& why) {
+        throw Error(ErrorKind::kInput, why, "",
+                    "put the file beside the scene file and name it relative to it");
+    };
+    const auto refuseOutside = [&](const std::string& why) {
+        if (!allow_outside_)
+            throw Error(ErrorKind::kInput, why, "",
+                        "put the file beside the scene file, or trust the scene: `allow_outside`");
+    };
+    if (name.empty() || name.native().find('\0') != std::string::npos)
+        refuse("it is not a file name");
+    // Without leave it is not even asked whether the file is there: that alone can mount what is
+    // far away.
+    if (name.is_absolute() || hasDrive(name.native())) refuseOutside("it is an absolute path");
+    if (*name.lexically_normal().begin() == "..")
+        refuseOutside("\"..\" leads out of the scene's folder");
     std::error_code error;
-    const fs::path file = resolved(folder_ / name, error);
-    if (error) return {};
+    fs::path file = resolved(folder_ / name, error);
+    if (error) refuse(error.message());
+    if (std::mismatch(folder_.begin(), folder_.end(), file.begin(), file.end()).first !=
+        folder_.end())
+        refuseOutside("a symbolic link leads out of the scene's folder");
     return file;
 }
 
-std::vector<std::uint8_t> GltfFolder::read(const std::string& uri, const std::string& where) const {
-    if (hasScheme(uri)) refuseName(uri, "only data: URIs and paths are", where);
-    return read(percentDecoded(uri), uri, where);
-}
-
-std::vector<std::uint8_t> GltfFolder::readFile(const std::string& name,
-                                               const std::string& where) const {
-    return read(name, name, where);
-}
-
-/// `shown` is the name as the scene has it.
-std::vector<std::uint8_t> GltfFolder::read(const std::string& name, const std::string& shown,
-                                           const std::string& where) const {
-    const auto refuseOutside = [&](const std::string& why) {
-        if (!allow_outside_)
-            refuseName(shown, why, where,
-                       "put the file beside the scene file, or trust the scene: `allow_outside`");
-    };
-    if (name.empty() || name.find('\0') != std::string::npos)
-        refuseName(shown, "it is not a file name", where);
-    const fs::path relative(name);
-    if (relative.is_absolute()) refuseOutside("it is an absolute path");
-    if (std::find(relative.begin(), relative.end(), "..") != relative.end())
-        refuseOutside("\"..\" leads out of the scene's folder");
-
-    std::error_code error;
-    const fs::path file = resolved(folder_ / relative, error);
-    if (error) refuseName(shown, error.message(), where);
-    const auto [folder_end, file_end] =
-        std::mismatch(folder_.begin(), folder_.end(), file.begin(), file.end());
-    if (folder_end != folder_.end())
-        refuseOutside("a symbolic link leads out of the scene's folder");
+/// The names in a folder of this one, each under itself in lower case.
+const GltfFolder::Listing& GltfFolder::listing(const fs::path& folder) const {
+    const auto [known, is_new] = listings_.try_emplace(folder);
+    if (!is_new) return known->second;
     try {
-        return readRegularFile(file, max_file_bytes_);
+        for (std::string& name : namesIn(allowed(folder)))
+            known->second.emplace(lowerCase(name), std::move(name));
+    } catch (const Error&) {  // a link leads out, or it cannot be listed
+    }
+    return known->second;
+}
+
+/// The name of a regular file in the folder by a relative name without "..", in the case of letters
+/// that the disk has.
+std::optional<fs::path> GltfFolder::present(const fs::path& name) const {
+    fs::path found = ".";
+    for (const fs::path& component : name) {
+        const auto [begin, end] = listing(found).equal_range(lowerCase(component.native()));
+        const auto exact = std::find_if(
+            begin, end, [&](const auto& entry) { return entry.second == component.native(); });
+        if (exact == end && std::distance(begin, end) != 1) return {};
+        found /= exact == end ? begin->second : exact->second;
+    }
+    try {
+        std::error_code error;
+        if (fs::is_regular_file(allowed(found), error)) return found.lexically_normal();
+    } catch (const Error&) {  // a link leads out
+    }
+    return {};
+}
+
+/// The file in the folder that has the longest end of a name's path: first where the name leads
+/// from, then in the folder itself.
+std::optional<fs::path> GltfFolder::withSameEnd(const Named& named) const {
+    constexpr std::size_t kMostComponents = 16;
+    std::vector<fs::path> components;
+    const std::string name = withSlashes(named.name);
+    for (const fs::path& component : fs::path(hasDrive(name) ? name.substr(2) : name))
+        if (!component.empty() && component != "/" && component != "." && component != "..")
+            components.push_back(component);
+    const std::size_t count = components.size();
+    for (std::size_t first = count - std::min(count, kMostComponents); first < count; ++first) {
+        fs::path end;
+        for (std::size_t i = first; i < count; ++i)
+            end /= components[i];
+        if (!named.from.empty())
+            if (const auto found = present((named.from / end).lexically_normal())) return found;
+        if (auto found = present(end)) return found;
+    }
+    return {};
+}
+
+GltfFolder::Found GltfFolder::look(const Named& named) const {
+    Found found;
+    try {
+        found.file = allowed(named.whole());
+        if (isSeen(found.file)) return found;
     } catch (const Error& problem) {
-        throw Error(problem.kind(), "\"" + name + "\": " + problem.what(), where, problem.hint());
+        found.problem = problem;
+    }
+    if (named.name.find('\0') != std::string::npos) return found;
+    if (const auto other = withSameEnd(named))
+        return {allowed(*other), {}, other->generic_string()};
+    return found;
+}
+
+std::optional<fs::path> GltfFolder::find(const std::string& uri) const {
+    const auto path = pathOf(uri);
+    if (!path) return {};
+    Found found = look({uri, *path, {}});
+    if (found.problem) return {};
+    return std::move(found.file);
+}
+
+std::optional<fs::path> GltfFolder::findFile(const std::string& name,
+                                             const std::string& from) const {
+    Found found = look({name, withSlashes(name), from});
+    if (found.problem) return {};
+    return std::move(found.file);
+}
+
+std::string GltfFolder::nameOf(const std::string& name) const {
+    const Named named{name, withSlashes(name), {}};
+    const Found found = look(named);
+    return found.in_place.empty() ? named.whole().generic_string() : found.in_place;
+}
+
+std::vector<std::uint8_t> GltfFolder::read(const std::string& uri, const std::string& where,
+                                           ReadWarnings& warnings) const {
+    const auto path = pathOf(uri);
+    if (!path)
+        throw Error(
+            ErrorKind::kInput,
+            "\"" + uri.substr(0, kMostOfName) + "\" is not read: only data: URIs and paths are",
+            where, "put the file beside the scene file and name it relative to it");
+    return read({uri, *path, {}}, where, warnings);
+}
+
+std::vector<std::uint8_t> GltfFolder::readFile(const std::string& name, const std::string& from,
+                                               const std::string& where,
+                                               ReadWarnings& warnings) const {
+    return read({name, withSlashes(name), from}, where, warnings);
+}
+
+std::vector<std::uint8_t> GltfFolder::read(const Named& named, const std::string& where,
+                                           ReadWarnings& warnings) const {
+    const std::string shown = "\"" + named.shown.substr(0, kMostOfName) + "\"";
+    const Found found = look(named);
+    if (found.problem)
+        throw Error(ErrorKind::kInput, shown + " is not read: " + found.problem->what(), where,
+                    found.problem->hint());
+    if (!found.in_place.empty())
+        warnings.warn("The file " + shown + " is not there, only \"" + found.in_place +
+                          "\" in the scene's folder, which stands in for it.",
+                      where);
+    try {
+        return readRegularFile(found.file, max_file_bytes_);
+    } catch (const Error& problem) {
+        throw Error(problem.kind(), shown + ": " + problem.what(), where, problem.hint());
     }
 }
 

@@ -4,10 +4,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "formats/file/read_warnings.h"
 
 namespace peeler {
 
@@ -19,9 +22,14 @@ bool isDataUri(std::string_view uri);
 std::vector<std::uint8_t> decodeDataUri(std::string_view uri, const std::string& where);
 
 /// What the URIs of a glTF, and the names in other scenes, may reach. A scene from a stranger must
-/// not read the user's other files, so: relative references only, no "..", and nothing that
-/// symbolic links lead out of the folder. The user may allow all of that; it has to be a regular
-/// file under the size cap in any case.
+/// not read the user's other files, so: nothing absolute, no ".." that leads out of the folder, and
+/// nothing that symbolic links lead out of it. The user may allow all of that; it has to be a
+/// regular file under the size cap in any case.
+///
+/// Scenes travel without what their names say. Where a name does not lead to a file that may be
+/// read, the file in the folder is taken that has the end of its path, the longest that there is:
+/// "textures/a.png" or "a.png" for "C:\Users\me\textures\A.PNG". Letters may differ in case
+/// where no other file differs so. The caller is warned. Belongs to one thread.
 class GltfFolder {
   public:
     /// The folder of this scene file.
@@ -34,19 +42,34 @@ class GltfFolder {
 
     /// The bytes of the file that a URI names. Throws Error(kInput), `where` being the JSON pointer
     /// handed in.
-    std::vector<std::uint8_t> read(const std::string& uri, const std::string& where) const;
+    std::vector<std::uint8_t> read(const std::string& uri, const std::string& where,
+                                   ReadWarnings& warnings) const;
 
-    /// The same of a name that is no URI, as it stands.
-    std::optional<std::filesystem::path> findFile(const std::string& file_name) const;
-    std::vector<std::uint8_t> readFile(const std::string& name, const std::string& where) const;
+    /// The same of a name that is no URI, as programs write it: in quotes or not, with slashes or
+    /// backslashes. It leads from `from`, a folder in this one ("" = this one).
+    std::optional<std::filesystem::path> findFile(const std::string& name,
+                                                  const std::string& from = {}) const;
+    /// The name that the file has from the folder on.
+    std::string nameOf(const std::string& name) const;
+    std::vector<std::uint8_t> readFile(const std::string& name, const std::string& from,
+                                       const std::string& where, ReadWarnings& warnings) const;
 
   private:
-    std::vector<std::uint8_t> read(const std::string& name, const std::string& shown,
-                                   const std::string& where) const;
+    struct Named;
+    struct Found;
+    using Listing = std::multimap<std::string, std::string>;
+    Found look(const Named& named) const;
+    std::filesystem::path allowed(const std::filesystem::path& name) const;
+    const Listing& listing(const std::filesystem::path& folder) const;
+    std::optional<std::filesystem::path> present(const std::filesystem::path& name) const;
+    std::optional<std::filesystem::path> withSameEnd(const Named& named) const;
+    std::vector<std::uint8_t> read(const Named& named, const std::string& where,
+                                   ReadWarnings& warnings) const;
 
     std::filesystem::path folder_;
     std::uint64_t max_file_bytes_;
     bool allow_outside_;
+    mutable std::map<std::filesystem::path, Listing> listings_;
 };
 
 }  // namespace peeler

@@ -82,8 +82,7 @@ GltfPackage::GltfPackage(const std::filesystem::path& path, const GltfOptions& o
     : path_(path.string()), folder_(path, options.max_file_bytes, options.allow_outside) {
     const std::span<const std::uint8_t> bytes =
         storage_.emplace_back(readRegularFile(path, options.max_file_bytes));
-    ReadWarnings given_by_read_gltf(false, {});
-    const GltfContainer container = splitGltfContainer(bytes, path_, given_by_read_gltf);
+    const GltfContainer container = splitGltfContainer(bytes, path_, given_by_read_gltf_);
     json checked = parseGltfJson(container.json, path_);
     checkGltfSchema(checked);
     json_ = parseOrderedGltfJson(container.json, path_);
@@ -129,7 +128,7 @@ std::optional<std::span<const std::uint8_t>> GltfPackage::bufferBytes(
         bytes = storage_.emplace_back(decodeDataUri(text, where + "/uri"));
     } else {
         try {
-            bytes = storage_.emplace_back(folder_.read(text, where + "/uri"));
+            bytes = storage_.emplace_back(folder_.read(text, where + "/uri", given_by_read_gltf_));
         } catch (const Error&) {
             if (isMeshoptFallback(buffer)) return {};  // readers get on without it
             throw;
@@ -206,7 +205,8 @@ void GltfPackage::takeImages() {
         if (place == known.end()) {
             std::vector<std::uint8_t> bytes;
             try {
-                bytes = isDataUri(uri) ? decodeDataUri(uri, where) : folder_.read(uri, where);
+                bytes = isDataUri(uri) ? decodeDataUri(uri, where)
+                                       : folder_.read(uri, where, given_by_read_gltf_);
             } catch (const Error& problem) {
                 warnings_.push_back("The image " + where + " is not taken in: " + problem.what() +
                                     ".");

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/file/read_warnings.h"
 #include "formats/gltf/gltf_files.h"
 #include "formats/gltf/gltf_reader.h"
 
@@ -83,6 +84,7 @@ class GltfPackage {
     std::vector<std::optional<std::uint64_t>> starts_;
     std::vector<std::size_t> placeholders_;  ///< of each buffer that is not there, its new index
     std::vector<std::string> warnings_;
+    ReadWarnings given_by_read_gltf_{false, {}};
 };
 
 }  // namespace peeler

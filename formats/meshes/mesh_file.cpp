@@ -49,10 +49,34 @@ std::optional<float> coordinate(double value) {
     return static_cast<float>(value);
 }
 
-glm::vec4 linearColor(const glm::vec4& encoded) {
-    const auto linear = [](float value) { return linearFromSrgb(std::clamp(value, 0.0F, 1.0F)); };
-    return {linear(encoded.r), linear(encoded.g), linear(encoded.b),
-            std::clamp(encoded.a, 0.0F, 1.0F)};
+bool makeLinear(std::vector<glm::vec4>& colors, const ColorTypes& types) {
+    constexpr float kRounded = 1.001F;  // a sum of weights can be a little more than 1
+    float most_rgb = 0, most_alpha = 0;
+    bool whole = true;
+    for (const glm::vec4& color : colors) {
+        if (color.a < 0) continue;
+        most_rgb = std::max({most_rgb, color.r, color.g, color.b});
+        most_alpha = std::max(most_alpha, color.a);
+        whole = whole && glm::vec3(color) == glm::floor(glm::vec3(color));
+    }
+    bool fits = true;
+    const auto unitOf = [&](float most, double greatest) {
+        if (greatest == 255) return 255.0F;
+        if (greatest == 1 && most <= kRounded) return 1.0F;
+        for (const float unit : {255.0F, 65535.0F})
+            if (whole && most <= unit) return unit;
+        fits = false;
+        return static_cast<float>(greatest);
+    };
+    const float rgb = unitOf(most_rgb, types.rgb), alpha = unitOf(most_alpha, types.alpha);
+    const auto share = [](float value, float unit) { return std::clamp(value / unit, 0.0F, 1.0F); };
+    for (glm::vec4& color : colors) {
+        if (color.a < 0) continue;
+        for (int c = 0; c < 3; ++c)
+            color[c] = linearFromSrgb(share(color[c], rgb));
+        color.a = share(color.a, alpha);
+    }
+    return fits;
 }
 
 MeshFile::MeshFile(const std::filesystem::path& path, const SceneReadOptions& options)
@@ -87,13 +111,18 @@ std::string MeshFile::atByte(std::size_t place) const {
     return name_ + ", byte " + std::to_string(place);
 }
 
-std::vector<std::uint8_t> MeshFile::readBeside(const std::string& file, const std::string& where) {
-    if (const auto path = folder_.findFile(file);
+std::vector<std::uint8_t> MeshFile::readBeside(const std::string& file, const std::string& from,
+                                               const std::string& where) {
+    if (const auto path = folder_.findFile(file, from);
         path && std::ranges::find(scene_.files, *path) == scene_.files.end())
         scene_.files.push_back(*path);
-    std::vector<std::uint8_t> bytes = folder_.readFile(file, where);
+    std::vector<std::uint8_t> bytes = folder_.readFile(file, from, where, warnings_);
     scene_.content_hash = contentHash(std::as_bytes(std::span(bytes)), scene_.content_hash);
     return bytes;
+}
+
+std::string MeshFile::folderOf(const std::string& file) const {
+    return std::filesystem::path(folder_.nameOf(file)).parent_path().generic_string();
 }
 
 void MeshFile::missing(const std::string& what, const Error& problem, const std::string& where) {
@@ -125,6 +154,14 @@ int MeshFile::neutralMaterial() {
         scene_.materials.push_back(plainMaterial("neutral", {0.5F, 0.5F, 0.5F, 1}));
     }
     return neutral_;
+}
+
+int MeshFile::colorMaterial() {
+    if (colored_ < 0) {
+        colored_ = static_cast<int>(scene_.materials.size());
+        scene_.materials.push_back(plainMaterial("colours", glm::vec4(1)));
+    }
+    return colored_;
 }
 
 Scene MeshFile::finish() {

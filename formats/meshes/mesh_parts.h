@@ -11,6 +11,7 @@
 #include <functional>
 #include <glm/glm.hpp>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -51,7 +52,6 @@ class MeshFile {
     const std::string& name() const { return name_; }  ///< the path
     std::string stem() const;                          ///< for what has no name
     const SceneReadOptions& options() const { return options_; }
-    const GltfFolder& folder() const { return folder_; }
     Scene& scene() { return scene_; }
 
     /// Called before something is allocated that a file can make large: throws Error (kMemory) if
@@ -68,9 +68,12 @@ class MeshFile {
         warnings_.warn(sentence, where);
     }
 
-    /// Reads another file of its folder, named in a line (`where`) of it or of such a file, and
-    /// lets its bytes enter the scene's hash.
-    std::vector<std::uint8_t> readBeside(const std::string& file, const std::string& where);
+    /// Reads another file of its folder, named in a line (`where`) of it or of such a file, whose
+    /// folder is `from`, and lets its bytes enter the scene's hash.
+    std::vector<std::uint8_t> readBeside(const std::string& file, const std::string& from,
+                                         const std::string& where);
+    /// The folder, from the scene's, of a file that it names.
+    std::string folderOf(const std::string& file) const;
     /// Warns of what cannot be had (a texture, materials).
     void missing(const std::string& what, const Error& problem, const std::string& where);
 
@@ -78,6 +81,8 @@ class MeshFile {
     int addNode(const std::string& node_name, Mesh mesh);
     /// The plain grey material, made when it is asked for first.
     int neutralMaterial();
+    /// The white one of what has colours of its own, likewise.
+    int colorMaterial();
     /// Ends the scene: normals, the default material, the roots. Hands it over.
     Scene finish();
 
@@ -90,7 +95,7 @@ class MeshFile {
     GltfFolder folder_;
     ReadWarnings warnings_;
     Scene scene_;
-    int neutral_ = -1;
+    int neutral_ = -1, colored_ = -1;
 };
 
 /// Neither metal nor mirror, seen from both sides; of `color`, linear.
@@ -99,8 +104,15 @@ Material plainMaterial(const std::string& name, const glm::vec4& color);
 /// A number of a file as a 32-bit float. Not a number, infinite or too large: nothing.
 std::optional<float> coordinate(double value);
 
-/// Of colours: as files have them, sRGB, to linear; alpha stays.
-glm::vec4 linearColor(const glm::vec4& encoded);
+/// How numbers of colours are stored: the most that their type can say, 1 for floating point.
+struct ColorTypes {
+    double rgb = 1, alpha = 1;
+};
+/// Makes colours as files have them, sRGB with straight alpha, linear. 1 is 255 in bytes. In other
+/// types it is the least of 1 (floating point alone), 255 and 65,535 that holds all the numbers, if
+/// they are whole. Returns false where numbers are beyond what can be a colour, and were clamped.
+/// Colours of negative alpha stay.
+bool makeLinear(std::vector<glm::vec4>& colors, const ColorTypes& types);
 
 // corner_index.cpp.
 
@@ -197,11 +209,13 @@ void addSmoothNormals(Primitive& primitive, double degrees,
 
 /// How a texture is used: which file, and where in its picture (U, V from the lower left).
 struct MeshMap {
-    std::string file;   ///< "" = none
-    std::string where;  ///< the line that names it
+    std::string file{};   ///< "" = none
+    std::string where{};  ///< the line that names it
+    std::string from{};   ///< the folder from which the name leads, from the scene's
     glm::vec2 scale{1}, offset{0};
     bool clamp = false;
     float strength = 1;
+    std::vector<std::string> lost{};  ///< options that are not carried out
 
     explicit operator bool() const { return !file.empty(); }
 };
@@ -230,6 +244,9 @@ class MeshTextures {
 
 // obj_materials.cpp.
 
+/// A name in an OBJ or MTL, which may have blanks in it: what stands before a comment (" # ").
+std::string_view objName(std::string_view text);
+
 /// The materials of the .mtl files that an OBJ names, in the files' order. A texture is read when
 /// its material is used first.
 class ObjMaterials {
@@ -241,18 +258,34 @@ class ObjMaterials {
     void load(std::string_view names, const std::string& where);
     /// The index of the material in the scene; the neutral one, with a warning, of an unknown name.
     int use(const std::string& material, const std::string& where);
+    /// Faces of the material (what use() returned) have no texture coordinates.
+    void useWithoutTexcoords(int material);
     /// Puts the materials into the scene.
     void finish();
 
   private:
     struct Mtl;
+    /// What is wrong with several materials.
+    struct Fault {
+        std::size_t count = 0;
+        std::string first{};  ///< the name of a material
+
+        void add(const Mtl& mtl);
+    };
     void read(const std::string& name, std::string_view text);
+    void lose(Mtl& mtl, const std::string& sentence, const std::string& where);
+    bool readNumbers(Mtl& mtl, std::string_view word, std::string_view rest,
+                     const std::string& where);
+    float opacity(const Mtl& mtl);
     Material material(const Mtl& mtl);
+    void warnOf(const Fault& fault, const std::string& what, const std::string& more);
 
     MeshFile& file_;
     MeshTextures textures_;
+    std::set<std::string> libraries_;  ///< that have been read
     std::vector<Mtl> materials_;
     std::map<std::string, int, std::less<>> numbers_;
+    Fault contradictory_, invisible_, tinted_, unplaced_;
 };
 
 }  // namespace peeler

@@ -26,11 +26,11 @@ std::uint8_t nearest(const Image& image, int x, int y, int width, int height, in
 }  // namespace
 
 int MeshTextures::image(const MeshMap& map) {
-    const auto [known, is_new] = images_.emplace(map.file, -1);
+    const auto [known, is_new] = images_.emplace(map.from + '/' + map.file, -1);
     if (!is_new) return known->second;
     const SceneReadOptions& options = file_.options();
     try {
-        const std::vector<std::uint8_t> bytes = file_.readBeside(map.file, map.where);
+        const std::vector<std::uint8_t> bytes = file_.readBeside(map.file, map.from, map.where);
         const auto allow = [&](std::uint64_t more) { file_.allow(more); };
         DecodedTexture decoded = decodeTexture(
             bytes, map.file, {options.max_image_dimension, options.max_image_bytes, allow});

@@ -3,6 +3,7 @@
 // for physically based ones (Clara.io, "Extending Wavefront MTL for Physically-Based").
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string_view>
 
@@ -14,14 +15,16 @@ namespace peeler {
 
 struct ObjMaterials::Mtl {
     std::string name;
-    glm::vec3 diffuse{1}, emissive{0};
-    float opacity = 1;
+    glm::vec3 diffuse{1}, emissive{0}, filter{1};
+    std::optional<float> dissolve{}, transparency{};
     float shininess = 0;               ///< exponent of Phong's highlight
     std::optional<float> roughness{};  ///< in place of it
     float metallic = 0, sheen = 0, clearcoat = 0, clearcoat_roughness = 0;
     float anisotropy = 0, anisotropy_turn = 0;  ///< the second in whole turns
     MeshMap diffuse_map, opacity_map, emissive_map, roughness_map, metallic_map, normal_map;
-    bool used = false;
+    bool used = false, without_texcoords = false;
+    /// What is not read of it, and where: warnings if it is used.
+    std::vector<std::pair<std::string, std::string>> lost{};
 };
 
 namespace {
@@ -31,6 +34,7 @@ template <class Mtl>
 struct NumberRow {
     std::string_view word;
     std::size_t count;
+    float least, most;  ///< of what is not clamped
     void (*set)(Mtl& mtl, const glm::vec3& value);
 };
 
@@ -40,37 +44,59 @@ struct MapRow {
     MeshMap Mtl::*map;
 };
 
-/// An option before the name of a texture, and how many numbers or words follow it at most.
+/// An option before the name of a texture, and how many numbers follow it at most; 0: a word does.
 struct MapOption {
     std::string_view word;
     std::size_t most;
-    void (*set)(MeshMap& map, const glm::vec3& value, std::string_view text);
+    glm::vec3 initial;  ///< numbers that are not there
+    /// False: it changes the texture, and is not carried out. Null: it changes nothing that is
+    /// drawn here.
+    bool (*set)(MeshMap& map, const glm::vec3& value, std::string_view text);
 };
 
 constexpr MapOption kMapOptions[] = {
-    {"-s", 3, [](MeshMap& map, const glm::vec3& v, std::string_view) { map.scale = v; }},
-    {"-o", 3, [](MeshMap& map, const glm::vec3& v, std::string_view) { map.offset = v; }},
-    {"-bm", 1, [](MeshMap& map, const glm::vec3& v, std::string_view) { map.strength = v.x; }},
-    {"-clamp", 0,
-     [](MeshMap& map, const glm::vec3&, std::string_view text) { map.clamp = text == "on"; }},
-    {"-t", 3, nullptr},
-    {"-mm", 2, nullptr},
-    {"-boost", 1, nullptr},
-    {"-texres", 1, nullptr},
-    {"-blendu", 0, nullptr},
-    {"-blendv", 0, nullptr},
-    {"-cc", 0, nullptr},
-    {"-imfchan", 0, nullptr},
-    {"-type", 0, nullptr},
-    {"-colorspace", 0, nullptr},
+    {"-s", 3, glm::vec3(1),
+     [](MeshMap& map, const glm::vec3& v, std::string_view) {
+         map.scale = v;
+         return true;
+     }},
+    {"-o", 3, glm::vec3(0),
+     [](MeshMap& map, const glm::vec3& v, std::string_view) {
+         map.offset = v;
+         return true;
+     }},
+    {"-bm", 1, glm::vec3(0),
+     [](MeshMap& map, const glm::vec3& v, std::string_view) {
+         map.strength = v.x;
+         return true;
+     }},
+    {"-clamp", 0, glm::vec3(0),
+     [](MeshMap& map, const glm::vec3&, std::string_view text) {
+         map.clamp = text == "on";
+         return true;
+     }},
+    {"-t", 3, glm::vec3(0),
+     [](MeshMap&, const glm::vec3& v, std::string_view) { return v == glm::vec3(0); }},
+    {"-mm", 2, glm::vec3(0, 1, 0),
+     [](MeshMap&, const glm::vec3& v, std::string_view) { return v == glm::vec3(0, 1, 0); }},
+    {"-cc", 0, glm::vec3(0),
+     [](MeshMap&, const glm::vec3&, std::string_view text) { return text == "off"; }},
+    {"-imfchan", 0, glm::vec3(0),
+     [](MeshMap&, const glm::vec3&, std::string_view text) { return text == "l" || text == "r"; }},
+    {"-colorspace", 0, glm::vec3(0),
+     [](MeshMap&, const glm::vec3&, std::string_view text) { return text == "sRGB"; }},
+    {"-boost", 1, glm::vec3(0), nullptr},
+    {"-texres", 1, glm::vec3(0), nullptr},
+    {"-blendu", 0, glm::vec3(0), nullptr},
+    {"-blendv", 0, glm::vec3(0), nullptr},
+    {"-type", 0, glm::vec3(0), nullptr},
 };
 
-std::string lower(std::string_view text) {
-    std::string result(text);
-    for (char& c : result)
-        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-    return result;
-}
+/// Statements that say nothing which physically based shading does not have from elsewhere: ambient
+/// light comes from the surroundings; highlights are those of a dielectric surface or a metal; and
+/// how a renderer of 1995 reflects, refracts and filters.
+constexpr std::string_view kWithoutEffect[] = {"ka",     "ks",        "ni",     "illum",
+                                               "map_ka", "sharpness", "map_aat"};
 
 /// A texture's statement: options, then a name, which may have blanks in it.
 MeshMap mapIn(std::string_view text, const std::string& where) {
@@ -83,7 +109,7 @@ MeshMap mapIn(std::string_view text, const std::string& where) {
         const auto* const option = std::ranges::find(kMapOptions, word, &MapOption::word);
         if (option == std::end(kMapOptions)) break;
         // One number of three stands for itself alone, the others keep their defaults.
-        glm::vec3 value(option->word == "-s" ? 1.0F : 0.0F);
+        glm::vec3 value = option->initial;
         std::string_view argument;
         if (option->most == 0) argument = takeWord(rest);
         for (std::size_t i = 0; i < option->most; ++i) {
@@ -93,36 +119,51 @@ MeshMap mapIn(std::string_view text, const std::string& where) {
             value[static_cast<int>(i)] = *number;
             rest = after;
         }
-        if (option->set) option->set(map, value, argument);
+        if (option->set && !option->set(map, value, argument)) map.lost.emplace_back(word);
         text = rest;
     }
-    map.file = text;
-    std::ranges::replace(map.file, '\\', '/');
+    map.file = objName(text);
     return map;
 }
 
+/// The files that `mtllib` names: names have blanks in them, or between them.
+std::vector<std::string> libraryNames(std::string_view text) {
+    constexpr std::string_view kEnd = ".mtl";
+    std::vector<std::string> names;
+    for (text = objName(text); !text.empty(); text = trimmed(text)) {
+        std::size_t end = text.size();
+        if (text.front() == '"') {
+            end = std::min(text.find('"', 1), end - 1) + 1;
+        } else {
+            const std::string small = lowerCase(text);
+            for (std::size_t at = small.find(kEnd); at < end; at = small.find(kEnd, at + 1))
+                if (at + kEnd.size() < end && isBlank(text[at + kEnd.size()]))
+                    end = at + kEnd.size();
+        }
+        names.emplace_back(text.substr(0, end));
+        text.remove_prefix(end);
+    }
+    return names;
+}
+
 }  // namespace
+
+std::string_view objName(std::string_view text) {
+    return trimmed(text.substr(0, text.find(" # ")));
+}
+
+void ObjMaterials::Fault::add(const Mtl& mtl) {
+    if (count++ == 0) first = mtl.name;
+}
 
 ObjMaterials::ObjMaterials(MeshFile& file) : file_(file), textures_(file) {}
 ObjMaterials::~ObjMaterials() = default;
 
 void ObjMaterials::load(std::string_view names, const std::string& where) {
-    std::vector<std::string> files;
-    // Names have blanks in them, or between them.
-    std::string whole(trimmed(names));
-    std::ranges::replace(whole, '\\', '/');
-    std::error_code failure;
-    const auto path = file_.folder().findFile(whole);
-    if (path && std::filesystem::is_regular_file(*path, failure)) {
-        files.push_back(whole);
-    } else {
-        std::string_view rest = whole;
-        for (std::string_view word = takeWord(rest); !word.empty(); word = takeWord(rest))
-            files.emplace_back(word);
-    }
-    for (const std::string& name : files) {
+    for (const std::string& name : libraryNames(names)) {
+        if (!libraries_.insert(name).second) continue;  // programs name it for every object
         try {
-            const std::vector<std::uint8_t> bytes = file_.readBeside(name, where);
+            const std::vector<std::uint8_t> bytes = file_.readBeside(name, {}, where);
             read(name, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
         } catch (const Error& problem) {
             if (problem.where() != where) throw;  // what is in it is wrong
@@ -132,73 +173,109 @@ void ObjMaterials::load(std::string_view names, const std::string& where) {
 }
 
 void ObjMaterials::read(const std::string& name, std::string_view text) {
-    static constexpr NumberRow<Mtl> kNumbers[] = {
-        {"kd", 3, [](Mtl& mtl, const glm::vec3& v) { mtl.diffuse = v; }},
-        {"ke", 3, [](Mtl& mtl, const glm::vec3& v) { mtl.emissive = v; }},
-        {"d", 1, [](Mtl& mtl, const glm::vec3& v) { mtl.opacity = v.x; }},
-        {"tr", 1, [](Mtl& mtl, const glm::vec3& v) { mtl.opacity = 1 - v.x; }},
-        {"ns", 1, [](Mtl& mtl, const glm::vec3& v) { mtl.shininess = v.x; }},
-        {"pr", 1, [](Mtl& mtl, const glm::vec3& v) { mtl.roughness = v.x; }},
-        {"pm", 1, [](Mtl& mtl, const glm::vec3& v) { mtl.metallic = v.x; }},
-        {"ps", 1, [](Mtl& mtl, const glm::vec3& v) { mtl.sheen = v.x; }},
-        {"pc", 1, [](Mtl& mtl, const glm::vec3& v) { mtl.clearcoat = v.x; }},
-        {"pcr", 1, [](Mtl& mtl, const glm::vec3& v) { mtl.clearcoat_roughness = v.x; }},
-        {"aniso", 1, [](Mtl& mtl, const glm::vec3& v) { mtl.anisotropy = v.x; }},
-        {"anisor", 1, [](Mtl& mtl, const glm::vec3& v) { mtl.anisotropy_turn = v.x; }},
-    };
     static constexpr MapRow<Mtl> kMaps[] = {
         {"map_kd", &Mtl::diffuse_map},  {"map_d", &Mtl::opacity_map},
         {"map_ke", &Mtl::emissive_map}, {"map_pr", &Mtl::roughness_map},
         {"map_pm", &Mtl::metallic_map}, {"norm", &Mtl::normal_map},
         {"map_norm", &Mtl::normal_map},
     };
-    const std::string folder = name.substr(0, name.rfind('/') + 1);
+    const std::string folder = file_.folderOf(name);
     text = withoutByteOrderMark(text);
     for (std::size_t line = 1; !text.empty(); ++line) {
         std::string_view rest = takeLine(text);
-        const std::string word = lower(takeWord(rest));
+        const std::string word = lowerCase(takeWord(rest));
         const std::string where = name + ":" + std::to_string(line);
+        if (word.empty() || word.front() == '#') continue;
         if (word == "newmtl") {
             file_.allow(sizeof(Mtl) + rest.size());
             Mtl& mtl = materials_.emplace_back();
-            mtl.name = trimmed(rest);
-            numbers_.try_emplace(mtl.name, static_cast<int>(materials_.size()) - 1);
+            mtl.name = objName(rest);
+            if (!numbers_.try_emplace(mtl.name, static_cast<int>(materials_.size()) - 1).second)
+                file_.warn("The material \"" + mtl.name + "\" is there twice; the first is taken.",
+                           where);
             continue;
         }
-        if (materials_.empty()) continue;
+        if (materials_.empty()) {
+            file_.warn("What stands before the first newmtl of \"" + name + "\" is left out.",
+                       where);
+            continue;
+        }
         Mtl& mtl = materials_.back();
-        const auto* const map = std::ranges::find(kMaps, word, &MapRow<Mtl>::word);
-        if (map != std::end(kMaps)) {
-            mtl.*map->map = mapIn(rest, where);
-            if (mtl.*map->map && (mtl.*map->map).file.front() != '/')
-                (mtl.*map->map).file.insert(0, folder);
+        if (const auto* const map = std::ranges::find(kMaps, word, &MapRow<Mtl>::word);
+            map != std::end(kMaps)) {
+            MeshMap& read = mtl.*map->map = mapIn(rest, where);
+            read.from = folder;
+            for (const std::string& option : read.lost)
+                lose(mtl, "The option " + option + " of textures is not carried out.", where);
+        } else if (word == "bump" || word == "map_bump") {
+            lose(mtl, "Height maps (bump, map_Bump) are not read.", where);
+        } else if (!readNumbers(mtl, word, rest, where) &&
+                   std::ranges::find(kWithoutEffect, word) == std::end(kWithoutEffect)) {
+            lose(mtl, "The statement " + word + " of materials is not read.", where);
         }
-        if (word == "bump" || word == "map_bump")
-            file_.warn("Height maps (bump, map_Bump) are not read.");
-        const auto* const number = std::ranges::find(kNumbers, word, &NumberRow<Mtl>::word);
-        if (number == std::end(kNumbers)) continue;
-        glm::vec3 value(0);
-        for (std::size_t i = 0; i < number->count; ++i) {
-            std::string_view text_of = takeWord(rest);
-            if (text_of == "-halo") text_of = takeWord(rest);
-            if (text_of == "spectral" || text_of == "xyz") {
-                file_.warn("Colours that are spectral or xyz are not read.");
-                break;
-            }
-            const auto read = numberIn<float>(text_of);
-            if (read && std::isfinite(*read)) {
-                value[static_cast<int>(i)] = *read;
-            } else if (i == 1 && text_of.empty()) {  // one number is a grey
-                value = glm::vec3(value.x);
-                break;
-            } else {
-                throw Error(ErrorKind::kInput,
-                            "expected a number, not \"" + std::string(text_of.substr(0, 32)) + "\"",
-                            where, "export the materials again");
-            }
-        }
-        number->set(mtl, value);
     }
+}
+
+/// Keeps a warning until the material is used.
+void ObjMaterials::lose(Mtl& mtl, const std::string& sentence, const std::string& where) {
+    constexpr std::size_t kMost = 20;
+    if (mtl.lost.size() >= kMost) return;
+    file_.allow(sizeof mtl.lost[0] + sentence.size() + where.size());
+    mtl.lost.emplace_back(sentence, where);
+}
+
+/// Reads a statement of numbers; false if it is none.
+bool ObjMaterials::readNumbers(Mtl& mtl, std::string_view word, std::string_view rest,
+                               const std::string& where) {
+    constexpr float kAny = std::numeric_limits<float>::max();
+    static constexpr NumberRow<Mtl> kNumbers[] = {
+        {"kd", 3, 0, 1, [](Mtl& m, const glm::vec3& v) { m.diffuse = v; }},
+        {"ke", 3, 0, kAny, [](Mtl& m, const glm::vec3& v) { m.emissive = v; }},
+        {"tf", 3, -kAny, kAny, [](Mtl& m, const glm::vec3& v) { m.filter = v; }},
+        {"d", 1, 0, 1, [](Mtl& m, const glm::vec3& v) { m.dissolve = v.x; }},
+        {"tr", 1, 0, 1, [](Mtl& m, const glm::vec3& v) { m.transparency = v.x; }},
+        {"ns", 1, 0, kAny, [](Mtl& m, const glm::vec3& v) { m.shininess = v.x; }},
+        {"pr", 1, 0, 1, [](Mtl& m, const glm::vec3& v) { m.roughness = v.x; }},
+        {"pm", 1, 0, 1, [](Mtl& m, const glm::vec3& v) { m.metallic = v.x; }},
+        {"ps", 1, 0, 1, [](Mtl& m, const glm::vec3& v) { m.sheen = v.x; }},
+        {"pc", 1, 0, 1, [](Mtl& m, const glm::vec3& v) { m.clearcoat = v.x; }},
+        {"pcr", 1, 0, 1, [](Mtl& m, const glm::vec3& v) { m.clearcoat_roughness = v.x; }},
+        {"aniso", 1, 0, 1, [](Mtl& m, const glm::vec3& v) { m.anisotropy = v.x; }},
+        {"anisor", 1, -kAny, kAny, [](Mtl& m, const glm::vec3& v) { m.anisotropy_turn = v.x; }},
+    };
+    const auto* const row = std::ranges::find(kNumbers, word, &NumberRow<Mtl>::word);
+    if (row == std::end(kNumbers)) return false;
+    rest = rest.substr(0, rest.find('#'));
+    glm::vec3 value(0);
+    for (std::size_t i = 0; i < row->count; ++i) {
+        std::string_view text = takeWord(rest);
+        if (text == "-halo") {
+            lose(mtl, "The option -halo of d is not carried out.", where);
+            text = takeWord(rest);
+        }
+        if (text == "spectral" || text == "xyz") {
+            lose(mtl, "Colours that are spectral or xyz are not read.", where);
+            return true;
+        }
+        const auto read = numberIn<float>(text);
+        if (read && std::isfinite(*read)) {
+            value[static_cast<int>(i)] = *read;
+        } else if (i == 1 && text.empty()) {  // one number is a grey
+            value = glm::vec3(value.x);
+            break;
+        } else {
+            throw Error(ErrorKind::kInput,
+                        "expected a number, not \"" + std::string(text.substr(0, 32)) + "\"", where,
+                        "export the materials again");
+        }
+    }
+    const glm::vec3 clamped = glm::clamp(value, row->least, row->most);
+    if (clamped != value)
+        lose(mtl,
+             "Numbers of materials that are out of range (" + std::string(word) + ") are clamped.",
+             where);
+    row->set(mtl, clamped);
+    return true;
 }
 
 int ObjMaterials::use(const std::string& material, const std::string& where) {
@@ -211,25 +288,45 @@ int ObjMaterials::use(const std::string& material, const std::string& where) {
     return found->second;
 }
 
+/// `d` goes before `Tr`: programs that write both write the same number, which is then no
+/// transparency, or what the other says.
+float ObjMaterials::opacity(const Mtl& mtl) {
+    constexpr float kRounded = 0.01F;
+    const float by_transparency = 1 - mtl.transparency.value_or(0);
+    const float opacity = mtl.dissolve.value_or(by_transparency);
+    if (!mtl.used) return opacity;
+    if (mtl.transparency && std::abs(opacity - by_transparency) > kRounded) contradictory_.add(mtl);
+    if (opacity <= 0) invisible_.add(mtl);
+    return opacity;
+}
+
+void ObjMaterials::useWithoutTexcoords(int material) {
+    if (material >= 0) materials_[static_cast<std::size_t>(material)].without_texcoords = true;
+}
+
 Material ObjMaterials::material(const Mtl& mtl) {
-    const auto share = [](float value) { return std::clamp(value, 0.0F, 1.0F); };
     // Exporters write black beside a texture and mean the texture alone.
     const bool black = mtl.diffuse_map && mtl.diffuse == glm::vec3(0);
-    const glm::vec3 diffuse = black ? glm::vec3(1) : glm::clamp(mtl.diffuse, 0.0F, 1.0F);
-    Material material = plainMaterial(mtl.name, glm::vec4(diffuse, share(mtl.opacity)));
+    const glm::vec3 diffuse = black ? glm::vec3(1) : mtl.diffuse;
+    Material material = plainMaterial(mtl.name, glm::vec4(diffuse, opacity(mtl)));
     // The exponent of Blinn and Phong as the width of a microfacet distribution (B. Walter et al.,
     // "Microfacet Models for Refraction through Rough Surfaces", 2007, section 5.2); glTF's
     // roughness is its root.
-    const float exponent = std::max(mtl.shininess, 0.0F);
-    material.roughness = share(mtl.roughness.value_or(std::pow(2 / (exponent + 2), 0.25F)));
-    material.metallic = share(mtl.metallic);
-    material.emissive = glm::max(mtl.emissive, 0.0F);
-    material.sheen.color = glm::vec3(share(mtl.sheen));
-    material.clearcoat.factor = share(mtl.clearcoat);
-    material.clearcoat.roughness = share(mtl.clearcoat_roughness);
-    material.anisotropy.strength = share(mtl.anisotropy);
+    material.roughness = mtl.roughness.value_or(std::pow(2 / (mtl.shininess + 2), 0.25F));
+    material.metallic = mtl.metallic;
+    material.emissive = mtl.emissive;
+    material.sheen.color = glm::vec3(mtl.sheen);
+    material.clearcoat.factor = mtl.clearcoat;
+    material.clearcoat.roughness = mtl.clearcoat_roughness;
+    material.anisotropy.strength = mtl.anisotropy;
     material.anisotropy.rotation = 2 * std::numbers::pi_v<float> * mtl.anisotropy_turn;
     if (!mtl.used) return material;  // its textures need not be there
+    for (const auto& [sentence, where] : mtl.lost)
+        file_.warn(sentence, where);
+    if (mtl.filter != glm::vec3(mtl.filter.x)) tinted_.add(mtl);
+    if (mtl.without_texcoords && (mtl.diffuse_map || mtl.opacity_map || mtl.emissive_map ||
+                                  mtl.roughness_map || mtl.metallic_map || mtl.normal_map))
+        unplaced_.add(mtl);
     if (mtl.opacity_map && mtl.opacity_map.file != mtl.diffuse_map.file)
         material.base_color_texture = textures_.combined({{{&mtl.diffuse_map, 0},
                                                            {&mtl.diffuse_map, 1},
@@ -237,7 +334,7 @@ Material ObjMaterials::material(const Mtl& mtl) {
                                                            {&mtl.opacity_map, 0}}});
     else
         material.base_color_texture = textures_.texture(mtl.diffuse_map);
-    if (mtl.opacity < 1 || mtl.opacity_map) material.alpha_mode = AlphaMode::kBlend;
+    if (material.base_color.a < 1 || mtl.opacity_map) material.alpha_mode = AlphaMode::kBlend;
     if (mtl.roughness_map || mtl.metallic_map) {
         material.metallic_roughness_texture = textures_.combined(
             {{{nullptr, 0}, {&mtl.roughness_map, 0}, {&mtl.metallic_map, 0}, {nullptr, 0}}});
@@ -252,9 +349,20 @@ Material ObjMaterials::material(const Mtl& mtl) {
     return material;
 }
 
+void ObjMaterials::warnOf(const Fault& fault, const std::string& what, const std::string& more) {
+    if (fault.count > 0)
+        file_.warn(what + " (" + std::to_string(fault.count) + "; the first: \"" + fault.first +
+                   "\")" + more);
+}
+
 void ObjMaterials::finish() {
     for (const Mtl& mtl : materials_)
         file_.scene().materials.push_back(material(mtl));
+    warnOf(contradictory_, "Materials have d and Tr that contradict each other", "; d is taken.");
+    warnOf(invisible_, "Materials are wholly transparent", ": nothing of them is seen.");
+    warnOf(unplaced_, "Faces without texture coordinates have materials with textures",
+           ": they show one point of these.");
+    warnOf(tinted_, "The filters (Tf) of materials are not read", ".");
 }
 
 }  // namespace peeler

@@ -5,6 +5,9 @@
 // and an index that is out of range for a warning without a line; and leaves out faces, so that the
 // ones behind them count otherwise.
 #include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -17,12 +20,23 @@ namespace peeler {
 namespace {
 
 /// Curves and surfaces, and how they would be shown: the statements that are left out.
-constexpr std::string_view kFreeForm[] = {"vp",    "cstype", "deg",  "bmat",  "step", "curv",
-                                          "curv2", "surf",   "parm", "trim",  "hole", "scrv",
-                                          "sp",    "end",    "con",  "ctech", "stech"};
-constexpr std::string_view kWithoutEffect[] = {"s",        "mg",    "bevel",      "c_interp",
-                                               "d_interp", "lod",   "shadow_obj", "trace_obj",
-                                               "usemap",   "maplib"};
+constexpr std::string_view kFreeForm[] = {
+    "vp",   "cstype", "deg", "bmat", "step",  "curv",  "curv2", "surf", "parm", "trim", "hole",
+    "scrv", "sp",     "end", "con",  "ctech", "stech", "bsp",   "bzp",  "cdc",  "cdp",  "res"};
+/// Others that are left out, unless what they say is "off".
+constexpr std::string_view kLost[] = {"bevel",      "c_interp",  "d_interp", "usemap", "maplib",
+                                      "shadow_obj", "trace_obj", "call",     "csh"};
+/// Statements of curves and surfaces, or of a preview, which change nothing else.
+constexpr std::string_view kHarmless[] = {"mg", "lod"};
+
+bool isAmong(std::string_view word, std::span<const std::string_view> words) {
+    return std::ranges::find(words, word) != words.end();
+}
+
+/// The line before a comment, of statements that have no names in them.
+std::string_view withoutComment(std::string_view line) {
+    return line.substr(0, line.find('#'));
+}
 
 /// Lines of the text, one after the other; a backslash at an end goes on in the next line.
 class ObjLines {
@@ -97,15 +111,29 @@ class ObjReader {
     void readVertices() {
         std::string_view line;
         for (lines_ = ObjLines(text_); lines_.next(line);) {
+            if (line.starts_with(kPaint)) {
+                readPaint(line.substr(kPaint.size()));
+                continue;
+            }
+            finishPaint();
             if (!line.starts_with('v')) continue;
+            line = withoutComment(line);
             const std::string_view word = takeWord(line);
             if (word == "v")
                 readPosition(line);
             else if (word == "vt")
-                add(uvs_, glm::vec2(0, 1) + glm::vec2(1, -1) * glm::vec2(numbers(line, 1, 3)));
+                add(uvs_, glm::vec2(0, 1) + glm::vec2(1, -1) * glm::vec2(finite(line, 1)));
             else if (word == "vn")
-                add(normals_, glm::vec3(numbers(line, 3, 3)));
+                add(normals_, finite(line, 3));
         }
+        finishPaint();
+        if (odd_numbers_ > 0)
+            file_.warn(
+                "Normals and texture coordinates that are infinite or not a number are "
+                "left out (" +
+                std::to_string(odd_numbers_) + ").");
+        if (!makeLinear(colors_, {}))
+            file_.warn("Colours of vertices that are above 1 are clamped.");
     }
 
     void readPosition(std::string_view line) {
@@ -116,10 +144,43 @@ class ObjReader {
             found[count++] = number(word);
         if (count < 3) fail("a vertex has fewer than three coordinates");
         add(positions_, glm::vec3(found[0], found[1], found[2]));
+        if (count == 5 || count > 6)
+            file_.warn("A vertex has " + std::to_string(count) +
+                           " numbers: coordinates, a weight, and colours are 3, 4 and 6.",
+                       where());
         if (count < 6) return;  // a fourth number is a weight of curves
-        if (colors_.empty()) file_.allowGeometry(positions_.size() * sizeof(glm::vec4));
-        colors_.resize(positions_.size() - 1, glm::vec4(1));
-        add(colors_, linearColor({found[3], found[4], found[5], 1}));
+        const glm::vec4 color(found[3], found[4], found[5], 1);
+        addColors(positions_.size() - 1, {&color, 1});
+    }
+
+    /// Gives colours to the vertices from `first` on.
+    void addColors(std::size_t first, std::span<const glm::vec4> colors) {
+        const std::size_t end = first + colors.size();
+        if (end > colors_.size()) file_.allowGeometry((end - colors_.size()) * sizeof(glm::vec4));
+        colors_.resize(std::max(colors_.size(), end), kNoColor);
+        std::ranges::copy(colors, colors_.begin() + static_cast<std::ptrdiff_t>(first));
+    }
+
+    /// ZBrush's colours, MMRRGGBB each in hexadecimal digits behind the vertices that they are of;
+    /// MM is a mask.
+    void readPaint(std::string_view line) {
+        constexpr std::size_t kDigits = 8;
+        for (line = trimmed(line); line.size() >= kDigits; line.remove_prefix(kDigits)) {
+            std::uint32_t mrgb = 0;
+            const auto [end, failure] =
+                std::from_chars(line.data(), line.data() + kDigits, mrgb, 16);
+            if (failure != std::errc() || end != line.data() + kDigits)
+                fail("expected eight hexadecimal digits a vertex");
+            add(paint_,
+                glm::vec4(mrgb >> 16U & 255U, mrgb >> 8U & 255U, mrgb & 255U, 255) / 255.0F);
+        }
+    }
+
+    void finishPaint() {
+        if (paint_.empty()) return;
+        if (paint_.size() > positions_.size()) fail("there are more colours than vertices");
+        addColors(positions_.size() - paint_.size(), paint_);
+        paint_.clear();
     }
 
     template <class Vector>
@@ -128,21 +189,31 @@ class ObjReader {
         values.push_back(value);
     }
 
-    /// So many numbers at least; those that are missing are 0.
-    glm::vec4 numbers(std::string_view line, int least, int most) {
-        glm::vec4 found(0);
-        for (int i = 0; i < most; ++i) {
+    /// Up to three numbers, so many at least; those that are missing are 0. All are NaN if one is
+    /// not finite.
+    glm::vec3 finite(std::string_view line, int least) {
+        glm::vec3 found(0);
+        for (int i = 0; i < 3; ++i) {
             const std::string_view word = takeWord(line);
             if (word.empty() && i >= least) break;
-            found[i] = number(word);
+            const auto value = coordinate(real(word));
+            if (!value) {
+                ++odd_numbers_;
+                return glm::vec3(std::numeric_limits<float>::quiet_NaN());
+            }
+            found[i] = *value;
         }
         return found;
     }
 
-    float number(std::string_view word) const {
+    double real(std::string_view word) const {
         const auto value = numberIn<double>(word);
         if (!value) fail("expected a number, not \"" + std::string(word.substr(0, 32)) + "\"");
-        const auto found = coordinate(*value);
+        return *value;
+    }
+
+    float number(std::string_view word) const {
+        const auto found = coordinate(real(word));
         if (!found) fail("a number is infinite, not a number, or too large");
         return *found;
     }
@@ -162,15 +233,19 @@ class ObjReader {
             else if (word == "vn")
                 ++normals_seen_;
             else if (word == "f" || word == "fo")
-                readFace(rest);
+                readFace(withoutComment(rest));
             else if (word == "l" || word == "p")
-                readLineOrPoints(rest, word == "l");
-            else
-                readState(word, trimmed(rest));
+                readLineOrPoints(withoutComment(rest), word == "l");
+            else if (!readState(word, objName(rest))) {
+                if (unknown_++ == 0) first_unknown_ = where();
+                continue;
+            }
+            is_obj_ = true;
         }
     }
 
-    void readState(std::string_view word, std::string_view rest) {
+    /// False if there is no such statement.
+    bool readState(std::string_view word, std::string_view rest) {
         if (word == "o") {
             place_ = placeOf({std::string(rest), {}, {}});
         } else if (word == "g") {
@@ -181,11 +256,22 @@ class ObjReader {
             material_ = materials_.use(std::string(rest), where());
         } else if (word == "mtllib") {
             materials_.load(rest, where());
-        } else if (std::ranges::find(kFreeForm, word) != std::end(kFreeForm)) {
-            file_.warn("Curves and surfaces of the file are not read.");
-        } else if (std::ranges::find(kWithoutEffect, word) == std::end(kWithoutEffect)) {
-            if (unknown_++ == 0) first_unknown_ = where();
+        } else if (word == "s") {
+            rest = withoutComment(rest);
+            const std::string_view group = takeWord(rest);
+            in_smooth_group_ = !group.empty() && group != "off" && group != "0";
+        } else {
+            return passOver(word, rest);
         }
+        return true;
+    }
+
+    bool passOver(std::string_view word, std::string_view rest) {
+        if (isAmong(word, kFreeForm))
+            file_.warn("Curves and surfaces of the file are not read.", where());
+        else if (isAmong(word, kLost) && rest != "off")
+            file_.warn("The statement " + std::string(word) + " is not carried out.", where());
+        return isAmong(word, kFreeForm) || isAmong(word, kLost) || isAmong(word, kHarmless);
     }
 
     std::size_t placeOf(Place place) {
@@ -204,6 +290,12 @@ class ObjReader {
             ++odd_faces_;
             return;
         }
+        if (in_smooth_group_ && face_[0].normal < 0 && !file_.options().smooth_normals &&
+            !std::exchange(warned_of_groups_, true))
+            file_.warn(
+                "Faces without normals are flat, though they are in smoothing groups (s); "
+                "`smooth_normals` makes them smooth.",
+                where());
         openRun(Topology::kTriangles);
         vertices_.clear();
         for (const Corner& corner : face_)
@@ -243,9 +335,11 @@ class ObjReader {
             corner.position = index(word.substr(0, first), positions_.size(), positions_seen_);
             word.remove_prefix(std::min(first + 1, word.size()));
             const std::size_t second = std::min(word.find('/'), word.size());
-            if (second > 0) corner.uv = index(word.substr(0, second), uvs_.size(), uvs_seen_);
+            if (second > 0)
+                corner.uv = finiteOne(index(word.substr(0, second), uvs_.size(), uvs_seen_), uvs_);
             word.remove_prefix(std::min(second + 1, word.size()));
-            if (!word.empty()) corner.normal = index(word, normals_.size(), normals_seen_);
+            if (!word.empty())
+                corner.normal = finiteOne(index(word, normals_.size(), normals_seen_), normals_);
             face_.push_back(corner);
         }
         for (auto member : {&Corner::uv, &Corner::normal}) {
@@ -257,6 +351,12 @@ class ObjReader {
             for (Corner& corner : face_)
                 corner.*member = -1;
         }
+    }
+
+    /// The index; −1 if there stands what is not finite.
+    template <class Vector>
+    static std::int64_t finiteOne(std::int64_t index, const std::vector<Vector>& values) {
+        return std::isnan(values[static_cast<std::size_t>(index)].x) ? -1 : index;
     }
 
     /// From 1, or back from the last one before this line.
@@ -280,6 +380,8 @@ class ObjReader {
         run_ = run;
         primitive_.topology = topology;
         primitive_.material = material_;
+        if (!run_->has_uvs && topology == Topology::kTriangles)
+            materials_.useWithoutTexcoords(material_);
         file_.allow(sizeof(Primitive) + kRunBytes);
     }
 
@@ -296,8 +398,11 @@ class ObjReader {
             primitive_.texcoords[0].push_back(uvs_[static_cast<std::size_t>(corner.uv)]);
         if (run_->has_normals)
             primitive_.normals.push_back(normals_[static_cast<std::size_t>(corner.normal)]);
-        if (!colors_.empty())
-            primitive_.colors.push_back(place < colors_.size() ? colors_[place] : glm::vec4(1));
+        if (!colors_.empty()) {
+            const bool has_color = place < colors_.size() && colors_[place] != kNoColor;
+            primitive_.colors.push_back(has_color ? colors_[place] : glm::vec4(1));
+            run_has_colors_ = run_has_colors_ || has_color;
+        }
         return vertex;
     }
 
@@ -310,6 +415,7 @@ class ObjReader {
     void closeRun() {
         if (!run_) return;
         Place& place = places_[run_->place];
+        if (!std::exchange(run_has_colors_, false)) primitive_.colors.clear();
         if (!primitive_.indices.empty()) place.mesh.primitives.push_back(std::move(primitive_));
         primitive_ = {};
         corners_ = cornerIndex();
@@ -322,6 +428,9 @@ class ObjReader {
         if (odd_faces_ > 0)
             file_.warn("Faces of fewer than three corners show nothing (" +
                        std::to_string(odd_faces_) + ").");
+        if (unknown_ > 0 && !is_obj_)
+            throw Error(ErrorKind::kInput, "this is no OBJ file: no line of it is one of an OBJ",
+                        first_unknown_, "is it the right file?");
         if (unknown_ > 0)
             file_.warn("Lines that mean nothing are passed over (" + std::to_string(unknown_) +
                        "; the first: " + first_unknown_ + ").");
@@ -330,7 +439,7 @@ class ObjReader {
         for (Place& place : places_) {
             if (place.mesh.primitives.empty()) continue;
             for (Primitive& primitive : place.mesh.primitives)
-                if (primitive.material < 0) primitive.material = file_.neutralMaterial();
+                if (primitive.material < 0) primitive.material = plainMaterialOf(primitive);
             const bool has_object = !place.object.empty();
             const auto known = objects.find(place.object);
             if (place.group && has_object && known == objects.end())
@@ -347,6 +456,11 @@ class ObjReader {
         if (file_.scene().nodes.empty()) file_.addNode(file_.stem(), {});
     }
 
+    /// The material of what has none: its own colours, or a neutral grey.
+    int plainMaterialOf(const Primitive& primitive) {
+        return primitive.colors.empty() ? file_.neutralMaterial() : file_.colorMaterial();
+    }
+
     CornerIndex cornerIndex() {
         return CornerIndex([this](std::uint64_t bytes) { file_.allow(bytes); });
     }
@@ -355,6 +469,8 @@ class ObjReader {
         throw Error(ErrorKind::kInput, what, where(), "export the file again");
     }
 
+    static constexpr std::string_view kPaint = "#MRGB";
+    static constexpr glm::vec4 kNoColor{-1};
     static constexpr std::size_t kOnce = 4096;  ///< numbers that are asked for together
     /// Beside what is in the scene, until it is drawn.
     static constexpr std::size_t kRunBytes = 4096;
@@ -367,18 +483,23 @@ class ObjReader {
     ObjMaterials materials_;
     std::vector<glm::vec3> positions_, normals_;
     std::vector<glm::vec2> uvs_;
-    std::vector<glm::vec4> colors_;  ///< of the first vertices; the others are white
+    std::vector<glm::vec4> colors_;  ///< of the first vertices; kNoColor of those without
+    std::vector<glm::vec4> paint_;   ///< of the last vertices, until its block ends
     std::size_t positions_seen_ = 0, uvs_seen_ = 0, normals_seen_ = 0;
     std::vector<Place> places_ = std::vector<Place>(1);
     std::map<std::pair<std::string, std::optional<std::string>>, std::size_t> place_numbers_{
         {{"", std::nullopt}, 0}};
     std::size_t place_ = 0;
     int material_ = -1;
+    bool in_smooth_group_ = false, warned_of_groups_ = false;
     std::optional<Run> run_;
+    bool run_has_colors_ = false;
     Primitive primitive_;  ///< of the run
     CornerIndex corners_;
     PolygonCutter cutter_;
     std::uint64_t vertices_made_ = 0, elements_made_ = 0, odd_faces_ = 0, unknown_ = 0;
+    std::uint64_t odd_numbers_ = 0;
+    bool is_obj_ = false;  ///< some line of it is one of an OBJ
     std::string first_unknown_;
     // Of the element that is read.
     std::vector<Corner> face_;

@@ -2,11 +2,13 @@
 // Reads a PLY file as a mesh: its faces in order, or without any its vertices as points.
 #include <algorithm>
 #include <bit>
+#include <map>
 #include <memory>
 #include <optional>
 
 #include "core/base/error.h"
 #include "formats/arrays/ply_file.h"
+#include "formats/file/text_words.h"
 #include "formats/meshes/mesh_parts.h"
 
 namespace peeler {
@@ -50,15 +52,66 @@ constexpr VertexName kVertexNames[] = {
     {"diffuse_alpha", Meaning::kColor, 3},
 };
 
-constexpr std::string_view kTextureComment = "TextureFile";
+/// What the meanings are called in messages, and how many components they need.
+struct MeaningRow {
+    const char* names;
+    std::size_t components;
+};
+constexpr MeaningRow kMeanings[] = {
+    {"x, y and z", 3}, {"nx, ny and nz", 3}, {"s and t (u and v)", 2}, {"red, green and blue", 3}};
+
+/// The properties of an element by meaning and component; null: it has none.
+using Meant = std::array<std::array<const PlyField*, 4>, std::size(kMeanings)>;
+
+Meant meantBy(const PlyElement& element) {
+    Meant meant{};
+    for (const PlyField& property : element.properties) {
+        const auto* const name = std::ranges::find(kVertexNames, property.name, &VertexName::name);
+        if (property.count || name == std::end(kVertexNames)) continue;
+        auto*& place = meant[static_cast<std::size_t>(name->meaning)]
+                            [static_cast<std::size_t>(name->component)];
+        if (!place) place = &property;
+    }
+    return meant;
+}
+
+bool isWhole(const Meant& meant, Meaning meaning) {
+    const auto i = static_cast<std::size_t>(meaning);
+    return std::all_of(meant[i].begin(),
+                       meant[i].begin() + static_cast<std::ptrdiff_t>(kMeanings[i].components),
+                       [](const PlyField* property) { return property; });
+}
+
+ColorTypes colorTypesOf(const Meant& meant) {
+    const auto& color = meant[static_cast<std::size_t>(Meaning::kColor)];
+    return {color[0]->type->greatest, color[3] ? color[3]->type->greatest : 1};
+}
+
+bool isFaces(const PlyElement& element) {
+    return element.name == "face" || element.name == "tristrips";
+}
+
+const PlyField* propertyNamed(const PlyElement& element, std::string_view name) {
+    const auto found = std::ranges::find(element.properties, name, &PlyField::name);
+    return found == element.properties.end() ? nullptr : &*found;
+}
+
+constexpr std::string_view kTextureComment = "TextureFile", kTextureNumber = "texnumber";
 
 class PlyReader {
   public:
     PlyReader(const std::filesystem::path& path, const SceneReadOptions& options)
-        : file_(path, options), textures_(file_), ply_(bytesOf(file_), file_.name()) {}
+        : file_(path, options),
+          textures_(file_),
+          ply_(bytesOf(file_), file_.name()),
+          uv_numbers_(cornerIndex()) {}
 
     Scene read() {
         numbers_ = ply_.numbers();
+        const auto& elements = ply_.elements();
+        if (std::ranges::find(elements, "vertex", &PlyElement::name) == elements.end())
+            failNoVertices();
+        listTextures();
         for (const PlyElement& element : ply_.elements()) {
             row_ = 0;
             try {
@@ -72,11 +125,10 @@ class PlyReader {
                             problem.hint().empty() ? "export the file again" : problem.hint());
             }
         }
-        if (!vertices_read_)
-            throw Error(ErrorKind::kInput, "there are no vertices in it", file_.name());
-        if (odd_faces_ > 0)
-            file_.warn("Faces of fewer than three corners show nothing (" +
-                       std::to_string(odd_faces_) + ").");
+        checkEnd();
+        warnOf(odd_faces_, "Faces of fewer than three corners show nothing");
+        warnOf(bare_faces_, "Faces among others have no texture coordinates");
+        warnOf(odd_numbers_, "Numbers of faces that are infinite or not a number are taken as 0");
         finishMesh();
         return file_.finish();
     }
@@ -87,17 +139,62 @@ class PlyReader {
         return file.bytes().last(text.size());
     }
 
+    void warnOf(std::uint64_t count, const std::string& what) {
+        if (count > 0) file_.warn(what + " (" + std::to_string(count) + ").");
+    }
+
+    [[noreturn]] void failNoVertices() const {
+        std::string names;
+        for (const PlyElement& element : ply_.elements())
+            names += (names.empty() ? "" : ", ") + element.name;
+        throw Error(ErrorKind::kInput,
+                    "there are no vertices in it: no element is called vertex, but " +
+                        (names.empty() ? "there is none at all" : names),
+                    file_.name(), "rename the element");
+    }
+
+    /// The textures that comments name, as MeshLab writes them, and whether faces choose.
+    void listTextures() {
+        for (std::string_view comment : ply_.comments()) {
+            if (!comment.starts_with(kTextureComment)) continue;
+            MeshMap& map = texture_maps_.emplace_back();
+            map.file = trimmed(comment.substr(kTextureComment.size()));
+            map.where = file_.name();
+        }
+        bool choose = false;
+        for (const PlyElement& element : ply_.elements()) {
+            if (!isFaces(element)) continue;
+            const bool has_number = propertyNamed(element, kTextureNumber);
+            choose = choose || has_number;
+            has_corner_uvs_ = has_corner_uvs_ || propertyNamed(element, "texcoord");
+            if (has_number || has_corner_uvs_ || isWhole(meantBy(element), Meaning::kColor))
+                split_.emplace(cornerIndex());
+        }
+        if (texture_maps_.size() > 1 && !choose)
+            file_.warn(
+                "The file names several textures, and faces do not say which one "
+                "(texnumber): all have the first one.");
+    }
+
     void readElement(const PlyElement& element) {
         if (element.properties.empty()) return;
         // Before anything is allocated.
         if (element.rows > numbers_->most(element)) failPlyEndsEarly();
         if (element.name == "vertex" && !vertices_read_) return readVertices(element);
-        if (element.name == "face" || element.name == "tristrips") return readFaces(element);
+        if (isFaces(element)) return readFaces(element);
         if (element.rows > 0)
             file_.warn("The element " + element.name + " of the file is not read.");
         for (; row_ < element.rows; ++row_)
             for (const PlyField& property : element.properties)
                 numbers_->skip(property);
+    }
+
+    void checkEnd() {
+        const std::string_view left =
+            trimmed(file_.text().substr(file_.text().size() - numbers_->left()));
+        if (!left.empty())
+            file_.warn("Bytes behind the last element are left out (" +
+                       std::to_string(left.size()) + ").");
     }
 
     // Vertices.
@@ -107,80 +204,110 @@ class PlyReader {
         const PlyField* property;
         float* to = nullptr;  ///< of the next vertex; null: nowhere
         std::size_t step = 0;
-        float greatest = 1;  ///< what stands for 1
+        Meaning meaning{};
     };
 
     void readVertices(const PlyElement& element) {
-        std::array<std::array<const PlyField*, 4>, 4> meant{};
-        for (const PlyField& property : element.properties) {
-            const auto* const name =
-                std::ranges::find(kVertexNames, property.name, &VertexName::name);
-            if (property.count || name == std::end(kVertexNames)) continue;
-            auto*& place = meant[static_cast<std::size_t>(name->meaning)]
-                                [static_cast<std::size_t>(name->component)];
-            if (!place) place = &property;
-        }
-        const auto isWhole = [&](Meaning meaning, std::size_t components) {
-            const auto& of = meant[static_cast<std::size_t>(meaning)];
-            return std::all_of(of.begin(), of.begin() + static_cast<std::ptrdiff_t>(components),
-                               [](const PlyField* property) { return property; });
-        };
-        if (!isWhole(Meaning::kPosition, 3))
+        const Meant meant = meantBy(element);
+        if (!isWhole(meant, Meaning::kPosition))
             throw Error(ErrorKind::kInput, "vertices have no x, y and z", file_.name());
+        checkMeanings(element, meant);
         const auto rows = static_cast<std::size_t>(element.rows);
-        const auto make = [&](auto& values, auto initial) {
+        const auto make = [&](Meaning meaning, auto& values, auto initial) {
+            if (!isWhole(meant, meaning)) return;
             file_.allowGeometry(rows * sizeof initial);
             values.assign(rows, initial);
         };
-        make(mesh_.positions, glm::vec3(0));
-        if (isWhole(Meaning::kNormal, 3)) make(mesh_.normals, glm::vec3(0));
-        if (isWhole(Meaning::kTexcoord, 2)) make(mesh_.texcoords[0], glm::vec2(0));
-        if (isWhole(Meaning::kColor, 3)) make(mesh_.colors, glm::vec4(1));
+        make(Meaning::kPosition, mesh_.positions, glm::vec3(0));
+        make(Meaning::kNormal, mesh_.normals, glm::vec3(0));
+        make(Meaning::kTexcoord, mesh_.texcoords[0], glm::vec2(0));
+        make(Meaning::kColor, mesh_.colors, glm::vec4(1));
 
         std::vector<Column> columns;
         for (const PlyField& property : element.properties)
             columns.push_back(columnOf(property, meant));
+        std::array<std::uint64_t, std::size(kMeanings)> odd{};
         for (; row_ < element.rows; ++row_) {
             for (Column& column : columns) {
                 if (!column.to) {
                     numbers_->skip(*column.property);
                     continue;
                 }
-                *column.to = finite(numbers_->next(*column.property->type)) / column.greatest;
+                const double value = numbers_->next(*column.property->type);
+                if (column.meaning == Meaning::kPosition) {
+                    *column.to = finite(value);
+                } else {
+                    const auto found = coordinate(value);
+                    if (!found) ++odd[static_cast<std::size_t>(column.meaning)];
+                    *column.to = found.value_or(0);
+                }
                 column.to += column.step;
             }
         }
-        for (glm::vec4& color : mesh_.colors) {
-            color = linearColor(color);
-            translucent_ = translucent_ || color.a < 1;
+        finishVertices(meant, odd);
+    }
+
+    /// Warns of what is not drawn as it was meant.
+    void checkMeanings(const PlyElement& element, const Meant& meant) {
+        for (std::size_t i = 0; i < std::size(kMeanings); ++i)
+            if (!isWhole(meant, static_cast<Meaning>(i)))
+                for (const PlyField* const property : meant[i])
+                    if (property)
+                        file_.warn("Vertices have " + property->name + ", but not all of " +
+                                   kMeanings[i].names + ": it is left out.");
+        std::string splats;
+        for (const char* name : {"f_dc_0", "opacity", "scale_0", "rot_0"})
+            if (propertyNamed(element, name))
+                splats += (splats.empty() ? "" : ", ") + std::string(name);
+        if (propertyNamed(element, "f_dc_0") ||
+            (propertyNamed(element, "scale_0") && propertyNamed(element, "rot_0")))
+            file_.warn("The points are Gaussian splats (" + splats +
+                       "), which are not read: they are plain points.");
+    }
+
+    void finishVertices(const Meant& meant,
+                        const std::array<std::uint64_t, std::size(kMeanings)>& odd) {
+        for (std::size_t i = 0; i < odd.size(); ++i) {
+            if (odd[i] == 0) continue;
+            const bool normals = i == static_cast<std::size_t>(Meaning::kNormal);
+            if (normals) mesh_.normals.clear();
+            file_.warn("Numbers of " + std::string(kMeanings[i].names) +
+                       " are infinite or not a number (" + std::to_string(odd[i]) +
+                       "): " + (normals ? "the normals are left out." : "they are taken as 0."));
         }
+        if (!mesh_.colors.empty()) makeColorsLinear(mesh_.colors, colorTypesOf(meant));
         for (glm::vec2& uv : mesh_.texcoords[0])
             uv.y = 1 - uv.y;  // it counts from below, glTF's from above
         vertices_read_ = true;
     }
 
-    Column columnOf(const PlyField& property,
-                    const std::array<std::array<const PlyField*, 4>, 4>& meant) {
-        for (std::size_t meaning = 0; meaning < meant.size(); ++meaning) {
-            for (std::size_t i = 0; i < meant[meaning].size(); ++i) {
-                if (meant[meaning][i] != &property) continue;
-                const auto column = [&](auto& values) -> Column {
-                    if (values.empty()) return {&property};
-                    const bool is_color = meaning == static_cast<std::size_t>(Meaning::kColor);
-                    return {&property, &values[0][static_cast<int>(i)],
-                            sizeof values[0] / sizeof(float),
-                            is_color ? static_cast<float>(property.type->greatest) : 1};
-                };
-                switch (static_cast<Meaning>(meaning)) {
-                    case Meaning::kPosition:
-                        return column(mesh_.positions);
-                    case Meaning::kNormal:
-                        return column(mesh_.normals);
-                    case Meaning::kTexcoord:
-                        return column(mesh_.texcoords[0]);
-                    case Meaning::kColor:
-                        return column(mesh_.colors);
-                }
+    void makeColorsLinear(std::vector<glm::vec4>& colors, const ColorTypes& types) {
+        if (!makeLinear(colors, types))
+            file_.warn("Colours that are beyond what their type can say are clamped.");
+        translucent_ = translucent_ || std::ranges::any_of(colors, [](const glm::vec4& color) {
+                           return color.a < 1;
+                       });
+    }
+
+    Column columnOf(const PlyField& property, const Meant& meant) {
+        for (std::size_t i = 0; i < meant.size(); ++i) {
+            const auto place = std::ranges::find(meant[i], &property);
+            if (place == meant[i].end()) continue;
+            const auto meaning = static_cast<Meaning>(i);
+            const auto column = [&](auto& values) -> Column {
+                if (values.empty()) return {&property};
+                return {&property, &values[0][static_cast<int>(place - meant[i].begin())],
+                        sizeof values[0] / sizeof(float), meaning};
+            };
+            switch (meaning) {
+                case Meaning::kPosition:
+                    return column(mesh_.positions);
+                case Meaning::kNormal:
+                    return column(mesh_.normals);
+                case Meaning::kTexcoord:
+                    return column(mesh_.texcoords[0]);
+                case Meaning::kColor:
+                    return column(mesh_.colors);
             }
         }
         return {&property};
@@ -194,43 +321,111 @@ class PlyReader {
         return *number;
     }
 
+    /// Of faces.
+    float finiteOrZero(double value) {
+        const auto number = coordinate(value);
+        if (!number) ++odd_numbers_;
+        return number.value_or(0);
+    }
+
     // Faces.
+
+    /// What a property of faces is.
+    struct FaceColumn {
+        enum Role : std::uint8_t { kCorners, kTexcoords, kTexture, kColor, kSkipped } role;
+        const PlyField* property;
+        int component = 0;  ///< of a colour
+    };
 
     void readFaces(const PlyElement& element) {
         if (!vertices_read_) throw Error(ErrorKind::kInput, "the faces stand before the vertices");
         const bool strips = element.name == "tristrips";
-        const PlyField* corners = nullptr;
-        const PlyField* uvs = nullptr;
-        for (const PlyField& property : element.properties) {
-            if (!property.count) continue;
-            if (property.name == "vertex_indices" || property.name == "vertex_index")
-                corners = &property;
-            else if (property.name == "texcoord" && !strips)
-                uvs = &property;
-        }
-        if (!corners) throw Error(ErrorKind::kInput, "faces have no list vertex_indices");
-        if (std::ranges::any_of(element.properties,
-                                [](const PlyField& p) { return p.name == "red"; }))
-            file_.warn("Colours of faces are not read.");
-        if (uvs && !split_) split_.emplace([this](std::uint64_t bytes) { file_.allow(bytes); });
+        const Meant meant = meantBy(element);
+        const bool has_colors = hasColors(meant);
+        std::vector<FaceColumn> columns;
+        for (const PlyField& property : element.properties)
+            columns.push_back(faceColumnOf(property, meant, has_colors));
+        if (std::ranges::find(columns, FaceColumn::kCorners, &FaceColumn::role) == columns.end())
+            throw Error(ErrorKind::kInput, "faces have no list vertex_indices");
+        const bool has_uvs =
+            std::ranges::find(columns, FaceColumn::kTexcoords, &FaceColumn::role) != columns.end();
+        color_ = kNoColor;
         for (; row_ < element.rows; ++row_) {
             face_.clear();
             uvs_.clear();
-            for (const PlyField& property : element.properties) {
-                if (&property == corners)
-                    readCorners(property, strips);
-                else if (&property == uvs)
-                    readUvs(property);
-                else
-                    numbers_->skip(property);
-            }
-            if (uvs && uvs_.size() != face_.size())
+            texture_ = 0;
+            glm::vec4 color(0, 0, 0, 1);
+            for (const FaceColumn& column : columns)
+                readColumn(column, strips, color);
+            if (has_uvs && uvs_.empty() && !face_.empty())
+                ++bare_faces_;
+            else if (has_uvs && uvs_.size() != face_.size())
                 throw Error(ErrorKind::kInput, "a face has another number of texture coordinates");
+            if (has_colors) addFaceColor(color);
+            openRun();
             if (strips)
                 addStrips();
             else
                 addFace();
         }
+    }
+
+    /// Whether faces have colours that are shown: vertices' go before them.
+    bool hasColors(const Meant& meant) {
+        if (!isWhole(meant, Meaning::kColor)) return false;
+        if (!mesh_.colors.empty())
+            file_.warn("Colours of faces are left out, since vertices have colours, too.");
+        else
+            face_color_types_ = colorTypesOf(meant);
+        return mesh_.colors.empty();
+    }
+
+    static FaceColumn faceColumnOf(const PlyField& property, const Meant& meant, bool has_colors) {
+        if (property.name == "vertex_indices" || property.name == "vertex_index")
+            return {property.count ? FaceColumn::kCorners : FaceColumn::kSkipped, &property};
+        if (property.name == "texcoord" && property.count)
+            return {FaceColumn::kTexcoords, &property};
+        if (property.name == kTextureNumber && !property.count)
+            return {FaceColumn::kTexture, &property};
+        const auto& color = meant[static_cast<std::size_t>(Meaning::kColor)];
+        const auto place = std::ranges::find(color, &property);
+        if (has_colors && place != color.end())
+            return {FaceColumn::kColor, &property, static_cast<int>(place - color.begin())};
+        return {FaceColumn::kSkipped, &property};
+    }
+
+    void readColumn(const FaceColumn& column, bool strips, glm::vec4& color) {
+        switch (column.role) {
+            case FaceColumn::kCorners:
+                return readCorners(*column.property, strips);
+            case FaceColumn::kTexcoords:
+                return readUvs(*column.property);
+            case FaceColumn::kTexture:
+                texture_ = textureOf(numbers_->next(*column.property->type));
+                return;
+            case FaceColumn::kColor:
+                color[column.component] = finiteOrZero(numbers_->next(*column.property->type));
+                return;
+            case FaceColumn::kSkipped:
+                numbers_->skip(*column.property);
+        }
+    }
+
+    /// The index of a texture; −1: none.
+    int textureOf(double number) {
+        if (number >= 0 && number < static_cast<double>(texture_maps_.size()))
+            return static_cast<int>(number);
+        if (number >= 0 && !texture_maps_.empty())
+            file_.warn("Faces have a texture that is not there (texnumber " + numberText(number) +
+                       " of " + std::to_string(texture_maps_.size()) + ").");
+        return -1;
+    }
+
+    void addFaceColor(const glm::vec4& color) {
+        if (!face_colors_.empty() && color_ != kNoColor && face_colors_.back() == color) return;
+        if (face_colors_.size() % kOnce == 0) file_.allowGeometry(kOnce * sizeof color);
+        color_ = static_cast<std::uint32_t>(face_colors_.size());
+        face_colors_.push_back(color);
     }
 
     void readCorners(const PlyField& list, bool strips) {
@@ -258,8 +453,8 @@ class PlyReader {
     void readUvs(const PlyField& list) {
         const std::uint64_t count = numbers_->length(list);
         for (std::uint64_t i = 0; i + 1 < count; i += 2) {
-            const float u = finite(numbers_->next(*list.type));
-            uvs_.emplace_back(u, 1 - finite(numbers_->next(*list.type)));
+            const float u = finiteOrZero(numbers_->next(*list.type));
+            uvs_.emplace_back(u, 1 - finiteOrZero(numbers_->next(*list.type)));
         }
         if (count % 2 == 1) numbers_->skip(*list.type, 1);
     }
@@ -292,73 +487,124 @@ class PlyReader {
 
     /// Of corners of the face by their places in it.
     void addTriangle(std::size_t a, std::size_t b, std::size_t c) {
-        if (mesh_.indices.size() % (3 * kOnce) == 0)
-            file_.allowGeometry(3 * kOnce * sizeof(std::uint32_t));
+        if (triangles_made_++ % kOnce == 0) file_.allowGeometry(3 * kOnce * sizeof(std::uint32_t));
         for (const std::size_t corner : {a, b, c})
-            mesh_.indices.push_back(split_ ? splitCorner(corner) : face_[corner]);
+            runs_.back().mesh.indices.push_back(split_ ? splitCorner(corner) : face_[corner]);
     }
 
     std::uint32_t splitCorner(std::size_t corner) {
         const glm::vec2 uv = uvs_.empty() ? glm::vec2(0, 1) : uvs_[corner];
         const auto bits = std::bit_cast<std::array<std::uint32_t, 2>>(uv);
-        return split_->indexOf({face_[corner], bits[0], bits[1]});
+        return split_->indexOf({face_[corner], uv_numbers_.indexOf({bits[0], bits[1], 0}), color_});
     }
 
     // The mesh.
 
-    /// The vertices of corners that have texture coordinates of their own.
-    void splitVertices() {
-        const std::vector<CornerIndex::Key>& keys = split_->keys();
-        const auto gather = [&](auto& values) {
-            if (values.empty()) return;
-            file_.allowGeometry(keys.size() * sizeof values[0]);
-            std::remove_reference_t<decltype(values)> gathered;
-            gathered.reserve(keys.size());
-            for (const CornerIndex::Key& key : keys)
-                gathered.push_back(values[key[0]]);
-            values.swap(gathered);
-        };
-        gather(mesh_.positions);
-        gather(mesh_.normals);
-        gather(mesh_.colors);
-        file_.allowGeometry(keys.size() * sizeof(glm::vec2));
-        mesh_.texcoords[0].clear();
-        for (const CornerIndex::Key& key : keys)
-            mesh_.texcoords[0].push_back(
-                std::bit_cast<glm::vec2>(std::array<std::uint32_t, 2>{key[1], key[2]}));
+    /// Triangles in a row that have one texture: a primitive.
+    struct Run {
+        int texture = 0;
+        Primitive mesh{};
+        std::vector<std::uint32_t> colors{};  ///< of vertices: indices into face_colors_
+    };
+
+    /// Begins another run if the face has another texture than the one before it.
+    void openRun() {
+        if (!runs_.empty() && runs_.back().texture == texture_) return;
+        closeRun();
+        constexpr std::size_t kRunBytes = 4096;  // besides what is in the scene, until it is drawn
+        file_.allow(sizeof(Run) + kRunBytes);
+        runs_.push_back({texture_});
     }
 
-    /// The texture that a comment names, as MeshLab writes it.
-    TextureRef texture() {
-        for (std::string_view comment : ply_.comments()) {
-            if (!comment.starts_with(kTextureComment)) continue;
-            MeshMap map;
-            map.file = comment.substr(std::min(kTextureComment.size() + 1, comment.size()));
-            map.where = file_.name();
-            return textures_.texture(map);
+    /// Gives the run its vertices: those of the file, or the corners that differ.
+    void closeRun() {
+        if (runs_.empty()) return;
+        Run& run = runs_.back();
+        if (run.mesh.indices.empty()) {
+            runs_.pop_back();
+            return;
         }
-        return {};
+        if (!split_) {
+            mesh_.indices = std::move(run.mesh.indices);
+            run.mesh = std::move(mesh_);
+            return;
+        }
+        const std::vector<CornerIndex::Key>& keys = split_->keys();
+        const auto gather = [&](const auto& from, auto& to) {
+            if (from.empty()) return;
+            file_.allowGeometry(keys.size() * sizeof from[0]);
+            to.reserve(keys.size());
+            for (const CornerIndex::Key& key : keys)
+                to.push_back(from[key[0]]);
+        };
+        gather(mesh_.positions, run.mesh.positions);
+        gather(mesh_.normals, run.mesh.normals);
+        gather(mesh_.colors, run.mesh.colors);
+        if (has_corner_uvs_) {
+            file_.allowGeometry(keys.size() * sizeof(glm::vec2));
+            for (const CornerIndex::Key& key : keys) {
+                const CornerIndex::Key& uv = uv_numbers_.keys()[key[1]];
+                run.mesh.texcoords[0].push_back(
+                    std::bit_cast<glm::vec2>(std::array<std::uint32_t, 2>{uv[0], uv[1]}));
+            }
+        } else {
+            gather(mesh_.texcoords[0], run.mesh.texcoords[0]);
+        }
+        if (!face_colors_.empty()) {
+            file_.allowGeometry(keys.size() * (sizeof(glm::vec4) + sizeof(std::uint32_t)));
+            for (const CornerIndex::Key& key : keys)
+                run.colors.push_back(key[2]);
+        }
+        split_.emplace(cornerIndex());
+    }
+
+    int material(const Primitive& mesh, int texture) {
+        TextureRef image;
+        if (texture >= 0 && !mesh.texcoords[0].empty() && !texture_maps_.empty())
+            image = textures_.texture(texture_maps_[static_cast<std::size_t>(texture)]);
+        if (!image && mesh.colors.empty()) return file_.neutralMaterial();
+        std::vector<Material>& materials = file_.scene().materials;
+        int number = 0;
+        if (!image) {
+            number = file_.colorMaterial();
+        } else if (const auto known = materials_.find(image.image); known != materials_.end()) {
+            number = known->second;
+        } else {
+            number = materials_[image.image] = static_cast<int>(materials.size());
+            materials.push_back(plainMaterial("texture", glm::vec4(1)));
+            materials.back().base_color_texture = image;
+        }
+        if (translucent_)
+            materials[static_cast<std::size_t>(number)].alpha_mode = AlphaMode::kBlend;
+        return number;
     }
 
     void finishMesh() {
-        if (split_) splitVertices();
-        const bool has_faces = !mesh_.indices.empty();
-        mesh_.topology = has_faces ? Topology::kTriangles : Topology::kPoints;
-        const TextureRef image = mesh_.texcoords[0].empty() ? TextureRef{} : texture();
-        if (mesh_.colors.empty() && !image) {
-            mesh_.material = file_.neutralMaterial();
-        } else {
-            Material material = plainMaterial(image ? "texture" : "colours", glm::vec4(1));
-            material.base_color_texture = image;
-            if (translucent_) material.alpha_mode = AlphaMode::kBlend;
-            mesh_.material = static_cast<int>(file_.scene().materials.size());
-            file_.scene().materials.push_back(material);
+        closeRun();
+        if (!face_colors_.empty()) makeColorsLinear(face_colors_, face_color_types_);
+        if (runs_.empty() && !mesh_.positions.empty()) {
+            mesh_.topology = Topology::kPoints;
+            runs_.push_back({0, std::move(mesh_)});
         }
+        if (!texture_maps_.empty() &&
+            std::ranges::all_of(runs_, [](const Run& r) { return r.mesh.texcoords[0].empty(); }))
+            file_.warn(
+                "The textures of the file are not shown, since there are no texture coordinates.");
         Mesh mesh;
-        if (!mesh_.positions.empty()) mesh.primitives.push_back(std::move(mesh_));
+        for (Run& run : runs_) {
+            for (const std::uint32_t color : run.colors)
+                run.mesh.colors.push_back(color == kNoColor ? glm::vec4(1) : face_colors_[color]);
+            run.mesh.material = material(run.mesh, run.texture);
+            mesh.primitives.push_back(std::move(run.mesh));
+        }
         file_.addNode(file_.stem(), std::move(mesh));
     }
 
+    CornerIndex cornerIndex() {
+        return CornerIndex([this](std::uint64_t bytes) { file_.allow(bytes); });
+    }
+
+    static constexpr std::uint32_t kNoColor = 0xFFFFFFFF;
     static constexpr std::uint32_t kEndOfStrip = 0xFFFFFFFF;
     static constexpr std::size_t kOnce = 4096;  ///< triangles that are asked for together
 
@@ -367,12 +613,22 @@ class PlyReader {
     PlyFile ply_;
     std::unique_ptr<PlyNumbers> numbers_;
     std::uint64_t row_ = 0;
-    Primitive mesh_;
+    Primitive mesh_;  ///< the vertices of the file, until a run has them
     bool vertices_read_ = false, translucent_ = false;
-    std::uint64_t odd_faces_ = 0;
+    std::uint64_t triangles_made_ = 0;
+    std::uint64_t odd_faces_ = 0, bare_faces_ = 0, odd_numbers_ = 0;
     PolygonCutter cutter_;
-    std::optional<CornerIndex> split_;  ///< if corners have texture coordinates
+    std::optional<CornerIndex> split_;  ///< if corners of one vertex can differ, or textures
+    CornerIndex uv_numbers_;
+    bool has_corner_uvs_ = false;
+    std::vector<glm::vec4> face_colors_;  ///< each once, of faces in a row that have the same
+    ColorTypes face_color_types_;
+    std::vector<MeshMap> texture_maps_;
+    std::map<int, int> materials_;  ///< by image
+    std::vector<Run> runs_;
     // Of the face that is read.
+    int texture_ = 0;
+    std::uint32_t color_ = kNoColor;
     std::vector<std::uint32_t> face_;
     std::vector<glm::vec2> uvs_;
     std::vector<glm::vec3> outline_;

@@ -40,6 +40,23 @@ constexpr SceneFormat kSceneFormats[] = {
 
 constexpr const SceneFormat* kGltf = &kSceneFormats[0];
 
+/// What stands in place of a scene, by how it begins.
+struct NoScene {
+    std::string_view begin;
+    const char *what, *hint;
+};
+constexpr const char* kUtf16 = "it is text in UTF-16";
+constexpr const char* kUtf16Hint =
+    "save it as UTF-8; in PowerShell, Set-Content -Encoding utf8 does, and > does not";
+constexpr NoScene kNoScenes[] = {
+    {"\xFF\xFE", kUtf16, kUtf16Hint},
+    {"\xFE\xFF", kUtf16, kUtf16Hint},
+    {"version https://git-lfs.github.com/spec/",
+     "it is the pointer of Git LFS that stands for a file, not the file", "fetch it: git lfs pull"},
+    {"<!DOCTYPE", "it is a web page", "download the file itself"},
+    {"<html", "it is a web page", "download the file itself"},
+};
+
 const SceneFormat* formatNamed(const std::filesystem::path& path) {
     const std::string extension = lowerExtension(path);
     const auto* const format = std::ranges::find_if(kSceneFormats, [&](const SceneFormat& row) {
@@ -48,10 +65,22 @@ const SceneFormat* formatNamed(const std::filesystem::path& path) {
     return format == std::end(kSceneFormats) ? nullptr : format;
 }
 
-/// By the content, else by the name.
+std::string_view readBegin(const RegularFile& file, std::array<char, kBegin>& bytes) {
+    file.check();
+    return {bytes.data(), file.readSome(0, bytes)};
+}
+
+/// By the content, else by the name. Throws Error (kInput) if the content is something else for
+/// certain.
 const SceneFormat* formatOf(const std::filesystem::path& path) {
-    const SceneFormat* const format = sceneFormatOf(path);
-    return format ? format : formatNamed(path);
+    if (const SceneFormat* const format = sceneFormatOf(path)) return format;
+    std::array<char, kBegin> bytes{};
+    const std::string_view begin = readBegin(RegularFile(path), bytes);
+    for (const NoScene& row : kNoScenes)
+        if (begin.starts_with(row.begin))
+            throw Error(ErrorKind::kInput, std::string("this is no scene: ") + row.what,
+                        path.string(), row.hint);
+    return formatNamed(path);
 }
 
 /// From the file's axes and units to the scene's, without rounding where the unit is a metre.
@@ -98,9 +127,8 @@ bool isSceneName(const std::filesystem::path& path) {
 
 const SceneFormat* sceneFormatOf(const std::filesystem::path& path) {
     const RegularFile file(path);
-    file.check();
     std::array<char, kBegin> bytes{};
-    const std::string_view begin(bytes.data(), file.readSome(0, bytes));
+    const std::string_view begin = readBegin(file, bytes);
     const auto* const format = std::ranges::find_if(
         kSceneFormats, [&](const SceneFormat& row) { return row.recognises(begin, file.size()); });
     return format == std::end(kSceneFormats) ? nullptr : format;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads STL, text and binary (M. Burns, "Automated Fabrication", 1993, section 6.5): triangle k of
 // the file is triangle k of the only mesh. The normals of facets are left out, since they follow
-// from the corners.
+// from the corners. White space and ends of lines are free in a text.
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -33,13 +33,30 @@ bool is(std::string_view word, std::string_view keyword) {
     });
 }
 
-/// Whether it begins as text, which some programs begin a binary header with, too.
+/// Whether it begins as text. Some programs begin a binary header so, too, but triangles without
+/// any byte of 0 there are none.
 bool isText(std::string_view begin) {
+    constexpr std::size_t kLooked = 4096;
+    if (begin.substr(0, kLooked).find('\0') != std::string_view::npos) return false;
     std::string_view rest = withoutByteOrderMark(begin);
-    if (!is(takeWord(rest), "solid")) return false;
-    takeLine(rest);
-    const std::string_view next = takeWord(rest);
-    return is(next, "facet") || is(next, "endsolid") || is(next, "color");
+    return is(takeWord(rest), "solid");
+}
+
+/// Takes the rest of the line off, a name; what follows it in the same line stays: a facet, or the
+/// next solid.
+std::string_view takeName(std::string_view& text) {
+    const std::string_view line = text.substr(0, text.find_first_of("\r\n"));
+    std::size_t end = line.size(), solid = line.size();
+    std::string_view rest = line, after;
+    for (std::string_view word = takeWord(rest); !word.empty(); word = takeWord(rest)) {
+        const std::size_t place = line.size() - rest.size() - word.size();
+        if (is(word, "solid")) solid = std::min(solid, place);
+        if (!is(word, "facet") || !is(takeWord(after = rest), "normal")) continue;
+        end = std::min(solid, place);
+        break;
+    }
+    text.remove_prefix(end);
+    return trimmed(line.substr(0, end));
 }
 
 class StlReader {
@@ -108,31 +125,38 @@ class StlReader {
     std::string readText() {
         std::string name;
         std::string_view rest = withoutByteOrderMark(text_);
-        bool in_solid = false, named = false;
+        bool in_solid = false, named = false, in_normal = false;
         int corners = -1;  // of the facet that is open
         while (true) {
             const std::string_view before = rest;
             const std::string_view word = takeWord(rest);
             const std::size_t place = text_.size() - rest.size();
             if (word.empty()) break;
+            if (in_normal && !is(word, "outer") && !is(word, "vertex") && !is(word, "endfacet"))
+                continue;  // programs write it in ways of their own
+            in_normal = false;
             if (is(word, "vertex") && corners >= 0) {
                 if (++corners > 3) fail("a facet has more than three corners", place);
                 readCorner(rest, place);
             } else if (is(word, "facet") && corners < 0) {
-                takeLine(rest);  // its normal, which programs write in ways of their own
+                in_normal = true;
                 corners = 0;
             } else if (is(word, "endfacet") && corners >= 0) {
                 if (corners < 3) fail("a facet has fewer than three corners", place);
                 corners = -1;
-            } else if (is(word, "solid") && !in_solid) {
-                const std::string_view line = trimmed(takeLine(rest));
-                if (!named) name = line;
+            } else if (is(word, "solid") && corners < 0) {
+                const std::string_view next = takeName(rest);
+                if (named && next != name)
+                    file_.warn("The solids of the file are one mesh, called like the first one.",
+                               file_.atLine(place));
+                if (!named) name = next;
                 in_solid = named = true;
             } else if (is(word, "endsolid") && corners < 0) {
-                takeLine(rest);
+                takeName(rest);
                 in_solid = false;
             } else if (is(word, "color")) {
-                takeLine(rest);
+                for (int i = 0; i < 3; ++i)
+                    takeWord(rest);
                 file_.warn("Colours of triangles are not read.");
             } else if (is(word, "outer") || is(word, "loop") || is(word, "endloop")) {
                 continue;
@@ -141,7 +165,9 @@ class StlReader {
                 fail("\"" + std::string(shown.substr(0, 32)) + "\" does not belong here", place);
             }
         }
-        if (corners >= 0 || in_solid) fail("the file ends before its solid does", text_.size());
+        if (corners >= 0) fail("the file ends before its solid does", text_.size());
+        if (in_solid)
+            file_.warn("The file has no endsolid: it may be cut off.", file_.atLine(text_.size()));
         return name;
     }
 

@@ -53,6 +53,17 @@ void addMeshSeeds(Seeds& seeds) {
                  corners + "5 0 1 2 3 4\n3 0 1 2\n",
              ply + "element tristrips 1\nproperty list int int vertex_indices\nend_header\n" +
                  corners + "7 0 1 2 3 -1 4 2\n",
+             ply + "comment TextureFile a.png\ncomment TextureFile b.png\nelement face 2\n" +
+                 "property list uchar int vertex_indices\nproperty list uchar float texcoord\n" +
+                 "property int texnumber\nend_header\n" + corners +
+                 "3 0 1 2 6 0 0 1 0 1 1 1\n3 0 2 3 6 0 0 1 1 0 1 0\n",
+             std::string(
+                 "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float "
+                 "y\nproperty float z\nelement face 1\nproperty list uchar int "
+                 "vertex_indices\nproperty int red\nproperty int green\nproperty int "
+                 "blue\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 255 0 0\n"),
+             std::string("v 0 0 0\nv 1 0 0\nv 0 1 0\n#MRGB ffff0000ff00ff00ff0000ff\nvn nan 0 0\n"
+                         "s 1\nf 1//1 2//1 3//1 # a\nbevel on\n"),
              ply + "element edge 1\nproperty int a\nend_header\n" + corners + "1\n",
              binaryStl(),
              std::string("solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
