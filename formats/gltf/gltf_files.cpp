@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/base/printable.h"
 #include "formats/file/regular_file.h"
 #include "formats/file/text_words.h"
 
@@ -16,8 +17,6 @@ namespace peeler {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::size_t kMostOfName = 200;  ///< that a message shows
 
 int hexDigit(char c) {
     if (c >= '0' && c <= '9') return c - '0';
