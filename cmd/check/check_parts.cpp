@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <span>
 
 #include "cmd/check/part_report.h"
 #include "core/base/error.h"
@@ -15,10 +16,16 @@ namespace {
 /// How many places of a kind are told and marked.
 constexpr std::size_t kPlaces = 100;
 
+/// Progress of a stage within that of the whole.
+Progress between(const Progress& progress, double begin, double end) {
+    return [=](double share) { progress(begin + (end - begin) * share); };
+}
+
 class PartChecker {
   public:
-    PartChecker(PartReport& report, const std::optional<double>& least_wall)
-        : report_(report), least_wall_(least_wall) {}
+    PartChecker(PartReport& report, const std::optional<double>& least_wall,
+                const Progress& progress)
+        : report_(report), least_wall_(least_wall), progress_(progress) {}
 
     void run() {
         report_.topology = findTopology(report_.mesh);
@@ -29,39 +36,52 @@ class PartChecker {
         report_.sides = findSides(TriangleTree(report_.mesh), report_.topology);
         report_.turned = turnedBack(report_.mesh, report_.topology, report_.sides);
         const TriangleTree tree(report_.turned);
-        Crossings crossings = findCrossings(tree);
-        report_.crossings = crossings.pairs;
+        report_.crossings = findCrossings(tree, between(progress_, 0.1, 0.3));
         report_.area = areaOf(report_.mesh);
-        report_.wall = thinnestWall(tree);
         report_.sharp = sharpEdges(report_.turned, report_.topology);
+        findVolumes(tree);
+        findWall(tree);
         addProblems();
-        if (!report_.topology.closed() || report_.count(PartProblem::kOneSided) > 0) return;
-        report_.volume = volumeOf(report_.turned);
-        report_.union_volume = unionVolume(tree, report_.topology, crossings);
     }
 
   private:
-    template <class Places>
-    void add(PartProblem kind, std::uint64_t count, const Places& places) {
-        if (count == 0) return;
-        FoundProblem problem{kind, count};
-        for (std::size_t i = 0; i < std::min(places.size(), kPlaces); ++i)
-            problem.places.push_back(places[i]);
-        report_.problems.push_back(std::move(problem));
-    }
-    void add(PartProblem kind, std::uint64_t count, std::initializer_list<glm::dvec3> places) {
-        add(kind, count, std::vector<glm::dvec3>(places));
+    void findVolumes(const TriangleTree& tree) {
+        const PartTopology& topology = report_.topology;
+        if (!topology.closed() || !std::ranges::all_of(topology.shells, &PartShell::orientable))
+            return;
+        report_.volume = volumeOf(report_.turned);
+        report_.union_volume =
+            unionVolume(tree, topology, report_.crossings, between(progress_, 0.3, 0.6));
     }
 
+    /// Where so much crosses that the union is not determined, no wall is.
+    void findWall(const TriangleTree& tree) {
+        FoundWall& found = report_.found_wall;
+        found.certain = !report_.crossings.more && (report_.union_volume || !report_.volume);
+        if (!found.certain) return;
+        found = thinnestWall(tree, between(progress_, 0.6, 1));
+        report_.wall_crossed = found.wall && (isCrossed(tree, found.wall->triangle) ||
+                                              isCrossed(tree, found.wall->opposite));
+    }
+
+    void add(PartProblem kind, std::uint64_t count, std::vector<glm::dvec3> places,
+             bool more = false) {
+        if (count > 0) report_.problems.push_back({kind, count, std::move(places), more});
+    }
+
+    template <class Place>
+    static std::span<const Place> firstOf(const std::vector<Place>& places) {
+        return std::span(places).first(std::min(places.size(), kPlaces));
+    }
     std::vector<glm::dvec3> middlesOf(const std::vector<PartEdge>& edges) const {
         std::vector<glm::dvec3> middles;
-        for (const PartEdge& edge : edges)
+        for (const PartEdge& edge : firstOf(edges))
             middles.push_back((report_.mesh.points[edge.a] + report_.mesh.points[edge.b]) / 2.0);
         return middles;
     }
     std::vector<glm::dvec3> middlesOf(const std::vector<std::uint32_t>& triangles) const {
         std::vector<glm::dvec3> middles;
-        for (const std::uint32_t t : triangles)
+        for (const std::uint32_t t : firstOf(triangles))
             middles.push_back(report_.mesh.middle(t));
         return middles;
     }
@@ -84,9 +104,19 @@ class PartChecker {
         add(PartProblem::kOneSided, one_sided.size(), middlesOf(one_sided));
         const auto inside_out = shellsOf(ShellSide::kInsideOut);
         add(PartProblem::kInsideOut, inside_out.size(), middlesOf(inside_out));
+        const auto flat = shellsOf(ShellSide::kFlat);
+        add(PartProblem::kFlat, flat.size(), middlesOf(flat));
         addCrossings();
-        if (least_wall_ && report_.wall && report_.wall->thickness < *least_wall_)
-            add(PartProblem::kThinWall, 1, {report_.wall->from});
+        if (least_wall_) addWall();
+    }
+
+    void addWall() {
+        const std::optional<Wall>& wall = report_.wall();
+        // The thickness is certain to this share of itself.
+        if (wall && wall->thickness < *least_wall_ * (1 - kWallTolerance))
+            add(PartProblem::kThinWall, 1, {wall->from});
+        else if (!report_.found_wall.certain)
+            add(PartProblem::kUncertainWall, 1, {});
     }
 
     /// What of the crossings is one shell through itself, and what are shells in each other.
@@ -94,7 +124,7 @@ class PartChecker {
         std::vector<std::uint32_t> own, others = shellsOf(ShellSide::kInside);
         std::uint64_t own_pairs = 0, overlapping = others.size();
         std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint64_t> shells;
-        for (const auto& [a, b] : report_.crossings) {
+        for (const auto& [a, b] : report_.crossings.pairs) {
             const std::uint32_t x = report_.topology.shell_of[a], y = report_.topology.shell_of[b];
             if (x == y) {
                 ++own_pairs;
@@ -104,12 +134,15 @@ class PartChecker {
                 others.push_back(a);
             }
         }
-        add(PartProblem::kSelfIntersections, own_pairs, middlesOf(own));
-        add(PartProblem::kOverlaps, overlapping, middlesOf(others));
+        const bool more = report_.crossings.more;
+        add(PartProblem::kSelfIntersections, own_pairs, middlesOf(own), more);
+        add(PartProblem::kOverlaps, overlapping, middlesOf(others), more);
+        add(PartProblem::kUncertainCrossings, more ? 1 : 0, {});
     }
 
     PartReport& report_;
     const std::optional<double>& least_wall_;
+    const Progress& progress_;
 };
 
 /// Where the triangles of each part begin in a joined mesh of them.
@@ -134,16 +167,14 @@ PartTopology sideBySide(const std::vector<PartReport>& parts) {
     return all;
 }
 
-void checkOverlaps(CheckReport& report) {
+void checkOverlaps(CheckReport& report, const Progress& progress) {
     std::vector<const PartMesh*> meshes;
-    bool closed = true;
-    for (const PartReport& part : report.parts) {
+    for (const PartReport& part : report.parts)
         meshes.push_back(&part.turned);
-        closed = closed && part.volume;
-    }
     const PartMesh all = joinParts(meshes, false);
     const TriangleTree tree(all);
-    const Crossings crossings = findCrossings(tree);
+    const Crossings crossings = findCrossings(tree, between(progress, 0, 0.4));
+    report.more = crossings.more;
     const std::vector<std::size_t> first = firstTriangles(report.parts);
     const auto partOf = [&](std::uint32_t triangle) {
         return static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), triangle) -
@@ -161,11 +192,14 @@ void checkOverlaps(CheckReport& report) {
     }
     for (const auto& [parts, overlap] : overlaps)
         report.overlaps.push_back(overlap);
-    if (!closed) return;
-    report.volume = 0;
-    for (const PartReport& part : report.parts)
-        *report.volume += *part.union_volume;
-    report.union_volume = unionVolume(tree, sideBySide(report.parts), crossings);
+    double sum = 0;
+    for (const PartReport& part : report.parts) {
+        if (!part.union_volume) return;
+        sum += *part.union_volume;
+    }
+    report.volume = sum;
+    report.union_volume =
+        unionVolume(tree, sideBySide(report.parts), crossings, between(progress, 0.4, 1));
 }
 
 }  // namespace
@@ -187,8 +221,9 @@ std::size_t CheckReport::faulty() const {
 std::optional<std::size_t> CheckReport::thinnest() const {
     std::optional<std::size_t> thinnest;
     for (std::size_t i = 0; i < parts.size(); ++i) {
-        if (!parts[i].wall) continue;
-        if (!thinnest || parts[i].wall->thickness < parts[*thinnest].wall->thickness) thinnest = i;
+        if (!parts[i].wall()) continue;
+        if (!thinnest || parts[i].wall()->thickness < parts[*thinnest].wall()->thickness)
+            thinnest = i;
     }
     return thinnest;
 }
@@ -241,11 +276,14 @@ CheckReport checkParts(const PosedScene& posed, const CheckSettings& settings,
     // The parts, and then the same triangles once more, all together.
     const double all = static_cast<double>(triangles + 1) * (report.parts.size() > 1 ? 2 : 1);
     for (PartReport& part : report.parts) {
-        PartChecker(part, report.least_wall).run();
+        const double begin = static_cast<double>(done) / all;
         done += part.mesh.triangles.size();
-        progress(static_cast<double>(done) / all);
+        PartChecker(part, report.least_wall,
+                    between(progress, begin, static_cast<double>(done) / all))
+            .run();
     }
-    if (report.parts.size() > 1) checkOverlaps(report);
+    if (report.parts.size() > 1)
+        checkOverlaps(report, between(progress, static_cast<double>(done) / all, 1));
     progress(1);
     return report;
 }

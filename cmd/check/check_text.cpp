@@ -24,6 +24,10 @@ struct ProblemWords {
     std::string (*text)(const PartReport& part, const FoundProblem& problem);
 };
 
+std::string atLeast(const FoundProblem& problem) {
+    return problem.more ? "at least " : "";
+}
+
 std::string counted(std::uint64_t count, const std::string& noun, const char* one,
                     const char* several) {
     return countText(count, noun) + (count == 1 ? one : several);
@@ -57,18 +61,30 @@ constexpr ProblemWords kProblems[] = {
      [](const PartReport&, const FoundProblem& problem) {
          return counted(problem.count, "shell", " is inside out", " are inside out");
      }},
+    {PartProblem::kFlat, "flatShells",
+     [](const PartReport&, const FoundProblem& problem) {
+         return counted(problem.count, "shell", " has", " have") + " no volume";
+     }},
     {PartProblem::kSelfIntersections, "selfIntersections",
      [](const PartReport&, const FoundProblem& problem) {
-         return "the surface goes through itself: " +
+         return "the surface goes through itself: " + atLeast(problem) +
                 counted(problem.count, "pair", " of triangles crosses", " of triangles cross");
      }},
     {PartProblem::kOverlaps, "overlaps",
      [](const PartReport&, const FoundProblem& problem) {
-         return "shells overlap in " + countText(problem.count, "place");
+         return "shells overlap in " + atLeast(problem) + countText(problem.count, "place");
+     }},
+    {PartProblem::kUncertainCrossings, "uncertainCrossings",
+     [](const PartReport&, const FoundProblem&) {
+         return std::string("too many triangles touch or cross to compare all");
      }},
     {PartProblem::kThinWall, "thinWalls",
      [](const PartReport&, const FoundProblem&) {
          return std::string("the thinnest wall is thinner than --min-wall");
+     }},
+    {PartProblem::kUncertainWall, "uncertainWall",
+     [](const PartReport&, const FoundProblem&) {
+         return std::string("whether a wall is thinner than --min-wall is not determined");
      }},
 };
 
@@ -131,7 +147,7 @@ std::string nameOf(const PartReport& part) {
 std::string problemText(const PartReport& part, const FoundProblem& problem, const Units& units) {
     std::string text = wordsOf(problem.kind).text(part, problem);
     if (problem.kind == PartProblem::kThinWall)
-        text += ": " + units.length(part.wall->thickness);
+        text += ": " + units.length(part.wall()->thickness);
     else if (problem.kind == PartProblem::kOverlaps && part.volume && part.union_volume)
         text += ": " + units.volume(*part.volume) + " in sum, " + units.volume(*part.union_volume) +
                 " of their union";
@@ -153,10 +169,31 @@ std::string shellsText(const PartReport& part) {
     return text;
 }
 
+std::string crossingsText(const PartReport& part) {
+    if (part.crossings.more && part.crossings.pairs.empty())
+        return "too many triangles touch to compare all";
+    return (part.crossings.more ? "at least " : "") +
+           countText(part.crossings.pairs.size(), "crossing");
+}
+
 std::string wallText(const PartReport& part, const Units& units) {
-    if (!part.wall) return "none: no two faces are opposite";
-    return units.length(part.wall->thickness) + ", from " + Units::place(part.wall->from) + " to " +
-           Units::place(part.wall->to);
+    const auto& [wall, certain] = part.found_wall;
+    if (!wall && certain) return "none: no two faces are opposite";
+    const std::string uncertain = certain ? "" : "not determined: " + crossingsText(part);
+    if (!wall) return uncertain;
+    return (certain ? "" : uncertain + "; at most ") + units.length(wall->thickness) + ", from " +
+           Units::place(wall->from) + " to " + Units::place(wall->to) +
+           (part.wall_crossed ? ", where surfaces cross" : "");
+}
+
+/// The volume, and the union's where that is another.
+std::string volumeText(const PartReport& part, const Units& units) {
+    const std::string sum = units.volume(*part.volume);
+    if (part.union_volume &&
+        part.count(PartProblem::kOverlaps) + part.count(PartProblem::kSelfIntersections) == 0)
+        return sum;
+    return sum + (part.union_volume ? "; the union " + units.volume(*part.union_volume)
+                                    : "; the union not determined: " + crossingsText(part));
 }
 
 std::string partText(const PartReport& part, const Units& units) {
@@ -174,18 +211,12 @@ std::string partText(const PartReport& part, const Units& units) {
     surface += topology.turned.empty() && part.count(PartProblem::kInsideOut) == 0
                    ? ", facing outwards"
                    : ", not all facing outwards";
-    surface += part.crossings.empty() ? ", nothing crosses"
-                                      : ", " + countText(part.crossings.size(), "crossing");
+    surface += part.crossings.pairs.empty() && !part.crossings.more ? ", nothing crosses"
+                                                                    : ", " + crossingsText(part);
     text += line("surface", surface);
     text += line("size", units.size(part.mesh.bounds()));
     text += line("area", units.area(part.area));
-    if (part.volume)
-        text += line("volume", units.volume(*part.volume) +
-                                   (part.count(PartProblem::kOverlaps) +
-                                                part.count(PartProblem::kSelfIntersections) ==
-                                            0
-                                        ? std::string()
-                                        : "; the union " + units.volume(*part.union_volume)));
+    if (part.volume) text += line("volume", volumeText(part, units));
     text += line("thinnest wall", wallText(part, units));
     if (part.sharp.empty()) return text;
     const PartEdge& edge = part.sharp.front();
@@ -198,17 +229,22 @@ std::string overlapsText(const CheckReport& report, const Units& units) {
     std::string text;
     for (std::size_t i = 0; i < std::min(report.overlaps.size(), kNamedParts); ++i) {
         const PartOverlap& overlap = report.overlaps[i];
-        text += line("overlap", nameOf(report.parts[overlap.a]) + " and " +
-                                    nameOf(report.parts[overlap.b]) + ": " +
-                                    countText(overlap.pairs, "pair") + " of triangles, at " +
-                                    Units::place(overlap.place));
+        text +=
+            line("overlap",
+                 nameOf(report.parts[overlap.a]) + " and " + nameOf(report.parts[overlap.b]) +
+                     ": " + (report.more ? "at least " : "") + countText(overlap.pairs, "pair") +
+                     " of triangles, at " + Units::place(overlap.place));
     }
     if (report.overlaps.size() > kNamedParts)
         text += line("", "and " + countText(report.overlaps.size() - kNamedParts, "more overlap"));
     text += line("size", units.size(report.bounds));
-    if (report.volume)
-        text += line("volume", units.volume(*report.volume) + " in sum; the union " +
-                                   units.volume(*report.union_volume));
+    const auto closed = [](const PartReport& part) { return part.volume.has_value(); };
+    if (std::ranges::all_of(report.parts, closed)) {
+        const std::string sum =
+            report.volume ? units.volume(*report.volume) + " in sum; the union " : "";
+        text += line("volume", sum + (report.union_volume ? units.volume(*report.union_volume)
+                                                          : "not determined: too much crosses"));
+    }
     if (const auto thinnest = report.thinnest())
         text += line("thinnest wall", wallText(report.parts[*thinnest], units) + ", of " +
                                           nameOf(report.parts[*thinnest]));
@@ -228,10 +264,12 @@ Json numberJson(const std::optional<double>& value) {
 }
 
 Json wallJson(const PartReport& part) {
-    if (!part.wall) return {};
-    return {{"thickness", part.wall->thickness},
-            {"from", placeJson(part.wall->from)},
-            {"to", placeJson(part.wall->to)}};
+    const auto& wall = part.wall();
+    if (!wall) return {};
+    return {{"thickness", wall->thickness},
+            {"from", placeJson(wall->from)},
+            {"to", placeJson(wall->to)},
+            {"crossed", part.wall_crossed}};
 }
 
 Json partJson(const PartReport& part) {
@@ -254,13 +292,16 @@ Json partJson(const PartReport& part) {
     json["nonManifoldEdges"] = topology.crowded.size();
     json["flippedTriangles"] = topology.turned.size();
     json["insideOutShells"] = part.count(PartProblem::kInsideOut);
+    json["flatShells"] = part.count(PartProblem::kFlat);
     json["selfIntersections"] = part.count(PartProblem::kSelfIntersections);
     json["overlaps"] = part.count(PartProblem::kOverlaps);
+    json["moreCrossings"] = part.crossings.more;
     json["bounds"] = boundsJson(part.mesh.bounds());
     json["area"] = part.area;
     json["volume"] = numberJson(part.volume);
     json["unionVolume"] = numberJson(part.union_volume);
     json["thinnestWall"] = wallJson(part);
+    json["thinnestWallCertain"] = part.found_wall.certain;
     json["sharpEdges"] = part.sharp.size();
     json["problems"] = Json::array();
     for (const FoundProblem& problem : part.problems) {

@@ -28,9 +28,12 @@ enum class PartProblem : std::uint8_t {
     kTurnedTriangles,
     kOneSided,
     kInsideOut,
+    kFlat,
     kSelfIntersections,
     kOverlaps,
+    kUncertainCrossings,
     kThinWall,
+    kUncertainWall,
 };
 
 /// Something that is wrong, how often, and where.
@@ -38,6 +41,7 @@ struct FoundProblem {
     PartProblem kind = PartProblem::kEmpty;
     std::uint64_t count = 0;
     std::vector<glm::dvec3> places{};  ///< world space; the first few
+    bool more = false;                 ///< `count` is not all
 };
 
 /// What is known of a part, or of all of them as one.
@@ -49,14 +53,16 @@ struct PartReport {
     PartMesh turned;             ///< facing outwards
     PartTopology topology;
     std::vector<ShellSide> sides;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> crossings;
+    Crossings crossings;
     double area = 0;
     std::optional<double> volume, union_volume;  ///< of closed ones
-    std::optional<Wall> wall;
+    FoundWall found_wall;
+    bool wall_crossed = false;    ///< something goes through a face of the wall
     std::vector<PartEdge> sharp;  ///< of less than kWallAngle
     std::vector<FoundProblem> problems;
 
     bool good() const { return problems.empty(); }
+    const std::optional<Wall>& wall() const { return found_wall.wall; }
     std::uint64_t count(PartProblem kind) const;
     std::size_t shellsOf(ShellSide side) const;
 };
@@ -64,7 +70,7 @@ struct PartReport {
 /// Two parts whose surfaces go through each other.
 struct PartOverlap {
     std::size_t a = 0, b = 0;  ///< indices into CheckReport::parts
-    std::uint64_t pairs = 0;   ///< of triangles
+    std::uint64_t pairs = 0;   ///< of triangles; at least, if CheckReport::more
     glm::dvec3 place{0};
 };
 
@@ -75,6 +81,7 @@ struct CheckReport {
     std::optional<double> least_wall;  ///< asked for, scene units
     /// Of several parts.
     std::vector<PartOverlap> overlaps;
+    bool more = false;                           ///< overlaps
     std::optional<double> volume, union_volume;  ///< if all are closed
     Bounds bounds;
 

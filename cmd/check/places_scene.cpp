@@ -23,6 +23,7 @@ constexpr Mark kOpenMark{"open edges", {1, 0.02F, 0.02F}};
 constexpr Mark kCrowdedMark{"edges of more than two triangles", {0.9F, 0, 0.7F}};
 constexpr Mark kTurnedMark{"flipped or inside out", {1, 0.3F, 0}};
 constexpr Mark kCrossingMark{"crossing or overlapping", {0.9F, 0.75F, 0}};
+constexpr Mark kFlatMark{"without volume", {0, 0.4F, 0.3F}};
 constexpr Mark kWallMark{"thinnest wall", {0, 0.15F, 1}};
 
 constexpr std::pair<PartProblem, Mark> kMarks[] = {
@@ -30,7 +31,8 @@ constexpr std::pair<PartProblem, Mark> kMarks[] = {
     {PartProblem::kTurnedTriangles, kTurnedMark}, {PartProblem::kOneSided, kTurnedMark},
     {PartProblem::kInsideOut, kTurnedMark},       {PartProblem::kSelfIntersections, kCrossingMark},
     {PartProblem::kOverlaps, kCrossingMark},      {PartProblem::kThinWall, kWallMark},
-    {PartProblem::kEmpty, kTurnedMark},
+    {PartProblem::kEmpty, kTurnedMark},           {PartProblem::kFlat, kFlatMark},
+    {PartProblem::kUncertainWall, kWallMark},     {PartProblem::kUncertainCrossings, kCrossingMark},
 };
 
 const Mark& markOf(PartProblem kind) {
@@ -113,7 +115,7 @@ void addPart(PlacesScene& scene, const PartReport& part, double ball) {
     for (const std::uint32_t t : part.topology.turned)
         addTriangle(turned, mesh, t);
     std::set<std::uint32_t> crossing;
-    for (const auto& [a, b] : part.crossings)
+    for (const auto& [a, b] : part.crossings.pairs)
         crossing.insert({a, b});
     Primitive& crossed = scene.add(kCrossingMark.color, 1, Topology::kTriangles);
     for (const std::uint32_t t : crossing)
@@ -140,7 +142,7 @@ Scene placesScene(const CheckReport& report) {
     for (const PartReport& part : report.parts)
         addPart(scene, part, ball);
     if (const auto thinnest = report.thinnest()) {
-        const Wall& wall = *report.parts[*thinnest].wall;
+        const Wall& wall = *report.parts[*thinnest].wall();
         Primitive& marks = scene.add(kWallMark.color, 1, Topology::kTriangles);
         addBall(marks, wall.from, 2 * ball);
         addBall(marks, wall.to, 2 * ball);
@@ -154,13 +156,14 @@ std::vector<LegendLine> placesLegend(const CheckReport& report) {
     std::set<std::string> told;
     for (const PartReport& part : report.parts) {
         for (const FoundProblem& problem : part.problems) {
+            if (problem.kind == PartProblem::kThinWall || problem.places.empty()) continue;
             const Mark& mark = markOf(problem.kind);
-            if (problem.kind == PartProblem::kThinWall || !told.insert(mark.text).second) continue;
+            if (!told.insert(mark.text).second) continue;
             lines.push_back({mark.color, mark.text});
         }
     }
     if (const auto thinnest = report.thinnest()) {
-        const double millimetres = 1000 * report.metres * report.parts[*thinnest].wall->thickness;
+        const double millimetres = 1000 * report.metres * report.parts[*thinnest].wall()->thickness;
         std::array<char, 64> text{};
         std::snprintf(text.data(), text.size(), "%s: %.4f mm", kWallMark.text, millimetres);
         lines.push_back({kWallMark.color, text.data()});

@@ -2,11 +2,12 @@
 // Which triangles of a mesh go through each other.
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
-#include "core/base/parallel.h"
 #include "core/parts/part_check.h"
+#include "core/parts/step_limit.h"
 
 namespace peeler {
 namespace {
@@ -114,48 +115,82 @@ Meeting meetingOf(const Corners3& a, const Corners3& b, int shared, double near)
 
 namespace {
 
-constexpr std::size_t kCrossedAtOnce = 1024;
+using CrossingPair = std::pair<std::uint32_t, std::uint32_t>;
+
+constexpr std::size_t kCrossedAtOnce = 64;
+/// Steps are triangles compared; a pair that is held counts as some.
+constexpr std::uint64_t kCrossingSteps = 20'000'000, kCrossingStepsPerTriangle = 100,
+                        kCrossingStepsPerPair = 10;
+constexpr std::uint64_t kFirstCrossingSteps = 1'000'000;
+
+/// Calls visit(other, meeting) for the triangles from `first` on that touch or cross one. Returns
+/// how many it has compared.
+template <class Visit>
+std::uint64_t visitMeetings(const TriangleTree& tree, double near, std::uint32_t triangle,
+                            std::uint32_t first, Visit&& visit) {
+    const PartMesh& mesh = tree.mesh();
+    const Corners3 corners = mesh.corners(triangle);
+    const Bounds box = grown(boundsOf(corners), near);
+    std::uint64_t compared = 0;
+    tree.visit([&](const Bounds& other) { return overlap(box, other); },
+               [&](std::uint32_t s) {
+                   if (s < first || s == triangle) return;
+                   const Corners3 others = mesh.corners(s);
+                   if (!overlap(box, boundsOf(others))) return;
+                   const int shared = mesh.sharedCorners(triangle, s);
+                   if (shared == 3) return;  // their edges are crowded
+                   ++compared;
+                   const Meeting meeting = meetingOf(corners, others, shared, near);
+                   if (meeting != Meeting::kApart) visit(s, meeting);
+               });
+    return compared;
+}
 
 }  // namespace
 
-Crossings findCrossings(const TriangleTree& tree) {
-    const PartMesh& mesh = tree.mesh();
-    const double near = kTouching * mesh.size();
-    using Pair = std::pair<std::uint32_t, std::uint32_t>;
-    struct Share {
-        std::vector<Pair> crossing, touching;
-    };
-    const std::size_t count = mesh.triangles.size();
-    std::vector<Share> shares((count + kCrossedAtOnce - 1) / kCrossedAtOnce);
-    parallelFor(shares.size(), [&](std::size_t i) {
-        Share& share = shares[i];
-        const std::size_t end = std::min((i + 1) * kCrossedAtOnce, count);
-        for (std::size_t k = i * kCrossedAtOnce; k < end; ++k) {
-            const auto t = static_cast<std::uint32_t>(k);
-            const Corners3 corners = mesh.corners(t);
-            const Bounds box = grown(boundsOf(corners), near);
-            tree.visit([&](const Bounds& other) { return overlap(box, other); },
-                       [&](std::uint32_t s) {
-                           if (s <= t || !overlap(box, boundsOf(mesh.corners(s)))) return;
-                           const int shared = mesh.sharedCorners(t, s);
-                           if (shared == 3) return;  // their edges are crowded
-                           const Meeting meeting =
-                               meetingOf(corners, mesh.corners(s), shared, near);
-                           if (meeting == Meeting::kCross) share.crossing.emplace_back(t, s);
-                           if (meeting == Meeting::kTouch) share.touching.emplace_back(t, s);
-                       });
-        }
-    });
+Crossings findCrossings(const TriangleTree& tree, const Progress& progress) {
+    const std::size_t count = tree.mesh().triangles.size();
+    const double near = kTouching * tree.mesh().size();
     Crossings found;
     found.touched.resize(count);
-    for (const Share& share : shares) {
-        found.pairs.insert(found.pairs.end(), share.crossing.begin(), share.crossing.end());
-        for (const auto* pairs : {&share.crossing, &share.touching})
-            for (const auto& [a, b] : *pairs)
-                found.touched[a] = found.touched[b] = 1;
+    const auto find = [&](std::size_t triangle, std::vector<CrossingPair>& pairs,
+                          StepLimit& limit) {
+        const auto t = static_cast<std::uint32_t>(triangle);
+        const std::size_t before = pairs.size();
+        const std::uint64_t compared =
+            visitMeetings(tree, near, t, t + 1, [&](std::uint32_t s, Meeting meeting) {
+                for (const std::uint32_t touched : {t, s})
+                    std::atomic_ref(found.touched[touched]).store(1, std::memory_order_relaxed);
+                if (meeting == Meeting::kCross) pairs.emplace_back(t, s);
+            });
+        limit.take(compared + kCrossingStepsPerPair * (pairs.size() - before));
+    };
+    std::vector<std::vector<CrossingPair>> shares((count + kCrossedAtOnce - 1) / kCrossedAtOnce);
+    StepLimit limit(kCrossingSteps + kCrossingStepsPerTriangle * count);
+    found.more = !parallelFor(shares.size(), limit, progress, [&](std::size_t i) {
+        const std::size_t end = std::min((i + 1) * kCrossedAtOnce, count);
+        for (std::size_t t = i * kCrossedAtOnce; t < end && !limit.exceeded(); ++t)
+            find(t, shares[i], limit);
+    });
+    if (found.more) {
+        // Which ones the threads have found depends on their order.
+        StepLimit first(kFirstCrossingSteps);
+        for (std::size_t t = 0; t < count && !first.exceeded(); ++t)
+            find(t, found.pairs, first);
+    } else {
+        for (const auto& share : shares)
+            found.pairs.insert(found.pairs.end(), share.begin(), share.end());
     }
     std::sort(found.pairs.begin(), found.pairs.end());
     return found;
+}
+
+bool isCrossed(const TriangleTree& tree, std::uint32_t triangle) {
+    bool crossed = false;
+    visitMeetings(
+        tree, kTouching * tree.mesh().size(), triangle, 0,
+        [&](std::uint32_t, Meeting meeting) { crossed = crossed || meeting == Meeting::kCross; });
+    return crossed;
 }
 
 }  // namespace peeler

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/work.h"
 #include "core/parts/part_mesh.h"
 #include "core/parts/triangle_tree.h"
 
@@ -34,15 +35,20 @@ Meeting meetingOf(const std::array<glm::dvec3, 3>& a, const std::array<glm::dvec
 
 /// Where a surface goes through itself.
 struct Crossings {
+    bool more = false;  ///< so much touches or crosses that `pairs` has only the first
     std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  ///< the lesser first, sorted
-    std::vector<char> touched;  ///< triangles that something not next to them touches or crosses
+    /// Triangles that something not next to them touches or crosses; not all if there are more.
+    std::vector<char> touched;
 };
-Crossings findCrossings(const TriangleTree& tree);
+Crossings findCrossings(const TriangleTree& tree, const Progress& progress = {});
+/// Whether another triangle goes through one.
+bool isCrossed(const TriangleTree& tree, std::uint32_t triangle);
 
 /// What a shell is to the others of its mesh. Outwards and inwards are told by the sign of what it
 /// encloses, depth by how many of the others are around it.
 enum class ShellSide : std::uint8_t {
-    kOpen,       ///< it encloses nothing
+    kOpen,       ///< it has no inside
+    kFlat,       ///< its sides touch everywhere, so that it encloses nothing
     kOutside,    ///< of a body: it faces outwards, as many shells around it as make an even number
     kCavity,     ///< of a hollow: it faces inwards, an odd number of shells around it
     kInsideOut,  ///< it faces inwards, an even number of shells around it
@@ -61,14 +67,12 @@ double areaOf(const PartMesh& mesh);
 /// What the triangles enclose, cavities taken away, what overlaps as often as it is there; scene
 /// units cubed. Of closed meshes that face outwards.
 double volumeOf(const PartMesh& mesh);
-/// What is inside at least once. The surface of that is those places of the surface that have no
-/// body in front of them; of a triangle that others cross, the area of such places is found by
-/// cutting it into trapezoids at every corner and crossing of the lines in which the others meet
-/// its plane, which is exact but for rounding (256 strips instead where there are more than 120 of
-/// these lines). `topology` and `crossings` are those of the tree's mesh, which is closed and faces
+/// What is inside at least once, scene units cubed. The surface of that is those places of the
+/// surface that have no body in front of them (FreeArea). Nothing if so much crosses that it would
+/// take long. `topology` and `crossings` are those of the tree's mesh, which is closed and faces
 /// outwards.
-double unionVolume(const TriangleTree& tree, const PartTopology& topology,
-                   const Crossings& crossings);
+std::optional<double> unionVolume(const TriangleTree& tree, const PartTopology& topology,
+                                  const Crossings& crossings, const Progress& progress = {});
 
 /// The thinnest place of a wall.
 struct Wall {
@@ -80,16 +84,22 @@ struct Wall {
 /// Faces that are opposite within this angle have a wall between them, in degrees; faces that share
 /// a corner are an edge, however thin the part gets towards it.
 inline constexpr double kWallAngle = 30;
-/// No place has a wall thinner by more than this share than the one that is told.
+/// No place has a wall thinner by more than this share than the one that is found.
 inline constexpr double kWallTolerance = 1e-4;
+
+/// The result of a search for the thinnest wall.
+struct FoundWall {
+    std::optional<Wall> wall;  ///< none if no faces are opposite
+    bool certain = true;       ///< otherwise so much crosses that there may be a thinner one
+};
 
 /// The thinnest wall: from a point of the surface straight into the material, against the normal of
 /// its triangle, to where that leaves it again, through a face that looks the other way within
 /// kWallAngle and has no corner in common with it. Of all points of the surface, not of some: pairs
 /// of faces are compared where one lies behind the other, and their distance there, which is a
-/// linear function, is least at a corner of what they have in common. Nothing if no faces are
-/// opposite. `mesh` faces outwards.
-std::optional<Wall> thinnestWall(const TriangleTree& tree);
+/// linear function, is least at a corner of what they have in common. The tree's mesh faces
+/// outwards.
+FoundWall thinnestWall(const TriangleTree& tree, const Progress& progress = {});
 
 /// Edges at which the two faces of a mesh that faces outwards enclose less than kWallAngle of
 /// material: towards these a part gets thin without an end.

@@ -237,7 +237,8 @@ class ShellWalk {
             const auto [a, b, c] = mesh_.corners(t);
             const double six = glm::dot(a - origin, glm::cross(b - origin, c - origin));
             shell.volume += (turned ? -six : six) / 6;
-            const double area = glm::length(mesh_.normal(t));
+            const double area = glm::length(mesh_.normal(t)) / 2;
+            shell.area += area;
             if (area <= largest) continue;
             largest = area;
             shell.first = t;

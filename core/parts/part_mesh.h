@@ -68,6 +68,7 @@ struct PartShell {
     std::uint64_t triangles = 0;
     std::uint64_t open_edges = 0;
     bool orientable = true;
+    double area = 0;
     /// Enclosed, of its triangles turned as most of them are; of an open one without meaning.
     double volume = 0;
 };

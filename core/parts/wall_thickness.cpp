@@ -5,15 +5,21 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <numbers>
+#include <tuple>
 
-#include "core/base/parallel.h"
 #include "core/parts/part_check.h"
+#include "core/parts/step_limit.h"
 
 namespace peeler {
 namespace {
 
 constexpr std::size_t kWallsAtOnce = 512;
+constexpr std::size_t kPairsAtOnce = 1 << 16;
+/// Steps are triangles looked at; a ray goes past about this number of them.
+constexpr std::uint64_t kWallSteps = 100'000'000, kWallStepsPerTriangle = 1000,
+                        kWallStepsPerRay = 4000;
 constexpr double kEnd = std::numeric_limits<double>::infinity();
 
 /// Rays from points of triangles into the material.
@@ -83,7 +89,8 @@ void sampleWall(std::size_t triangle, WallRays& rays, const PartMesh& mesh,
 
 /// A bound by the middles of all triangles. Some of them first, so that the rays of the others end
 /// early.
-std::optional<Wall> sampledWall(const TriangleTree& tree) {
+std::optional<Wall> sampledWall(const TriangleTree& tree, StepLimit& limit,
+                                const Progress& progress) {
     constexpr std::size_t kFirst = 1000;
     const PartMesh& mesh = tree.mesh();
     const std::size_t count = mesh.triangles.size();
@@ -92,7 +99,7 @@ std::optional<Wall> sampledWall(const TriangleTree& tree) {
     for (std::size_t t = 0; t < count; t += std::max<std::size_t>(1, count / kFirst))
         sampleWall(t, first_rays, mesh, first);
     std::vector<std::optional<Wall>> found((count + kWallsAtOnce - 1) / kWallsAtOnce, first);
-    parallelFor(found.size(), [&](std::size_t i) {
+    parallelFor(found.size(), limit, progress, [&](std::size_t i) {
         WallRays rays(tree);
         const std::size_t end = std::min((i + 1) * kWallsAtOnce, count);
         for (std::size_t t = i * kWallsAtOnce; t < end; ++t)
@@ -110,6 +117,12 @@ struct FacePair {
     glm::dvec3 at{0};  ///< where, on the first
     glm::dvec3 middle{0};
     std::uint32_t triangle = 0;
+    std::uint32_t number = 0;  ///< among its triangle's pairs
+
+    bool operator<(const FacePair& other) const {
+        return std::tie(least, triangle, number) <
+               std::tie(other.least, other.triangle, other.number);
+    }
 };
 
 /// Cuts away what of a polygon lies below 0 of a distance.
@@ -126,37 +139,61 @@ void cutPolygon(std::vector<glm::dvec3>& polygon, std::vector<glm::dvec3>& scrat
     polygon.swap(scratch);
 }
 
-/// Finds the pairs of a face and others behind it that are nearer than a bound somewhere.
+/// Finds the pairs of a face and others behind it that are nearer than a bound somewhere, and come
+/// after another pair.
 class FacePairs {
   public:
-    FacePairs(const TriangleTree& tree, double below)
-        : tree_(tree), below_(below), size_(tree.mesh().size()) {}
+    FacePairs(const TriangleTree& tree, double below, const std::optional<FacePair>& after)
+        : tree_(tree), below_(below), size_(tree.mesh().size()), after_(after) {}
 
-    void add(std::uint32_t triangle, std::vector<FacePair>& pairs) {
+    /// Returns how many triangles it has looked at.
+    std::uint64_t add(std::uint32_t triangle, std::vector<FacePair>& pairs) {
         const PartMesh& mesh = tree_.mesh();
         corners_ = mesh.corners(triangle);
         normal_ = unitOrZero(mesh.normal(triangle));
-        if (normal_ == glm::dvec3(0)) return;
-        Bounds box = boundsOf(corners_);
-        const Bounds behind{box.min - below_ * normal_, box.max - below_ * normal_};
-        box = grown({glm::min(box.min, behind.min), glm::max(box.max, behind.max)}, 1e-9 * size_);
-        tree_.visit([&](const Bounds& other) { return overlap(box, other) && isBehind(other); },
+        if (normal_ == glm::dvec3(0)) return 0;
+        std::uint32_t number = 0;
+        setPrism();
+        tree_.visit([&](const Bounds& box) { return meetsPrism(box); },
                     [&](std::uint32_t other) {
+                        ++number;
                         if (mesh.sharedCorners(triangle, other) > 0) return;
-                        if (auto pair = pairWith(mesh.corners(other))) {
-                            pair->triangle = triangle;
-                            pairs.push_back(*pair);
-                        }
+                        auto pair = pairWith(mesh.corners(other));
+                        if (!pair) return;
+                        pair->triangle = triangle;
+                        pair->number = number;
+                        if (!after_ || *after_ < *pair) pairs.push_back(*pair);
                     });
+        return number;
     }
 
   private:
     double depth(const glm::dvec3& p) const { return glm::dot(normal_, corners_[0] - p); }
 
-    bool isBehind(const Bounds& box) const {
-        const double middle = depth((box.min + box.max) / 2.0);
-        const double reach = glm::dot(glm::abs(normal_), box.max - box.min) / 2;
-        return middle + reach >= 0 && middle - reach < below_;
+    /// The space behind the face, by its extent along the normal and along two axes of its plane.
+    void setPrism() {
+        const glm::dvec3 right = unitOrZero(corners_[1] - corners_[0]);
+        prism_ = {Slab{normal_}, {right}, {glm::cross(normal_, right)}};
+        for (Slab& slab : prism_) {
+            for (const glm::dvec3& corner : corners_) {
+                const double at = glm::dot(slab.axis, corner - corners_[0]);
+                slab.min = std::min(slab.min, at);
+                slab.max = std::max(slab.max, at);
+            }
+            slab.min -= 1e-9 * size_;
+            slab.max += 1e-9 * size_;
+        }
+        prism_[0].min -= below_;
+    }
+
+    bool meetsPrism(const Bounds& box) const {
+        const glm::dvec3 middle = (box.min + box.max) / 2.0 - corners_[0];
+        const glm::dvec3 half = (box.max - box.min) / 2.0;
+        return std::ranges::all_of(prism_, [&](const Slab& slab) {
+            const double at = glm::dot(slab.axis, middle),
+                         reach = glm::dot(glm::abs(slab.axis), half);
+            return at + reach >= slab.min && at - reach <= slab.max;
+        });
     }
 
     std::optional<FacePair> pairWith(const std::array<glm::dvec3, 3>& other) {
@@ -192,46 +229,102 @@ class FacePairs {
 
     const TriangleTree& tree_;
     double below_, size_;
+    const std::optional<FacePair>& after_;
     std::array<glm::dvec3, 3> corners_{};
     glm::dvec3 normal_{0};
+    struct Slab {
+        glm::dvec3 axis{0};
+        double min = kEnd, max = -kEnd;
+    };
+    std::array<Slab, 3> prism_{};
     std::vector<glm::dvec3> polygon_, scratch_;
 };
 
+/// The first of many pairs, in order.
+class FirstPairs {
+  public:
+    /// Takes pairs away.
+    void add(std::vector<FacePair>& pairs) {
+        const std::lock_guard lock(mutex_);
+        pairs_.insert(pairs_.end(), pairs.begin(), pairs.end());
+        pairs.clear();
+        if (pairs_.size() > 2 * kPairsAtOnce) drop();
+    }
+
+    std::vector<FacePair> take() {
+        if (pairs_.size() > kPairsAtOnce) drop();
+        std::sort(pairs_.begin(), pairs_.end());
+        return std::move(pairs_);
+    }
+
+  private:
+    void drop() {
+        std::nth_element(pairs_.begin(), pairs_.begin() + kPairsAtOnce, pairs_.end());
+        pairs_.resize(kPairsAtOnce);
+    }
+
+    std::mutex mutex_;
+    std::vector<FacePair> pairs_;
+};
+
+std::vector<FacePair> firstPairs(const TriangleTree& tree, double below,
+                                 const std::optional<FacePair>& after, StepLimit& limit,
+                                 const Progress& progress) {
+    const std::size_t count = tree.mesh().triangles.size();
+    FirstPairs first;
+    parallelFor((count + kWallsAtOnce - 1) / kWallsAtOnce, limit, progress, [&](std::size_t i) {
+        FacePairs finder(tree, below, after);
+        std::vector<FacePair> pairs;
+        const std::size_t end = std::min((i + 1) * kWallsAtOnce, count);
+        for (std::size_t t = i * kWallsAtOnce; t < end && !limit.exceeded(); ++t) {
+            limit.take(finder.add(static_cast<std::uint32_t>(t), pairs));
+            if (pairs.size() > kPairsAtOnce || t + 1 == end) first.add(pairs);
+        }
+    });
+    return first.take();
+}
+
+/// A thinner wall between the faces of a pair.
+std::optional<Wall> wallBetween(const FacePair& pair, const TriangleTree& tree, WallRays& rays,
+                                double below, StepLimit& limit) {
+    // Something else may be in between there, but not farther towards the middle.
+    for (const double share : {1e-7, 1e-4, 1e-2, 0.1, 0.3, 0.6, 1.0}) {
+        limit.take(kWallStepsPerRay);
+        const glm::dvec3 from = glm::mix(pair.at, pair.middle, share);
+        const glm::dvec3 normal = unitOrZero(tree.mesh().normal(pair.triangle));
+        if (const auto wall = rays.at(pair.triangle, from, normal, below)) return wall;
+    }
+    return std::nullopt;
+}
+
 }  // namespace
 
-std::optional<Wall> thinnestWall(const TriangleTree& tree) {
-    const PartMesh& mesh = tree.mesh();
-    std::optional<Wall> thinnest = sampledWall(tree);
-    const double bound = thinnest ? thinnest->thickness : mesh.size();
-    const std::size_t count = mesh.triangles.size();
-    std::vector<std::vector<FacePair>> shares((count + kWallsAtOnce - 1) / kWallsAtOnce);
-    parallelFor(shares.size(), [&](std::size_t i) {
-        FacePairs pairs(tree, bound * (1 - kWallTolerance));
-        const std::size_t end = std::min((i + 1) * kWallsAtOnce, count);
-        for (std::size_t t = i * kWallsAtOnce; t < end; ++t)
-            pairs.add(static_cast<std::uint32_t>(t), shares[i]);
-    });
-    std::vector<FacePair> pairs;
-    for (const auto& share : shares)
-        pairs.insert(pairs.end(), share.begin(), share.end());
-    std::stable_sort(pairs.begin(), pairs.end(),
-                     [](const FacePair& a, const FacePair& b) { return a.least < b.least; });
+FoundWall thinnestWall(const TriangleTree& tree, const Progress& progress) {
+    constexpr double kSampled = 0.5;
+    const auto report = [&](double begin, double end, double share) {
+        if (progress) progress(begin + (end - begin) * share);
+    };
+    StepLimit limit(kWallSteps + kWallStepsPerTriangle * tree.mesh().triangles.size());
+    FoundWall found;
+    found.wall = sampledWall(tree, limit, [&](double share) { report(0, kSampled, share); });
+    const double bound = found.wall ? found.wall->thickness : tree.mesh().size();
     WallRays rays(tree);
-    for (const FacePair& pair : pairs) {
-        const double below = thinnest ? thinnest->thickness : kEnd;
-        if (pair.least >= below * (1 - kWallTolerance)) break;
-        // Something else may be in between there, but not farther towards the middle.
-        for (const double share : {1e-7, 1e-4, 1e-2, 0.1, 0.3, 0.6, 1.0}) {
-            const glm::dvec3 from = glm::mix(pair.at, pair.middle, share);
-            const double least = thinnest ? thinnest->thickness : kEnd;
-            const auto wall =
-                rays.at(pair.triangle, from, unitOrZero(mesh.normal(pair.triangle)), least);
-            if (!wall) continue;
-            thinnest = wall;
-            break;
+    std::optional<FacePair> last;
+    for (std::size_t pairs = kPairsAtOnce; pairs == kPairsAtOnce && !limit.exceeded();) {
+        const auto first = firstPairs(
+            tree, bound * (1 - kWallTolerance), last, limit,
+            last ? Progress() : [&](double share) { report(kSampled, 1, share); });
+        pairs = first.size();
+        for (const FacePair& pair : first) {
+            const double below = found.wall ? found.wall->thickness : kEnd;
+            if (pair.least >= below * (1 - kWallTolerance)) return found;
+            if (limit.exceeded()) break;
+            if (const auto wall = wallBetween(pair, tree, rays, below, limit)) found.wall = wall;
+            last = pair;
         }
     }
-    return thinnest;
+    found.certain = !limit.exceeded();
+    return found;
 }
 
 std::vector<PartEdge> sharpEdges(const PartMesh& mesh, const PartTopology& topology) {

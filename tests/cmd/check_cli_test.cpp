@@ -5,6 +5,7 @@
 #include <array>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "cmd/tiny_gltf.h"
 #include "formats/image/flat_image.h"
@@ -151,6 +152,93 @@ TEST_F(CheckVerb, AThinWallIsAProblemIfItIsAskedFor) {
     // In a scene of millimetres it is 1.2 thousandths of one.
     EXPECT_EQ(json(scene, 3, {"--min-wall", "0.0013", "--unit", "mm"}).at("metresPerUnit"), 0.001);
     EXPECT_EQ(check(scene, {"--min-wall", "0.0011", "--unit", "mm"}).exit_code, 0);
+}
+
+TEST_F(CheckVerb, AWallOfExactlyTheLeastIsGood) {
+    // A ten-millimetre cube, whose thickness comes out a rounding error less.
+    const std::string ten = write({placed(cube(), 0.005F, {0.3F, 0.1F, 0.7F})});
+    EXPECT_EQ(json(ten, 0, {"--min-wall", "10"}).at("verdict"), "good");
+    EXPECT_EQ(onlyProblem(json(ten, 3, {"--min-wall", "10.002"})), "thinWalls");
+    const std::string bracket = (sourceDir() / "examples" / "scenes" / "bracket.glb").string();
+    EXPECT_EQ(check(bracket, {"--min-wall", "1.2"}).exit_code, 0);
+    EXPECT_EQ(check(bracket, {"--min-wall", "1.2002"}).exit_code, 3);
+}
+
+TEST_F(CheckVerb, ABodyWithoutVolumeIsNotGood) {
+    Primitive sheet;
+    sheet.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    sheet.indices = {0, 1, 2, 0, 2, 1};
+    const Json alone = json(write({sheet}), 3);
+    EXPECT_EQ(onlyProblem(alone), "flatShells");
+    EXPECT_EQ(alone.at("parts")[0].at("flatShells"), 1);
+    const Outcome beside = check(write({together(cube(), placed(sheet, 1, {3, 0, 0}))}));
+    EXPECT_EQ(beside.exit_code, 3);
+    EXPECT_TRUE(contains(beside.out, "1 shell has no volume, at (")) << beside.out;
+}
+
+TEST_F(CheckVerb, AThicknessWhereSurfacesCrossIsNamed) {
+    const std::string crossing = write({together(cube(), placed(cube(), 0.5F, {1, 0.2F, 0.1F}))});
+    EXPECT_EQ(json(crossing, 3).at("thinnestWall").at("crossed"), true);
+    EXPECT_TRUE(contains(check(crossing).out, ", where surfaces cross\n"));
+    EXPECT_EQ(json(write({cube()}), 0).at("thinnestWall").at("crossed"), false);
+    EXPECT_FALSE(contains(check(write({cube()})).out, "cross\n"));
+}
+
+/// Tetrahedra, each with corners anywhere in a cube.
+Primitive soup(unsigned tetrahedra) {
+    std::mt19937 random(7);
+    const auto coordinate = [&] { return float(random() % 65536) / 65536; };
+    Primitive soup;
+    for (std::uint32_t i = 0; i < 4 * tetrahedra; i += 4) {
+        std::array<glm::vec3, 4> p{};
+        for (glm::vec3& corner : p)
+            corner = {coordinate(), coordinate(), coordinate()};
+        soup.positions.insert(soup.positions.end(), p.begin(), p.end());
+        const bool inwards = glm::dot(glm::cross(p[1] - p[0], p[2] - p[0]), p[3] - p[0]) < 0;
+        for (auto [a, b, c] : {std::array{0U, 2U, 1U}, {0U, 1U, 3U}, {1U, 2U, 3U}, {0U, 3U, 2U}}) {
+            if (inwards) std::swap(b, c);
+            soup.indices.insert(soup.indices.end(), {i + a, i + b, i + c});
+        }
+    }
+    return soup;
+}
+
+TEST_F(CheckVerb, WhatCrossesEverywhereEndsAndSaysWhatIsNotDetermined) {
+    // More pairs than are counted.
+    const std::string report = (dir_ / "report.json").string();
+    const Outcome text =
+        check(write({soup(1000), cube()}), {"--min-wall", "1", "--report", report});
+    EXPECT_EQ(text.exit_code, 3);
+    EXPECT_TRUE(contains(text.out, "facing outwards, at least ")) << text.out;
+    EXPECT_TRUE(contains(text.out, "the union not determined: at least ")) << text.out;
+    EXPECT_TRUE(contains(text.out, "shells overlap in at least "));
+    EXPECT_TRUE(contains(text.out, "volume         not determined: too much crosses\n"));
+    const Json result = Json::parse(bytesOf(report));
+    EXPECT_TRUE(result.at("volume").is_null());
+    const Json& part = result.at("parts")[0];
+    EXPECT_EQ(part.at("moreCrossings"), true);
+    EXPECT_TRUE(part.at("volume").is_number());
+    EXPECT_TRUE(part.at("unionVolume").is_null());
+    EXPECT_TRUE(part.at("thinnestWall").is_null());
+    EXPECT_EQ(part.at("thinnestWallCertain"), false);
+    EXPECT_EQ(part.at("problems").back().at("kind"), "uncertainWall");
+    EXPECT_EQ(result.at("parts")[1].at("verdict"), "good");
+    // All pairs, but too many steps.
+    const Json less = json(write({soup(300)}), 3).at("parts")[0];
+    EXPECT_EQ(less.at("moreCrossings"), false);
+    EXPECT_TRUE(less.at("unionVolume").is_null());
+}
+
+TEST_F(CheckVerb, ASpikeBesideWhichEverythingTouchesIsNotGood) {
+    // A millionth of the spike is more than the rest of the part.
+    Primitive spike = icosphere(5);
+    for (int level = 0; level < 3; ++level)
+        spike = together(spike, placed(spike, 1, {2.5F, 0, 0}));
+    spike.positions[0] = {0, 1e9F, 0};
+    const Outcome text = check(write({spike}));
+    EXPECT_EQ(text.exit_code, 3);
+    EXPECT_TRUE(contains(text.err, "too many triangles touch or cross to compare all")) << text.err;
+    EXPECT_TRUE(contains(text.out, "not determined: ")) << text.out;
 }
 
 TEST_F(CheckVerb, PartsAreCheckedOneByOneOrTogether) {

@@ -38,9 +38,9 @@ struct Checked {
         return partMesh(posed, posed.meshes().front());
     }
     double volume() const { return volumeOf(turned); }
-    double united() const { return unionVolume(tree, topology, crossings); }
+    double united() const { return unionVolume(tree, topology, crossings).value_or(-1); }
     double wall() const {
-        const auto wall = thinnestWall(tree);
+        const auto wall = thinnestWall(tree).wall;
         return wall ? wall->thickness : -1;
     }
     bool good() const {
@@ -224,6 +224,73 @@ TEST(PartCheck, SpheresThatOverlapHaveTheUnionOfTheirLens) {
     EXPECT_LT(part.united(), part.volume() - 1);
 }
 
+/// Boxes with corners at random whole numbers, so that many of their sides lie in one plane.
+TEST(PartCheck, ManyBoxesHaveTheUnionOfTheirCells) {
+    constexpr int kCells = 12;
+    std::mt19937 random(42);
+    std::vector<Primitive> boxes;
+    std::array<bool, kCells * kCells * kCells> filled{};
+    for (int i = 0; i < 60; ++i) {
+        glm::ivec3 min, max;
+        for (int axis = 0; axis < 3; ++axis) {
+            min[axis] = int(random() % (kCells - 1));
+            max[axis] = min[axis] + 1 + int(random() % unsigned(kCells - min[axis]));
+        }
+        max = glm::min(max, glm::ivec3(kCells));
+        boxes.push_back(box(glm::vec3(min), glm::vec3(max)));
+        for (int x = min.x; x < max.x; ++x)
+            for (int y = min.y; y < max.y; ++y)
+                for (int z = min.z; z < max.z; ++z)
+                    filled[std::size_t((x * kCells + y) * kCells + z)] = true;
+    }
+    const double cells = double(std::ranges::count(filled, true));
+    for (const glm::dmat4& at : {glm::dmat4(1), askew()}) {
+        // Apart, since welded corners would make their edges crowded.
+        std::vector<PartMesh> parts;
+        std::vector<const PartMesh*> all;
+        for (const Primitive& one : boxes)
+            parts.push_back(Checked::meshOf({one}, at));
+        for (const PartMesh& part : parts)
+            all.push_back(&part);
+        const Checked part(joinParts(all, false));
+        EXPECT_FALSE(part.crossings.more);
+        EXPECT_GT(part.volume(), 2 * cells);
+        EXPECT_NEAR(part.united(), cells, 1e-9 * cells);
+    }
+}
+
+TEST(PartCheck, AFaceThatHundredsCrossHasItsExactShare) {
+    // A plate, and 300 posts through it, each turned another way.
+    std::vector<Primitive> primitives{box({0, 0, 0}, {100, 1, 100})};
+    for (int i = 0; i < 300; ++i) {
+        Primitive post = box({-1, -1, -1}, {1, 2, 1});
+        const float turn = 0.1F + 0.01F * float(i);
+        for (glm::vec3& p : post.positions)
+            p = {std::cos(turn) * p.x - std::sin(turn) * p.z + 5 + 5 * float(i % 19), p.y,
+                 std::sin(turn) * p.x + std::cos(turn) * p.z + 5 + 5 * float(i / 19)};
+        primitives.push_back(post);
+    }
+    const Checked part(primitives);
+    EXPECT_NEAR(part.volume(), 10000 + 300 * 12, 0.01);
+    EXPECT_NEAR(part.united(), 10000 + 300 * 8, 0.01) << "a post has 2 x 2 x 1 in the plate";
+}
+
+TEST(PartCheck, ABodyWithoutVolumeIsFlat) {
+    Primitive sheet;
+    sheet.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    sheet.indices = {0, 1, 2, 0, 2, 1};
+    const Checked two({sheet}, askew());
+    EXPECT_TRUE(two.topology.closed());
+    EXPECT_EQ(two.sides, std::vector{ShellSide::kFlat});
+    // Thinner than a millionth of it, and thicker.
+    EXPECT_EQ(Checked({cube()}, glm::scale(askew(), {1, 1e-7, 1})).sides,
+              std::vector{ShellSide::kFlat});
+    EXPECT_EQ(Checked({cube()}, glm::scale(askew(), {1, 1e-4, 1})).sides,
+              std::vector{ShellSide::kOutside});
+    EXPECT_EQ(Checked({cube(), placed(sheet, 1, {3, 0, 0})}).sides,
+              (std::vector{ShellSide::kOutside, ShellSide::kFlat}));
+}
+
 TEST(PartCheck, TwoCubesAtOneEdgeHaveItCrowded) {
     const Checked part({cube(), placed(cube(), 1, {2, 2, 0})});
     ASSERT_EQ(part.topology.crowded.size(), 1U);
@@ -251,7 +318,7 @@ TEST(PartCheck, TheThinnestWallIsFoundWhereverItIs) {
         const Checked part(
             {box({0, 0, 0}, {40, 20, 30}), inwards(box({2.5F, 1.2F, 2}, {36, 17, 28}))}, at);
         EXPECT_TRUE(part.good());
-        const auto wall = thinnestWall(part.tree);
+        const auto wall = thinnestWall(part.tree).wall;
         ASSERT_TRUE(wall);
         EXPECT_NEAR(wall->thickness / unit, 1.2, 2e-6);
         const glm::dvec3 from(glm::inverse(at) * glm::dvec4(wall->from, 1)),
@@ -282,7 +349,7 @@ TEST(PartCheck, AWallThatThinsTowardsAPointIsFoundThere) {
         hollow.indices.insert(hollow.indices.end(), {a, b, tip});
     const Checked part({box({0, 0, 0}, {40, 20, 30}), inwards(hollow)}, askew());
     EXPECT_TRUE(part.good());
-    const auto wall = thinnestWall(part.tree);
+    const auto wall = thinnestWall(part.tree).wall;
     ASSERT_TRUE(wall);
     EXPECT_NEAR(wall->thickness, 1.3, 1.3 * kWallTolerance);
     const glm::dvec3 from(glm::inverse(askew()) * glm::dvec4(wall->from, 1));
@@ -302,7 +369,7 @@ TEST(PartCheck, NoRayFindsAThinnerWall) {
             p *= static_cast<float>(0.6 + 0.2 * share(random));
         const Checked part({outer, hollow});
         ASSERT_TRUE(part.good());
-        const auto wall = thinnestWall(part.tree);
+        const auto wall = thinnestWall(part.tree).wall;
         ASSERT_TRUE(wall);
         EXPECT_NEAR(glm::length(wall->to - wall->from), wall->thickness, 1e-9);
         double least = 10;

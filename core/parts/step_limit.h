@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// A limit of steps, so that surfaces which cross themselves everywhere end in seconds.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+
+#include "core/base/work.h"
+
+namespace peeler {
+
+/// Counts the steps of several threads. The sum does not depend on their order, so no result does.
+class StepLimit {
+  public:
+    explicit StepLimit(std::uint64_t most) : most_(most) {}
+
+    void take(std::uint64_t steps) { taken_.fetch_add(steps, std::memory_order_relaxed); }
+    bool exceeded() const { return taken_.load(std::memory_order_relaxed) > most_; }
+
+  private:
+    std::uint64_t most_;
+    std::atomic<std::uint64_t> taken_{0};
+};
+
+/// parallelFor() until the limit is exceeded; calls `progress` with the share that is done, on the
+/// caller's thread, up to 100 times. Returns whether all items are done within the limit.
+bool parallelFor(std::size_t items, StepLimit& limit, const Progress& progress,
+                 const std::function<void(std::size_t)>& body);
+
+}  // namespace peeler
