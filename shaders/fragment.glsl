@@ -30,11 +30,15 @@ layout(location = PEELER_FIRST_KEY) flat in uint first_key;
 Key fragmentKey() { return Key(gl_FragCoord.z, first_key + uint(gl_PrimitiveID)); }
 #endif
 
+/// Where the pixel lies in the band.
+ivec2 placeInBand() {
+    return ivec2(frame.tile.x + int(gl_FragCoord.x), frame.tile.y + frame.tile.w - 1 - int(gl_FragCoord.y)) - frame.band.xy;
+}
+
 /// Index into the band's per-pixel arrays.
 uint pixelIndex() {
-    int x = frame.tile.x + int(gl_FragCoord.x) - frame.band.x;
-    int y = frame.tile.y + frame.tile.w - 1 - int(gl_FragCoord.y) - frame.band.y;
-    return uint(y * frame.band.z + x);
+    ivec2 at = placeInBand();
+    return uint(at.y * frame.band.z + at.x);
 }
 
 #ifdef CLIPPED
@@ -44,6 +48,9 @@ layout(std430, binding = PEELER_CLIP_DEPTHS) readonly buffer ClipDepths { float 
 /// Whether the boundary encloses this depth: behind a point inside a closed mesh there are more back faces than front
 /// faces. Behind, since what lies before the near plane may be cut off. The boundary itself is inside.
 bool insideMesh(float depth) {
+    // GPUs run the shader for pixels beside those that are drawn, too. Beyond the band these would count to any number,
+    // and an H100 is reset then.
+    if (any(greaterThanEqual(uvec2(placeInBand()), uvec2(frame.band.zw)))) return false;
     uint pixel = pixelIndex();
     int winding = 0;
     for (uint i = clip_first[pixel]; i < clip_first[pixel + 1u]; ++i) {

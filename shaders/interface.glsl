@@ -112,8 +112,8 @@ using glm::vec4;
 struct FrameRecord {
     mat4 world_from_view;  // rotation only
     ivec4 tile;            // x0, y0 of the tile in the picture, its width and height; y down
-    ivec4 band;            // x0, y0 of the band in the picture, its row length; y down
-    uvec4 limits;          // x: nearest layers that a composite shows in order
+    ivec4 band;            // x0, y0 of the band in the picture, its width and height; y down
+    uvec4 limits;          // x: nearest layers that a composite shows in order; w: 0, which compilers do not know
     mat4 view_from_ndc;    // of the tile; homogeneous
     ivec4 clip;            // x: half-spaces, y: 1 = what is inside is kept, z: 1 = there is a clip mesh
     vec4 half_spaces[PEELER_MAX_HALF_SPACES];  // view space: dot(xyz, p) >= w is inside

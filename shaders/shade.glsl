@@ -6,6 +6,10 @@
 #include "transmission.glsl"
 #endif
 
+/// NVIDIA's compiler (580.159) takes unpackHalf2x16(packHalf2x16(x)) for x, which methods that do not store a colour would
+/// composite without its rounding: it is not to know that the one belongs to the other.
+PACKED_COLOR rounded(vec4 color) { return packColor(color) | PACKED_COLOR(frame.limits.w); }
+
 /// Premultiplied linear colour of a fragment whose baseColor() is `base`; with TINTED the opacity of every channel, too.
 StoredColor fragmentColor(vec4 base, Gradients g) {
     vec3 rgb = base.rgb;
@@ -33,12 +37,12 @@ StoredColor fragmentColor(vec4 base, Gradients g) {
     rgb = mix(rgb, vec3(0.0), isnan(rgb));
     StoredColor stored;
 #ifdef TINTED
-    stored.opacity = packColor(vec4(opacity, 0.0));
+    stored.opacity = rounded(vec4(opacity, 0.0));
     opacity = unpackColor(stored.opacity).rgb;  // alpha is the mean of what is stored
     bool grey = opacity.r == opacity.g && opacity.g == opacity.b;
     opacity.r = grey ? opacity.r : (opacity.r + opacity.g + opacity.b) / 3.0;
 #endif
-    stored.color = packColor(vec4(rgb, opacity.r));
+    stored.color = rounded(vec4(rgb, opacity.r));
     return stored;
 }
 

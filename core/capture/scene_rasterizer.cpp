@@ -201,7 +201,7 @@ void SceneRasterizer::bindFrame() {
         shader::FrameRecord record{};
         record.world_from_view = glm::mat4(glm::dmat4(glm::dmat3(shot_.view.camera_to_world)));
         record.tile = {tile_.x0, tile_.y0, tile_.width(), tile_.height()};
-        record.band = {band_.x0, band_.y0, band_.width(), 0};
+        record.band = {band_.x0, band_.y0, band_.width(), band_.height()};
         record.limits = {layers_, 0, 0, 0};
         record.view_from_ndc = glm::mat4(glm::inverse(clipFromView()));
         fillClip(record);

@@ -105,14 +105,25 @@ TEST(ExrConformance, DeepFilesHoldWhatOpenExrFindsAndFlattenAsInOpenImageIo) {
 
         Imf::MultiPartInputFile file(path.c_str());
         const DeepPart part = readDeepPart(file, 0);
-        ASSERT_EQ(part.pixels(), crop.pixels());
-        for (std::size_t p = 0; p < part.pixels(); ++p) {
-            ASSERT_EQ(image.count(p), part.counts[p]);
-            std::vector<double> depths = part.values.at("Z")[p];
-            std::sort(depths.begin(), depths.end());
-            for (std::uint32_t k = 0; k < image.count(p); ++k)
-                ASSERT_EQ(static_cast<double>(image.z[image.offsets[p] + k]), depths[k]);
+        // The reader's pixels are those of the display window, too.
+        const Window data{part.window.min.x, part.window.min.y, part.window.max.x + 1,
+                          part.window.max.y + 1};
+        ASSERT_EQ(intersect(data, crop), data);
+        std::size_t pixel = 0, stored = 0;
+        for (int y = crop.y0; y < crop.y1; ++y) {
+            for (int x = crop.x0; x < crop.x1; ++x, ++pixel) {
+                if (x < data.x0 || x >= data.x1 || y < data.y0 || y >= data.y1) {
+                    ASSERT_EQ(image.count(pixel), 0U);
+                    continue;
+                }
+                ASSERT_EQ(image.count(pixel), part.counts[stored]);
+                std::vector<double> depths = part.values.at("Z")[stored++];
+                std::sort(depths.begin(), depths.end());
+                for (std::uint32_t k = 0; k < image.count(pixel); ++k)
+                    ASSERT_EQ(static_cast<double>(image.z[image.offsets[pixel] + k]), depths[k]);
+            }
         }
+        ASSERT_EQ(stored, part.pixels());
 
         OIIO::ImageBuf deep(path), flat;
         ASSERT_TRUE(OIIO::ImageBufAlgo::flatten(flat, deep)) << flat.geterror();

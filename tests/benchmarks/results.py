@@ -5,6 +5,7 @@
     sh tests/run.sh bench                              all of it, and the table of README.md
     sh tests/run.sh bench stages files                 these sections; the others stay as they are
     sh tests/run.sh bench side-by-side -- --quick      with more options of the section's command: printed, not written
+    sh tests/run.sh bench --gpu results.md             the section of a GPU, from the page of a run there (tests/README.md)
 
 A section is a command that prints Markdown tables. It is written as soon as it is measured, with the commit and the
 machine that it was measured with.
@@ -114,6 +115,12 @@ SECTIONS: Dict[str, Section] = {
         "Processor seconds of `peeler info` for ten million triangles (OBJ: two million) on one core, without what a file of "
         "two triangles takes.",
         (("mesh_reading.py", "{build}/peeler"),)),
+    "gpu": Section(
+        "On a GPU",
+        "What [a run on a GPU](../README.md#on-a-gpu) said, with what was packed at this commit: the tests of GL, every method "
+        "against the A-buffer, every fragment against Mesa's rasteriser by class, and what was measured. Times are in "
+        "milliseconds.",
+        ()),
 }
 
 
@@ -176,6 +183,14 @@ def written(name: str, known: Dict[str, str], tables: str) -> str:
     section = SECTIONS[name]
     told = "".join(f"- {key}: {value}\n" for key, value in known.items())
     return f"## {section.title}\n\n{section.text}\n\n{told}\n{tables}"
+
+
+def gpu_tables(page: str) -> str:
+    """The page of a run on a GPU without its date, tests that passed, and what it says twice."""
+    shown = [line.partition(";only ")[0].replace("## ", "**", 1) + ("**" if line.startswith("## ") else "")
+             for line in page.splitlines()[4:]
+             if not re.match(r"- (tests, shard \d+: \d|methods, (?!bracket)|references, .* differ by|tests, .* not packed)", line)]
+    return "\n".join(shown) + "\n"
 
 
 def split(text: str) -> Dict[str, str]:
@@ -249,15 +264,19 @@ def main() -> int:
         arguments, more = arguments[:at], arguments[at + 1:]
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--build", type=Path, default=ROOT / "build" / "ci", help=argparse.SUPPRESS)
+    parser.add_argument("--gpu", type=Path, metavar="PAGE", help="results.md of tests/gpu/run.sh")
     parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"of {', '.join(SECTIONS)} (default: all)")
     options = parser.parse_args(arguments)
-    unknown = sorted(set(options.sections) - set(SECTIONS))
+    unknown = sorted(set(options.sections) - {name for name in SECTIONS if SECTIONS[name].commands})
     if unknown:
         parser.error(f"no section is called {', '.join(unknown)}; there are {', '.join(SECTIONS)}")
     build = options.build.resolve()
     known = facts(build / "peeler")
-    for name in options.sections or SECTIONS:
-        text = written(name, known, measured(SECTIONS[name], build, more))
+    if options.gpu:
+        known = {"commit": known["commit"]}
+    for name in ["gpu"] if options.gpu else options.sections or [name for name in SECTIONS if SECTIONS[name].commands]:
+        tables = gpu_tables(options.gpu.read_text(encoding="utf-8")) if options.gpu else measured(SECTIONS[name], build, more)
+        text = written(name, known, tables)
         if more:
             print(text)
             continue

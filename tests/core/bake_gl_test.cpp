@@ -222,7 +222,8 @@ TEST_P(UnderARoof, WhatIsFartherThanTheLargestDistanceHidesNothing) {
     settings.max_distance = 0.8;  // that much of the disc: R² = D² − h²
     EXPECT_NEAR(value(settings), 0.25 / 0.64, 0.01);
     settings.max_distance = 0.49;
-    EXPECT_EQ(value(settings), 1);
+    // A GPU's depths may see the floor itself in a direction that grazes it.
+    EXPECT_NEAR(value(settings), 1, 5e-5);
 }
 
 TEST_P(Bake, EveryPointOfABowlSeesAsMuchOfItsOpening) {

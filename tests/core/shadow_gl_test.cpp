@@ -242,7 +242,9 @@ TEST(Shadows, TheBuiltInLightCastsThem) {
             const double distance = std::max(off.x, off.y) - 0.3;
             if (std::abs(distance) < 0.05) continue;
             dark += distance < 0 ? 1 : 0;
-            wrong += (color(shadowed, f) == color(lit, f)) == (distance > 0) ? 0 : 1;
+            // A GPU's compiler rounds otherwise in a shader that looks for shadows.
+            const bool seen = color(shadowed, f).g > 0.999F * color(lit, f).g;
+            wrong += seen == (distance > 0) ? 0 : 1;
         }
     EXPECT_EQ(wrong, 0U);
     EXPECT_GT(dark, 100U);

@@ -17,14 +17,13 @@ trap 'rm -rf "$scratch"' EXIT
 here=$scratch/peeler-gpu
 mkdir -p "$here/scenes" "$here/examples/scenes" "$here/references"
 cmake -D SETTINGS="$build/packing/portable_settings.cmake" -D ROOT="$here" -P "$source/tests/gpu/programs.cmake"
-for file in run.sh common.sh classify.awk scenes.txt; do
+for file in run.sh common.sh classify.awk moved.awk scenes.txt; do
     cp "$source/tests/gpu/$file" "$here"
 done
 . "$here/common.sh"
 
-# Of every scene what it is here, and which fragments are there or not if the picture moves by 1/256 of
-# a pixel: rasterisers place vertices on a grid of such steps, and may round to either side. (No edge
-# is missed: a step along both axes is longer than one.)
+# Of every scene what it is here, and what its fragments are if the picture moves by 1/256 of a pixel
+# (classify.awk; no edge is missed: a step along both axes is longer than one).
 renderer=$(peeler render "$source/examples/scenes/panes.glb" -o "$scratch/any.npz" --size 16x16 --json --quiet |
     sed -n 's/^ *"renderer": "\(.*\)",$/\1/p')
 echo "# made by $renderer: scene, fragments, layers" >"$here/references.txt"
@@ -55,8 +54,7 @@ scenes | while read -r name file options; do
     capture "$name" "$scratch/moved@.npz" "$scratch/moved.json"
     for moved in "$scratch"/moved*.npz; do
         fragments "$moved"
-    done | awk '{ ++found[$1 " " $7 " " $8 " " $9] } END { for (key in found) if (found[key] < 9) print key }' |
-        sort >"$reference.edges"
+    done | awk -f "$here/moved.awk" | sort >"$reference.moved"
     rm "$scratch"/*.npz
     capture "$name" "$reference.npz" "$reference.json" --report "$scratch/report.json"
     awk -v name="$name" '/"fragmentsStored"/ { n = $2 + 0 } /"layers"/ { l = $2 + 0 } END { print name, n, l }' \

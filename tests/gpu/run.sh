@@ -37,9 +37,9 @@ judge() {
     fragments "$3" >"$work/expected"
     fragments "$2" >"$work/found"
     verdict=passed
-    text=$(awk -f "$here/classify.awk" "$here/references/$4.edges" "$work/expected" "$work/found") || verdict=failed
+    text=$(awk -f "$here/classify.awk" "$here/references/$4.moved" "$work/expected" "$work/found") || verdict=failed
     case $text in
-    *" 0 other depth, 0 other colour, 0 other coverage, 0 beyond"*)
+    *" 0 other depth, 0 other colour, 0 at edges, 0 beyond"*)
         verdict=failed
         text="$text; the files differ in what is not compared by class"
         ;;
