@@ -26,6 +26,7 @@
 #include "core/image/merge.h"
 #include "formats/exr/layered_input.h"
 #include "formats/file/file_name.h"
+#include "formats/file/read_warnings.h"
 #include "formats/image/flat_image.h"
 #include "formats/writers.h"
 
@@ -100,6 +101,11 @@ ComparedImage::ComparedImage(const std::string& path, const LayeredReadOptions& 
     : path_(path) {
     if (fileKind(path) != FileKind::kExr) {
         flat_ = readFlatImage(path);
+        ReadWarnings warnings(reading.strict, path);
+        for (const std::string& note : flat_.notes)
+            warnings.warn("The image \"" + path + "\": " + note + ".");
+        for (const std::string& warning : warnings.sentences())
+            console.warning(warning);
         return;
     }
     OpenedExr opened(path, reading);

@@ -16,11 +16,11 @@ std::uint16_t quantized(float value) {
     return static_cast<std::uint16_t>(std::lround(clipped * 65535));
 }
 
-std::vector<glm::u16vec4> colorsOf(const Primitive& primitive, std::span<const float> values,
+std::vector<glm::u16vec4> colorsOf(const std::vector<glm::vec4>& own, std::span<const float> values,
                                    std::size_t components, bool darkens, const ShownValues& shown) {
     std::vector<glm::u16vec4> colors(values.size() / components);
     for (std::size_t i = 0; i < colors.size(); ++i) {
-        glm::vec4 color = primitive.colors.empty() ? glm::vec4(1) : primitive.colors[i];
+        glm::vec4 color = own.empty() ? glm::vec4(1) : own[i];
         for (int c = 0; c < 3; ++c) {
             const auto place = std::min(static_cast<std::size_t>(c), components - 1);
             const float value = shown(values[i * components + place]);
@@ -71,7 +71,7 @@ std::vector<BakedPrimitive> bakedPrimitives(const PosedScene& posed,
     };
     std::map<std::pair<int, std::size_t>, Shows> places;  // by node and primitive
     std::vector<BakedPrimitive> result;
-    std::vector<const Primitive*> primitives;
+    std::vector<const std::vector<glm::vec4>*> colors;  // of each, its own
     for (const VertexRange& range : vertices.ranges()) {
         if (range.count == 0) continue;
         const MeshInstance& instance = posed.meshes()[range.instance];
@@ -82,7 +82,7 @@ std::vector<BakedPrimitive> bakedPrimitives(const PosedScene& posed,
         ++place->second.instances;
         if (fresh) {
             result.push_back({instance.node, primitive.source, {}, {own.begin(), own.end()}});
-            primitives.push_back(&primitive);
+            colors.push_back(&posed.colors({instance.mesh, range.primitive, instance.deformed}));
             continue;
         }
         std::vector<float>& sums = result[place->second.baked].values;
@@ -92,8 +92,8 @@ std::vector<BakedPrimitive> bakedPrimitives(const PosedScene& posed,
         BakedPrimitive& baked = result[shows.baked];
         for (float& value : baked.values)
             value /= static_cast<float>(shows.instances);
-        baked.colors = colorsOf(*primitives[shows.baked], baked.values, components,
-                                isOcclusion(quantity), shown);
+        baked.colors =
+            colorsOf(*colors[shows.baked], baked.values, components, isOcclusion(quantity), shown);
     }
     return result;
 }

@@ -122,7 +122,10 @@ Scene loadScene(const std::filesystem::path& path, SceneReadOptions reading,
     Scene scene = readSceneFile(path, reading);
     if (const auto variant = chosenVariant(scene, appearance)) chooseVariant(scene, *variant);
     if (!hasEnvironment(appearance)) return scene;
-    scene.environment = environmentNamed(appearance.environment->string());
+    ReadWarnings warnings(reading.strict, appearance.environment->string());
+    scene.environment = environmentNamed(appearance.environment->string(), warnings);
+    for (std::string& sentence : warnings.take())
+        scene.warnings.push_back(std::move(sentence));
     scene.environment->rotation = turn(appearance) * std::numbers::pi / 180;
     if (shadows && scene.lights.empty()) {
         const std::string why = "the environment is the only light, and it casts no shadows";
@@ -139,7 +142,7 @@ bool wantsTint(const AppearanceOptions& appearance, const PosedScene& posed) {
 void addStudio(Scene& scene, int scene_index, const AppearanceOptions& appearance) {
     if (!appearance.studio || appearance.environment) return;
     if (!PosedScene(scene, scene_index).lights().empty()) return;
-    scene.environment = environmentNamed(kStudioName);
+    scene.environment = namedStudio();
 }
 
 nlohmann::json appearanceSettings(const AppearanceOptions& appearance, const Scene& scene) {

@@ -51,12 +51,7 @@ Occluders::Occluders(const PosedScene& posed, Faces faces) : posed_(posed) {
             scene.meshes[static_cast<std::size_t>(geometry.mesh)].primitives[geometry.primitive];
         Shared& patches = shared[draw.geometry];
         if (!patches.known) {
-            const std::vector<glm::vec3>& positions =
-                geometry.deformed < 0 ? primitive.positions
-                                      : posed_
-                                            .deformed()[static_cast<std::size_t>(geometry.deformed)]
-                                                       [geometry.primitive]
-                                            .positions;
+            const std::vector<glm::vec3>& positions = posed_.positions(geometry);
             patches = {patches_.size(), 0, middleOf(positions), true};
             addPatches(primitive, positions, patches.middle);
             patches.count = patches_.size() - patches.first;
@@ -69,7 +64,7 @@ Occluders::Occluders(const PosedScene& posed, Faces faces) : posed_(posed) {
         const bool single_sided = !scene.materials[draw.material].double_sided;
         piece.cull_front = faces == Faces::kBack;
         piece.cull_back = faces == Faces::kFront || (faces == Faces::kGltf && single_sided);
-        if (draw.alpha_tested) piece.alpha = &alpha_tests_.emplace_back(scene, primitive);
+        if (draw.alpha_tested) piece.alpha = &alpha_tests_.emplace_back(posed_, geometry);
         for (const glm::dmat4& world : list.worlds(draw)) {
             piece.turn = glm::dmat3(world);
             piece.offset = glm::dvec3(world * glm::dvec4(patches.middle, 1)) - origin_;

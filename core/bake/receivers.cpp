@@ -215,13 +215,14 @@ TexelReceivers::TexelReceivers(const PosedScene& posed, const VertexReceivers& v
     : posed_(posed), settings_(settings) {
     const std::size_t materials = posed.scene().materials.size();
     const Placement placement(posed, vertices);
-    const auto set = static_cast<std::size_t>(settings.uv_set);
     std::vector<Chart> charts(materials);
     for (std::size_t r = 0; r < vertices.ranges().size(); ++r) {
         const VertexRange& range = vertices.ranges()[r];
         if (range.count == 0) continue;
         const Primitive& primitive = placement.primitive(range);
-        const std::vector<glm::vec2>& uvs = primitive.texcoords[set];
+        const MeshInstance& instance = posed.meshes()[range.instance];
+        const std::vector<glm::vec2>& uvs =
+            posed.texcoords({instance.mesh, range.primitive, instance.deformed}, settings.uv_set);
         if (uvs.empty()) {
             ++without_uvs_;
             continue;
@@ -255,7 +256,9 @@ SurfaceLookup TexelReceivers::lookup() const {
     return [this](std::span<const float> values, std::uint32_t key, const glm::vec2& barycentric) {
         const KeyOrigin origin = posed_.drawList().originOf(key);
         const Primitive& primitive = posed_.primitive(origin);
-        const auto& uvs = primitive.texcoords[static_cast<std::size_t>(settings_.uv_set)];
+        const MeshInstance& instance = posed_.meshes()[origin.instance];
+        const auto& uvs = posed_.texcoords({instance.mesh, origin.primitive, instance.deformed},
+                                           settings_.uv_set);
         const int place = atlas_of_material_[static_cast<std::size_t>(primitive.material)];
         if (place < 0 || uvs.empty() || !isOfTriangles(primitive)) return glm::vec3(0);
         const TexelAtlas& atlas = atlases_[static_cast<std::size_t>(place)];

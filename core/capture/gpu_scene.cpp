@@ -84,23 +84,15 @@ Attribute attribute(GLuint location, const std::vector<T>& values,
             missing};
 }
 
-/// Those that deformation replaces come first.
-constexpr std::size_t kDeformed = 3;
-
+/// Those of a primitive, or those that deformation replaces.
 template <class Vertices>
-std::array<Attribute, kDeformed> movable(const Vertices& v) {
-    return {attribute(PEELER_POSITION, v.positions), attribute(PEELER_NORMAL, v.normals),
-            attribute(PEELER_TANGENT, v.tangents)};
-}
-
-std::array<Attribute, 6> attributes(const Primitive& p) {
-    const auto [position, normal, tangent] = movable(p);
-    return {position,
-            normal,
-            tangent,
-            attribute(PEELER_TEXCOORD0, p.texcoords[0]),
-            attribute(PEELER_TEXCOORD1, p.texcoords[1]),
-            attribute(PEELER_COLOR, p.colors, kMissingOnes)};
+std::array<Attribute, 6> attributes(const Vertices& v) {
+    return {attribute(PEELER_POSITION, v.positions),
+            attribute(PEELER_NORMAL, v.normals),
+            attribute(PEELER_TANGENT, v.tangents),
+            attribute(PEELER_TEXCOORD0, v.texcoords[0]),
+            attribute(PEELER_TEXCOORD1, v.texcoords[1]),
+            attribute(PEELER_COLOR, v.colors, kMissingOnes)};
 }
 
 std::size_t aligned(std::size_t bytes) {
@@ -180,7 +172,7 @@ GpuGeometry::GpuGeometry(const gl::Functions& gl, const PosedScene& posed) {
         slot.box.add(p.positions);
         if (geometry.deformed < 0) continue;
         slot.deformed_offset = deformed_bytes;
-        deformed_bytes += alignedBytes(movable(deformedOf(posed, geometry)));
+        deformed_bytes += alignedBytes(attributes(deformedOf(posed, geometry)));
     }
 
     fixed_ = gl::Buffer(gl, fixed_bytes);
@@ -206,7 +198,7 @@ GpuGeometry::GpuGeometry(const gl::Functions& gl, const PosedScene& posed) {
         slot.vertex_array = makeVertexArray(
             gl, primitiveOf(scene, geometry.mesh, geometry.primitive), fixed_.name(), offset);
         if (geometry.deformed >= 0)
-            point(gl, slot.vertex_array.name(), movable(deformedOf(posed, geometry)),
+            point(gl, slot.vertex_array.name(), attributes(deformedOf(posed, geometry)),
                   deformed_.name(), slot.deformed_offset);
     }
     setDeformed(posed);
@@ -220,7 +212,7 @@ void GpuGeometry::setDeformed(const PosedScene& posed) {
         const Geometry& geometry = posed.drawList().geometries()[i];
         if (geometry.deformed < 0) continue;
         const DeformedVertices& vertices = deformedOf(posed, geometry);
-        copy(movable(vertices), memory + slots_[i].deformed_offset);
+        copy(attributes(vertices), memory + slots_[i].deformed_offset);
         slots_[i].box = {};
         slots_[i].box.add(vertices.positions);
     }

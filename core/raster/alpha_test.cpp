@@ -5,24 +5,27 @@
 
 namespace peeler {
 
-AlphaTest::AlphaTest(const Scene& scene, const Primitive& primitive)
-    : primitive_(&primitive),
-      material_(&scene.materials[static_cast<std::size_t>(primitive.material)]) {
-    if (material_->base_color_texture)
-        image_ = &scene.images[static_cast<std::size_t>(material_->base_color_texture.image)];
+AlphaTest::AlphaTest(const PosedScene& posed, const Geometry& geometry)
+    : colors_(&posed.colors(geometry)) {
+    const Scene& scene = posed.scene();
+    const Primitive& primitive =
+        scene.meshes[static_cast<std::size_t>(geometry.mesh)].primitives[geometry.primitive];
+    material_ = &scene.materials[static_cast<std::size_t>(primitive.material)];
+    const TextureRef& texture = material_->base_color_texture;
+    if (!texture) return;
+    image_ = &scene.images[static_cast<std::size_t>(texture.image)];
+    texcoords_ = &posed.texcoords(geometry, texture.texcoord == 0 ? 0 : 1);
 }
 
 bool AlphaTest::passes(const std::array<std::uint32_t, 3>& vertex,
                        const std::array<double, 3>& weight) const {
     double alpha = double{material_->base_color.a};
     if (image_) {
-        const TextureRef& texture = material_->base_color_texture;
-        const auto& texcoords = primitive_->texcoords[texture.texcoord == 0 ? 0 : 1];
         const glm::dvec2 uv =
-            texcoords.empty() ? glm::dvec2(0) : weighted(texcoords, vertex, weight);
-        alpha *= texelAt(*image_, texture, uv).a;
+            texcoords_->empty() ? glm::dvec2(0) : weighted(*texcoords_, vertex, weight);
+        alpha *= texelAt(*image_, material_->base_color_texture, uv).a;
     }
-    if (!primitive_->colors.empty()) alpha *= weighted(primitive_->colors, vertex, weight).a;
+    if (!colors_->empty()) alpha *= weighted(*colors_, vertex, weight).a;
     // As the shaders have it, in single precision.
     const auto value = static_cast<float>(alpha);
     return material_->alpha_mode == AlphaMode::kMask ? value >= material_->alpha_cutoff : value > 0;

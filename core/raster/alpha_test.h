@@ -6,8 +6,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <vector>
 
-#include "core/scene/scene.h"
+#include "core/scene/posed_scene.h"
 
 namespace peeler {
 
@@ -15,16 +16,17 @@ namespace peeler {
 /// fragment is"): the base colour's texture at its finest level, whatever the distance.
 class AlphaTest {
   public:
-    AlphaTest(const Scene& scene, const Primitive& primitive);
+    AlphaTest(const PosedScene& posed, const Geometry& geometry);
 
     /// At a point of the triangle with these vertices; the weights add up to 1.
     bool passes(const std::array<std::uint32_t, 3>& vertex,
                 const std::array<double, 3>& weight) const;
 
   private:
-    const Primitive* primitive_;
     const Material* material_;
     const Image* image_ = nullptr;
+    const std::vector<glm::vec2>* texcoords_ = nullptr;  ///< those of the image
+    const std::vector<glm::vec4>* colors_;
 };
 
 }  // namespace peeler

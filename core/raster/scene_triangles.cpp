@@ -42,17 +42,12 @@ SceneTriangles::SceneTriangles(const PosedScene& posed) : posed_(posed) {
             scene.meshes[static_cast<std::size_t>(geometry.mesh)].primitives[geometry.primitive];
         TrianglePiece piece;
         piece.primitive = &primitive;
-        piece.positions =
-            geometry.deformed < 0
-                ? &primitive.positions
-                : &posed_
-                       .deformed()[static_cast<std::size_t>(geometry.deformed)][geometry.primitive]
-                       .positions;
+        piece.positions = &posed_.positions(geometry);
         piece.triangles = static_cast<std::uint32_t>(elementsOf(primitive));
         if (piece.triangles == 0) continue;
         piece.mirrored = draw.mirrored;
         piece.double_sided = scene.materials[draw.material].double_sided;
-        if (draw.alpha_tested) piece.alpha = &alpha_tests_.emplace_back(scene, primitive);
+        if (draw.alpha_tested) piece.alpha = &alpha_tests_.emplace_back(posed_, geometry);
         for (std::size_t i = 0; i < draw.instances; ++i) {
             if (batches_.empty() ||
                 batches_.back().corners + piece.positions->size() > kBatchCorners) {

@@ -74,7 +74,7 @@ namespace {
 
 /// A hit, with all that its values depend on.
 struct SurfacePoint {
-    const Scene& scene;
+    const PosedScene& posed;
     const WorldElement& element;
     const Material& material;
     std::array<double, 3> weight;
@@ -82,27 +82,32 @@ struct SurfacePoint {
     glm::dvec3 facet;      // of the triangle, toward the ray; not of unit length
     double side = 1;       // −1 on the back
 
-    const Primitive& primitive() const { return *element.primitive; }
     template <class Value>
     auto mean(const std::vector<Value>& values) const {
         return weighted(values, element.corners.vertex, weight);
     }
+    Geometry geometry() const {
+        return {element.instance->mesh, element.origin.primitive, element.instance->deformed};
+    }
+    const std::vector<glm::vec2>& texcoords(int set) const {
+        return posed.texcoords(geometry(), set == 0 ? 0 : 1);
+    }
     glm::dvec2 texcoord(int set) const {
-        const auto& texcoords = primitive().texcoords[set == 0 ? 0 : 1];
-        return texcoords.empty() ? glm::dvec2(0) : mean(texcoords);
+        const auto& values = texcoords(set);
+        return values.empty() ? glm::dvec2(0) : mean(values);
     }
     /// All ones where there is no texture.
     glm::dvec4 textured(const TextureRef& texture, bool srgb) const {
         if (!texture) return glm::dvec4(1);
-        return texelAt(scene.images[static_cast<std::size_t>(texture.image)], texture,
+        return texelAt(posed.scene().images[static_cast<std::size_t>(texture.image)], texture,
                        texcoord(texture.texcoord), srgb);
     }
 };
 
 /// Without any map (shaders/normal.glsl).
-glm::dvec3 interpolatedNormal(const PosedScene& posed, const SurfacePoint& point) {
+glm::dvec3 interpolatedNormal(const SurfacePoint& point) {
     const WorldElement& element = point.element;
-    const auto& normals = posed.normals(*element.instance, element.origin.primitive);
+    const auto& normals = point.posed.normals(point.geometry());
     if (!normals.empty()) {
         const glm::dvec3 normal =
             normalMatrix(glm::dmat3(element.instance->world)) * point.mean(normals);
@@ -115,18 +120,11 @@ glm::dvec3 interpolatedNormal(const PosedScene& posed, const SurfacePoint& point
 
 /// Where U and (up the image) V grow about `normal`, as shaders/normal.glsl has it, but from the
 /// edges of the triangle in the place of derivatives on the picture.
-std::pair<glm::dvec3, glm::dvec3> tangentFrame(const PosedScene& posed, const SurfacePoint& point,
-                                               const TextureRef& texture,
+std::pair<glm::dvec3, glm::dvec3> tangentFrame(const SurfacePoint& point, const TextureRef& texture,
                                                const glm::dvec3& normal) {
     const WorldElement& element = point.element;
-    const Primitive& primitive = point.primitive();
-    const int deformed = element.instance->deformed;
-    const auto& tangents =
-        deformed < 0
-            ? primitive.tangents
-            : posed.deformed()[static_cast<std::size_t>(deformed)][element.origin.primitive]
-                  .tangents;
-    if (!tangents.empty() && !primitive.normals.empty()) {
+    const auto& tangents = point.posed.tangents(point.geometry());
+    if (!tangents.empty() && !element.primitive->normals.empty()) {
         const glm::dvec4 mean = point.mean(tangents);
         glm::dvec3 tangent = glm::dmat3(element.instance->world) * glm::dvec3(mean);
         const double size = glm::length(tangent);
@@ -134,7 +132,7 @@ std::pair<glm::dvec3, glm::dvec3> tangentFrame(const PosedScene& posed, const Su
         const double handedness = element.instance->mirrored ? -mean.w : mean.w;
         return {tangent, point.side * handedness * glm::cross(normal, tangent)};
     }
-    const auto& texcoords = primitive.texcoords[texture.texcoord == 0 ? 0 : 1];
+    const auto& texcoords = point.texcoords(texture.texcoord);
     if (texcoords.empty()) return {glm::dvec3(0), glm::dvec3(0)};
     const auto& vertex = element.corners.vertex;
     const glm::dvec3 p1 = element.corner[1] - element.corner[0];
@@ -157,14 +155,14 @@ std::pair<glm::dvec3, glm::dvec3> tangentFrame(const PosedScene& posed, const Su
 
 // One function a channel that shaders yield: its components.
 
-void shadingNormal(const PosedScene& posed, const SurfacePoint& point, float* out) {
-    glm::dvec3 normal = interpolatedNormal(posed, point);
+void shadingNormal(const SurfacePoint& point, float* out) {
+    glm::dvec3 normal = interpolatedNormal(point);
     const Material& material = point.material;
     if (const TextureRef& texture = material.normal_texture) {
         glm::dvec3 mapped = glm::dvec3(point.textured(texture, false)) * 2.0 - 1.0;
         mapped.x *= double{material.normal_scale};
         mapped.y *= double{material.normal_scale};
-        const auto [tangent, bitangent] = tangentFrame(posed, point, texture, normal);
+        const auto [tangent, bitangent] = tangentFrame(point, texture, normal);
         const glm::dvec3 bent = tangent * mapped.x + bitangent * mapped.y + normal * mapped.z;
         if (const double size = glm::length(bent); size > 0) normal = bent / size;
     }
@@ -172,22 +170,23 @@ void shadingNormal(const PosedScene& posed, const SurfacePoint& point, float* ou
         out[i] = static_cast<float>(normal[i]);
 }
 
-void texcoords(const PosedScene&, const SurfacePoint& point, float* out) {
+void texcoords(const SurfacePoint& point, float* out) {
     const glm::dvec2 uv = point.texcoord(0);
     out[0] = static_cast<float>(uv.x);
     out[1] = static_cast<float>(uv.y);
 }
 
-void baseColor(const PosedScene&, const SurfacePoint& point, float* out) {
+void baseColor(const SurfacePoint& point, float* out) {
     const Material& material = point.material;
     glm::dvec4 color =
         glm::dvec4(material.base_color) * point.textured(material.base_color_texture, true);
-    if (!point.primitive().colors.empty()) color *= point.mean(point.primitive().colors);
+    const auto& colors = point.posed.colors(point.geometry());
+    if (!colors.empty()) color *= point.mean(colors);
     for (int i = 0; i < 3; ++i)
         out[i] = static_cast<float>(color[i]);
 }
 
-void emissive(const PosedScene&, const SurfacePoint& point, float* out) {
+void emissive(const SurfacePoint& point, float* out) {
     const Material& material = point.material;
     const glm::dvec3 color =
         glm::dvec3(material.emissive) * glm::dvec3(point.textured(material.emissive_texture, true));
@@ -195,7 +194,7 @@ void emissive(const PosedScene&, const SurfacePoint& point, float* out) {
         out[i] = static_cast<float>(color[i]);
 }
 
-void roughnessMetallic(const PosedScene&, const SurfacePoint& point, float* out) {
+void roughnessMetallic(const SurfacePoint& point, float* out) {
     const Material& material = point.material;
     double roughness = 0, metallic = 0;
     if (const auto& gloss = material.specular_glossiness) {
@@ -209,7 +208,7 @@ void roughnessMetallic(const PosedScene&, const SurfacePoint& point, float* out)
     out[1] = static_cast<float>(std::clamp(metallic, 0.0, 1.0));
 }
 
-using EvaluateSurface = void (*)(const PosedScene&, const SurfacePoint&, float*);
+using EvaluateSurface = void (*)(const SurfacePoint&, float*);
 
 /// None: the channel follows from Z and primitive, or is not there.
 constexpr std::pair<Channel, EvaluateSurface> kSurfaceChannels[] = {
@@ -252,7 +251,6 @@ std::vector<float> surfaceValues(const PosedScene& posed, const View& view,
     }
     std::vector<float> values(floats * keys.size());
     const auto width = static_cast<std::size_t>(band.window.width());
-    const Scene& scene = posed.scene();
     parallelFor(static_cast<std::size_t>(band.window.height()), [&](std::size_t row) {
         for (std::size_t x = 0; x < width; ++x) {
             const std::size_t pixel = row * width + x;
@@ -267,15 +265,15 @@ std::vector<float> surfaceValues(const PosedScene& posed, const View& view,
                 placeCorners(posed, element);
                 const bool back = glm::dot(element.normal(), direction) > 0;
                 const SurfacePoint point{
-                    scene,
+                    posed,
                     element,
-                    scene.materials[static_cast<std::size_t>(element.primitive->material)],
+                    posed.scene().materials[static_cast<std::size_t>(element.primitive->material)],
                     element.weightsAt(origin, direction),
                     direction,
                     back ? -element.normal() : element.normal(),
                     back ? -1.0 : 1.0};
                 for (const Column& column : columns)
-                    column.evaluate(posed, point, values.data() + f * floats + column.first);
+                    column.evaluate(point, values.data() + f * floats + column.first);
             }
         }
     });

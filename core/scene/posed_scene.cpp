@@ -33,14 +33,15 @@ void forBlocks(std::size_t vertices, const Body& body) {
     });
 }
 
-/// Adds w times a target's displacements to the first three components.
-template <class Vector>
-void displace(std::vector<Vector>& values, const std::vector<glm::vec3>& displacements, double w) {
+/// Adds w times a target's displacements to as many components as those have.
+template <class Vector, class Displacement>
+void displace(std::vector<Vector>& values, const std::vector<Displacement>& displacements,
+              double w) {
     if (displacements.empty()) return;
     const auto weight = static_cast<float>(w);
     forBlocks(std::min(values.size(), displacements.size()), [&](std::size_t i, std::size_t end) {
         for (; i < end; ++i)
-            for (int c = 0; c < 3; ++c)
+            for (int c = 0; c < Displacement::length(); ++c)
                 values[i][c] += weight * displacements[i][c];
     });
 }
@@ -81,20 +82,43 @@ void applySkin(const Primitive& primitive, const JointMatrices& skin, DeformedVe
     });
 }
 
-/// Morph targets (glTF 2.0 §3.7.2.2; missing weights are 0) and, if `skin` is given, joints
-/// (§3.7.3.3: linear blend skinning with all joint sets, weights scaled to add up to 1, where they
-/// are all 0 the first joint). Normals turn with the inverse transpose. Vertices are done in
-/// parallel; the result does not depend on how.
+/// The values if a target displaces them, else nothing.
+template <class Vector, class ArrayOf>
+std::vector<Vector> ifDisplaced(const std::vector<Vector>& values,
+                                const std::vector<MorphTarget>& targets, const ArrayOf& array_of) {
+    const bool displaced = std::ranges::any_of(
+        targets, [&](const MorphTarget& target) { return !array_of(target).empty(); });
+    return displaced ? values : std::vector<Vector>{};
+}
+
+/// Morph targets (glTF 2.0 §3.7.2.2; missing weights are 0, colours are clamped) and, if `skin` is
+/// given, joints (§3.7.3.3: linear blend skinning with all joint sets, weights scaled to add up to
+/// 1, where they are all 0 the first joint). Normals turn with the inverse transpose. Vertices are
+/// done in parallel; the result does not depend on how.
 DeformedVertices deformedVertices(const Primitive& primitive, std::span<const double> weights,
                                   const JointMatrices* skin) {
     DeformedVertices result{primitive.positions, primitive.normals, primitive.tangents};
+    for (std::size_t set = 0; set < result.texcoords.size(); ++set)
+        result.texcoords[set] = ifDisplaced(
+            primitive.texcoords[set],
+            primitive.targets, [&](const MorphTarget& target) -> const auto& {
+                return target.texcoords[set];
+            });
+    result.colors = ifDisplaced(
+        primitive.colors, primitive.targets,
+        [](const MorphTarget& target) -> const auto& { return target.colors; });
     for (std::size_t i = 0; i < std::min(primitive.targets.size(), weights.size()); ++i) {
         if (weights[i] == 0) continue;
         const MorphTarget& target = primitive.targets[i];
         displace(result.positions, target.positions, weights[i]);
         displace(result.normals, target.normals, weights[i]);
         displace(result.tangents, target.tangents, weights[i]);
+        for (std::size_t set = 0; set < result.texcoords.size(); ++set)
+            displace(result.texcoords[set], target.texcoords[set], weights[i]);
+        displace(result.colors, target.colors, weights[i]);
     }
+    for (glm::vec4& color : result.colors)
+        color = glm::clamp(color, 0.0F, 1.0F);
     if (skin) applySkin(primitive, *skin, result);
     return result;
 }
@@ -276,18 +300,52 @@ const DrawList& PosedScene::drawList() const {
     return *shown_->draw_list;
 }
 
+template <class ArrayOf>
+const auto& PosedScene::arrayOf(const Geometry& geometry, const ArrayOf& array_of) const {
+    if (geometry.deformed >= 0) {
+        const auto& moved =
+            array_of(deformed()[static_cast<std::size_t>(geometry.deformed)][geometry.primitive]);
+        if (!moved.empty()) return moved;
+    }
+    const Mesh& mesh = scene().meshes[static_cast<std::size_t>(geometry.mesh)];
+    return array_of(mesh.primitives[geometry.primitive]);
+}
+
+const std::vector<glm::vec3>& PosedScene::positions(const Geometry& geometry) const {
+    return arrayOf(
+        geometry, [](const auto& v) -> const auto& { return v.positions; });
+}
+
+const std::vector<glm::vec3>& PosedScene::normals(const Geometry& geometry) const {
+    return arrayOf(
+        geometry, [](const auto& v) -> const auto& { return v.normals; });
+}
+
+const std::vector<glm::vec4>& PosedScene::tangents(const Geometry& geometry) const {
+    return arrayOf(
+        geometry, [](const auto& v) -> const auto& { return v.tangents; });
+}
+
+const std::vector<glm::vec2>& PosedScene::texcoords(const Geometry& geometry, int set) const {
+    return arrayOf(
+        geometry, [set](const auto& v) -> const auto& {
+            return v.texcoords[static_cast<std::size_t>(set)];
+        });
+}
+
+const std::vector<glm::vec4>& PosedScene::colors(const Geometry& geometry) const {
+    return arrayOf(
+        geometry, [](const auto& v) -> const auto& { return v.colors; });
+}
+
 const std::vector<glm::vec3>& PosedScene::positions(const MeshInstance& instance,
                                                     std::size_t primitive) const {
-    if (instance.deformed >= 0)
-        return deformed()[static_cast<std::size_t>(instance.deformed)][primitive].positions;
-    return primitives(instance)[primitive].positions;
+    return positions({instance.mesh, primitive, instance.deformed});
 }
 
 const std::vector<glm::vec3>& PosedScene::normals(const MeshInstance& instance,
                                                   std::size_t primitive) const {
-    if (instance.deformed >= 0)
-        return deformed()[static_cast<std::size_t>(instance.deformed)][primitive].normals;
-    return primitives(instance)[primitive].normals;
+    return normals({instance.mesh, primitive, instance.deformed});
 }
 
 std::vector<std::uint32_t> PosedScene::instanceOrdinals() const {

@@ -3,6 +3,7 @@
 // their places, and what is drawn.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <map>
@@ -56,10 +57,13 @@ struct PlacedNode {
 void placeNodes(const Scene& scene, int index, std::span<const PlacedNode> nodes, Pose& pose);
 
 /// The vertices of a primitive after its morph targets and joints, in place of its own arrays: as
-/// many elements, and empty where those are.
+/// many elements, and empty where those are. Texture coordinates and colours that no target
+/// displaces are empty, too: the primitive's own count. The same ones at all times.
 struct DeformedVertices {
     std::vector<glm::vec3> positions, normals;
     std::vector<glm::vec4> tangents;
+    std::array<std::vector<glm::vec2>, 2> texcoords{};
+    std::vector<glm::vec4> colors{};
 };
 
 /// `v` scaled to unit length; 0 if it has no length.
@@ -131,12 +135,17 @@ class PosedScene {
     const Primitive& primitive(const KeyOrigin& origin) const {
         return primitives(meshes()[origin.instance])[origin.primitive];
     }
-    /// The positions and normals of a primitive of an instance, in the space that its `world`
-    /// starts from.
+    /// The arrays of a primitive of an instance as they are shown, positions, normals and tangents
+    /// in the space that its `world` starts from; empty where its file has none.
     const std::vector<glm::vec3>& positions(const MeshInstance& instance,
                                             std::size_t primitive) const;
     const std::vector<glm::vec3>& normals(const MeshInstance& instance,
                                           std::size_t primitive) const;
+    const std::vector<glm::vec3>& positions(const Geometry& geometry) const;
+    const std::vector<glm::vec3>& normals(const Geometry& geometry) const;
+    const std::vector<glm::vec4>& tangents(const Geometry& geometry) const;
+    const std::vector<glm::vec2>& texcoords(const Geometry& geometry, int set) const;
+    const std::vector<glm::vec4>& colors(const Geometry& geometry) const;
 
     /// Of every instance, which it is among those of its node.
     std::vector<std::uint32_t> instanceOrdinals() const;
@@ -165,6 +174,10 @@ class PosedScene {
         std::optional<DrawList> draw_list;
     };
     class Builder;
+
+    /// array_of() of the deformed vertices, or of the primitive where these have none.
+    template <class ArrayOf>
+    const auto& arrayOf(const Geometry& geometry, const ArrayOf& array_of) const;
 
     std::shared_ptr<Shown> shown_;
 };

@@ -58,6 +58,8 @@ struct JointSet {
 /// Displacements of every vertex at weight 1; each array may be empty.
 struct MorphTarget {
     std::vector<glm::vec3> positions, normals, tangents;
+    std::array<std::vector<glm::vec2>, 2> texcoords{};
+    std::vector<glm::vec4> colors{};
 };
 
 /// Where a primitive stands in its file, for those who add to it.
@@ -78,7 +80,7 @@ struct Primitive {
     std::vector<glm::vec3> normals;
     std::vector<glm::vec4> tangents;  ///< w = handedness ±1
     std::array<std::vector<glm::vec2>, 2> texcoords;
-    std::vector<glm::vec4> colors;
+    std::vector<glm::vec4> colors;  ///< linear, straight alpha, 0 to 1
     std::vector<std::uint32_t> indices;
     std::vector<JointSet> joint_sets;
     std::vector<MorphTarget> targets;  ///< as many in every primitive of a mesh

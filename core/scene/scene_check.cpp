@@ -44,6 +44,8 @@ void checkPrimitive(const Scene& scene, const Primitive& primitive, const std::s
     checkLength(primitive.normals.size(), vertices, "normals", where);
     checkLength(primitive.tangents.size(), vertices, "tangents", where);
     checkLength(primitive.colors.size(), vertices, "colors", where);
+    for (const glm::vec4& color : primitive.colors)
+        if (color != glm::clamp(color, 0.0F, 1.0F)) refuse("a colour is not from 0 to 1", where);
     for (const auto& texcoords : primitive.texcoords)
         checkLength(texcoords.size(), vertices, "texcoords", where);
     for (const JointSet& set : primitive.joint_sets) {
@@ -54,6 +56,9 @@ void checkPrimitive(const Scene& scene, const Primitive& primitive, const std::s
         checkLength(target.positions.size(), vertices, "a target's positions", where);
         checkLength(target.normals.size(), vertices, "a target's normals", where);
         checkLength(target.tangents.size(), vertices, "a target's tangents", where);
+        for (const auto& texcoords : target.texcoords)
+            checkLength(texcoords.size(), vertices, "a target's texcoords", where);
+        checkLength(target.colors.size(), vertices, "a target's colors", where);
     }
     const auto largest = std::ranges::max_element(primitive.indices);
     if (largest != primitive.indices.end())

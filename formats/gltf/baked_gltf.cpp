@@ -109,6 +109,21 @@ class VertexValues {
         };
         put("COLOR_0", color);
         put(attribute_, value);
+        stopColors(package_.gltf()["meshes"][mesh].at("primitives").at(values.source.primitive),
+                   values.source.vertices);
+    }
+
+    /// The colours are those of the pose that was baked: targets displace them no more.
+    void stopColors(ordered_json& primitive, std::size_t vertices) {
+        const auto targets = primitive.find("targets");
+        if (targets == primitive.end()) return;
+        for (ordered_json& target : *targets) {
+            if (!target.contains("COLOR_0")) continue;
+            ordered_json& accessors = package_.gltf()["accessors"];
+            target["COLOR_0"] = accessors.size();
+            accessors.push_back(
+                {{"componentType", kValueComponent}, {"count", vertices}, {"type", "VEC4"}});
+        }
     }
 
     /// Encoders do not always say how many vertices come out (Khronos' own 2CylinderEngine). All

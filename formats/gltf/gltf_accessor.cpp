@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 #include <type_traits>
+#include <utility>
 
 #include "formats/gltf/gltf_schema.h"
 
@@ -127,7 +128,7 @@ AccessorReader::Elements AccessorReader::elements(int accessor) const {
     result.count = info.count;
     result.component_type = info.componentType;
     result.components = static_cast<std::size_t>(components(accessor));
-    result.normalize = info.normalized;
+    if (info.count == 0) return result;
     if (info.bufferView < 0) {
         if (info.count > kMaxUnbackedCount)
             failGltf("an accessor without a buffer view must have at most " +
@@ -159,7 +160,8 @@ AccessorReader::Elements AccessorReader::elements(int accessor) const {
 }
 
 template <typename Out>
-void AccessorReader::applySparse(int accessor, ElementRange range, std::vector<Out>& values) const {
+void AccessorReader::applySparse(int accessor, ElementRange range, bool normalize,
+                                 std::vector<Out>& values) const {
     const tinygltf::Accessor& info = document_.model.accessors[static_cast<std::size_t>(accessor)];
     if (!info.sparse.isSparse) return;
     const std::string where = accessorPointer(accessor) + "/sparse";
@@ -170,7 +172,7 @@ void AccessorReader::applySparse(int accessor, ElementRange range, std::vector<O
         const std::size_t bytes = componentBytes(type) * components;
         if (offset + bytes * count > view.size())
             failGltf("the sparse data does not fit its buffer view", where + part);
-        return AccessorSource{view.data() + offset, bytes, type, components, info.normalized};
+        return AccessorSource{view.data() + offset, bytes, type, components, normalize};
     };
     std::vector<std::uint32_t> places(count);
     const int index_type = info.sparse.indices.componentType;
@@ -195,6 +197,34 @@ void AccessorReader::applySparse(int accessor, ElementRange range, std::vector<O
         });
 }
 
+/// Whether the integers of an accessor are normalised. Throws if its numbers are not allowed.
+bool AccessorReader::isNormalized(int accessor, const AccessorFormat& format,
+                                  const std::string& use) const {
+    constexpr int kFloat = 5126;
+    static constexpr std::pair<int, const char*> kNames[] = {
+        {5120, "BYTE"},           {5121, "UNSIGNED_BYTE"}, {5122, "SHORT"},
+        {5123, "UNSIGNED_SHORT"}, {5125, "UNSIGNED_INT"},  {kFloat, "FLOAT"}};
+    const tinygltf::Accessor& info = document_.model.accessors[static_cast<std::size_t>(accessor)];
+    const auto isAllowed = [&](bool normalized) {
+        return std::ranges::find(format.allowed, ComponentFormat{info.componentType, normalized}) !=
+               format.allowed.end();
+    };
+    const bool normalized = info.normalized && info.componentType != kFloat;
+    if (isAllowed(normalized)) return normalized;
+    const auto* const name =
+        std::ranges::find(kNames, info.componentType, &std::pair<int, const char*>::first);
+    const std::string said = "accessor " + std::to_string(accessor) + " has " +
+                             (info.normalized ? "normalized " : "") + name->second;
+    if (info.componentType == kFloat || !isAllowed(!normalized))
+        failGltf(said + " components, which this use does not allow", use);
+    document_.warn("The integers of " + use + " are read as " +
+                       (normalized ? "they stand; the accessor says that they are normalized"
+                                   : "normalized; the accessor does not say that they are") +
+                       " (" + format.issue + ").",
+                   use);
+    return !normalized;
+}
+
 std::vector<float> AccessorReader::floats(int accessor, const AccessorFormat& format,
                                           ElementRange range, const std::string& use) const {
     const tinygltf::Accessor& info = document_.model.accessors[static_cast<std::size_t>(accessor)];
@@ -205,20 +235,15 @@ std::vector<float> AccessorReader::floats(int accessor, const AccessorFormat& fo
         failGltf("accessor " + std::to_string(accessor) + " has " + std::to_string(width) +
                      " components, which this use does not allow",
                  use);
-    const ComponentFormat component{info.componentType,
-                                    info.normalized && info.componentType != 5126};
-    if (std::find(format.allowed.begin(), format.allowed.end(), component) == format.allowed.end())
-        failGltf("accessor " + std::to_string(accessor) + " has component type " +
-                     std::to_string(info.componentType) + (info.normalized ? " (normalized)" : "") +
-                     ", which this use does not allow",
-                 use);
+    const bool normalize = isNormalized(accessor, format, use);
     Elements source = elements(accessor);
+    source.normalize = normalize;
     std::vector<float> values(range.count * source.components);
     if (source.data) {
         source.data += range.first * source.stride;
         copyElements(source, range.count, values.data(), kSamePlace);
     }
-    applySparse(accessor, range, values);
+    applySparse(accessor, range, source.normalize, values);
     return values;
 }
 
@@ -234,7 +259,7 @@ std::vector<float> AccessorReader::matrices(int accessor, std::size_t count,
     const Elements source = elements(accessor);
     std::vector<float> values(count * source.components);
     if (source.data) copyElements(source, count, values.data(), kSamePlace);
-    applySparse(accessor, {0, count}, values);
+    applySparse(accessor, {0, count}, false, values);
     for (const float value : values)
         if (!std::isfinite(value)) failGltf("a matrix holds a number that is not finite", use);
     return values;
@@ -252,7 +277,7 @@ std::vector<std::uint32_t> AccessorReader::indices(int accessor, const std::stri
     const Elements source = elements(accessor);
     std::vector<std::uint32_t> values(source.count);
     if (source.data) copyElements(source, source.count, values.data(), kSamePlace);
-    applySparse(accessor, {0, source.count}, values);
+    applySparse(accessor, {0, source.count}, false, values);
     return values;
 }
 

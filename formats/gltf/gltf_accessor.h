@@ -23,6 +23,8 @@ struct ComponentFormat {
 struct AccessorFormat {
     std::initializer_list<int> components;  ///< e.g. {3, 4} for VEC3 or VEC4
     std::initializer_list<ComponentFormat> allowed;
+    /// The code of Khronos' validator for other components.
+    const char* issue = "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT";
 };
 
 /// Elements first … first + count − 1, all of which the accessor has.
@@ -32,15 +34,17 @@ struct ElementRange {
 
 class AccessorReader {
   public:
-    explicit AccessorReader(const GltfDocument& document) : document_(document) {}
+    explicit AccessorReader(GltfDocument& document) : document_(document) {}
 
     /// How many elements the accessor has, and how many numbers each of them has.
     std::size_t count(int accessor) const;
     int components(int accessor) const;
 
     /// The numbers of a range of elements, element after element, as floats; integers normalised
-    /// where the accessor says so (glTF 2.0 §3.6.2.2; KHR_mesh_quantization). `use` is the JSON
-    /// pointer of the reference: the `where` of the error if the format is not allowed there.
+    /// where the accessor says so (glTF 2.0 §3.6.2.2; KHR_mesh_quantization). An accessor that says
+    /// so of integers that must not be, or does not where they must, is read as they must, with a
+    /// warning. `use` is the JSON pointer of the reference: the `where` of the error if the format
+    /// is not allowed there.
     /// Damage in the accessor itself is reported at its own pointer, before anything is allocated.
     std::vector<float> floats(int accessor, const AccessorFormat& format, ElementRange range,
                               const std::string& use) const;
@@ -58,10 +62,12 @@ class AccessorReader {
   private:
     struct Elements;
     Elements elements(int accessor) const;
+    bool isNormalized(int accessor, const AccessorFormat& format, const std::string& use) const;
     template <typename Out>
-    void applySparse(int accessor, ElementRange range, std::vector<Out>& values) const;
+    void applySparse(int accessor, ElementRange range, bool normalize,
+                     std::vector<Out>& values) const;
 
-    const GltfDocument& document_;
+    GltfDocument& document_;
 };
 
 }  // namespace peeler

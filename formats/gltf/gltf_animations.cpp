@@ -19,12 +19,13 @@ namespace {
 
 using nlohmann::json;
 
-const AccessorFormat kTime = {{1}, {{5126}}};
-const AccessorFormat kAnimatedVector = {{3}, {{5126}}};
+constexpr const char* kOutputIssue = "ANIMATION_SAMPLER_OUTPUT_ACCESSOR_INVALID_FORMAT";
+const AccessorFormat kTime = {{1}, {{5126}}, "ANIMATION_SAMPLER_INPUT_ACCESSOR_INVALID_FORMAT"};
+const AccessorFormat kAnimatedVector = {{3}, {{5126}}, kOutputIssue};
 const AccessorFormat kAnimatedRotation = {
-    {4}, {{5126}, {5120, true}, {5121, true}, {5122, true}, {5123, true}}};
-const AccessorFormat kWeight = {{1},
-                                {{5126}, {5120, true}, {5121, true}, {5122, true}, {5123, true}}};
+    {4}, {{5126}, {5120, true}, {5121, true}, {5122, true}, {5123, true}}, kOutputIssue};
+const AccessorFormat kWeight = {
+    {1}, {{5126}, {5120, true}, {5121, true}, {5122, true}, {5123, true}}, kOutputIssue};
 
 /// A property as JSON names it, in the order of AnimatedProperty.
 constexpr struct {
@@ -121,6 +122,7 @@ class AnimationReader {
         result.interpolation = interpolationOf(sampler);
         const int input = sampler["input"].get<int>(), output = sampler["output"].get<int>();
         const std::size_t times = accessors_.count(input), elements = accessors_.count(output);
+        if (times == 0) failGltf("there are no keys", where + "/input");
         const std::uint64_t bytes =
             (times + elements * 4) * sizeof(float);  // a value has at most four
         budget_.take(bytes, where);

@@ -3,8 +3,11 @@
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "formats/file/json_text.h"
@@ -23,6 +26,16 @@ bool isVersion2(const json& version, bool only_2_0) {
     if (!version.is_string()) return false;
     const std::string& text = version.get_ref<const std::string&>();
     return only_2_0 ? text == "2.0" : text == "2" || text.rfind("2.", 0) == 0;
+}
+
+/// Turns a version that is written as a number, 2.0, into text.
+void readVersionNumber(json& asset, const char* name, ReadWarnings& warnings) {
+    const auto found = asset.find(name);
+    if (found == asset.end() || !found->is_number()) return;
+    const double number = found->get<double>();
+    *found = number == 2 ? "2.0" : dumpJson(*found);
+    warnings.warn("The glTF version is a number in place of a text (TYPE_MISMATCH).",
+                  childPointer("/asset", name));
 }
 
 /// Fails with the first node of the ring that this node is in.
@@ -83,29 +96,126 @@ void checkDepths(const std::vector<int>& parents) {
     }
 }
 
-void checkRoots(const json& scenes, const std::vector<int>& parents) {
-    for (std::size_t i = 0; i < scenes.size(); ++i) {
-        const json& roots = listOf(scenes[i], "nodes");
-        std::vector<char> listed(parents.size(), 0);
-        for (std::size_t j = 0; j < roots.size(); ++j) {
-            const auto root = roots[j].get<std::size_t>();
-            const std::string where = childPointer(childPointer("/scenes", i) + "/nodes", j);
-            if (parents[root] >= 0)
-                failGltf("node " + std::to_string(root) + " is a child of node " +
-                             std::to_string(parents[root]) + ", a scene lists root nodes only",
-                         where);
-            if (listed[root]) failGltf("node " + std::to_string(root) + " is listed twice", where);
-            listed[root] = 1;
+/// What is known of a node: whether it, or one above it, is marked.
+enum class Mark : std::uint8_t { kUnknown, kMarked, kBelow, kFree };
+
+/// Whether a node is marked or below one that is; keeps the answer for all nodes on the way.
+bool isMarked(const std::vector<int>& parents, std::vector<Mark>& marks, std::size_t first) {
+    const auto markOf = [&](int node) -> Mark& { return marks[static_cast<std::size_t>(node)]; };
+    int node = static_cast<int>(first);
+    while (node >= 0 && markOf(node) == Mark::kUnknown)
+        node = parents[static_cast<std::size_t>(node)];
+    const Mark answer = node < 0 || markOf(node) == Mark::kFree ? Mark::kFree : Mark::kBelow;
+    for (int at = static_cast<int>(first); at != node; at = parents[static_cast<std::size_t>(at)])
+        markOf(at) = answer;
+    return answer == Mark::kBelow;
+}
+
+/// Checks the roots of the scene `where`, and marks them in `shown`. A node below another one is
+/// shown as a root, by its own transform alone, unless the scene shows it already.
+void readRoots(json& roots, const std::string& where, const std::vector<int>& parents,
+               std::vector<Mark>& shown, ReadWarnings& warnings) {
+    std::vector<Mark> listed(parents.size(), Mark::kUnknown);
+    for (const json& root : roots)
+        listed[root.get<std::size_t>()] = shown[root.get<std::size_t>()] = Mark::kMarked;
+    json once = json::array();
+    std::vector<char> taken(parents.size(), 0);
+    for (std::size_t i = 0; i < roots.size(); ++i) {
+        const auto root = roots[i].get<std::size_t>();
+        const std::string place = childPointer(where + "/nodes", i);
+        if (taken[root]) {
+            warnings.warn("The scene " + where +
+                              " lists a node twice (DUPLICATE_ELEMENTS); it is shown once.",
+                          place);
+            continue;
         }
+        const int parent = parents[root];
+        if (parent >= 0 && isMarked(parents, listed, static_cast<std::size_t>(parent)))
+            failGltf("node " + std::to_string(root) + " is below a node that the scene lists, too",
+                     place);
+        if (parent >= 0)
+            warnings.warn("The scene " + where + " lists a node that is a child of another one " +
+                              "(SCENE_NON_ROOT_NODE); it is shown as a root.",
+                          place);
+        taken[root] = 1;
+        once.push_back(root);
+    }
+    roots = std::move(once);
+}
+
+/// Takes nodes that scenes list as roots from parents that no scene shows.
+void cutRoots(json& nodes, const std::vector<int>& parents, const std::vector<Mark>& listed) {
+    std::vector<Mark> shown = listed;
+    for (std::size_t i = 0; i < parents.size(); ++i) {
+        const auto children = nodes[i].find("children");
+        if (children == nodes[i].end() || isMarked(parents, shown, i)) continue;
+        std::erase_if(children->get_ref<json::array_t&>(), [&](const json& child) {
+            return listed[child.get<std::size_t>()] == Mark::kMarked;
+        });
+    }
+}
+
+/// Adds the names in objects called "extensions", at any depth; extras are not glTF's.
+void addExtensions(const json& value, std::set<std::string>& names) {
+    if (!value.is_structured()) return;
+    for (const auto& [key, member] : value.items()) {
+        if (value.is_object() && key == "extras") continue;
+        if (value.is_object() && key == "extensions" && member.is_object())
+            for (const auto& [name, extension] : member.items())
+                names.insert(name);
+        addExtensions(member, names);
     }
 }
 
 }  // namespace
 
-void checkGltfForest(const json& gltf) {
+void checkGltfForest(json& gltf, ReadWarnings& warnings) {
     const std::vector<int> parents = parentsOf(listOf(gltf, "nodes"));
     checkDepths(parents);
-    checkRoots(listOf(gltf, "scenes"), parents);
+    const auto scenes = gltf.find("scenes");
+    if (scenes == gltf.end()) return;
+    std::vector<Mark> listed(parents.size(), Mark::kUnknown);  // by any scene
+    for (std::size_t i = 0; i < scenes->size(); ++i) {
+        const auto roots = (*scenes)[i].find("nodes");
+        if (roots == (*scenes)[i].end()) continue;
+        readRoots(*roots, childPointer("/scenes", i), parents, listed, warnings);
+    }
+    if (!parents.empty()) cutRoots(gltf["nodes"], parents, listed);
+}
+
+std::vector<std::string> undeclaredExtensions(const json& gltf) {
+    std::set<std::string> names;
+    addExtensions(gltf, names);
+    for (const json& name : listOf(gltf, "extensionsUsed"))
+        names.erase(name.get<std::string>());
+    return {names.begin(), names.end()};
+}
+
+void warnOfTwoPlaces(const json& gltf, ReadWarnings& warnings) {
+    const json& nodes = listOf(gltf, "nodes");
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        if (!nodes[i].contains("matrix")) continue;
+        for (const char* other : {"translation", "rotation", "scale"})
+            if (nodes[i].contains(other))
+                warnings.warn("The node " + childPointer("/nodes", i) + " has a matrix and a " +
+                                  other + " (NODE_MATRIX_TRS); the matrix counts.",
+                              childPointer("/nodes", i));
+    }
+}
+
+void warnOfEmptyParts(const json& gltf, ReadWarnings& warnings) {
+    constexpr struct {
+        const char *list, *size;
+    } kSizes[] = {{"buffers", "byteLength"}, {"bufferViews", "byteLength"}, {"accessors", "count"}};
+    for (const auto& [list, size] : kSizes) {
+        const json& parts = listOf(gltf, list);
+        for (std::size_t i = 0; i < parts.size(); ++i)
+            if (parts[i][size] == 0)
+                warnings.warn("The " + std::string(size) + " of " +
+                                  childPointer('/' + std::string(list), i) +
+                                  " is 0 (VALUE_NOT_IN_RANGE).",
+                              childPointer('/' + std::string(list), i));
+    }
 }
 
 void checkGltfCameras(const tinygltf::Model& model) {
@@ -130,11 +240,13 @@ void checkGltfCameras(const tinygltf::Model& model) {
     }
 }
 
-void checkGltfVersion(const json& gltf, const std::string& path) {
+void checkGltfVersion(json& gltf, const std::string& path, ReadWarnings& warnings) {
     if (!gltf.is_object() || !gltf.contains("asset") || !gltf["asset"].is_object())
         failGltf("this JSON is not glTF: it has no \"asset\" object", path,
                  "a scene is a .gltf or .glb file");
-    const json& asset = gltf["asset"];
+    json& asset = gltf["asset"];
+    readVersionNumber(asset, "version", warnings);
+    readVersionNumber(asset, "minVersion", warnings);
     if (!asset.contains("version")) failGltf("the glTF version is missing", "/asset");
     if (!isVersion2(asset["version"], false))
         failGltf("the file is glTF " + shownJson(asset["version"]) + ", only 2.x is read",

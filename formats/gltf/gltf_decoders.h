@@ -108,7 +108,8 @@ struct DecodedTexture {
     Image image;
     bool in_gltf = true;         ///< the format is one that glTF 2.0 or its extensions have
     std::optional<bool> srgb{};  ///< what the file says of its colours; false: they are linear
-    std::vector<std::string> notes{};  ///< what is wrong with the file, and does not matter
+    /// What is wrong with the file or not shown of it, each a clause, as StoredImage has them.
+    std::vector<std::string> notes{};
 };
 
 /// The picture as 8-bit RGBA with straight alpha, numbers as stored (no colour conversion, no

@@ -251,6 +251,11 @@ void listImages(GltfDocument& document, const json& images) {
             source.name = name->get<std::string>();
         source.uri = image.value("uri", "");
         source.buffer_view = image.value("bufferView", -1);
+        if (!source.uri.empty() && source.buffer_view >= 0)
+            document.warn("The image " + childPointer("/images", document.images.size() - 1) +
+                              " has a URI and a buffer view (ONE_OF_MISMATCH); the buffer view " +
+                              "is shown.",
+                          childPointer("/images", document.images.size() - 1));
     }
 }
 
@@ -312,6 +317,8 @@ std::span<const std::uint8_t> GltfDocument::readUri(const std::string& uri,
                                                     const std::string& where) {
     if (isDataUri(uri)) {
         memory.allow(uri.size() * 3 / 4, where);
+        if (uri.find_first_of(kBase64Space) != std::string::npos)
+            warn("The data URI " + where + " has white space in it (INVALID_URI).", where);
         return storage.emplace_back(decodeDataUri(uri, where));
     }
     const auto [entry, is_new] = read_.try_emplace(uri);
@@ -349,13 +356,16 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     checkJsonDepth(container.json, name);
     document.memory.allow(parsedBytes(container.json), name);
     json gltf = parseGltfJson(container.json, name);
-    checkGltfVersion(gltf, name);
+    checkGltfVersion(gltf, name, document.warnings);
     checkRequiredExtensions(gltf, options.ignored_extensions);
     // To check millions of nodes that there is no room for would take seconds.
     if (const auto nodes = gltf.find("nodes"); nodes != gltf.end() && nodes->is_array())
         document.memory.allow(nodes->size() * (sizeof(tinygltf::Node) + sizeof(Node)), name);
     checkGltfSchema(gltf);
-    checkGltfForest(gltf);
+    checkGltfForest(gltf, document.warnings);
+    warnOfTwoPlaces(gltf, document.warnings);
+    warnOfEmptyParts(gltf, document.warnings);
+    document.undeclared_extensions = undeclaredExtensions(gltf);
     const json buffers = take(gltf, "buffers"), images = take(gltf, "images");
     document.animations = take(gltf, "animations");
     document.skins = take(gltf, "skins");

@@ -56,7 +56,8 @@ struct GltfDocument {
     std::vector<Light> lights;
     std::vector<int> node_lights;  ///< of each node: an index into `lights`, −1 = none
 
-    std::vector<std::string> variants;  ///< names
+    std::vector<std::string> variants;               ///< names
+    std::vector<std::string> undeclared_extensions;  ///< that the file has and does not declare
 
     ReadWarnings warnings;
     std::uint64_t content_hash = 0;  ///< of everything read so far

@@ -67,9 +67,12 @@ fs::path resolved(const fs::path& path, std::error_code& error) {
 }
 
 std::vector<std::uint8_t> decodeBase64(std::string_view text, const std::string& where) {
+    static constexpr std::int8_t kNone = -1, kSpace = -2;
     static const auto values = [] {
         std::array<std::int8_t, 256> table{};
-        table.fill(-1);
+        table.fill(kNone);
+        for (const char c : std::string_view(kBase64Space))
+            table[static_cast<unsigned char>(c)] = kSpace;
         const std::string_view alphabet =
             "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
         for (std::size_t i = 0; i < alphabet.size(); ++i)
@@ -78,15 +81,15 @@ std::vector<std::uint8_t> decodeBase64(std::string_view text, const std::string&
         table['_'] = 63;
         return table;
     }();
-    while (!text.empty() && text.back() == '=')
-        text.remove_suffix(1);
+    text = text.substr(0, text.find_last_not_of(std::string("=") + kBase64Space) + 1);
     std::vector<std::uint8_t> result;
     result.reserve(text.size() / 4 * 3 + 3);
     std::uint32_t bits = 0;
     int count = 0;
     for (const char c : text) {
-        const int value = int{values[static_cast<unsigned char>(c)]};  // -1: not of the alphabet
-        if (value < 0)
+        const int value = int{values[static_cast<unsigned char>(c)]};
+        if (value == kSpace) continue;
+        if (value == kNone)
             throw Error(ErrorKind::kInput, "the data URI is not valid base64", where,
                         "export the file again");
         bits = bits << 6U | static_cast<std::uint32_t>(value);

@@ -17,6 +17,9 @@ namespace peeler {
 /// Whether this is a `data:` URI.
 bool isDataUri(std::string_view uri);
 
+/// White space that is passed over in base64, as browsers do: MIME breaks its lines.
+inline constexpr const char* kBase64Space = " \t\r\n";
+
 /// The bytes of a `data:` URI (RFC 2397), base64 or percent-encoded, of any media type. Throws
 /// Error(kInput) with `where` if it is malformed.
 std::vector<std::uint8_t> decodeDataUri(std::string_view uri, const std::string& where);

@@ -28,10 +28,11 @@ class Members {
             target = within(value->GetNumberAsDouble(), name, least, most);
     }
 
-    void color(const char* name, glm::vec3& target, float most = 1) const {
+    template <glm::length_t n>
+    void color(const char* name, glm::vec<n, float>& target, float most = 1) const {
         const auto* value = findMember(object_, name);
         if (!value) return;
-        for (int c = 0; c < 3; ++c)
+        for (int c = 0; c < n; ++c)
             target[c] = within(value->Get(c).GetNumberAsDouble(), name, 0, most);
     }
 
@@ -48,8 +49,6 @@ class Members {
             *scale = static_cast<float>(factor->GetNumberAsDouble());
         target = read_texture_(info, where_ + '/' + name);
     }
-
-    const tinygltf::Value& object() const { return object_; }
 
   private:
     float within(double value, const char* name, float least, float most) const {
@@ -73,7 +72,7 @@ void readEmissiveStrength(const Members& from, Material& m) {
 
 void readIor(const Members& from, Material& m) {
     from.number("ior", m.ior, 0, kNoLimit);
-    if (m.ior != 0) m.ior = std::max(m.ior, 1.0F);
+    if (m.ior != 0) from.number("ior", m.ior, 1, kNoLimit);
 }
 
 void readSpecular(const Members& from, Material& m) {
@@ -129,10 +128,7 @@ void readSpecularGlossiness(const Members& from, Material& m) {
     SpecularGlossiness& sg = m.specular_glossiness.emplace();
     m.base_color = glm::vec4(1);
     m.base_color_texture = {};
-    if (const auto* diffuse = findMember(from.object(), "diffuseFactor"))
-        for (int c = 0; c < 4; ++c)
-            m.base_color[c] =
-                static_cast<float>(std::clamp(diffuse->Get(c).GetNumberAsDouble(), 0.0, 1.0));
+    from.color("diffuseFactor", m.base_color);
     from.texture("diffuseTexture", m.base_color_texture);
     from.color("specularFactor", sg.specular);
     from.number("glossinessFactor", sg.glossiness);

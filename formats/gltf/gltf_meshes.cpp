@@ -3,6 +3,7 @@
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -31,21 +32,29 @@ const AccessorFormat kPosition = {{3},
                                    {kUnsignedShort, true}}};
 const AccessorFormat kNormal = {{3}, {{kFloat}, {kByte, true}, {kShort, true}}};
 const AccessorFormat kTangent = {{4}, {{kFloat}, {kByte, true}, {kShort, true}}};
-const AccessorFormat kTexcoord = {{2},
-                                  {{kFloat},
-                                   {kUnsignedByte, true},
-                                   {kUnsignedShort, true},
-                                   {kByte},
-                                   {kByte, true},
-                                   {kUnsignedByte},
-                                   {kShort},
-                                   {kShort, true},
-                                   {kUnsignedShort}}};
+const AccessorFormat kTexcoord = {
+    {2}, {{kFloat}, {kByte, true}, {kUnsignedByte, true}, {kShort, true}, {kUnsignedShort, true}}};
+/// Where the file names KHR_mesh_quantization: other integers are coordinates as they stand.
+const AccessorFormat kQuantizedTexcoord = {{2},
+                                           {{kFloat},
+                                            {kByte},
+                                            {kByte, true},
+                                            {kUnsignedByte},
+                                            {kUnsignedByte, true},
+                                            {kShort},
+                                            {kShort, true},
+                                            {kUnsignedShort},
+                                            {kUnsignedShort, true}}};
 const AccessorFormat kColor = {{3, 4}, {{kFloat}, {kUnsignedByte, true}, {kUnsignedShort, true}}};
 const AccessorFormat kJoints = {{4}, {{kUnsignedByte}, {kUnsignedShort}}};
 const AccessorFormat kWeights = {{4}, {{kFloat}, {kUnsignedByte, true}, {kUnsignedShort, true}}};
 const AccessorFormat kDisplacement = {{3},
                                       {{kFloat}, {kByte}, {kByte, true}, {kShort}, {kShort, true}}};
+const AccessorFormat kColorDisplacement = {
+    {3, 4},
+    {{kFloat}, {kByte, true}, {kUnsignedByte, true}, {kShort, true}, {kUnsignedShort, true}}};
+
+constexpr const char* kQuantization = "KHR_mesh_quantization";
 
 /// Calls body(array) for every array that has an element a vertex, or none.
 template <class SomePrimitive, class Body>
@@ -64,6 +73,9 @@ void forEachVertexArray(SomePrimitive& primitive, const Body& body) {
         body(target.positions);
         body(target.normals);
         body(target.tangents);
+        for (auto& texcoords : target.texcoords)
+            body(texcoords);
+        body(target.colors);
     }
 }
 
@@ -94,6 +106,8 @@ class PrimitiveReader {
         vertex_count_ = accessors_.count(position->second);
         used_ = {0, vertex_count_};
         out.topology = static_cast<Topology>(source_.mode);
+        if (vertex_count_ == 0 || (source_.indices >= 0 && accessors_.count(source_.indices) == 0))
+            return leaveOut();
         if (source_.indices >= 0) {
             out.indices = indices();
             keepUsedVertices(out.indices);
@@ -103,10 +117,13 @@ class PrimitiveReader {
         out.positions = attribute<glm::vec3>("POSITION", kPosition);
         out.normals = attribute<glm::vec3>("NORMAL", kNormal);
         out.tangents = attribute<glm::vec4>("TANGENT", kTangent);
-        out.texcoords[0] = attribute<glm::vec2>("TEXCOORD_0", kTexcoord);
-        out.texcoords[1] = attribute<glm::vec2>("TEXCOORD_1", kTexcoord);
-        out.colors = colors();
+        for (std::size_t set = 0; set < out.texcoords.size(); ++set)
+            out.texcoords[set] =
+                attribute<glm::vec2>("TEXCOORD_" + std::to_string(set), texcoordFormat());
+        out.colors = colors(source_.attributes, where_ + "/attributes", kColor, glm::vec4(1));
         readJoints(out);
+        mend(out);
+        checkNames(source_.attributes, where_ + "/attributes", out.joint_sets.size());
         for (std::size_t i = 0; i < source_.targets.size(); ++i)
             out.targets.push_back(target(source_.targets[i], childPointer(where_ + "/targets", i)));
         return dropIncomplete(out);
@@ -167,15 +184,61 @@ class PrimitiveReader {
         return vectors<Vector>(source_.attributes, where_ + "/attributes", name, format);
     }
 
-    std::vector<glm::vec4> colors() {
+    const AccessorFormat& texcoordFormat() const {
+        const std::vector<std::string>& used = document_.model.extensionsUsed;
+        return std::ranges::find(used, kQuantization) == used.end() ? kTexcoord
+                                                                    : kQuantizedTexcoord;
+    }
+
+    /// COLOR_0 in `from`; `missing` stands in for an alpha that it lacks.
+    std::vector<glm::vec4> colors(const Attributes& from, const std::string& where,
+                                  const AccessorFormat& format, const glm::vec4& missing) {
         int components = 4;
-        const std::vector<float> values =
-            numbers(source_.attributes, where_ + "/attributes", "COLOR_0", kColor, components);
+        const std::vector<float> values = numbers(from, where, "COLOR_0", format, components);
         const auto width = static_cast<std::size_t>(components);
-        std::vector<glm::vec4> result(values.size() / width, glm::vec4(1));
+        std::vector<glm::vec4> result(values.size() / width, missing);
         for (std::size_t i = 0; i < values.size(); ++i)
             result[i / width][static_cast<int>(i % width)] = values[i];
         return result;
+    }
+
+    void warnOf(const std::string& name, const std::string& what) {
+        const std::string place = where_ + "/attributes/" + name;
+        document_.warn("The attribute " + place + ' ' + what + '.', place);
+    }
+
+    /// Mends what shading takes for granted, and says so.
+    void mend(Primitive& out) {
+        constexpr const char* kNotUnit =
+            "has vectors that are not of unit length (ACCESSOR_VECTOR3_NON_UNIT); they are scaled "
+            "to it, zeros are passed over";
+        if (scaleToUnit(out.normals)) warnOf("NORMAL", kNotUnit);
+        if (scaleToUnit(out.tangents)) warnOf("TANGENT", kNotUnit);
+        if (makeSigns(out.tangents))
+            warnOf("TANGENT",
+                   "has a w that is neither 1 nor -1 (ACCESSOR_INVALID_SIGN); its sign is taken");
+        if (clampColors(out.colors))
+            warnOf("COLOR_0",
+                   "has colours outside 0 to 1 (ACCESSOR_NON_CLAMPED); they are clamped");
+        if (!addUpToOne(out.joint_sets))
+            warnOf("WEIGHTS_0",
+                   "has weights that do not add up to 1, or negative ones "
+                   "(ACCESSOR_WEIGHTS_NON_NORMALIZED); they are scaled");
+    }
+
+    /// Warns of attributes that are none of glTF's, and of joints behind a gap.
+    void checkNames(const Attributes& attributes, const std::string& where,
+                    std::size_t joint_sets) {
+        for (const auto& [name, accessor] : attributes) {
+            const bool joints = name.starts_with("JOINTS_") || name.starts_with("WEIGHTS_");
+            if (isAttributeName(name) &&
+                (!joints || std::stoull(name.substr(name.find('_') + 1)) < joint_sets))
+                continue;
+            document_.warn("The attribute " + where + '/' + name +
+                               " is none that glTF has there (MESH_PRIMITIVE_INVALID_ATTRIBUTE); " +
+                               "it is left out.",
+                           where + '/' + name);
+        }
     }
 
     void readJoints(Primitive& out) {
@@ -195,9 +258,26 @@ class PrimitiveReader {
     }
 
     MorphTarget target(const Attributes& from, const std::string& where) {
+        for (const auto& [name, accessor] : from)
+            if (!name.starts_with('_') && !source_.attributes.contains(name))
+                document_.warn("The target " + where + '/' + name +
+                                   " displaces what the primitive does not have "
+                                   "(MESH_PRIMITIVE_MORPH_TARGET_NO_BASE_ACCESSOR).",
+                               where + '/' + name);
+        checkNames(from, where, 0);
         return {vectors<glm::vec3>(from, where, "POSITION", kDisplacement),
                 vectors<glm::vec3>(from, where, "NORMAL", kDisplacement),
-                vectors<glm::vec3>(from, where, "TANGENT", kDisplacement)};
+                vectors<glm::vec3>(from, where, "TANGENT", kDisplacement),
+                {vectors<glm::vec2>(from, where, "TEXCOORD_0", texcoordFormat()),
+                 vectors<glm::vec2>(from, where, "TEXCOORD_1", texcoordFormat())},
+                colors(from, where, kColorDisplacement, glm::vec4(0))};
+    }
+
+    bool leaveOut() {
+        document_.warn("The primitive " + where_ +
+                       " has too few vertices to draw anything; it is "
+                       "left out.");
+        return false;
     }
 
     std::vector<std::uint32_t> indices() {
@@ -252,12 +332,7 @@ class PrimitiveReader {
                 least = 3;
                 break;
         }
-        if (usable < least) {
-            document_.warn("The primitive " + where_ +
-                           " has too few vertices to draw anything; "
-                           "it is left out.");
-            return false;
-        }
+        if (usable < least) return leaveOut();
         if (usable == count) return true;
         document_.warn("The primitive " + where_ +
                        " has vertices left over that fill no line or "
@@ -282,10 +357,39 @@ class PrimitiveReader {
     ElementRange used_;  ///< of the vertices
 };
 
+using UvSets = std::array<bool, 2>;  ///< whether a texture uses it
+
+std::vector<UvSets> uvSetsOf(const std::vector<Material>& materials) {
+    std::vector<UvSets> sets;
+    for (Material material : materials) {  // texturesOf() is for those who change them
+        UvSets& used = sets.emplace_back();
+        for (const MaterialTexture& texture : texturesOf(material))
+            if (*texture.ref) used[static_cast<std::size_t>(texture.ref->texcoord)] = true;
+    }
+    return sets;
+}
+
+/// Warns of textures for which a primitive has no coordinates.
+void checkTexcoords(const Primitive& primitive, const std::vector<UvSets>& uv_sets,
+                    const std::string& where, GltfDocument& document) {
+    std::vector<int> materials = primitive.variants;
+    materials.push_back(primitive.material);
+    for (const int material : materials)
+        for (std::size_t set = 0; material >= 0 && set < primitive.texcoords.size(); ++set)
+            if (uv_sets[static_cast<std::size_t>(material)][set] &&
+                primitive.texcoords[set].empty())
+                document.warn("The primitive " + where + " lacks TEXCOORD_" + std::to_string(set) +
+                                  ", which its material uses (MESH_PRIMITIVE_TOO_FEW_TEXCOORDS); " +
+                                  "it shows one texel.",
+                              where);
+}
+
 }  // namespace
 
 std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& options,
-                                 int default_material) {
+                                 const std::vector<Material>& materials) {
+    const int default_material = static_cast<int>(materials.size()) - 1;
+    const std::vector<UvSets> uv_sets = uvSetsOf(materials);
     std::vector<Mesh> meshes;
     SizeLimit budget("the geometry needs", options.max_geometry_bytes);
     meshes.reserve(document.model.meshes.size());
@@ -308,6 +412,7 @@ std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& opti
             primitive.source.primitive = j;
             if (!PrimitiveReader(document, from, where, budget).read(primitive)) continue;
             budget.take(primitiveBytes(primitive), where);
+            checkTexcoords(primitive, uv_sets, where, document);
             mesh.primitives.push_back(std::move(primitive));
         }
     }

@@ -4,6 +4,7 @@
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -61,6 +62,17 @@ std::size_t jointsOf(const Mesh& mesh) {
                     if (set.weights[i][k] != 0)
                         end = std::max(end, std::size_t{set.joints[i][k]} + 1);
     return end;
+}
+
+/// What the texture coordinates and colours of a primitive take that its targets displace.
+std::uint64_t displacedBytes(const Primitive& primitive) {
+    std::array<std::uint64_t, 3> most{};
+    for (const MorphTarget& target : primitive.targets) {
+        for (std::size_t set = 0; set < target.texcoords.size(); ++set)
+            most[set] = std::max(most[set], target.texcoords[set].size() * sizeof(glm::vec2));
+        most[2] = std::max(most[2], target.colors.size() * sizeof(glm::vec4));
+    }
+    return most[0] + most[1] + most[2];
 }
 
 class NodeReader {
@@ -192,7 +204,8 @@ class NodeReader {
         std::uint64_t bytes = 0;
         for (const Primitive& p : scene_.meshes[static_cast<std::size_t>(node.mesh)].primitives)
             if (node.skin >= 0 || !p.targets.empty())
-                bytes += p.positions.size() * (2 * sizeof(glm::vec3) + sizeof(glm::vec4));
+                bytes += p.positions.size() * (2 * sizeof(glm::vec3) + sizeof(glm::vec4)) +
+                         displacedBytes(p);
         return bytes;
     }
 

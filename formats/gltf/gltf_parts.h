@@ -11,6 +11,7 @@
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/error.h"
@@ -22,17 +23,26 @@ namespace peeler {
 
 // gltf_checks.cpp: what glTF 2.0 demands beyond types and indices.
 
-/// Checks that the file is a glTF 2.x that readers of 2.0 may read. `path` is the `where` of errors
-/// about the file as a whole.
-void checkGltfVersion(const nlohmann::json& gltf, const std::string& path);
+/// Checks that the file is a glTF 2.x that readers of 2.0 may read. A version that is a number
+/// becomes text, with a warning. `path` is the `where` of errors about the file as a whole.
+void checkGltfVersion(nlohmann::json& gltf, const std::string& path, ReadWarnings& warnings);
 
 /// Checks that everything in extensionsRequired is supported or ignored.
 void checkRequiredExtensions(const nlohmann::json& gltf, const std::vector<std::string>& ignored);
 
-/// Checks that nodes form a forest (§3.5.2: a node has one parent at most) and that scenes list its
-/// roots. Indices must have been checked (checkGltfSchema); what comes later follows children by
-/// recursion.
-void checkGltfForest(const nlohmann::json& gltf);
+/// Checks that nodes form a forest (§3.5.2: a node has one parent at most). Nodes that scenes list
+/// and that are no roots become some, with a warning, where a scene shows them once all the same;
+/// what a scene lists twice it lists once. Indices must have been checked (checkGltfSchema).
+void checkGltfForest(nlohmann::json& gltf, ReadWarnings& warnings);
+
+/// Warns of nodes with a matrix and a translation, rotation or scale: tinygltf reads the matrix.
+void warnOfTwoPlaces(const nlohmann::json& gltf, ReadWarnings& warnings);
+
+/// Warns of buffers and views of no bytes and accessors of no elements: the schema wants more.
+void warnOfEmptyParts(const nlohmann::json& gltf, ReadWarnings& warnings);
+
+/// Names of the extensions that stand somewhere in the file and not in extensionsUsed (§3.12).
+std::vector<std::string> undeclaredExtensions(const nlohmann::json& gltf);
 
 /// Checks that cameras have far planes behind their near planes and fields of view below π.
 void checkGltfCameras(const tinygltf::Model& model);
@@ -110,10 +120,26 @@ void readMaterialExtensions(const tinygltf::Material& source, const std::string&
 
 // gltf_meshes.cpp: vertex attributes, indices, topology.
 
-/// All meshes of the document, in order. Primitives without a material get `default_material`.
-/// Primitives that draw nothing are left out with a warning.
+/// All meshes of the document, in order. Primitives without a material get the last one.
+/// Primitives that draw nothing are left out with a warning. Colours are clamped to 0 to 1,
+/// normals and tangents of another length are scaled to 1, with a warning.
 std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& options,
-                                 int default_material);
+                                 const std::vector<Material>& materials);
+
+// gltf_vertex_data.cpp: vertex data as shading takes it for granted (§3.7.2.1).
+
+/// Clamps colours to 0 to 1. Returns whether one was outside by more than rounding.
+bool clampColors(std::vector<glm::vec4>& colors);
+/// Scales directions to length 1 that have another one by more than small integers can be off.
+/// Zeros stay. Returns whether one had.
+bool scaleToUnit(std::vector<glm::vec3>& normals);
+bool scaleToUnit(std::vector<glm::vec4>& tangents);
+/// Makes the handedness of every tangent 1 or −1. Returns whether one was neither.
+bool makeSigns(std::vector<glm::vec4>& tangents);
+/// Whether the weights of each vertex add up to 1 and none is negative.
+bool addUpToOne(const std::vector<JointSet>& sets);
+/// Whether glTF has an attribute of this name, or leaves it to applications (`_NAME`).
+bool isAttributeName(std::string_view name);
 
 // gltf_nodes.cpp: nodes, their skins and instances.
 

@@ -43,7 +43,10 @@ void readCameras(const tinygltf::Model& model, Scene& scene) {
 }
 
 void warnOfWhatIsIgnored(GltfDocument& document) {
-    for (const std::string& name : document.model.extensionsUsed) {
+    std::vector<std::string> names = document.model.extensionsUsed;
+    names.insert(names.end(), document.undeclared_extensions.begin(),
+                 document.undeclared_extensions.end());
+    for (const std::string& name : names) {
         const std::vector<GltfExtension>& known = gltfExtensions();
         const auto found = std::find_if(known.begin(), known.end(),
                                         [&](const auto& entry) { return name == entry.name; });
@@ -66,8 +69,7 @@ Scene readGltf(const std::filesystem::path& path, const GltfOptions& options) {
         loadGltfDocument(document, path, options);
         Scene scene;
         readGltfMaterials(document, options, scene);
-        scene.meshes =
-            readGltfMeshes(document, options, static_cast<int>(scene.materials.size()) - 1);
+        scene.meshes = readGltfMeshes(document, options, scene.materials);
         readGltfNodes(document, options, scene);
         scene.animations = readGltfAnimations(document, options, scene);
         readScenes(document.model, scene);

@@ -7,6 +7,7 @@ namespace {
 
 using Kind = SchemaKind;
 
+// Sizes may be 0 here, which the schema of glTF forbids: warnOfEmptyParts().
 constexpr SchemaRow kRows[] = {
     {"root", "asset", Kind::kObject, "asset", true},
     {"root", "extensionsUsed", Kind::kStrings},
@@ -68,7 +69,7 @@ constexpr SchemaRow kRows[] = {
     {"accessor", "byteOffset", Kind::kInteger},
     {"accessor", "componentType", Kind::kEnum, "5120 5121 5122 5123 5125 5126", true},
     {"accessor", "normalized", Kind::kBool},
-    {"accessor", "count", Kind::kInteger, "", true, 1},
+    {"accessor", "count", Kind::kInteger, "", true},
     {"accessor", "type", Kind::kString, "SCALAR VEC2 VEC3 VEC4 MAT2 MAT3 MAT4", true},
     {"accessor", "sparse", Kind::kObject, "sparse"},
     {"sparse", "count", Kind::kInteger, "", true, 1, kIntMax},
@@ -82,11 +83,11 @@ constexpr SchemaRow kRows[] = {
 
     {"bufferView", "buffer", Kind::kIndex, "buffers", true},
     {"bufferView", "byteOffset", Kind::kInteger},
-    {"bufferView", "byteLength", Kind::kInteger, "", true, 1},
+    {"bufferView", "byteLength", Kind::kInteger, "", true},
     {"bufferView", "byteStride", Kind::kInteger, "", false, 4, 252},
     {"bufferView", "extensions", Kind::kExtensions},
     {"buffer", "uri", Kind::kString},
-    {"buffer", "byteLength", Kind::kInteger, "", true, 1},
+    {"buffer", "byteLength", Kind::kInteger, "", true},
     {"buffer", "extensions", Kind::kExtensions},
 
     {"material", "pbrMetallicRoughness", Kind::kObject, "pbrMetallicRoughness"},

@@ -32,7 +32,7 @@ struct TextureFormat {
     std::string_view begin, at_eight;
     /// Takes out what is not needed, and what decoders have their vulnerabilities in; null: nothing
     /// is taken out.
-    std::vector<std::uint8_t> (*reduce)(std::span<const std::uint8_t>);
+    ReducedImage (*reduce)(std::span<const std::uint8_t>);
     bool in_gltf = true;  ///< glTF 2.0, or an extension, has it
     bool (*recognises)(std::span<const std::uint8_t>) =
         nullptr;  ///< where nothing stands at its begin
@@ -118,10 +118,10 @@ DecodedTexture decodeTexture(std::span<const std::uint8_t> bytes, const std::str
     });
     if (format == std::end(kTextureFormats))
         failTexture("the image is neither PNG nor JPEG nor WebP, KTX2, BMP, TIFF or TGA");
-    std::vector<std::uint8_t> reduced;
+    ReducedImage reduced;
     if (format->reduce) {
         reduced = format->reduce(bytes);
-        bytes = reduced;
+        bytes = reduced.bytes;
     }
     static std::once_flag limits_set;
     std::call_once(limits_set, [] { limitDecodedSize(4096); });
@@ -151,7 +151,6 @@ DecodedTexture decodeTexture(std::span<const std::uint8_t> bytes, const std::str
         image.codec = stored.codec.empty() ? format->codec : stored.codec;
         out.in_gltf = format->in_gltf;
         out.srgb = stored.srgb;
-        out.notes = stored.notes;
         image.width = stored.width;
         image.height = stored.height;
         image.rgba.resize(std::size_t{4} * static_cast<std::size_t>(stored.width) *
@@ -159,6 +158,11 @@ DecodedTexture decodeTexture(std::span<const std::uint8_t> bytes, const std::str
         const std::size_t channels = std::min<std::size_t>(stored.channels.size(), 4);
         decoder->read(0, static_cast<int>(channels), image.rgba.data());
         expandToRgba(image.rgba, channels);
+        out.notes = stored.notes;
+        out.notes.insert(out.notes.end(), reduced.notes.begin(), reduced.notes.end());
+        if (reduced.orientation != 1)
+            out.notes.push_back("its Exif says orientation " + std::to_string(reduced.orientation) +
+                                "; textures are taken as they are stored");
         return out;
     } catch (const Error&) {
         throw;

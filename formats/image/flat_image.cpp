@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <limits>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/base/color.h"
@@ -16,6 +18,7 @@
 #include "formats/image/exr_headers.h"
 #include "formats/image/image_library.h"
 #include "formats/image/image_metadata.h"
+#include "formats/image/radiance_header.h"
 
 namespace peeler {
 namespace {
@@ -34,7 +37,7 @@ struct Plugin {
     FileKind kind;
     const char* name;  ///< OpenImageIO's
     /// Takes out what is not needed and what decoders complain about on stderr.
-    std::vector<std::uint8_t> (*reduce)(std::span<const std::uint8_t>);
+    ReducedImage (*reduce)(std::span<const std::uint8_t>);
     void (*check)(const std::string& path) = nullptr;  ///< throws Error (kInput)
 };
 constexpr Plugin kPlugins[] = {
@@ -55,18 +58,33 @@ const Plugin& pluginFor(const std::string& path) {
     failFlatImage("neither an OpenEXR nor a PNG, JPEG or TIFF image");
 }
 
-/// A decoder, and the bytes that it reads from.
+/// A decoder, the bytes that it reads from, and what its picture is besides its pixels.
 struct Input {
-    std::vector<std::uint8_t> bytes;
+    ReducedImage reduced;
     std::unique_ptr<ImageDecoder> decoder;
 };
+
+RadianceHeader radianceHeaderOf(const std::string& path) {
+    const RegularFile file(path);
+    file.check();
+    std::string text(kMostRadianceHeader, '\0');
+    text.resize(file.readSome(0, text));
+    return radianceHeader(text);
+}
 
 void openDecoder(const std::string& path, const Plugin& plugin, Input& input) {
     if (plugin.reduce) {
         constexpr auto kAll = std::numeric_limits<std::uint64_t>::max();
-        input.bytes = plugin.reduce(readRegularFile(path, kAll));
+        input.reduced = plugin.reduce(readRegularFile(path, kAll));
     }
-    input.decoder = imageDecoder(plugin.name, path, input.bytes);
+    input.decoder = imageDecoder(plugin.name, path, input.reduced.bytes);
+    if (plugin.kind == FileKind::kTiff)
+        input.reduced.orientation = input.decoder->image().orientation;
+    if (plugin.kind == FileKind::kHdr) {
+        RadianceHeader header = radianceHeaderOf(path);
+        input.reduced.orientation = header.orientation;
+        input.reduced.notes = std::move(header.notes);
+    }
 }
 
 void checkFlatSize(const StoredImage& stored, const FlatImageLimits& limits) {
@@ -145,6 +163,33 @@ void decodeFlat(ImageDecoder& decoder, FileKind kind, CompositeImage& out) {
     });
 }
 
+/// Puts rows and pixels in order that lie as TIFF's tag Orientation says (TIFF 6.0, section 8):
+/// where the first row is, and where its first pixel.
+void orient(FlatImage& flat, int orientation) {
+    struct Turn {
+        bool transposed, from_right, from_bottom;
+    };
+    constexpr Turn kTurns[] = {{false, false, false}, {false, true, false}, {false, true, true},
+                               {false, false, true},  {true, false, false}, {true, true, false},
+                               {true, true, true},    {true, false, true}};
+    if (orientation < 2 || orientation > static_cast<int>(std::size(kTurns))) return;
+    const Turn& turn = kTurns[orientation - 1];
+    const auto stored_width = static_cast<std::size_t>(flat.width);
+    if (turn.transposed) std::swap(flat.width, flat.height);
+    const auto width = static_cast<std::size_t>(flat.width),
+               height = static_cast<std::size_t>(flat.height);
+    std::vector<std::array<float, 4>> rgba(flat.image.rgba.size());
+    for (std::size_t y = 0; y < height; ++y)
+        for (std::size_t x = 0; x < width; ++x) {
+            const std::size_t across = turn.from_right ? width - 1 - x : x,
+                              down = turn.from_bottom ? height - 1 - y : y;
+            rgba[y * width + x] = flat.image.rgba[turn.transposed ? across * stored_width + down
+                                                                  : down * stored_width + across];
+        }
+    flat.image.rgba = std::move(rgba);
+    flat.image.window = {0, 0, flat.width, flat.height};
+}
+
 FlatImage readNamed(const std::string& path, const FlatImageLimits& limits) {
     const Plugin& plugin = pluginFor(path);
     Input input;
@@ -161,6 +206,9 @@ FlatImage readNamed(const std::string& path, const FlatImageLimits& limits) {
     flat.image.rgba.resize(flat.image.window.pixels());
     flat.image.z.assign(flat.image.window.pixels(), std::numeric_limits<float>::infinity());
     decodeFlat(*input.decoder, plugin.kind, flat.image);
+    if (!flat.placed) orient(flat, input.reduced.orientation);
+    flat.notes = std::move(input.reduced.notes);
+    flat.notes.insert(flat.notes.end(), stored.notes.begin(), stored.notes.end());
     return flat;
 }
 

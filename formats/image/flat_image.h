@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "core/image/composite.h"
 
@@ -21,12 +22,15 @@ struct FlatImage {
     /// (EXR). If not, the window of the image begins at (0, 0) and is as large.
     int width = 0, height = 0;
     bool placed = false;
+    /// What the file says and is not shown, each a clause: "it is animated; …".
+    std::vector<std::string> notes{};
 };
 
 /// Reads a picture. Integer samples of PNG, JPEG and TIFF are taken for sRGB, floating-point ones
-/// for linear; profiles are not used. Grey becomes R = G = B, no alpha becomes 1. Of an OpenEXR
-/// file the first part is read, its channels R, G, B, A (or Y). Throws Error (kInput) for what is
-/// no such picture, deep, damaged or larger than the limits; (kMemory).
+/// for linear; profiles are not used. Grey becomes R = G = B, no alpha becomes 1. Rows come from
+/// the top, pixels from the left, as Exif, TIFF and Radiance say that the picture is seen. Of an
+/// OpenEXR file the first part is read, its channels R, G, B, A (or Y). Throws Error (kInput) for
+/// what is no such picture, deep, damaged or larger than the limits; (kMemory).
 FlatImage readFlatImage(const std::string& path, const FlatImageLimits& limits = {});
 
 /// What such a file says of itself (PNG's Description, Exif's ImageDescription); "" if nothing.

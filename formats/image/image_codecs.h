@@ -34,7 +34,8 @@ std::uint64_t pngEncoderBytes(std::uint64_t picture);
 /// A decoder of grey, colour and CMYK, which becomes RGB. No memory is allocated for pixels before
 /// they are read. Null for what is left to the module of image_library.h: unusual subsampling,
 /// damaged headers, and files without `bytes`, since their descriptions may be in Exif. A file
-/// whose pixels are damaged is decoded by the module as well. Throws std::bad_alloc.
+/// whose pixels are damaged is decoded by the module as well, and has a note once it is read.
+/// Throws std::bad_alloc.
 std::unique_ptr<ImageDecoder> jpegDecoder(const std::string& path,
                                           std::span<const std::uint8_t> bytes);
 

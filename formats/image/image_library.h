@@ -23,9 +23,12 @@ struct StoredImage {
     bool straight_alpha = false;
     bool deep = false;
     std::string description{};
-    std::string codec{};               ///< of formats that have several
-    std::optional<bool> srgb{};        ///< what a KTX2 says of its colours; false: they are linear
-    std::vector<std::string> notes{};  ///< what is wrong with the file, and does not matter
+    std::string codec{};         ///< of formats that have several
+    std::optional<bool> srgb{};  ///< what a KTX2 says of its colours; false: they are linear
+    int orientation = 1;         ///< of the rows, TIFF's: 1 = from the top, from the left
+    /// What the file says and is not shown, each a clause: "it is animated; …". Of damaged pixels
+    /// only when they have been read.
+    std::vector<std::string> notes{};
 };
 
 /// An open file. Members throw std::runtime_error with the library's message.

@@ -26,14 +26,21 @@ std::uint32_t bigEndian(std::span<const std::uint8_t> bytes, std::size_t offset,
     return value;
 }
 
-/// Refuses a JPEG of very many scans: every one may be a few bytes and goes through all blocks of
-/// the picture once more. Encoders write ten. Within a scan 0xFF stands before a marker or a zero.
-void checkScans(std::span<const std::uint8_t> scans) {
+/// Whether the scans of a JPEG have its EOI marker behind them. Refuses a JPEG of very many scans:
+/// every one may be a few bytes and goes through all blocks of the picture once more. Encoders
+/// write ten. Within a scan 0xFF stands before a marker or a zero.
+bool scansEnd(std::span<const std::uint8_t> scans) {
     constexpr int kMostScans = 100;
+    constexpr std::uint8_t kStartOfScan = 0xDA, kEndOfImage = 0xD9;
     int count = 0;
-    for (std::size_t i = 0; i + 1 < scans.size(); ++i)
-        if (scans[i] == 0xFF && scans[i + 1] == 0xDA && ++count > kMostScans)
+    bool end = false;
+    for (std::size_t i = 0; i + 1 < scans.size(); ++i) {
+        if (scans[i] != 0xFF) continue;
+        end = end || scans[i + 1] == kEndOfImage;
+        if (scans[i + 1] == kStartOfScan && ++count > kMostScans)
             failToDecode("the JPEG has more than " + std::to_string(kMostScans) + " scans");
+    }
+    return end;
 }
 
 std::uint32_t littleEndian(std::span<const std::uint8_t> bytes, std::size_t offset) {
@@ -43,20 +50,51 @@ std::uint32_t littleEndian(std::span<const std::uint8_t> bytes, std::size_t offs
     return value;
 }
 
+std::string_view textOf(std::span<const std::uint8_t> bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// The orientation that Exif says, which is a TIFF (CIPA DC-008, 4.6); 1 where it says none.
+int exifOrientation(std::span<const std::uint8_t> exif) {
+    constexpr std::string_view kPrefix("Exif\0\0", 6);
+    constexpr std::size_t kHeader = 8, kEntry = 12;
+    constexpr std::uint32_t kOrientation = 0x0112, kMost = 8;
+    if (textOf(exif).starts_with(kPrefix)) exif = exif.subspan(kPrefix.size());
+    if (exif.size() < kHeader) return 1;
+    const bool little = exif[0] == 'I';
+    const auto number = [&](std::size_t at, std::size_t size) {
+        std::uint32_t value = 0;
+        for (std::size_t i = 0; i < size; ++i)
+            value = value << 8U | exif[at + (little ? size - 1 - i : i)];
+        return value;
+    };
+    const std::size_t directory = number(4, 4);
+    if (directory > exif.size() || exif.size() - directory < 2) return 1;
+    const std::size_t entries =
+        std::min<std::size_t>(number(directory, 2), (exif.size() - directory - 2) / kEntry);
+    for (std::size_t i = 0; i < entries; ++i) {
+        const std::size_t at = directory + 2 + i * kEntry;
+        if (number(at, 2) != kOrientation) continue;
+        const std::uint32_t value = number(at + 8, 2);
+        return value >= 1 && value <= kMost ? static_cast<int>(value) : 1;
+    }
+    return 1;
+}
+
 }  // namespace
 
-std::vector<std::uint8_t> withoutPngMetadata(std::span<const std::uint8_t> bytes) {
+ReducedImage withoutPngMetadata(std::span<const std::uint8_t> bytes) {
     constexpr std::size_t kSignature = 8, kFrame = 12;  // length, type, checksum
     if (bytes.size() < kSignature) failToDecode("the PNG is truncated");
-    std::vector<std::uint8_t> result(bytes.begin(), bytes.begin() + kSignature);
-    result.reserve(bytes.size());
+    ReducedImage result{{bytes.begin(), bytes.begin() + kSignature}};
+    result.bytes.reserve(bytes.size());
     bool has_pixels = false;
     for (std::size_t offset = kSignature;;) {
         if (bytes.size() - offset < kFrame) failToDecode("the PNG is truncated");
         const std::size_t length = bigEndian(bytes, offset, 4);
         if (length > bytes.size() - offset - kFrame) failToDecode("the PNG is truncated");
         const std::span<const std::uint8_t> chunk = bytes.subspan(offset, length + kFrame);
-        const std::string_view type(reinterpret_cast<const char*>(chunk.data()) + 4, 4);
+        const std::string_view type = textOf(chunk).substr(4, 4);
         if (offset == kSignature && type != "IHDR")
             failToDecode("the PNG does not begin with IHDR");
         if (type == "IHDR" || type == "PLTE" || type == "tRNS" || type == "IDAT" ||
@@ -64,7 +102,11 @@ std::vector<std::uint8_t> withoutPngMetadata(std::span<const std::uint8_t> bytes
             if (libdeflate_crc32(0, chunk.data() + 4, length + 4) !=
                 bigEndian(chunk, length + 8, 4))
                 failToDecode("a checksum of the PNG is wrong");
-            result.insert(result.end(), chunk.begin(), chunk.end());
+            result.bytes.insert(result.bytes.end(), chunk.begin(), chunk.end());
+        } else if (type == "eXIf") {
+            result.orientation = exifOrientation(chunk.subspan(8, length));
+        } else if (type == "acTL") {
+            result.notes.emplace_back("it is animated; its first picture is shown");
         } else if ((chunk[4] & 0x20U) == 0) {  // §5.4: upper case = critical
             failToDecode("the PNG has chunks of an unknown kind");
         }
@@ -75,12 +117,12 @@ std::vector<std::uint8_t> withoutPngMetadata(std::span<const std::uint8_t> bytes
     }
 }
 
-std::vector<std::uint8_t> withoutJpegMetadata(std::span<const std::uint8_t> bytes) {
+ReducedImage withoutJpegMetadata(std::span<const std::uint8_t> bytes) {
     constexpr std::uint8_t kStartOfScan = 0xDA, kComment = 0xFE, kApp1 = 0xE1, kApp14 = 0xEE,
                            kApp15 = 0xEF;
     if (bytes.size() < 4) failToDecode("the JPEG is truncated");
-    std::vector<std::uint8_t> result(bytes.begin(), bytes.begin() + 2);
-    result.reserve(bytes.size());
+    ReducedImage result{{bytes.begin(), bytes.begin() + 2}};
+    result.bytes.reserve(bytes.size());
     for (std::size_t offset = 2;;) {
         // §B.1.1.2: any number of fill bytes may precede a marker.
         while (offset + 1 < bytes.size() && bytes[offset] == 0xFF && bytes[offset + 1] == 0xFF)
@@ -91,27 +133,32 @@ std::vector<std::uint8_t> withoutJpegMetadata(std::span<const std::uint8_t> byte
         const std::size_t length = bigEndian(bytes, offset + 2, 2) + 2;
         if (length > bytes.size() - offset) failToDecode("the JPEG is truncated");
         if (marker == kStartOfScan) {
-            checkScans(bytes.subspan(offset));
-            result.insert(result.end(), bytes.begin() + static_cast<std::ptrdiff_t>(offset),
-                          bytes.end());
+            if (!scansEnd(bytes.subspan(offset)))
+                result.notes.emplace_back(
+                    "the JPEG is cut off (there is no EOI marker); what is missing is grey");
+            result.bytes.insert(result.bytes.end(),
+                                bytes.begin() + static_cast<std::ptrdiff_t>(offset), bytes.end());
             return result;
         }
         const bool metadata =
             marker == kComment || (marker >= kApp1 && marker <= kApp15 && marker != kApp14);
-        if (!metadata) {
-            const std::span<const std::uint8_t> segment = bytes.subspan(offset, length);
-            result.insert(result.end(), segment.begin(), segment.end());
-        }
+        const std::span<const std::uint8_t> segment = bytes.subspan(offset, length);
+        if (!metadata)
+            result.bytes.insert(result.bytes.end(), segment.begin(), segment.end());
+        else if (marker == kApp1 && length > 8 && textOf(segment).substr(4, 4) == "Exif" &&
+                 result.orientation == 1)
+            result.orientation = exifOrientation(segment.subspan(4));
         offset += length;
     }
 }
 
-std::vector<std::uint8_t> withoutWebpMetadata(std::span<const std::uint8_t> bytes) {
+ReducedImage withoutWebpMetadata(std::span<const std::uint8_t> bytes) {
     constexpr std::size_t kHeader = 12, kFrame = 8;  // RIFF, size, WEBP; name, size
     constexpr std::string_view kKept[] = {"VP8 ", "VP8L", "VP8X", "ALPH", "ANIM", "ANMF"};
     constexpr std::uint8_t kMetadataFlags = 0x2C;  // section 2.7.1: profile, Exif, XMP
     if (bytes.size() < kHeader) failToDecode("the WebP is truncated");
-    std::vector<std::uint8_t> result(bytes.begin(), bytes.begin() + kHeader);
+    ReducedImage reduced{{bytes.begin(), bytes.begin() + kHeader}};
+    std::vector<std::uint8_t>& result = reduced.bytes;
     result.reserve(bytes.size());
     // What lies behind the RIFF's end is none of the picture.
     bytes = bytes.first(std::min(bytes.size(), kFrame + std::size_t{littleEndian(bytes, 4)}));
@@ -120,7 +167,10 @@ std::vector<std::uint8_t> withoutWebpMetadata(std::span<const std::uint8_t> byte
         const std::size_t length = littleEndian(bytes, offset + 4);
         if (length > bytes.size() - offset - kFrame) failToDecode("the WebP is truncated");
         const std::span<const std::uint8_t> chunk = bytes.subspan(offset, kFrame + length);
-        const std::string_view name(reinterpret_cast<const char*>(chunk.data()), 4);
+        const std::string_view name = textOf(chunk).substr(0, 4);
+        if (name == "EXIF") reduced.orientation = exifOrientation(chunk.subspan(kFrame));
+        if (name == "ANIM")
+            reduced.notes.emplace_back("it is animated; its first picture is shown");
         if (std::ranges::find(kKept, name) != std::end(kKept)) {
             result.insert(result.end(), chunk.begin(), chunk.end());
             if (name == "VP8X" && length > 0)
@@ -131,7 +181,7 @@ std::vector<std::uint8_t> withoutWebpMetadata(std::span<const std::uint8_t> byte
     }
     for (std::size_t i = 0; i < 4; ++i)
         result[4 + i] = static_cast<std::uint8_t>((result.size() - kFrame) >> (8 * i));
-    return result;
+    return reduced;
 }
 
 }  // namespace peeler

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <new>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -36,6 +37,9 @@ void rgbFromCmyk(std::vector<std::uint8_t>& pixels) {
     }
 }
 
+/// libjpeg's JWRN_JPEG_EOF, which withoutJpegMetadata() has a note of.
+constexpr const char* kCutOff = "Premature end of JPEG file";
+
 using Handle = std::unique_ptr<void, decltype(&tjDestroy)>;
 
 class JpegDecoder final : public ImageDecoder {
@@ -61,13 +65,16 @@ class JpegDecoder final : public ImageDecoder {
     }
 
     template <class To>
-    void readAs(int begin, int end, To* samples) const {
+    void readAs(int begin, int end, To* samples) {
         std::vector<std::uint8_t> stored(pixels() * decoding_.channels);
         if (tjDecompress2(handle_.get(), bytes_.data(), bytes_.size(), stored.data(), image_.width,
                           0, image_.height, decoding_.format, TJFLAG_STOPONWARNING) != 0) {
-            // A file that ends early is grey from there on, any other damage is an error. TurboJPEG
-            // 2.1 does not tell one from the other if both are there, OpenImageIO does.
+            // TurboJPEG 2.1 does not tell damage that libjpeg gets over from what it does not if
+            // both are there. OpenImageIO does, but says nothing of the first.
+            const std::string damage = tjGetErrorStr2(handle_.get());
             imageLibrary().decoder("jpeg", path_, bytes_)->read(begin, end, samples);
+            if (damage.find(kCutOff) == std::string::npos)
+                image_.notes.push_back("the JPEG is damaged (" + damage + ')');
             return;
         }
         if (decoding_.cmyk) rgbFromCmyk(stored);

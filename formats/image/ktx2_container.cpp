@@ -40,7 +40,9 @@ constexpr Ktx2TexelRow kKtx2Texels[] = {
 };
 
 /// What the channels of a descriptor's samples are, in a row: the swizzle that makes RGBA of what
-/// is decoded. A colour that a texture does not have is 0, alpha 1 (section "KTXswizzle").
+/// is decoded. A colour that a texture does not have is 0, alpha 1 (section "KTXswizzle"). Blocks
+/// of the one channel RRR have all three colours: toktx 4.0.0-beta4 wrote it into files of colours,
+/// and transcoders take them as they are.
 struct Ktx2ChannelRow {
     std::uint32_t model;
     std::string_view channels;
@@ -49,11 +51,11 @@ struct Ktx2ChannelRow {
 constexpr Ktx2ChannelRow kKtx2Channels[] = {
     {kModelEtc1s, {"\x00", 1}, {'r', 'g', 'b', '1'}},
     {kModelEtc1s, {"\x00\x0F", 2}, {'r', 'g', 'b', 'a'}},
-    {kModelEtc1s, "\x03", {'r', '0', '0', '1'}},
+    {kModelEtc1s, "\x03", {'r', 'g', 'b', '1'}},
     {kModelEtc1s, "\x03\x04", {'r', 'a', '0', '1'}},
     {kModelUastc, {"\x00", 1}, {'r', 'g', 'b', '1'}},
     {kModelUastc, "\x03", {'r', 'g', 'b', 'a'}},
-    {kModelUastc, "\x04", {'r', '0', '0', '1'}},
+    {kModelUastc, "\x04", {'r', 'g', 'b', '1'}},
     {kModelUastc, "\x05", {'r', 'a', '0', '1'}},
     {kModelUastc, "\x06", {'r', 'g', '0', '1'}},
     {kModelRgb, {"\x00\x01\x02", 3}, {'r', 'g', 'b', '1'}},

@@ -32,6 +32,7 @@ StoredImage storedImage(const OIIO::ImageSpec& spec) {
     image.straight_alpha = spec.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0;
     image.deep = spec.deep;
     image.description = spec.get_string_attribute("ImageDescription");
+    image.orientation = spec.get_int_attribute("Orientation", 1);
     return image;
 }
 

@@ -81,6 +81,22 @@ tinygltf::Model readByTinygltf(const fs::path& path) {
     return model;
 }
 
+TEST(BakedGltf, HasColoursThatNoTargetDisplaces) {
+    // They are those of a pose, in which the targets have displaced them already.
+    const ScratchDir folder;
+    GltfBuilder builder = triangle();
+    const int black = builder.addAccessor<float>(std::vector<float>(9), "VEC3");
+    const int white = builder.addAccessor<float>(std::vector<float>(9, 1), "VEC3");
+    builder.attributes()["COLOR_0"] = black;
+    builder.primitive()["targets"] = {{{"COLOR_0", white}, {"POSITION", white}}};
+    builder.gltf["meshes"][0]["weights"] = {1};
+    const Scene scene = readGltf(bake(builder.write(folder, "scene.glb"), {values(0)}));
+    EXPECT_TRUE(scene.warnings.empty());
+    const MorphTarget& target = scene.meshes[0].primitives[0].targets.at(0);
+    EXPECT_EQ(target.colors, std::vector<glm::vec4>(3, glm::vec4(0)));
+    EXPECT_EQ(target.positions, std::vector<glm::vec3>(3, glm::vec3(1)));
+}
+
 TEST(BakedGltf, HoldsColoursAndValuesOfVertices) {
     const ScratchDir folder;
     const fs::path baked = bake(triangle().write(folder, "scene.glb"), {values(0)});
@@ -152,6 +168,8 @@ TEST(BakedGltf, TakesInBuffersAndImagesFromEverywhere) {
     builder.gltf["materials"] = {
         {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
     builder.primitive()["material"] = 0;
+    builder.attributes()["TEXCOORD_0"] =
+        builder.addAccessor(Json{{"componentType", 5126}, {"count", 3}, {"type", "VEC2"}});
     const ScratchDir folder;
     const fs::path source = folder / "scene.gltf";
     writeFile(folder / "some corners.bin", builder.bin);

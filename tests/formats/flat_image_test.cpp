@@ -5,6 +5,8 @@
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <utility>
 #include <vector>
@@ -68,6 +70,40 @@ void writeSamples(const std::string& path, OIIO::ImageSpec spec, const std::vect
     ASSERT_TRUE(output && output->open(path, spec));
     ASSERT_TRUE(output->write_image(OIIO::BaseTypeFromC<T>::value, samples.data()));
     ASSERT_TRUE(output->close());
+}
+
+TEST_F(FlatImageFile, OfATiffIsTurnedAsItsTagSays) {
+    // 2 x 3 pixels, and the six as they are seen; TIFF 6.0, section 8.
+    const std::vector<std::uint16_t> stored = {1, 2, 3, 4, 5, 6};
+    const std::vector<std::vector<int>> seen = {
+        {1, 2, 3, 4, 5, 6}, {2, 1, 4, 3, 6, 5}, {6, 5, 4, 3, 2, 1}, {5, 6, 3, 4, 1, 2},
+        {1, 3, 5, 2, 4, 6}, {5, 3, 1, 6, 4, 2}, {6, 4, 2, 5, 3, 1}, {2, 4, 6, 1, 3, 5}};
+    for (int orientation = 1; orientation <= 8; ++orientation) {
+        SCOPED_TRACE(orientation);
+        OIIO::ImageSpec spec(2, 3, 1, OIIO::TypeDesc::UINT16);
+        spec.attribute("Orientation", orientation);
+        writeSamples(path("o.tif"), spec, stored);
+        const FlatImage flat = readFlatImage(path("o.tif"));
+        EXPECT_EQ(flat.width, orientation > 4 ? 3 : 2);
+        EXPECT_EQ(flat.image.window, (Window{0, 0, flat.width, flat.height}));
+        std::vector<int> numbers;
+        for (const auto& pixel : flat.image.rgba)
+            numbers.push_back(static_cast<int>(std::lround(pixel[0] * 65535 * 12.92F)));
+        EXPECT_EQ(numbers, seen[static_cast<std::size_t>(orientation - 1)]);
+    }
+}
+
+TEST_F(FlatImageFile, OfAJpegIsTurnedAsItsExifSays) {
+    OIIO::ImageSpec spec(16, 8, 3, OIIO::TypeDesc::UINT8);
+    spec.attribute("Orientation", 6);
+    std::vector<std::uint8_t> pixels(16 * 8 * 3);
+    std::fill_n(pixels.begin(), 16 * 4 * 3, std::uint8_t{255});  // the upper half
+    writeSamples(path("a.jpg"), spec, pixels);
+    const FlatImage flat = readFlatImage(path("a.jpg"));
+    EXPECT_EQ(flat.width, 8);
+    EXPECT_EQ(flat.height, 16);
+    EXPECT_NEAR(flat.image.rgba[0][0], 0, 0.01);  // what was above is on the right
+    EXPECT_NEAR(flat.image.rgba[7][0], 1, 0.01);
 }
 
 TEST_F(FlatImageFile, GreyWithAndWithoutAlpha) {

@@ -63,7 +63,7 @@ TEST(GltfAccessor, ReadsDataOfAnyAlignment) {
 TEST(GltfAccessor, NormalizesIntegersAsTheSpecificationSays) {
     GltfBuilder builder = triangle();
     const Json normalized = {{"normalized", true}};
-    builder.attributes()["NORMAL"] = builder.addAccessor<std::int8_t>(
+    builder.attributes()["POSITION"] = builder.addAccessor<std::int8_t>(
         {127, 0, 0, -128, 64, -127, 0, 0, 127}, "VEC3", normalized);
     builder.attributes()["TEXCOORD_0"] =
         builder.addAccessor<std::uint8_t>({0, 255, 51, 102, 1, 2}, "VEC2", normalized);
@@ -72,8 +72,8 @@ TEST(GltfAccessor, NormalizesIntegersAsTheSpecificationSays) {
     builder.attributes()["COLOR_0"] =
         builder.addAccessor<std::uint8_t>({255, 0, 51, 0, 0, 0, 255, 255, 255}, "VEC3", normalized);
     const Scene scene = load(builder);
-    EXPECT_EQ(onlyPrimitive(scene).normals[0], glm::vec3(1, 0, 0));
-    EXPECT_EQ(onlyPrimitive(scene).normals[1], glm::vec3(-1, 64 / 127.F, -1));
+    EXPECT_EQ(onlyPrimitive(scene).positions[0], glm::vec3(1, 0, 0));
+    EXPECT_EQ(onlyPrimitive(scene).positions[1], glm::vec3(-1, 64 / 127.F, -1));
     EXPECT_EQ(onlyPrimitive(scene).texcoords[0][0], glm::vec2(0, 1));
     EXPECT_EQ(onlyPrimitive(scene).texcoords[0][1], glm::vec2(51 / 255.F, 102 / 255.F));
     EXPECT_EQ(onlyPrimitive(scene).texcoords[1][1], glm::vec2(13107 / 65535.F, 1 / 65535.F));
@@ -211,8 +211,6 @@ INSTANTIATE_TEST_SUITE_P(
                R"([{"op":"replace","path":"/accessors/0/count","value":9007199254740992}])",
                "/accessors/0"},
         Damage{"CountBeyondJson", R"([{"op":"replace","path":"/accessors/0/count","value":1e19}])",
-               "/accessors/0/count"},
-        Damage{"CountZero", R"([{"op":"replace","path":"/accessors/0/count","value":0}])",
                "/accessors/0/count"},
         Damage{"CountNegative", R"([{"op":"replace","path":"/accessors/0/count","value":-1}])",
                "/accessors/0/count"},

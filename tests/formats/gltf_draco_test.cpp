@@ -23,7 +23,8 @@ struct Grid {
     std::uint32_t n = 0;
     std::vector<std::array<float, 3>> positions;
     std::vector<std::array<std::uint32_t, 3>> faces;
-    std::vector<std::array<std::uint8_t, 4>> joints, colors;
+    std::vector<std::array<std::uint8_t, 4>> joints;
+    std::vector<std::array<std::uint8_t, 4>> colors;  ///< and weights: they add up to 1
 
     explicit Grid(std::uint32_t size) : n(size) {
         for (std::uint32_t y = 0; y < n; ++y)
@@ -31,7 +32,8 @@ struct Grid {
                 const auto fx = static_cast<float>(x), fy = static_cast<float>(y);
                 positions.push_back({fx, fy, std::sin(0.7F * fx) * std::cos(0.3F * fy)});
                 joints.push_back({static_cast<std::uint8_t>(x % 200), 1, 2, 3});
-                colors.push_back({static_cast<std::uint8_t>(x * 5), 128, 7, 255});
+                const auto share = static_cast<std::uint8_t>(x % 128);
+                colors.push_back({share, 100, 20, static_cast<std::uint8_t>(135 - share)});
             }
         for (std::uint32_t y = 0; y + 1 < n; ++y)
             for (std::uint32_t x = 0; x + 1 < n; ++x) {

@@ -9,6 +9,7 @@
 
 #include "core/scene/posed_scene.h"
 #include "formats/gltf_builder.h"
+#include "formats/material_gltf.h"
 
 namespace peeler::test {
 namespace {
@@ -214,6 +215,100 @@ TEST(GltfReader, TakesWholeNumbersWrittenAsFractions) {
     EXPECT_EQ(scene.meshes[0].primitives[0].positions.size(), 3U);
 }
 
+/// Expects one warning with these words, and an error with `strict`, there unless `where` is empty.
+void expectOneWarning(const GltfBuilder& builder, const std::string& words,
+                      const std::string& where) {
+    const Scene scene = load(builder);
+    ASSERT_EQ(scene.warnings.size(), 1U);
+    EXPECT_TRUE(warned(scene, words)) << scene.warnings[0];
+    GltfOptions strict;
+    strict.strict = true;
+    const Error error = errorOf(builder, strict);
+    EXPECT_TRUE(where.empty() || error.where() == where) << error.where();
+}
+
+TEST(GltfReader, TakesVersionsThatAreNumbers) {
+    for (const Json& version : {Json(2.0), Json(2), Json(2.1)})
+        expectOneWarning(empty(R"("asset":{"version":)" + version.dump() + "}"), "(TYPE_MISMATCH)",
+                         "/asset/version");
+    expectOneWarning(empty(R"("asset":{"version":"2.0","minVersion":2.0})"), "(TYPE_MISMATCH)",
+                     "/asset/minVersion");
+    EXPECT_EQ(errorOf(empty(R"("asset":{"version":2.1,"minVersion":2.1})")).where(),
+              "/asset/minVersion");
+}
+
+TEST(GltfReader, TakesNodesBelowTheRootAsRoots) {
+    // UniGLTF lists a child of a node that is in no scene.
+    const char* below = R"("nodes":[{"children":[1,2],"translation":[9,9,9]},
+                                    {"name":"model","children":[3],"translation":[1,0,0]},{},{}],
+                           "scenes":[{"nodes":[1]}])";
+    expectOneWarning(empty(below), "(SCENE_NON_ROOT_NODE)", "/scenes/0/nodes/0");
+    const Scene scene = load(empty(below));
+    EXPECT_EQ(scene.scenes[0].roots, std::vector<int>{1});
+    EXPECT_EQ(scene.nodes[0].children, std::vector<int>{2});
+    EXPECT_EQ(scene.nodes[1].children, std::vector<int>{3});
+    EXPECT_EQ(idNames(scene).parents[1], 0U);
+
+    // Where another scene shows the parent, it keeps its child.
+    const Scene two = load(empty(
+        R"("nodes":[{"children":[1]},{"children":[2]},{}],"scenes":[{"nodes":[0]},{"nodes":[2]}])"));
+    EXPECT_EQ(two.nodes[1].children, std::vector<int>{2});
+    EXPECT_EQ(two.scenes[1].roots, std::vector<int>{2});
+    EXPECT_EQ(two.warnings.size(), 1U);
+}
+
+TEST(GltfReader, ShowsNodesOnceThatAreListedTwice) {
+    const char* twice = R"("nodes":[{},{}],"scenes":[{"nodes":[1,0,1]}])";
+    expectOneWarning(empty(twice), "(DUPLICATE_ELEMENTS)", "/scenes/0/nodes/2");
+    EXPECT_EQ(load(empty(twice)).scenes[0].roots, (std::vector<int>{1, 0}));
+}
+
+TEST(GltfReader, TakesDeepScenesWhoseNodesAreAllListed) {
+    // What is known of a node is kept: 9,000 levels, and as many nodes at their end.
+    constexpr std::size_t kDepth = 9000;
+    Json nodes = Json::array(), roots = Json::array();
+    for (std::size_t i = 0; i < kDepth; ++i)
+        nodes.push_back({{"children", {i + 1}}});
+    nodes.push_back(Json::object());
+    for (std::size_t i = 0; i < kDepth; ++i) {
+        nodes.back()["children"].push_back(nodes.size() + i);
+        roots.push_back(nodes.size() + i);
+    }
+    for (std::size_t i = 0; i < kDepth; ++i)
+        nodes.push_back(Json::object());
+    GltfBuilder builder = empty("");
+    builder.gltf["nodes"] = nodes;
+    builder.gltf["scenes"] = {{{"nodes", roots}}};
+    EXPECT_EQ(load(builder).scenes[0].roots.size(), kDepth);
+}
+
+TEST(GltfReader, TakesViewsThatAreEmpty) {
+    GltfBuilder builder = triangle();
+    builder.gltf["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 36}, {"byteLength", 0}});
+    expectOneWarning(builder, "/bufferViews/1 is 0 (VALUE_NOT_IN_RANGE)", "/bufferViews/1");
+    builder.gltf["accessors"][0]["bufferView"] = 1;
+    EXPECT_EQ(errorOf(builder).where(), "/accessors/0");
+    builder = triangle();
+    builder.gltf["buffers"] = {{{"byteLength", 36}}, {{"byteLength", 0}}};
+    expectOneWarning(builder, "/buffers/1 is 0 (VALUE_NOT_IN_RANGE)", "/buffers/1");
+}
+
+TEST(GltfReader, WarnsOfExtensionsThatAreNotDeclared) {
+    GltfBuilder builder = withMaterial(R"({"extensions":{"KHR_materials_sheen":{},
+        "KHR_materials_dispersion":{"dispersion":1}},
+        "extras":{"extensions":{"mine":{}}}})");
+    expectOneWarning(builder, "The extension KHR_materials_dispersion is ignored", "");
+    builder.gltf["extensionsUsed"] = {"KHR_materials_dispersion"};
+    EXPECT_EQ(load(builder).warnings.size(), 1U);
+}
+
+TEST(GltfReader, WarnsOfNodesWithTwoPlaces) {
+    const char* both = R"("nodes":[{"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,7,0,0,1],
+                                    "translation":[1,2,3]}])";
+    expectOneWarning(empty(both), "(NODE_MATRIX_TRS)", "/nodes/0");
+    EXPECT_EQ(load(empty(both)).nodes[0].local[3].x, 7);
+}
+
 TEST(GltfReader, LimitsTheNumberOfWarnings) {
     GltfBuilder builder = triangle();
     for (int i = 0; i < 1000; ++i)
@@ -304,7 +399,8 @@ INSTANTIATE_TEST_SUITE_P(
         Damage{"VersionMissing", R"("asset":{})", "/asset"},
         Damage{"Version1", R"("asset":{"version":"1.0"})", "/asset/version"},
         Damage{"Version20", R"("asset":{"version":"20"})", "/asset/version"},
-        Damage{"VersionNumber", R"("asset":{"version":2.0})", "/asset/version"},
+        Damage{"VersionNumber1", R"("asset":{"version":1.0})", "/asset/version"},
+        Damage{"VersionList", R"("asset":{"version":[2]})", "/asset/version"},
         Damage{"MinVersion", R"("asset":{"version":"2.1","minVersion":"2.1"})",
                "/asset/minVersion"},
         Damage{"OwnChild", R"("nodes":[{"children":[0]}])", "/nodes/0"},
@@ -314,7 +410,9 @@ INSTANTIATE_TEST_SUITE_P(
         Damage{"ChildTwice", R"("nodes":[{"children":[1,1]},{}])", "/nodes/0/children/1"},
         Damage{"SceneOfAChild", R"("nodes":[{"children":[1]},{}],"scenes":[{"nodes":[0,1]}])",
                "/scenes/0/nodes/1"},
-        Damage{"RootTwice", R"("nodes":[{}],"scenes":[{"nodes":[0,0]}])", "/scenes/0/nodes/1"},
+        Damage{"SceneOfAGrandchild",
+               R"("nodes":[{"children":[1]},{"children":[2]},{}],"scenes":[{"nodes":[2,0]}])",
+               "/scenes/0/nodes/0"},
         Damage{"CameraWithoutLens", R"("cameras":[{"type":"perspective"}])", "/cameras/0"},
         Damage{"CameraKind", R"("cameras":[{"type":"fisheye"}])", "/cameras/0/type"},
         Damage{"YfovZero",

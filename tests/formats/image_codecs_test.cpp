@@ -274,7 +274,7 @@ TEST(BuiltInPng, NeverTakesDamageThatOpenImageIoRefuses) {
     damage(whole, 600, [](const Bytes& file) {
         Bytes reduced;
         try {
-            reduced = withoutPngMetadata(file);
+            reduced = withoutPngMetadata(file).bytes;
         } catch (const Error&) {
             return;  // no decoder sees it
         }
@@ -396,10 +396,10 @@ TEST(BuiltInDecoders, AreOpenImageIosOnRealTextures) {
         const std::string text = bytesOf(entry.path());
         const Bytes stored(text.begin(), text.end());
         if (is_png) {
-            const Bytes file = withoutPngMetadata(stored);
+            const Bytes file = withoutPngMetadata(stored).bytes;
             expectSameDecoded(builtInPng(file), byOpenImageIo("png", file));
         } else {
-            const Bytes file = withoutJpegMetadata(stored);
+            const Bytes file = withoutJpegMetadata(stored).bytes;
             expectSameDecoded(builtInJpeg(file), byOpenImageIo("jpeg", file));
         }
         ++compared;

@@ -14,11 +14,14 @@ inline Bytes onePixelPng(std::uint8_t r, std::uint8_t g, std::uint8_t b) {
     return png(1, 1, PngColor::kRgb, 8, {r, g, b});
 }
 
-/// A triangle with this material and `images` textures, the i-th of one pixel (i, 0, 0).
+/// A triangle with this material, both sets of texture coordinates, and `images` textures, the i-th
+/// of one pixel (i, 0, 0).
 inline GltfBuilder withMaterial(const std::string& material, int images = 0) {
     GltfBuilder builder = triangle();
     builder.gltf["materials"] = {Json::parse(material)};
     builder.primitive()["material"] = 0;
+    const int texcoords = builder.addAccessor<float>({0, 0, 1, 0, 0, 1}, "VEC2");
+    builder.attributes()["TEXCOORD_0"] = builder.attributes()["TEXCOORD_1"] = texcoords;
     for (int i = 0; i < images; ++i) {
         const Bytes pixel = onePixelPng(static_cast<std::uint8_t>(i), 0, 0);
         builder.gltf["images"].push_back(

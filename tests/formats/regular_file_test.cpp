@@ -91,7 +91,10 @@ TEST(RegularFile, PipesDevicesAndFoldersAreRefused) {
             [&] { ExrInput{path}; },
             [&] { readFlatImage(path); },
             [&] { readGltf(path); },
-            [&] { readEnvironment(path); },
+            [&] {
+                ReadWarnings warnings(false, path);
+                readEnvironment(path, warnings);
+            },
             [&] { imageDecoder("tiff", path); },
             [&] { imageDecoder("png", path); },
         };

@@ -7,6 +7,7 @@
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string_view>
 
 #include "core/base/error.h"
@@ -21,7 +22,8 @@ Bytes rgbaOf(const Bytes& file) {
     return decodeTexture(file, "image").image.rgba;
 }
 
-/// An 8-bit RGB picture of one colour in a format that OpenImageIO writes; empty if it cannot.
+/// An 8-bit RGB picture of one colour, or of all pixels, in a format that OpenImageIO writes; empty
+/// if it cannot.
 Bytes encoded(const std::string& format, int width, int height, const Bytes& color) {
     const auto output = OIIO::ImageOutput::create(format);
     if (!output) return {};
@@ -33,7 +35,7 @@ Bytes encoded(const std::string& format, int width, int height, const Bytes& col
     spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
     spec.attribute("CompressionQuality", 100);
     Bytes pixels;
-    for (int i = 0; i < width * height; ++i)
+    while (pixels.size() < static_cast<std::size_t>(3 * width * height))
         pixels.insert(pixels.end(), color.begin(), color.end());
     if (!output->open("image." + format, spec) ||
         !output->write_image(OIIO::TypeDesc::UINT8, pixels.data()) || !output->close())
@@ -143,15 +145,106 @@ TEST(TextureDecoder, ReadsWebpWithoutItsMetadata) {
     // Of Exif readers skip the first six bytes, though there may be fewer.
     const Bytes file = extendedWebp({'E', 'x', 'i', 'f', 0});
     EXPECT_EQ(rgbaOf(file), (Bytes{200, 100, 50, 255, 1, 2, 3, 255}));
-    const Bytes reduced = withoutWebpMetadata(file);
+    const Bytes reduced = withoutWebpMetadata(file).bytes;
     const std::string_view text(reinterpret_cast<const char*>(reduced.data()), reduced.size());
     for (const char* name : {"EXIF", "XMP ", "ICCP"})
         EXPECT_EQ(text.find(name), std::string_view::npos) << name;
     EXPECT_EQ(reduced[20], 0);  // flags
     EXPECT_EQ(reduced[4], reduced.size() - 8);
-    EXPECT_EQ(withoutWebpMetadata(reduced), reduced);
+    EXPECT_EQ(withoutWebpMetadata(reduced).bytes, reduced);
     // A chunk that claims more than is there.
     EXPECT_THROW(rgbaOf(Bytes(file.begin(), file.end() - 2)), Error);
+}
+
+/// Exif with an orientation, of either byte order (CIPA DC-008, 4.6.2).
+Bytes exifOf(std::uint8_t orientation, bool little) {
+    const auto number = [&](Bytes& to, unsigned value, unsigned size) {
+        for (unsigned i = 0; i < size; ++i)
+            to.push_back(static_cast<std::uint8_t>(value >> 8 * (little ? i : size - 1 - i)));
+    };
+    Bytes exif = {'E', 'x', 'i', 'f', 0, 0};
+    exif.insert(exif.end(), 2, little ? 'I' : 'M');
+    number(exif, 42, 2);
+    number(exif, 8, 4);
+    number(exif, 2, 2);  // entries
+    for (const unsigned tag : {0x010FU, 0x0112U}) {
+        number(exif, tag, 2);
+        number(exif, 3, 2);  // a short
+        number(exif, 1, 4);
+        number(exif, tag == 0x0112U ? orientation : 7, 2);
+        number(exif, 0, 2);
+    }
+    return exif;
+}
+
+/// With a segment of Exif behind the first marker.
+Bytes withExif(Bytes jpeg, const Bytes& exif) {
+    Bytes segment = {0xFF, 0xE1, 0, static_cast<std::uint8_t>(exif.size() + 2)};
+    segment.insert(segment.end(), exif.begin(), exif.end());
+    jpeg.insert(jpeg.begin() + 2, segment.begin(), segment.end());
+    return jpeg;
+}
+
+TEST(TextureDecoder, WarnsOfAnOrientationThatItDoesNotCarryOut) {
+    const Bytes jpeg = encoded("jpeg", 8, 4, {9, 9, 9});
+    for (const bool little : {false, true}) {
+        EXPECT_TRUE(decodeTexture(withExif(jpeg, exifOf(1, little)), "").notes.empty());
+        EXPECT_TRUE(decodeTexture(withExif(jpeg, exifOf(9, little)), "").notes.empty());
+        const DecodedTexture turned = decodeTexture(withExif(jpeg, exifOf(6, little)), "");
+        EXPECT_EQ(turned.image.width, 8);
+        ASSERT_EQ(turned.notes.size(), 1U);
+        EXPECT_NE(turned.notes[0].find("orientation 6"), std::string::npos) << turned.notes[0];
+        // Cut anywhere, it says nothing.
+        const Bytes whole = exifOf(6, little);
+        for (std::size_t size = 0; size < whole.size(); ++size)
+            EXPECT_TRUE(
+                decodeTexture(
+                    withExif(jpeg, Bytes(whole.begin(), whole.begin() + std::ptrdiff_t(size))), "")
+                    .notes.empty());
+    }
+    const Bytes exif = exifOf(3, false);
+    const Bytes of_png(exif.begin() + 6, exif.end());
+    EXPECT_EQ(
+        decodeTexture(png(1, 1, PngColor::kRgb, 8, {1, 2, 3}, {{"eXIf", of_png}}), "").notes.size(),
+        1U);
+    EXPECT_EQ(decodeTexture(extendedWebp(exif), "").notes.size(), 1U);
+}
+
+TEST(TextureDecoder, WarnsOfAJpegThatIsCutOff) {
+    Bytes pixels(64 * 64 * 3);
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+        pixels[i] = static_cast<std::uint8_t>(i * i / 7);
+    const Bytes whole = encoded("jpeg", 64, 64, pixels);
+    EXPECT_TRUE(decodeTexture(whole, "").notes.empty());
+    for (const std::size_t kept : {whole.size() * 2 / 3, whole.size() - 2}) {
+        const Bytes cut(whole.begin(), whole.begin() + std::ptrdiff_t(kept));
+        const DecodedTexture texture = decodeTexture(cut, "");
+        ASSERT_EQ(texture.notes.size(), 1U) << kept;
+        EXPECT_NE(texture.notes[0].find("cut off"), std::string::npos) << texture.notes[0];
+        EXPECT_EQ(texture.image.width, 64);
+    }
+}
+
+TEST(TextureDecoder, WarnsOfAJpegThatIsDamaged) {
+    Bytes pixels(64 * 64 * 3);
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+        pixels[i] = static_cast<std::uint8_t>(i * i / 7);
+    Bytes damaged = encoded("jpeg", 64, 64, pixels);
+    const auto middle = damaged.begin() + std::ptrdiff_t(damaged.size() / 2);
+    std::fill(middle, damaged.end() - 2, std::uint8_t{0});
+    const DecodedTexture texture = decodeTexture(damaged, "");
+    ASSERT_EQ(texture.notes.size(), 1U);
+    EXPECT_NE(texture.notes[0].find("the JPEG is damaged ("), std::string::npos)
+        << texture.notes[0];
+}
+
+TEST(TextureDecoder, WarnsOfAnimations) {
+    const Bytes animated =
+        png(1, 1, PngColor::kRgb, 8, {1, 2, 3}, {{"acTL", {0, 0, 0, 2, 0, 0, 0, 0}}});
+    const DecodedTexture texture = decodeTexture(animated, "");
+    EXPECT_EQ(texture.image.rgba, (Bytes{1, 2, 3, 255}));
+    ASSERT_EQ(texture.notes.size(), 1U);
+    EXPECT_NE(texture.notes[0].find("animated"), std::string::npos) << texture.notes[0];
 }
 
 TEST(TextureDecoder, ReadsJpeg) {

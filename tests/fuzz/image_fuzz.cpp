@@ -16,7 +16,8 @@ void takeImage(Input input) {
     const std::string path = fileOf("picture", input);
     attempt([&] { readFlatImage(path, {kMostSide, kMostBytes}); });
     attempt([&] { imageDescription(path); });
-    attempt([&] { readEnvironment(path, {kMostSide, kMostBytes}); });
+    ReadWarnings warnings(false, path);
+    attempt([&] { readEnvironment(path, warnings, {kMostSide, kMostBytes}); });
 }
 
 }  // namespace
