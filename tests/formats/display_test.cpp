@@ -64,6 +64,34 @@ TEST(StraightPixels, LightOnClearGlassSurvivesOverEveryGrey) {
     }
 }
 
+/// The worst error of light of this colour, and of all parts of it, on what covers `alpha`.
+double worstOfLight(const std::array<float, 3>& color, float alpha) {
+    double worst = 0;
+    for (int i = 1; i <= 50; ++i) {
+        const float light = static_cast<float>(i) / 50;
+        const Rgba shown{light * color[0], light * color[1], light * color[2], alpha};
+        worst = std::max(worst, worstError(shown, straightPixel(shown)));
+    }
+    return worst;
+}
+
+TEST(StraightPixels, AreOffByNoMoreThanTheGuideOfLightSays) {
+    double clear = worstOfLight({1, 1, 1}, 0), covering = 0, colored = 0;
+    for (const float alpha : {0.01F, 0.1F, 0.2F, 0.24F, 0.3F, 0.6F, 0.9F, 1.0F}) {
+        covering = std::max(covering, worstOfLight({1, 1, 1}, alpha));
+        for (const float green : {0.0F, 0.01F, 0.1F, 0.5F})
+            for (const float blue : {0.0F, 0.5F, 1.0F})
+                colored = std::max(colored, worstOfLight({1, green, blue}, alpha));
+    }
+    EXPECT_LE(clear, 24);
+    EXPECT_LE(covering, 73.5);
+    EXPECT_LE(colored, 127.5);
+    // The bounds are no wider than they must be.
+    EXPECT_GT(clear, 23);
+    EXPECT_GT(covering, 69);
+    EXPECT_GT(colored, 110);
+}
+
 TEST(StraightPixels, GreyLightIsExactOverBlack) {
     for (float light = 0.001F; light < 1; light *= 1.5F) {
         const StraightPixel pixel = straightPixel({light, light, light, 0});
