@@ -91,11 +91,6 @@ std::string comparedSizeText(const Window& window) {
     return std::to_string(window.width()) + " x " + std::to_string(window.height());
 }
 
-/// A composite of ours whose layers are nowhere.
-bool isLoneComposite(const ExrInfo& info) {
-    return info.is_peeler && info.composite >= 0 && !isLayered(info);
-}
-
 ComparedImage::ComparedImage(const std::string& path, const LayeredReadOptions& reading,
                              Console& console)
     : path_(path) {

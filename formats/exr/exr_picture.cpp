@@ -230,7 +230,9 @@ ExrPicture choosePicture(OpenedExr& opened) {
     ExrInfo& info = opened.info;
     const LayeredReadOptions& options = opened.options;
     const std::string& path = opened.files.path();
-    if (options.choosesPicture()) forgetLayers(info);
+    // Programs that make a flat picture of a file of ours keep what it said of its layers.
+    const bool flattened = info.is_peeler && info.layers.empty() && info.deep.empty();
+    if (options.choosesPicture() || flattened) forgetLayers(info);
     std::vector<ExrPicture> pictures;
     for (std::size_t i = 0; i < info.parts.size(); ++i) {
         if (info.parts[i].deep() && std::ranges::find(info.deep, i) == info.deep.end()) continue;

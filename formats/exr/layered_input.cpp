@@ -35,6 +35,10 @@ bool isLayered(const ExrInfo& info) {
            (layers != info.attributes().end() && layers->second == "0");
 }
 
+bool isLoneComposite(const ExrInfo& info) {
+    return info.is_peeler && info.composite >= 0 && !isLayered(info);
+}
+
 std::unique_ptr<LayeredInput> openLayered(const std::string& path,
                                           const LayeredReadOptions& options) {
     return openLayered(OpenedExr(path, options));
@@ -48,9 +52,9 @@ std::unique_ptr<LayeredInput> openLayered(OpenedExr opened) {
                         " bundles of rays, not one picture",
                     opened.files.path(), "trace one bundle into a file, or read it with OpenEXR");
     }
-    const bool layers =
-        !opened.info.layers.empty() || (opened.info.is_peeler && opened.info.deep.empty());
-    if (layers && !chooses) return std::make_unique<ExrLdiReader>(std::move(opened));
+    const bool layers = isLayered(opened.info) && opened.info.deep.empty();
+    if ((layers || isLoneComposite(opened.info)) && !chooses)
+        return std::make_unique<ExrLdiReader>(std::move(opened));
     const ExrPicture picture = choosePicture(opened);
     if (opened.info.deep.empty()) return std::make_unique<ExrLdiReader>(std::move(opened), picture);
     return std::make_unique<ExrDeepReader>(std::move(opened), picture);

@@ -57,6 +57,8 @@ class LayeredInput {
 /// Whether the headers promise fragments that openLayered() can read, be it those of an empty
 /// picture.
 bool isLayered(const ExrInfo& info);
+/// Whether it is a composite of ours whose layers are nowhere.
+bool isLoneComposite(const ExrInfo& info);
 /// Whether the headers promise several pictures: the hits of bundles of rays, a deep part each.
 bool holdsBundles(const ExrInfo& info);
 

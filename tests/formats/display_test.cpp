@@ -85,11 +85,11 @@ TEST(StraightPixels, AreOffByNoMoreThanTheGuideOfLightSays) {
     }
     EXPECT_LE(clear, 24);
     EXPECT_LE(covering, 73.5);
-    EXPECT_LE(colored, 127.5);
+    EXPECT_LE(colored, 130);
     // The bounds are no wider than they must be.
     EXPECT_GT(clear, 23);
     EXPECT_GT(covering, 69);
-    EXPECT_GT(colored, 110);
+    EXPECT_GT(colored, 129);
 }
 
 TEST(StraightPixels, GreyLightIsExactOverBlack) {

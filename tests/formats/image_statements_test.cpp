@@ -132,6 +132,7 @@ std::vector<Statement> texturesAndPictures() {
          "t.ktx2", text(premultiplied.bytes())},
         {"KTX2 with premultiplied alpha; arrays, cube maps, volumes, other texels", "refused",
          "t.ktx2", text(cube)},
+        {"textures in BMP, TGA or TIFF", "read", "t.tif", tiffOf(1)},
         {"textures in other formats", "refused", "t.gif", "GIF89a"},
     };
 }
