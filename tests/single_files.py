@@ -3,15 +3,17 @@
 
     single_files.py BUILD_FOLDER [headers]
 
-Compiles, without making anything of it, the files that differ from what landed last and those that include them (20 at
-most), and a tenth of all others, the next one with the next commit. What landed last is where this branch left
-origin/main; where that is not known, or is this very commit, the thirtieth commit before. Left out is what the build itself
-compiles alone; a header is compiled by the .cpp that includes it first. `headers`: those that no .cpp includes first."""
+Compiles, without making anything of it, the files that differ from what landed last and those that include them (16 at
+most), and of all others, in an order that every commit has of its own, as many as SECONDS allow. What landed last is where
+this branch left origin/main; where that is not known, or is this very commit, the thirtieth commit before. Left out is what
+the build itself compiles alone; a header is compiled by the .cpp that includes it first. `headers`: those that no .cpp
+includes first."""
 
 import concurrent.futures
 import json
 import os
 import pathlib
+import random
 import re
 import shlex
 import subprocess
@@ -21,8 +23,8 @@ import time
 SOURCE = pathlib.Path(__file__).resolve().parents[1]
 FOLDERS = ("core", "formats", "cmd", "tests")
 INCLUDE = re.compile(r'^ *# *include "([^"]+)"', re.MULTILINE)
-TURNS = 10
-MOST_DIFFERENT = 20
+SECONDS = 60
+MOST_DIFFERENT = 16
 COMMITS = 30
 
 
@@ -98,28 +100,36 @@ def files_to_compile(build, source):
 
 
 def chosen_of(units, included, source):
-    """(the files, how they were chosen)"""
+    """(those that are compiled at all events, the others in their order, how the first were chosen)"""
     base, changed = different(source)
     first = [file for file in units if file in changed or changed & set(included[file][:1])]
     first += [file for file in units if file not in first and changed & set(included[file])]
     first = first[:MOST_DIFFERENT]
     rest = sorted(set(units) - set(first))
-    count = git(source, "rev-list", "--count", "HEAD")
-    turn = int(count[0]) % TURNS if count else 0
-    how = f"{len(first)} that differ from {base} or include what does, and turn {turn} of {TURNS} of the others"
-    return first + rest[turn::TURNS], how
+    random.Random("".join(git(source, "rev-parse", "HEAD"))).shuffle(rest)
+    return first, rest, f"{len(first)} that differ from {base} or include what does, and of the others what {SECONDS} s allow"
 
 
 def main(build, headers_only, source=SOURCE):
     started = time.monotonic()
     units, included = files_to_compile(build, source)
-    files, how = [file for file in units if file.suffix == ".h"], "all headers that no .cpp includes first"
+    first, rest, how = [file for file in units if file.suffix == ".h"], [], "all headers that no .cpp includes first"
     if not headers_only:
-        files, how = chosen_of(units, included, source)
+        first, rest, how = chosen_of(units, included, source)
+
+    def error_of(file):
+        """Whether it was compiled, and what the compiler said."""
+        if file in others and time.monotonic() - started > SECONDS:
+            return False, None
+        return True, compile_alone((file, units[file]))
+
+    others = set(rest)
     with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        errors = list(filter(None, pool.map(compile_alone, [(file, units[file]) for file in files])))
+        results = list(pool.map(error_of, first + rest))
+    errors = [error for _, error in results if error]
+    compiled = sum(done for done, _ in results)
     print(*errors, sep="\n", end="")
-    print(f"single files: {len(files)} of {len(units)}: {how}; {len(errors)} fail; {time.monotonic() - started:.0f} s")
+    print(f"single files: {compiled} of {len(units)}: {how}; {len(errors)} fail; {time.monotonic() - started:.0f} s")
     return 1 if errors else 0
 
 

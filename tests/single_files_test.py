@@ -64,10 +64,14 @@ class SingleFiles(unittest.TestCase):
             self.assertEqual(code, 1)
             self.assertIn("color.h: does not compile by itself", printed)
 
-    def test_comes_to_each_of_the_others_by_turns(self):
+    def test_comes_to_the_others_in_the_time_that_is_left(self):
         bad = {"core/draw.cpp": "int draw() { return Shape{{1}}.color.red; }\n"}
-        with mock.patch.object(single_files, "TURNS", 1):
-            self.assertEqual(self.run_on(bad)[0], 1)
+        self.assertEqual(self.run_on(bad)[0], 1)
+        with mock.patch.object(single_files, "SECONDS", 0):
+            code, printed = self.run_on(bad)
+            self.assertEqual(code, 0)
+            self.assertIn("0 of 3: 0 that differ", printed)
+            self.assertEqual(self.run_on(bad, bad)[0], 1)
 
 
 if __name__ == "__main__":
