@@ -70,7 +70,7 @@ class SingleFiles(unittest.TestCase):
         with mock.patch.object(single_files, "SECONDS", 0):
             code, printed = self.run_on(bad)
             self.assertEqual(code, 0)
-            self.assertIn("0 of 3: 0 that differ", printed)
+            self.assertIn("0 of 4: 0 that differ", printed)
             self.assertEqual(self.run_on(bad, bad)[0], 1)
 
 
