@@ -216,7 +216,7 @@ class Sandbox : public testing::Test {
                 {"Absolute", (outside_ / file).string(), true},
                 {"Link", "link-" + file, true},
                 {"LinkedFolder", "away/" + file, true},
-                {"FileUri", "file://" + (outside_ / file).string(), false},
+                {"FileUri", "file://" + (outside_ / file).string(), true},
                 {"Folder", "folder.bin", false},
                 {"Pipe", "pipe.bin", false},
                 {"Device", "zero.bin", false},
