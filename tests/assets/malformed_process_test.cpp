@@ -68,7 +68,7 @@ constexpr Unusable kUnusable[] = {
 
 /// Read although the validator calls it unreadable.
 constexpr const char* kReadAllTheSame[] = {
-    "json/bom.gltf",  // a byte order mark: RFC 8259 §8.1 lets readers ignore it
+    "json/bom.gltf",                     // a byte order mark: RFC 8259 §8.1 lets readers ignore it
     "buffer_view/zero_bytelength.gltf",  // with a warning: tiles of Cesium's have such
 };
 

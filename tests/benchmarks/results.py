@@ -5,7 +5,7 @@
     sh tests/run.sh bench                              all of it, and the table of README.md
     sh tests/run.sh bench stages files                 these sections; the others stay as they are
     sh tests/run.sh bench side-by-side -- --quick      with more options of the section's command: printed, not written
-    sh tests/run.sh bench --gpu results.md             the section of a GPU, from the page of a run there (tests/README.md)
+    sh tests/run.sh bench --gpu PAGE                   the section of a GPU, from the page of a run there
 
 A section is a command that prints Markdown tables. It is written as soon as it is measured, with the commit and the
 machine that it was measured with.
@@ -185,12 +185,17 @@ def written(name: str, known: Dict[str, str], tables: str) -> str:
     return f"## {section.title}\n\n{section.text}\n\n{told}\n{tables}"
 
 
+def gpu_facts(page: str) -> Dict[str, str]:
+    return {"commit": re.search(r"packed at commit (.+)", page)[1], "machine": re.search(r"devices, machine: (.+)", page)[1],
+            "renderer": re.search(r"devices, device: (.+)", page)[1]}
+
+
 def gpu_tables(page: str) -> str:
     """The page of a run on a GPU without its date, tests that passed, and what it says twice."""
     page = re.sub(r"\S*/(tests/\w+/\S+)", r"\1", page)  # wherever it was built
     shown = [re.split(r";only |; tests/", line)[0].replace("## ", "**", 1) + ("**" if line.startswith("## ") else "")
              for line in page.splitlines()[4:]
-             if not re.match(r"- (tests, shard \d+: \d|methods, (?!bracket)|references, .* differ by|tests, .* not packed)", line)]
+             if not re.match(r"- (devices|tests, shard \d+: \d|methods, (?!bracket)|references, .* differ by|tests, .* not packed)", line)]
     return "\n".join(shown) + "\n"
 
 
@@ -265,7 +270,7 @@ def main() -> int:
         arguments, more = arguments[:at], arguments[at + 1:]
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--build", type=Path, default=ROOT / "build" / "ci", help=argparse.SUPPRESS)
-    parser.add_argument("--gpu", type=Path, metavar="PAGE", help="results.md of tests/gpu/run.sh")
+    parser.add_argument("--gpu", type=Path, metavar="PAGE", help="the page that tests/gpu/run.sh has written")
     parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"of {', '.join(SECTIONS)} (default: all)")
     options = parser.parse_args(arguments)
     unknown = sorted(set(options.sections) - {name for name in SECTIONS if SECTIONS[name].commands})
@@ -274,7 +279,7 @@ def main() -> int:
     build = options.build.resolve()
     known = facts(build / "peeler")
     if options.gpu:
-        known = {"commit": known["commit"]}
+        known = gpu_facts(options.gpu.read_text(encoding="utf-8"))
     for name in ["gpu"] if options.gpu else options.sections or [name for name in SECTIONS if SECTIONS[name].commands]:
         tables = gpu_tables(options.gpu.read_text(encoding="utf-8")) if options.gpu else measured(SECTIONS[name], build, more)
         text = written(name, known, tables)

@@ -5,6 +5,7 @@ debootstrap makes in memory, with nothing but the C library and Mesa's EGL (minu
 
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -26,7 +27,9 @@ MODELS = 8  # of the asset folder
 
 # Three fragments of two pixels: pixel, Z, R, G, B, A (bits), node, instance, triangle.
 FRAGMENTS = ((3, 1000, 50, 51, 52, 53, 1, 0, 7), (3, 2000, 60, 61, 62, 63, 1, 0, 8), (5, 3000, 1, 2, 3, 4, 2, 0, 0))
-EDGES = "3 1 0 8\n4 1 0 8\n"
+# What they are in nine moved pictures: pixel, node, instance, triangle, in how many, least and largest Z.
+MOVED = "3 1 0 7 9 990 1010\n3 1 0 8 4 2000 2000\n4 1 0 8 5 2000 2000\n5 2 0 0 9 3000 3000\n"
+HALF = 14336  # 0.5
 
 
 def changed(column, by, row=0):
@@ -35,19 +38,24 @@ def changed(column, by, row=0):
     return rows
 
 
-# What is found, what it differs in from FRAGMENTS, and whether that passes.
+# What is found, how many of it are the same, of other depth, of other colour, at edges and beyond, and whether that passes.
 VERDICTS = (
-    (FRAGMENTS, "3 the same, 0 other depth, 0 other colour, 0 other coverage, 0 beyond", True),
-    (FRAGMENTS[::-1], "3 the same, 0 other depth, 0 other colour, 0 other coverage, 0 beyond", True),
-    (changed(1, 2), "2 the same, 1 other depth, 0 other colour, 0 other coverage, 0 beyond", True),
-    (changed(1, -3), "2 the same, 0 other depth, 0 other colour, 0 other coverage, 1 beyond", False),
-    (changed(5, -1), "2 the same, 0 other depth, 1 other colour, 0 other coverage, 0 beyond", True),
-    (changed(2, 2), "2 the same, 0 other depth, 0 other colour, 0 other coverage, 1 beyond", False),
-    (FRAGMENTS[::2], "2 the same, 0 other depth, 0 other colour, 1 other coverage, 0 beyond", True),
-    (FRAGMENTS[1:], "2 the same, 0 other depth, 0 other colour, 0 other coverage, 1 beyond", False),
-    (changed(0, 1, row=1), "2 the same, 0 other depth, 0 other colour, 2 other coverage, 0 beyond", True),
-    (changed(8, 1, row=2), "2 the same, 0 other depth, 0 other colour, 0 other coverage, 2 beyond", False),
+    (FRAGMENTS, (3, 0, 0, 0, 0), True),
+    (FRAGMENTS[::-1], (3, 0, 0, 0, 0), True),
+    (changed(1, 2), (3, 0, 0, 0, 0), True),
+    (changed(1, 22), (2, 1, 0, 0, 0), True),
+    (changed(1, -22), (2, 1, 0, 0, 0), True),
+    (changed(1, 23), (2, 0, 0, 0, 1), False),
+    (changed(1, 3, row=2), (2, 0, 0, 0, 1), False),
+    (changed(5, -1), (2, 0, 1, 0, 0), True),
+    (changed(2, HALF), (2, 0, 0, 0, 1), False),
+    (changed(2, HALF, row=1), (2, 0, 0, 1, 0), True),
+    (FRAGMENTS[::2], (2, 0, 0, 1, 0), True),
+    (FRAGMENTS[1:], (2, 0, 0, 0, 1), False),
+    (changed(0, 1, row=1), (2, 0, 0, 2, 0), True),
+    (changed(8, 1, row=2), (2, 0, 0, 0, 2), False),
 )
+CLASSES = re.compile("(.*) the same, (.*) other depth, (.*) other colour, (.*) at edges, (.*) beyond, colours differ by ")
 
 
 def text_of(rows):
@@ -98,15 +106,32 @@ class Parts(PeelerTest):
         self.assertEqual(found, text_of(zip(*columns)))
 
     def test_differences_are_judged_by_class(self):
-        (self.scratch / "edges").write_text(EDGES)
+        (self.scratch / "moved").write_text(MOVED)
         (self.scratch / "expected").write_text(text_of(FRAGMENTS))
         for rows, told, passes in VERDICTS:
             (self.scratch / "found").write_text(text_of(rows))
             done = subprocess.run(
-                ["awk", "-f", GPU / "classify.awk", "edges", "expected", "found"],
+                ["awk", "-f", GPU / "classify.awk", "moved", "expected", "found"],
                 text=True, capture_output=True, check=False, cwd=self.scratch,
             )
-            self.assertEqual((done.stdout.splitlines()[0], done.returncode == 0), (told, passes), rows)
+            classes = tuple(map(int, CLASSES.match(done.stdout).groups()))
+            self.assertEqual((classes, done.returncode == 0), (told, passes), rows)
+
+    def test_one_fragment_in_50_may_be_beyond(self):
+        many = [(pixel, 1000, 50, 51, 52, 53, 1, 0, 7) for pixel in range(100)]
+        (self.scratch / "moved").write_text("".join(f"{pixel} 1 0 7 9 1000 1000\n" for pixel in range(100)))
+        (self.scratch / "expected").write_text(text_of(many))
+        for beyond, passes in ((2, True), (3, False)):
+            (self.scratch / "found").write_text(text_of([(p, 2000, *more) if p < beyond else (p, z, *more) for p, z, *more in many]))
+            done = subprocess.run(["awk", "-f", GPU / "classify.awk", "moved", "expected", "found"], cwd=self.scratch, check=False,
+                                  stdout=subprocess.DEVNULL)
+            self.assertEqual(done.returncode == 0, passes)
+
+    def test_moved_pictures_are_put_together(self):
+        pictures = FRAGMENTS + (tuple(changed(1, 5)[0]),) + (tuple(changed(1, -7)[0]),)
+        told = subprocess.run(["awk", "-f", GPU / "moved.awk"], input=text_of(pictures), text=True, capture_output=True, check=True)
+        self.assertEqual(sorted(told.stdout.splitlines()),
+                         ["3 1 0 7 3 993 1005", "3 1 0 8 1 2000 2000", "5 2 0 0 1 3000 3000"])
 
 
 @unittest.skipUnless(ALL, "packed and carried out only with PEELER_TEST_ALL: debootstrap, apt, minutes")

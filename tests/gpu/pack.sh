@@ -27,6 +27,7 @@ done
 renderer=$(peeler render "$source/examples/scenes/panes.glb" -o "$scratch/any.npz" --size 16x16 --json --quiet |
     sed -n 's/^ *"renderer": "\(.*\)",$/\1/p')
 echo "# made by $renderer: scene, fragments, layers" >"$here/references.txt"
+git -C "$source" rev-parse HEAD >"$here/commit" 2>/dev/null || echo unknown >"$here/commit"
 scenes | while read -r name file options; do
     if [ -f "$source/examples/scenes/$file" ]; then
         cp "$source/examples/scenes/$file" "$here/examples/scenes" # where tests look for it

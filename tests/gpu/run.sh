@@ -70,6 +70,7 @@ devices() {
     fi
     mv "$work/any.json" "$work/device.json"
     say passed device "$(number backend "$work/device.json"): $(number renderer "$work/device.json")"
+    say measured commit "packed at commit $(cat "$here/commit")"
     say measured machine "$(peeler --version), $(nproc) processors, $(getconf GNU_LIBC_VERSION)"
     if render_any --require-gpu 2>"$work/error"; then
         say passed GPU "there is one"
