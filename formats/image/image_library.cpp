@@ -28,10 +28,8 @@ struct BuiltIn {
     std::uint64_t (*encoder_bytes)(std::uint64_t picture);
 };
 constexpr BuiltIn kBuiltIn[] = {
-    {"png", pngDecoder, pngEncoder, pngEncoderBytes},
-    {"jpeg", jpegDecoder, nullptr, nullptr},
-    {"ktx2", ktx2Decoder, nullptr, nullptr},
-    {"bmp", bmpDecoder, nullptr, nullptr},
+    {"png", pngDecoder, pngEncoder, pngEncoderBytes}, {"jpeg", jpegDecoder, nullptr, nullptr},
+    {"ktx2", ktx2Decoder, nullptr, nullptr},          {"bmp", bmpDecoder, nullptr, nullptr},
     {"targa", tgaDecoder, nullptr, nullptr},
 };
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decoders and encoders of flat pictures. Those of PNG, JPEG, KTX2, BMP and TGA are built in; all others are
-// OpenImageIO's. It brings 240 libraries, so it is a module (formats/modules/image_library.cpp
-// alone includes it), which is loaded for the first picture of another kind.
+// Decoders and encoders of flat pictures. Those of PNG, JPEG, KTX2, BMP and TGA are built in; all
+// others are OpenImageIO's. It brings 240 libraries, so it is a module
+// (formats/modules/image_library.cpp alone includes it), which is loaded for the first picture of
+// another kind.
 #pragma once
 
 #include <cstddef>

@@ -76,8 +76,9 @@ TEST_P(Capture, TiltedPlaneHasTheDepthOfItsPlane) {
     builder.quad(at(-2, -2), at(2, -2), at(2, 2), at(-2, 2), builder.material({1, 1, 1, 0.5F}));
     const View view = testView(128, 96);
     const auto result = capture(builder.scene(), view, settings());
-    // GPUs interpolate between vertices that they have moved onto a grid of 1/256 of a pixel, by half a step along both
-    // axes: of 1/z that is (0.8 + 0.3) / 3 times what half a step is of the picture.
+    // GPUs interpolate between vertices that they have moved onto a grid of 1/256 of a pixel, by
+    // half a step along both axes: of 1/z that is (0.8 + 0.3) / 3 times what half a step is of the
+    // picture.
     const double step = 2 * view.projection.half_width / view.width / 512;
     const double snapped = sharedContext().device().software ? 0 : 1.1 / 3 * step;
     std::size_t covered = 0;

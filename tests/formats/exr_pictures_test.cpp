@@ -100,12 +100,12 @@ TEST_F(ExrPictures, EveryCompressionOfScanLinesAndTilesHasTheValuesThatWereWritt
 TEST_F(ExrPictures, APictureThatWasMadeOfOurFileIsOneThoughItKeepsWhatWeSaid) {
     FlatPart part = grey(0.5);
     part.name = "color";
-    const ReadPicture picture = readFlat({part}, {.header = [](std::size_t, Imf::Header& header) {
-                                             for (const auto& [name, value] :
-                                                  {std::pair("peeler:version", "0.1.0"),
-                                                   std::pair("peeler:layers", "14")})
-                                                 header.insert(name, Imf::StringAttribute(value));
-                                         }});
+    const ReadPicture picture =
+        readFlat({part}, {.header = [](std::size_t, Imf::Header& header) {
+                     for (const auto& [name, value] :
+                          {std::pair("peeler:version", "0.1.0"), std::pair("peeler:layers", "14")})
+                         header.insert(name, Imf::StringAttribute(value));
+                 }});
     EXPECT_EQ(picture.info.plan.layers.size(), 1U);
     EXPECT_FALSE(picture.info.is_peeler);
     EXPECT_EQ(picture.colorAt(1, 1), (Color{0.5F, 0.5F, 0.5F, 1}));
