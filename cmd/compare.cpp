@@ -97,8 +97,9 @@ ComparedImage::ComparedImage(const std::string& path, const LayeredReadOptions& 
     if (fileKind(path) != FileKind::kExr) {
         flat_ = readFlatImage(path);
         ReadWarnings warnings(reading.strict, path);
+        const std::string image = "The image \"" + path + "\": ";
         for (const std::string& note : flat_.notes)
-            warnings.warn("The image \"" + path + "\": " + note + ".");
+            warnings.warn(image + note + ".");
         for (const std::string& warning : warnings.sentences())
             console.warning(warning);
         return;

@@ -179,7 +179,7 @@ std::string crossingsText(const PartReport& part) {
 std::string wallText(const PartReport& part, const Units& units) {
     const auto& [wall, certain] = part.found_wall;
     if (!wall && certain) return "none: no two faces are opposite";
-    const std::string uncertain = certain ? "" : "not determined: " + crossingsText(part);
+    std::string uncertain = certain ? "" : "not determined: " + crossingsText(part);
     if (!wall) return uncertain;
     return (certain ? "" : uncertain + "; at most ") + units.length(wall->thickness) + ", from " +
            Units::place(wall->from) + " to " + Units::place(wall->to) +
@@ -188,7 +188,7 @@ std::string wallText(const PartReport& part, const Units& units) {
 
 /// The volume, and the union's where that is another.
 std::string volumeText(const PartReport& part, const Units& units) {
-    const std::string sum = units.volume(*part.volume);
+    std::string sum = units.volume(*part.volume);
     if (part.union_volume &&
         part.count(PartProblem::kOverlaps) + part.count(PartProblem::kSelfIntersections) == 0)
         return sum;

@@ -250,7 +250,8 @@ double FreeArea::inTrapezoids(const Polygon& cell, const std::vector<Line>& line
             if (s >= 0 && s <= 1 && t >= 0 && t <= 1) cuts.push_back(p.x + s * (q.x - p.x));
         }
     }
-    std::erase_if(cuts, [&](double x) { return !(x >= least.x && x <= most.x); });
+    std::erase_if(
+        cuts, [left = least.x, right = most.x](double x) { return !(x >= left && x <= right); });
     std::sort(cuts.begin(), cuts.end());
     limit_.take(lines.size() * (lines.size() + cuts.size()));
     const double narrow = kLineSlack * (most.x - least.x);

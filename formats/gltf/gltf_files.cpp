@@ -245,7 +245,7 @@ std::optional<fs::path> GltfFolder::withSameEnd(const Named& named) const {
         for (std::size_t i = first; i < count; ++i)
             end /= components[i];
         if (!named.from.empty())
-            if (const auto found = present((named.from / end).lexically_normal())) return found;
+            if (auto found = present((named.from / end).lexically_normal())) return found;
         if (auto found = present(end)) return found;
     }
     return {};

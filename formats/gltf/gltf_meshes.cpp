@@ -234,10 +234,11 @@ class PrimitiveReader {
             if (isAttributeName(name) &&
                 (!joints || std::stoull(name.substr(name.find('_') + 1)) < joint_sets))
                 continue;
-            document_.warn("The attribute " + where + '/' + name +
+            const std::string place = childPointer(where, name);
+            document_.warn("The attribute " + place +
                                " is none that glTF has there (MESH_PRIMITIVE_INVALID_ATTRIBUTE); " +
                                "it is left out.",
-                           where + '/' + name);
+                           place);
         }
     }
 
@@ -258,12 +259,14 @@ class PrimitiveReader {
     }
 
     MorphTarget target(const Attributes& from, const std::string& where) {
-        for (const auto& [name, accessor] : from)
-            if (!name.starts_with('_') && !source_.attributes.contains(name))
-                document_.warn("The target " + where + '/' + name +
-                                   " displaces what the primitive does not have "
-                                   "(MESH_PRIMITIVE_MORPH_TARGET_NO_BASE_ACCESSOR).",
-                               where + '/' + name);
+        for (const auto& [name, accessor] : from) {
+            if (name.starts_with('_') || source_.attributes.contains(name)) continue;
+            const std::string place = childPointer(where, name);
+            document_.warn("The target " + place +
+                               " displaces what the primitive does not have "
+                               "(MESH_PRIMITIVE_MORPH_TARGET_NO_BASE_ACCESSOR).",
+                           place);
+        }
         checkNames(from, where, 0);
         return {vectors<glm::vec3>(from, where, "POSITION", kDisplacement),
                 vectors<glm::vec3>(from, where, "NORMAL", kDisplacement),

@@ -28,7 +28,7 @@ std::uint64_t hashOf(const Environment& environment) {
                        static_cast<std::uint64_t>(environment.width));
 }
 
-constexpr const char* kFormats = "give an equirectangular picture as .hdr (Radiance) or .exr";
+constexpr const char* kEnvironments = "give an equirectangular picture as .hdr (Radiance) or .exr";
 
 /// Adds a clause to the warnings.
 void warnOf(const std::string& path, const std::string& note, ReadWarnings& warnings) {
@@ -91,7 +91,8 @@ Environment readEnvironment(const std::string& path, ReadWarnings& warnings,
                             const EnvironmentLimits& limits) {
     const FileKind kind = fileKind(path);
     if (kind != FileKind::kHdr && kind != FileKind::kExr)
-        failEnvironment("an environment is neither a Radiance nor an OpenEXR file", path, kFormats);
+        failEnvironment("an environment is neither a Radiance nor an OpenEXR file", path,
+                        kEnvironments);
     const FlatImage flat = readFlatImage(path, {limits.max_side, limits.max_bytes});
     for (const std::string& note : flat.notes)
         warnOf(path, note, warnings);
@@ -101,7 +102,7 @@ Environment readEnvironment(const std::string& path, ReadWarnings& warnings,
         std::uint64_t{16} * static_cast<std::uint64_t>(flat.width) *
                 static_cast<std::uint64_t>(flat.height) >
             limits.max_bytes)
-        failEnvironment("the display window is empty or too large", path, kFormats);
+        failEnvironment("the display window is empty or too large", path, kEnvironments);
 
     Environment environment;
     environment.width = flat.width;
