@@ -18,8 +18,8 @@ namespace {
 constexpr int kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsignedShort = 5123,
               kFloat = 5126;
 
-// glTF 2.0 §3.7.2.1, and beyond it KHR_mesh_quantization. A file that uses the latter's types
-// without naming the extension is read all the same: there is one way only to understand it.
+// glTF 2.0 §3.7.2.1, and beyond it KHR_mesh_quantization. Positions of the latter's types are read
+// without the extension's name, too: there is only one way to understand them.
 const AccessorFormat kPosition = {{3},
                                   {{kFloat},
                                    {kByte},
@@ -35,16 +35,7 @@ const AccessorFormat kTangent = {{4}, {{kFloat}, {kByte, true}, {kShort, true}}}
 const AccessorFormat kTexcoord = {
     {2}, {{kFloat}, {kByte, true}, {kUnsignedByte, true}, {kShort, true}, {kUnsignedShort, true}}};
 /// Where the file names KHR_mesh_quantization: other integers are coordinates as they stand.
-const AccessorFormat kQuantizedTexcoord = {{2},
-                                           {{kFloat},
-                                            {kByte},
-                                            {kByte, true},
-                                            {kUnsignedByte},
-                                            {kUnsignedByte, true},
-                                            {kShort},
-                                            {kShort, true},
-                                            {kUnsignedShort},
-                                            {kUnsignedShort, true}}};
+const AccessorFormat kQuantizedTexcoord = {{2}, kPosition.allowed};
 const AccessorFormat kColor = {{3, 4}, {{kFloat}, {kUnsignedByte, true}, {kUnsignedShort, true}}};
 const AccessorFormat kJoints = {{4}, {{kUnsignedByte}, {kUnsignedShort}}};
 const AccessorFormat kWeights = {{4}, {{kFloat}, {kUnsignedByte, true}, {kUnsignedShort, true}}};
@@ -226,7 +217,8 @@ class PrimitiveReader {
                    "(ACCESSOR_WEIGHTS_NON_NORMALIZED); they are scaled");
     }
 
-    /// Warns of attributes that are none of glTF's, and of joints behind a gap.
+    /// Warns of attributes that glTF does not define, and of JOINTS_n and WEIGHTS_n whose number
+    /// does not follow on from the sets that were read.
     void checkNames(const Attributes& attributes, const std::string& where,
                     std::size_t joint_sets) {
         for (const auto& [name, accessor] : attributes) {

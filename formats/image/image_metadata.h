@@ -23,9 +23,9 @@ struct ReducedImage {
 ReducedImage withoutPngMetadata(std::span<const std::uint8_t> bytes);
 
 /// The JPEG (ITU-T T.81) without Exif, IPTC, profiles and comments, for the same reasons; Adobe's
-/// APP14 stays, since it says how the colours are stored. A file that ends within its pixels gets a
-/// note: libjpeg makes the rest of them grey. Throws Error (kInput) likewise if it ends before them
-/// or its markers are damaged.
+/// APP14 stays, since it says how the colours are stored. A file that ends in the middle of its
+/// pixels gets a note, since libjpeg fills the missing ones with grey. Throws Error (kInput),
+/// likewise, for a file that ends before the pixels or has damaged markers.
 ReducedImage withoutJpegMetadata(std::span<const std::uint8_t> bytes);
 
 /// The WebP (RFC 9649) without Exif, XMP, profiles and chunks that nobody knows, for the same

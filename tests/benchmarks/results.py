@@ -268,21 +268,23 @@ def main() -> int:
     if "--" in arguments:
         at = arguments.index("--")
         arguments, more = arguments[:at], arguments[at + 1:]
+    measurable = [name for name in SECTIONS if SECTIONS[name].commands]
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--build", type=Path, default=ROOT / "build" / "ci", help=argparse.SUPPRESS)
     parser.add_argument("--gpu", type=Path, metavar="PAGE", help="the page that tests/gpu/run.sh has written")
-    parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"of {', '.join(SECTIONS)} (default: all)")
+    parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"of {', '.join(measurable)} (default: all)")
     options = parser.parse_args(arguments)
-    unknown = sorted(set(options.sections) - {name for name in SECTIONS if SECTIONS[name].commands})
+    unknown = sorted(set(options.sections) - set(measurable))
     if unknown:
-        parser.error(f"no section is called {', '.join(unknown)}; there are {', '.join(SECTIONS)}")
+        parser.error(f"no section is called {', '.join(unknown)}; there are {', '.join(measurable)}")
     build = options.build.resolve()
     known = facts(build / "peeler")
+    names = options.sections or measurable
     if options.gpu:
-        known = gpu_facts(options.gpu.read_text(encoding="utf-8"))
-    for name in ["gpu"] if options.gpu else options.sections or [name for name in SECTIONS if SECTIONS[name].commands]:
-        tables = gpu_tables(options.gpu.read_text(encoding="utf-8")) if options.gpu else measured(SECTIONS[name], build, more)
-        text = written(name, known, tables)
+        page, names = options.gpu.read_text(encoding="utf-8"), ["gpu"]
+    for name in names:
+        text = (written(name, gpu_facts(page), gpu_tables(page)) if options.gpu
+                else written(name, known, measured(SECTIONS[name], build, more)))
         if more:
             print(text)
             continue

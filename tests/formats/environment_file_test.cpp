@@ -203,22 +203,12 @@ TEST(EnvironmentFile, WarnsOfSettingsThatHaveNoEffect) {
     }
 }
 
-/// Writes a black EXR, in so many parts, with changes to its header.
+/// Writes a black sky of this size.
 std::string writeExr(const ScratchDir& folder, int width, int height,
                      const std::function<void(Imf::Header&)>& change = {}, std::size_t parts = 1) {
     const std::string path = folder / "sky.exr";
-    FlatPart part;
-    part.window = {{0, 0}, {width - 1, height - 1}};
-    part.values = {{"R", {0}}, {"G", {0}}, {"B", {0}}};
-    FlatFileOptions options;
-    options.display = part.window;
-    options.header = [&](std::size_t, Imf::Header& header) {
-        if (change) change(header);
-    };
-    std::vector<FlatPart> all(parts, part);
-    for (std::size_t i = 0; i < parts; ++i)
-        all[i].name = "part " + std::to_string(i);
-    writeFlatFile(path, all, options);
+    const Imath::Box2i window{{0, 0}, {width - 1, height - 1}};
+    writeBlackFile(path, window, window, change, parts);
     return path;
 }
 

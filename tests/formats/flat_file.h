@@ -105,4 +105,21 @@ inline void writeFlatFile(const std::string& path, const std::vector<FlatPart>& 
     }
 }
 
+/// Writes `parts` parts of black pixels with the same windows; `change` changes each header.
+inline void writeBlackFile(const std::string& path, const Imath::Box2i& window,
+                           const Imath::Box2i& display,
+                           const std::function<void(Imf::Header&)>& change = {},
+                           std::size_t parts = 1) {
+    std::vector<FlatPart> all(parts,
+                              {.window = window, .values = {{"R", {0}}, {"G", {0}}, {"B", {0}}}});
+    for (std::size_t i = 0; i < parts; ++i)
+        all[i].name = "part " + std::to_string(i);
+    FlatFileOptions options;
+    options.display = display;
+    options.header = [&](std::size_t, Imf::Header& header) {
+        if (change) change(header);
+    };
+    writeFlatFile(path, all, options);
+}
+
 }  // namespace peeler::test
