@@ -15,15 +15,17 @@
 #include "cmd/bake/write_memory.h"
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
-#include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
+#include "cmd/options/appearance_options.h"
 #include "cmd/options/capture_job.h"
 #include "cmd/options/forecast.h"
 #include "cmd/options/output_options.h"
+#include "cmd/session/progress_report.h"
 #include "cmd/verbs.h"
 #include "core/bake/receivers.h"
 #include "core/base/error.h"
+#include "core/base/printable.h"
 #include "core/capture/bands.h"
 #include "formats/file/file_name.h"
 #include "formats/gltf/gltf_package.h"
@@ -45,8 +47,8 @@ constexpr const char* kSoftware = "peeler " PEELER_VERSION;
 /// One run. run() lists its stages.
 class Bake {
   public:
-    Bake(const BakeCommand& options, Console& console)
-        : options_(options), console_(console), job_(options, console) {}
+    Bake(const BakeCommand& options, Session& session)
+        : options_(options), reporter_(session.reporter()), job_(options, session) {}
 
     void run() {
         checkOptions();
@@ -56,7 +58,7 @@ class Bake {
         forecast();
         openHits();
         if (options_.bake.dry_run) return describe();
-        tellForecast(forecast_, console_);
+        tellForecast(forecast_, reporter_);
         gather();
         write();
         report();
@@ -91,7 +93,7 @@ class Bake {
     }
 
     const BakeCommand& options_;
-    Console& console_;
+    Reporter& reporter_;
     CaptureJob job_;
     CaptureSettings capture_;
     const OpenedScene* scene_ = nullptr;  ///< owned by job_
@@ -156,17 +158,17 @@ void Bake::placeReceivers() {
 void Bake::warnOfTexels() const {
     const std::string set = "TEXCOORD_" + std::to_string(texels_->settings().uv_set);
     if (texels_->withoutUvs() > 0)
-        console_.warning(countText(texels_->withoutUvs(), "surface") + " without " + set +
-                         ": nothing is baked for what has none.");
+        reporter_.warning(countText(texels_->withoutUvs(), "surface") + " without " + set +
+                          ": nothing is baked for what has none.");
     for (const TexelAtlas& atlas : texels_->atlases()) {
         if (atlas.shared == 0) continue;
         const double share =
             100 * static_cast<double>(atlas.shared) / static_cast<double>(atlas.covered);
-        console_.warning("The UVs of material " + materialName(atlas.material) +
-                         " overlap (mirrored, tiled, or several instances): " +
-                         countText(atlas.shared, "texel") + ", " +
-                         std::to_string(static_cast<int>(std::ceil(share))) +
-                         " % of those in use, hold a mean of several places.");
+        reporter_.warning("The UVs of material " + materialName(atlas.material) +
+                          " overlap (mirrored, tiled, or several instances): " +
+                          countText(atlas.shared, "texel") + ", " +
+                          std::to_string(static_cast<int>(std::ceil(share))) +
+                          " % of those in use, hold a mean of several places.");
     }
 }
 
@@ -266,7 +268,7 @@ void Bake::takeMemory(std::uint64_t bytes) {
 /// What would be done, for --dry-run.
 void Bake::describe() {
     {
-        ProgressReport progress(console_, options_.report.shownProgress(), {"count", kCountEnd});
+        ProgressReport progress(reporter_, {"count", kCountEnd});
         takeMemory(forecastBake(*source_, receivers(), settings_, capture_,
                                 [&](double share) { progress.update(share); }));
     }
@@ -278,9 +280,9 @@ void Bake::describe() {
     json["settingsHash"] = job_.settingsHash(capture_, bakeSettings(options_.bake));
     json["forecastMemory"] = memory_forecast_;
     json["outputs"] = forecastJson(forecast_);
-    console_.result(jsonText(json));
-    tellMemory(memory_forecast_, console_);
-    tellForecast(forecast_, console_, true);
+    reporter_.result(json);
+    tellMemory(memory_forecast_, reporter_);
+    tellForecast(forecast_, reporter_, true);
 }
 
 /// Bundles to come may have more hits than the first, by which a note tells.
@@ -289,11 +291,11 @@ void Bake::gather() {
     const auto tell = [&](std::uint64_t bytes) {
         takeMemory(bytes);
         if (!std::exchange(told, true))
-            console_.detail("takes " + bytesText(memory_forecast_) + " of memory at most");
+            reporter_.detail("takes " + bytesText(memory_forecast_) + " of memory at most");
     };
     {
         const SurfaceLookup lookup = texels_ ? texels_->lookup() : vertices_->lookup();
-        ProgressReport progress(console_, options_.report.shownProgress(), "bake");
+        ProgressReport progress(reporter_, "bake");
         const StageTimer timer(job_.times(), "bake");
         values_ = bake(
             *source_, receivers(), settings_, capture_, lookup,
@@ -304,7 +306,7 @@ void Bake::gather() {
     for (const auto& [stage, milliseconds] : captures)
         job_.times()["bake"] -= milliseconds;
     add(job_.times(), captures);
-    job_.closeHits();
+    job_.releaseHits();
     returnFreeMemory();  // for what is written
 }
 
@@ -331,7 +333,7 @@ void Bake::showWhatWasBaked(GltfPackage& package) const {
 
 void Bake::writePackage(GltfPackage& package) const {
     for (const std::string& warning : package.warnings())
-        console_.warning(inOptions(warning));
+        reporter_.warning(warning);
     package.write(outputs_.front().string());
 }
 
@@ -412,7 +414,7 @@ void Bake::report() {
                                          {"texelsCovered", atlas.covered},
                                          {"texelsShared", atlas.shared}});
     }
-    reportResult(options_.report, toJson(result, found), lines, console_);
+    reportResult(options_.report, toJson(result, found), lines, reporter_);
 }
 
 constexpr const char* kBakeFooter =
@@ -438,8 +440,8 @@ VerbAction declareBake(VerbOptions& verb) {
     addRunOptions(verb, *options, "rays are traced in bands that fit beside the receivers");
     addDryRunOption(verb, options->bake.dry_run);
     verb.footer(kBakeFooter);
-    return [options](Console& console) {
-        Bake(*options, console).run();
+    return [options](Session& session) {
+        Bake(*options, session).run();
         return 0;
     };
 }

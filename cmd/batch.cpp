@@ -19,12 +19,13 @@
 #include "cmd/batch/batch_jobs.h"
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
-#include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/child_process.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/capture_options.h"
 #include "cmd/options/output_options.h"
+#include "cmd/session/progress_report.h"
+#include "cmd/session/session.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "formats/file/file_name.h"
@@ -50,7 +51,8 @@ struct BatchOptions {
 /// checked.
 class Batch {
   public:
-    Batch(const BatchOptions& options, Console& console) : options_(options), console_(console) {}
+    Batch(const BatchOptions& options, Reporter& reporter)
+        : options_(options), reporter_(reporter) {}
     int run();
 
   private:
@@ -76,7 +78,7 @@ class Batch {
     void printInOrder();
 
     const BatchOptions& options_;
-    Console& console_;
+    Reporter& reporter_;
     std::vector<Job> jobs_;
     std::optional<BatchReport> report_;
     std::vector<std::optional<Json>> results_;  ///< one a job
@@ -103,7 +105,7 @@ struct EndedBySignal {
 };
 
 int Batch::run() {
-    options_.report.applyTo(console_);
+    options_.report.applyTo(reporter_);
     readFile();
     share();
     if (options_.dry_run) {
@@ -165,9 +167,9 @@ void Batch::takeEarlierResults(const std::vector<Json>& lines) {
     }
     for (std::size_t i = 0; i < jobs_.size(); ++i) {
         const auto again = [&](const char* why) {
-            console_.note("job " + std::to_string(i + 1) +
-                          (jobs_[i].id.empty() ? "" : " (" + jobs_[i].id + ")") +
-                          " is done again: " + why);
+            reporter_.note("job " + std::to_string(i + 1) +
+                           (jobs_[i].id.empty() ? "" : " (" + jobs_[i].id + ")") +
+                           " is done again: " + why);
         };
         const auto earlier = last.find(jobs_[i].hash);
         if (earlier == last.end()) {
@@ -184,8 +186,8 @@ void Batch::takeEarlierResults(const std::vector<Json>& lines) {
         ++done_;
     }
     if (done_ > 0) {
-        console_.note("done already: " + groupedText(done_) + " of " +
-                      countText(jobs_.size(), "job"));
+        reporter_.note("done already: " + groupedText(done_) + " of " +
+                       countText(jobs_.size(), "job"));
     }
 }
 
@@ -231,13 +233,13 @@ void Batch::printPlan() {
         line["command"] = {"peeler"};
         for (const std::string& argument : commandOf(jobs_[i]))
             line["command"].push_back(argument);
-        console_.result(lineText(line));
+        reporter_.text(lineText(line));
     }
 }
 
 void Batch::runJobs() {
     signals_.emplace();
-    progress_.emplace(console_, options_.report.shownProgress(), "batch");
+    progress_.emplace(reporter_, "batch");
     printInOrder();
     while (true) {
         startJobs();
@@ -252,7 +254,7 @@ void Batch::runJobs() {
         if (result) lines.push_back(*result);
     // Results behind a job that --fail-fast left out are not printed yet.
     for (std::size_t i = printed_; i < results_.size(); ++i)
-        if (results_[i]) console_.result(lineText(*results_[i]));
+        if (results_[i]) reporter_.text(lineText(*results_[i]));
     if (report_) report_->finish(lines);
 }
 
@@ -331,12 +333,12 @@ void Batch::finish(const Running& running) {
                              (job.id.empty() ? "" : " (" + job.id + ")") + ": ";
     if (line.contains("warnings")) {
         for (const auto& warning : line["warnings"])
-            console_.warning(name + warning.get<std::string>());
+            reporter_.warning(name + warning.get<std::string>());
     }
     if (line.contains("error")) {
         std::istringstream errors(line["error"]["what"].get<std::string>());
         for (std::string error; std::getline(errors, error);)
-            console_.error(name + error);
+            reporter_.error(name + error);
     }
     store(running.job, std::move(line));
 }
@@ -352,7 +354,7 @@ void Batch::store(std::size_t job, Json result) {
 
 void Batch::printInOrder() {
     for (; printed_ < results_.size() && results_[printed_]; ++printed_)
-        console_.result(lineText(*results_[printed_]));
+        reporter_.text(lineText(*results_[printed_]));
 }
 
 }  // namespace
@@ -390,7 +392,7 @@ VerbAction declareBatch(VerbOptions& verb) {
                              "progress style", "how progress is told on stderr:")
         .group("Messages");
     verb.addFlag("-q,--quiet", options->report.quiet, "warnings and errors only").group("Messages");
-    return [options](Console& console) { return Batch(*options, console).run(); };
+    return [options](Session& session) { return Batch(*options, session.reporter()).run(); };
 }
 
 }  // namespace peeler::cmd

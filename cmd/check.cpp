@@ -10,10 +10,10 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
-#include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/capture_job.h"
 #include "cmd/options/output_options.h"
+#include "cmd/session/progress_report.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "formats/image/legend.h"
@@ -73,8 +73,8 @@ CompositeImage withLegend(const CompositeImage& picture, const std::vector<Legen
 /// One run. run() lists its stages.
 class Check {
   public:
-    Check(const CheckOptions& options, Console& console)
-        : options_(options), console_(console), job_(options, console) {}
+    Check(const CheckOptions& options, Session& session)
+        : options_(options), reporter_(session.reporter()), job_(options, session) {}
 
     int run() {
         checkOptions();
@@ -107,7 +107,7 @@ class Check {
         if (options_.least_wall)
             settings.least_wall = *options_.least_wall / 1000 / settings.metres;
         const StageTimer timer(job_.times(), "check");
-        ProgressReport progress(console_, options_.report.shownProgress(), "check");
+        ProgressReport progress(reporter_, "check");
         report_ = checkParts(posed, settings, [&](double share) { progress.update(share); });
         noteUnit();
     }
@@ -118,8 +118,8 @@ class Check {
         const glm::dvec3 size = report_.bounds.max - report_.bounds.min;
         const double largest = std::max({size.x, size.y, size.z});
         if (largest * report_.metres > kLarge && options_.unit == 1)
-            console_.hint("this is " + groupedText(static_cast<std::uint64_t>(largest)) +
-                          " metres large; if the file has millimetres, say --unit mm");
+            reporter_.hint("this is " + groupedText(static_cast<std::uint64_t>(largest)) +
+                           " metres large; if the file has millimetres, say --unit mm");
     }
 
     void writePicture() {
@@ -134,7 +134,7 @@ class Check {
         keeper.begin(renderer.plan(makeView(posed, SceneExtent(posed), options_.camera), capture));
         renderer.capture(keeper);
         keeper.finish();
-        job_.closeRenderer();
+        job_.releaseRenderer();
         OutputOptions output = options_.output.options;
         output.provenance.version = PEELER_VERSION;
         peeler::writePicture(options_.output.path.string(),
@@ -148,19 +148,19 @@ class Check {
         const Json json = toJson(result, toJson(report_));
         if (options_.report.file) writeReport(*options_.report.file, json);
         if (options_.report.json)
-            console_.result(jsonText(json));
+            reporter_.result(json);
         else
-            console_.result(toText(report_, options_.scene.file.string()));
+            reporter_.text(toText(report_, options_.scene.file.string()));
         if (options_.writesPicture())
-            console_.note(options_.output.path.string() + ": " + bytesText(result.bytes) + ", " +
-                          totalText(result.milliseconds));
+            reporter_.note(options_.output.path.string() + ": " + bytesText(result.bytes) + ", " +
+                           totalText(result.milliseconds));
         if (report_.faulty() == 0) return 0;
-        console_.error(verdictText(report_));
+        reporter_.error(verdictText(report_));
         return static_cast<int>(ErrorKind::kInput);
     }
 
     const CheckOptions& options_;
-    Console& console_;
+    Reporter& reporter_;
     CaptureJob job_;
     CheckReport report_;
 };
@@ -215,7 +215,7 @@ VerbAction declareCheck(VerbOptions& verb) {
     addUpOption(verb, options->scene.reading);
     addRunOptions(verb, *options, "of the picture; the check itself takes what it needs");
     verb.footer(kCheckFooter);
-    return [options](Console& console) { return Check(*options, console).run(); };
+    return [options](Session& session) { return Check(*options, session).run(); };
 }
 
 }  // namespace peeler::cmd

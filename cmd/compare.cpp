@@ -12,12 +12,13 @@
 
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
-#include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/compare/compare_result.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/layered_options.h"
 #include "cmd/options/output_options.h"
+#include "cmd/session/progress_report.h"
+#include "cmd/session/session.h"
 #include "cmd/verbs.h"
 #include "core/base/color.h"
 #include "core/base/error.h"
@@ -54,7 +55,7 @@ struct CompareOptions {
 class ComparedImage {
   public:
     /// Throws Error (kInput) for what is no image.
-    ComparedImage(const std::string& path, const LayeredReadOptions& reading, Console& console);
+    ComparedImage(const std::string& path, const LayeredReadOptions& reading, Reporter& reporter);
 
     const std::string& path() const { return path_; }
     bool layered() const { return layered_; }
@@ -92,7 +93,7 @@ std::string comparedSizeText(const Window& window) {
 }
 
 ComparedImage::ComparedImage(const std::string& path, const LayeredReadOptions& reading,
-                             Console& console)
+                             Reporter& reporter)
     : path_(path) {
     if (fileKind(path) != FileKind::kExr) {
         flat_ = readFlatImage(path);
@@ -101,13 +102,13 @@ ComparedImage::ComparedImage(const std::string& path, const LayeredReadOptions& 
         for (const std::string& note : flat_.notes)
             warnings.warn(image + note + ".");
         for (const std::string& warning : warnings.sentences())
-            console.warning(warning);
+            reporter.warning(warning);
         return;
     }
     OpenedExr opened(path, reading);
     const bool composite = isLoneComposite(opened.info) && !reading.choosesPicture();
     const bool layers = isLayered(opened.info) && !reading.choosesPicture();
-    reader_ = composite ? openComposite(std::move(opened)) : openInput(std::move(opened), console);
+    reader_ = composite ? openComposite(std::move(opened)) : openInput(std::move(opened), reporter);
     layered_ = layers || !reader_->info().deep.empty();
 }
 
@@ -202,8 +203,8 @@ void chooseWindows(ComparedImage& a, ComparedImage& b) {
 /// One comparison. run() lists its stages.
 class Compare {
   public:
-    Compare(const CompareOptions& options, Console& console)
-        : options_(options), console_(console) {}
+    Compare(const CompareOptions& options, Reporter& reporter)
+        : options_(options), reporter_(reporter) {}
 
     int run() {
         checkOptions();
@@ -221,7 +222,7 @@ class Compare {
     int report();
 
     const CompareOptions& options_;
-    Console& console_;
+    Reporter& reporter_;
     std::unique_ptr<ComparedImage> a_, b_;
     Comparison comparison_;
     std::vector<float> differences_;  ///< of every pixel; empty without a heat map
@@ -229,7 +230,7 @@ class Compare {
 };
 
 void Compare::checkOptions() {
-    options_.report.applyTo(console_);
+    options_.report.applyTo(reporter_);
     const fs::path heatmap = options_.heatmap.value_or(fs::path());
     OutputRequest output;
     output.path = heatmap;
@@ -244,8 +245,8 @@ void Compare::checkOptions() {
 }
 
 void Compare::open() {
-    a_ = std::make_unique<ComparedImage>(options_.a.string(), options_.reading, console_);
-    b_ = std::make_unique<ComparedImage>(options_.b.string(), options_.reading, console_);
+    a_ = std::make_unique<ComparedImage>(options_.a.string(), options_.reading, reporter_);
+    b_ = std::make_unique<ComparedImage>(options_.b.string(), options_.reading, reporter_);
     chooseWindows(*a_, *b_);
     comparison_.a = {a_->path(), a_->layered(), a_->layers()};
     comparison_.b = {b_->path(), b_->layered(), b_->layers()};
@@ -258,7 +259,7 @@ void Compare::open() {
 }
 
 void Compare::compare() {
-    ProgressReport progress(console_, options_.report.shownProgress(), "compare");
+    ProgressReport progress(reporter_, "compare");
     LayeredDifference& sum = comparison_.difference;
     const auto width = static_cast<std::size_t>(comparison_.width);
     const int step = std::min(a_->rowsFor(kComparedBandBytes), b_->rowsFor(kComparedBandBytes));
@@ -312,14 +313,14 @@ int Compare::report() {
     const auto json = toJson(comparison_, results, heatmap_);
     if (options_.report.file) writeReport(*options_.report.file, json);
     if (options_.report.json) {
-        console_.result(jsonText(json));
-    } else if (!console_.quiet()) {
-        console_.result(toText(comparison_, heatmap_));
+        reporter_.result(json);
+    } else if (!reporter_.quiet()) {
+        reporter_.text(toText(comparison_, heatmap_));
     }
     int code = 0;
     for (const ThresholdResult& result : results) {
         if (!result.exceeded) continue;
-        console_.error(toText(result));
+        reporter_.error(toText(result));
         code = 1;
     }
     return code;
@@ -395,7 +396,7 @@ VerbAction declareCompare(VerbOptions& verb) {
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);
     verb.footer(kCompareFooter);
-    return [options](Console& console) { return Compare(*options, console).run(); };
+    return [options](Session& session) { return Compare(*options, session.reporter()).run(); };
 }
 
 }  // namespace peeler::cmd

@@ -6,12 +6,13 @@
 #include <utility>
 
 #include "cmd/cli/arguments.h"
-#include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/layered_bands.h"
 #include "cmd/options/layered_options.h"
 #include "cmd/options/output_options.h"
+#include "cmd/session/progress_report.h"
+#include "cmd/session/session.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "core/image/layers.h"
@@ -36,8 +37,8 @@ struct ConvertOptions {
 /// One run. run() lists its stages.
 class Convert {
   public:
-    Convert(const ConvertOptions& options, Console& console)
-        : options_(options), console_(console) {}
+    Convert(const ConvertOptions& options, Reporter& reporter)
+        : options_(options), reporter_(reporter) {}
 
     void run() {
         {
@@ -61,14 +62,14 @@ class Convert {
     void forEachBand(const Stage& stage, Take&& take);
 
     const ConvertOptions& options_;
-    Console& console_;
+    Reporter& reporter_;
     std::unique_ptr<LayeredInput> reader_;
     Plan plan_;
     PictureResult result_;
 };
 
 void Convert::checkOptions() {
-    options_.report.applyTo(console_);
+    options_.report.applyTo(reporter_);
     const OutputFormat& format =
         findOutputFormat(options_.output.path.string(), options_.output.options.as);
     constexpr OutputContent kArrays[] = {OutputContent::kArrays, OutputContent::kPlanes,
@@ -89,13 +90,13 @@ void Convert::checkOptions() {
 void Convert::open() {
     const StageTimer timer(result_.milliseconds, "load");
     const LayeredReadOptions reading = readingFor(options_.reading, {{options_.output.path}});
-    reader_ = openInput(options_.input.string(), reading, console_);
+    reader_ = openInput(options_.input.string(), reading, reporter_);
     plan_ = reader_->info().plan;
 }
 
 template <class Take>
 void Convert::forEachBand(const Stage& stage, Take&& take) {
-    ProgressReport progress(console_, options_.report.shownProgress(), stage);
+    ProgressReport progress(reporter_, stage);
     cmd::forEachBand(*reader_, 0, result_.milliseconds, progress, take);
 }
 
@@ -129,8 +130,8 @@ void Convert::report() {
     result_.inputs = {options_.input};
     result_.output = options_.output.path;
     describePicture(plan_, reader_->info().provenance, result_);
-    describeFiles(options_.output, result_, console_);
-    reportResult(options_.report, result_, console_);
+    describeFiles(options_.output, result_, reporter_);
+    reportResult(options_.report, result_, reporter_);
 }
 
 constexpr const char* kConvertFooter =
@@ -152,8 +153,8 @@ VerbAction declareConvert(VerbOptions& verb) {
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);
     verb.footer(kConvertFooter);
-    return [options](Console& console) {
-        Convert(*options, console).run();
+    return [options](Session& session) {
+        Convert(*options, session.reporter()).run();
         return 0;
     };
 }

@@ -7,6 +7,7 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
+#include "cmd/session/session.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "core/gl/context.h"
@@ -96,7 +97,7 @@ std::string machineText() {
     return text + "--memory " + mebibytesText(budget) + " (" + budget.source + ")\n";
 }
 
-int listAll(const DevicesOptions& options, Console& console) {
+int listAll(const DevicesOptions& options, Reporter& reporter) {
     setThreads(0);
     takeVisibleGpus();
     const std::vector<gl::Device> devices = gl::listDevices();
@@ -105,12 +106,12 @@ int listAll(const DevicesOptions& options, Console& console) {
         json["devices"] = nlohmann::ordered_json::array();
         for (const auto& device : devices)
             json["devices"].push_back(toJson(device));
-        console.result(jsonText(json));
+        reporter.result(json);
     } else {
         std::string text = machineText();
         for (const auto& device : devices)
             text += toText(device);
-        console.result(text);
+        reporter.text(text);
     }
     if (std::any_of(devices.begin(), devices.end(),
                     [](const gl::Device& device) { return device.problem.empty(); })) {
@@ -126,7 +127,7 @@ int listAll(const DevicesOptions& options, Console& console) {
 VerbAction declareDevices(VerbOptions& verb) {
     const auto options = std::make_shared<DevicesOptions>();
     verb.addFlag("--json", options->json, "print JSON");
-    return [options](Console& console) { return listAll(*options, console); };
+    return [options](Session& session) { return listAll(*options, session.reporter()); };
 }
 
 }  // namespace peeler::cmd

@@ -10,7 +10,6 @@
 #include <span>
 #include <vector>
 
-#include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/extract/band_memory.h"
 #include "cmd/extract/extract_options.h"
@@ -18,8 +17,11 @@
 #include "cmd/machine/resources.h"
 #include "cmd/options/forecast.h"
 #include "cmd/options/layered_bands.h"
+#include "cmd/session/progress_report.h"
+#include "cmd/session/session.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
+#include "core/base/printable.h"
 #include "core/capture/bands.h"
 #include "core/image/layered_image.h"
 #include "core/image/layers.h"
@@ -50,13 +52,13 @@ struct Product {
 /// One run. run() lists its stages.
 class Extract {
   public:
-    Extract(const ExtractOptions& options, Console& console)
-        : options_(options), console_(console) {}
+    Extract(const ExtractOptions& options, Reporter& reporter)
+        : options_(options), reporter_(reporter) {}
 
     void run() {
         {
             const StageTimer timer(result_.milliseconds, "total");
-            options_.report.applyTo(console_);
+            options_.report.applyTo(reporter_);
             checkExtractOptions(options_);
             setThreads(options_.threads);
             open();
@@ -67,7 +69,7 @@ class Extract {
             forecast();
             forecastMemory();
             if (options_.dry_run) return describe();
-            tellForecast(forecast_, console_);
+            tellForecast(forecast_, reporter_);
             result_.forecast_bytes = forecast_.size().bytes;
             extract();
         }
@@ -98,7 +100,7 @@ class Extract {
     void forEachBand(const Stage& stage, Take&& take);
 
     const ExtractOptions& options_;
-    Console& console_;
+    Reporter& reporter_;
     std::unique_ptr<LayeredInput> reader_;
     Provenance provenance_;
     bool camera_known_ = false;
@@ -119,7 +121,7 @@ class Extract {
 
 template <class Take>
 void Extract::forEachBand(const Stage& stage, Take&& take) {
-    ProgressReport progress(console_, options_.report.shownProgress(), stage);
+    ProgressReport progress(reporter_, stage);
     cmd::forEachBand(*reader_, 0, result_.milliseconds, progress, take, band_bytes_);
 }
 
@@ -129,7 +131,7 @@ void Extract::open() {
     const fs::path outputs[] = {options_.output.path, options_.counts.value_or(none),
                                 options_.points.value_or(none), options_.arrays.value_or(none)};
     const LayeredReadOptions reading = readingFor(options_.reading, outputs);
-    reader_ = openChosen(options_.input.string(), reading, options_.objects, console_);
+    reader_ = openChosen(options_.input.string(), reading, options_.objects, reporter_);
     whole_ = reader_->info().plan;
     provenance_ = reader_->info().provenance;
     provenance_.version = PEELER_VERSION;
@@ -165,7 +167,7 @@ void Extract::selectLayers() {
     }
     std::set<fs::path> names;
     if (options_.writesLayers()) {
-        if (layers.empty()) console_.warning("there is no layer to write");
+        if (layers.empty()) reporter_.warning("there is no layer to write");
         layers_.emplace(options_.output, provenance_, layers, options_.input);
         for (const std::size_t layer : layers)
             names.insert(layers_->path(layer).lexically_normal());
@@ -300,7 +302,7 @@ void Extract::forecastMemory() {
     returnFreeMemory();
     resident_ = residentBytes();
     peak_ = peakMemory();
-    if (knowsBands()) console_.detail("takes " + bytesText(takes()) + " of memory at most");
+    if (knowsBands()) reporter_.detail("takes " + bytesText(takes()) + " of memory at most");
 }
 
 bool Extract::isOneBand() const {
@@ -358,9 +360,9 @@ void Extract::describe() {
     json["fragments"] = counted_ ? Json(chosen_.fragments_stored) : Json();
     json["forecastMemory"] = takes();
     json["outputs"] = forecastJson(forecast_);
-    console_.result(jsonText(json));
-    tellMemory(takes(), console_);
-    tellForecast(forecast_, console_, true);
+    reporter_.result(json);
+    tellMemory(takes(), reporter_);
+    tellForecast(forecast_, reporter_, true);
 }
 
 void Extract::extract() {
@@ -428,7 +430,7 @@ void Extract::report() {
     found["layers"] = chosen_.layers.size();
     found["fragments"] = products_.empty() ? Json() : Json(fragments_);
     found["mostFragments"] = counts_ ? Json(counts_->largest()) : Json();
-    reportResult(options_.report, toJson(result_, found), lines, console_);
+    reportResult(options_.report, toJson(result_, found), lines, reporter_);
 }
 
 }  // namespace
@@ -436,8 +438,8 @@ void Extract::report() {
 VerbAction declareExtract(VerbOptions& verb) {
     const auto options = std::make_shared<ExtractOptions>();
     addExtractOptions(verb, *options);
-    return [options](Console& console) {
-        Extract(*options, console).run();
+    return [options](Session& session) {
+        Extract(*options, session.reporter()).run();
         return 0;
     };
 }

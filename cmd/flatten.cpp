@@ -7,13 +7,14 @@
 
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
-#include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/layered_bands.h"
 #include "cmd/options/layered_options.h"
 #include "cmd/options/object_options.h"
 #include "cmd/options/output_options.h"
+#include "cmd/session/progress_report.h"
+#include "cmd/session/session.h"
 #include "cmd/verbs.h"
 #include "core/image/filters.h"
 #include "formats/exr/layered_input.h"
@@ -40,8 +41,8 @@ struct FlattenOptions {
 /// One run. run() lists its stages.
 class Flatten {
   public:
-    Flatten(const FlattenOptions& options, Console& console)
-        : options_(options), console_(console) {}
+    Flatten(const FlattenOptions& options, Reporter& reporter)
+        : options_(options), reporter_(reporter) {}
 
     void run() {
         {
@@ -67,7 +68,7 @@ class Flatten {
     void forEachBand(const Stage& stage, Take&& take);
 
     const FlattenOptions& options_;
-    Console& console_;
+    Reporter& reporter_;
     std::unique_ptr<LayeredInput> reader_;
     Plan plan_;
     OutputOptions written_;
@@ -75,7 +76,7 @@ class Flatten {
 };
 
 void Flatten::checkOptions() {
-    options_.report.applyTo(console_);
+    options_.report.applyTo(reporter_);
     checkOutput(options_.output, {options_.input});
     checkReport(options_.report, {options_.input, options_.output.path});
     setThreads(options_.threads);
@@ -84,13 +85,13 @@ void Flatten::checkOptions() {
 void Flatten::open() {
     const StageTimer timer(result_.milliseconds, "load");
     const LayeredReadOptions reading = readingFor(options_.reading, {{options_.output.path}});
-    reader_ = openChosen(options_.input.string(), reading, options_.objects, console_);
+    reader_ = openChosen(options_.input.string(), reading, options_.objects, reporter_);
     plan_ = reader_->info().plan;
 }
 
 template <class Take>
 void Flatten::forEachBand(const Stage& stage, Take&& take) {
-    ProgressReport progress(console_, options_.report.shownProgress(), stage);
+    ProgressReport progress(reporter_, stage);
     cmd::forEachBand(*reader_, options_.max_layers, result_.milliseconds, progress, take);
 }
 
@@ -130,8 +131,8 @@ void Flatten::report() {
     result_.setFile(options_.output.path);
     describeDisplay(written_, written_.automatic_exposure, result_);
     describePicture(plan_, reader_->info().provenance, result_);
-    noteDisplay(result_, console_);
-    reportResult(options_.report, result_, console_);
+    noteDisplay(result_, reporter_);
+    reportResult(options_.report, result_, reporter_);
 }
 
 }  // namespace
@@ -153,8 +154,8 @@ VerbAction declareFlatten(VerbOptions& verb) {
         .group("Layers");
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);
-    return [options](Console& console) {
-        Flatten(*options, console).run();
+    return [options](Session& session) {
+        Flatten(*options, session.reporter()).run();
         return 0;
     };
 }

@@ -6,6 +6,7 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/info/info_kinds.h"
 #include "cmd/options/scene_options.h"
+#include "cmd/session/session.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "formats/file/file_name.h"
@@ -16,9 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-int printInfo(const InfoOptions& options, Console& console) {
+int printInfo(const InfoOptions& options, Reporter& reporter) {
     if (fileKind(options.file.string()) == FileKind::kExr) {
-        printImageInfo(options, console);
+        printImageInfo(options, reporter);
         return 0;
     }
     refusePictureChoice(options.image);
@@ -27,7 +28,7 @@ int printInfo(const InfoOptions& options, Console& console) {
         throw Error(ErrorKind::kInput, "neither a scene nor an OpenEXR image",
                     options.file.string(),
                     "info reads glTF, PLY, STL, OBJ and the .exr files that peeler writes");
-    printSceneInfo(options, console);
+    printSceneInfo(options, reporter);
     return 0;
 }
 
@@ -45,7 +46,7 @@ VerbAction declareInfo(VerbOptions& verb) {
     addUpOption(verb, options->reading);
     addUnitOption(verb, options->reading);
     verb.addFlag("--json", options->json, "print JSON");
-    return [options](Console& console) { return printInfo(*options, console); };
+    return [options](Session& session) { return printInfo(*options, session.reporter()); };
 }
 
 }  // namespace peeler::cmd

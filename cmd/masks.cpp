@@ -12,15 +12,17 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
-#include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/masks/scene_objects.h"
+#include "cmd/options/appearance_options.h"
 #include "cmd/options/camera_options.h"
 #include "cmd/options/capture_job.h"
 #include "cmd/options/capture_options.h"
+#include "cmd/options/clip_options.h"
 #include "cmd/options/output_options.h"
 #include "cmd/options/sequence_options.h"
 #include "cmd/options/view_options.h"
+#include "cmd/session/progress_report.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -65,12 +67,12 @@ struct MasksOptions : CaptureJobOptions {
 /// The masks of all views of a scene, one capture each.
 class Masks {
   public:
-    Masks(const MasksOptions& options, Console& console)
+    Masks(const MasksOptions& options, Session& session)
         : options_(options),
-          console_(console),
-          job_(options, console),
-          views_(options.views, options.camera, options.scene.reading.strict, console),
-          results_(views_.asked() ? "view" : "", console),
+          reporter_(session.reporter()),
+          job_(options, session),
+          views_(options.views, options.camera, options.scene.reading.strict, session.reporter()),
+          results_(views_.asked() ? "view" : "", session.reporter()),
           capture_(options.capture) {
         capture_.channels = {Channel::kId};
         // Opacity is that of the material: light has no part in it.
@@ -98,7 +100,7 @@ class Masks {
                 const std::string& counts);
 
     const MasksOptions& options_;
-    Console& console_;
+    Reporter& reporter_;
     CaptureJob job_;
     ViewList views_;
     std::size_t first_ = 0, end_ = 1;  ///< of the views, which are this run's
@@ -121,7 +123,7 @@ int Masks::run() {
         whole = writeShared();
     } catch (...) {
         if (!views_.asked()) throw;
-        code = reportError(console_, currentError());
+        code = reportError(reporter_, currentError());
     }
     if (!results_.empty() || code == 0) {
         Json json = results_.json();
@@ -131,7 +133,7 @@ int Masks::run() {
                 for (const fs::path& file : folder_->sharedFiles())
                     json["sharedFiles"].push_back(file.string());
         }
-        reportResult(options_.report, json, {}, console_);
+        reportResult(options_.report, json, {}, reporter_);
     }
     results_.tellFailures();
     return std::max(code, results_.worst());
@@ -176,7 +178,7 @@ void Masks::open() {
                     objects_.objects);
     folder_->checkViews(seen_);
     checkOutput(*scene_);
-    console_.detail("finds " + countText(objects_.objects.size(), "object"));
+    reporter_.detail("finds " + countText(objects_.objects.size(), "object"));
 }
 
 PosedScene Masks::poseOf(std::size_t view) const {
@@ -184,7 +186,7 @@ PosedScene Masks::poseOf(std::size_t view) const {
 }
 
 void Masks::ofViews() {
-    progress_.emplace(console_, options_.report.shownProgress(), "masks");
+    progress_.emplace(reporter_, "masks");
     makeEachView(
         first_, end_, options_.sequence, results_, [this](std::size_t view) { ofView(view); },
         [this](std::size_t) {
@@ -309,9 +311,9 @@ bool Masks::writeShared() {
         folder_->writeShared(views_.size());
         return true;
     }
-    console_.note(countText(missing, "view") + " of " + groupedText(views_.size()) +
-                  " still missing; the JSON files of all are written by the run that makes the "
-                  "last of them");
+    reporter_.note(countText(missing, "view") + " of " + groupedText(views_.size()) +
+                   " still missing; the JSON files of all are written by the run that makes the "
+                   "last of them");
     return false;
 }
 
@@ -416,7 +418,7 @@ VerbAction declareMasks(VerbOptions& verb) {
             "a view for each camera of a file: transforms.json, BOP's scene_camera.json, COLMAP's "
             "model, .npy, .npz or .jsonl");
     verb.footer(kMasksFooter);
-    return [options](Console& console) { return Masks(*options, console).run(); };
+    return [options](Session& session) { return Masks(*options, session).run(); };
 }
 
 }  // namespace peeler::cmd

@@ -7,13 +7,14 @@
 #include <vector>
 
 #include "cmd/cli/arguments.h"
-#include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
 #include "cmd/merge/picture_tiles.h"
 #include "cmd/options/layered_bands.h"
 #include "cmd/options/layered_options.h"
 #include "cmd/options/output_options.h"
+#include "cmd/session/progress_report.h"
+#include "cmd/session/session.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "core/image/layers.h"
@@ -41,8 +42,8 @@ struct MergeOptions {
 /// One run. run() lists its stages.
 class Merge {
   public:
-    Merge(const MergeOptions& options, Console& console)
-        : options_(options), console_(console), output_(options.output) {}
+    Merge(const MergeOptions& options, Reporter& reporter)
+        : options_(options), reporter_(reporter), output_(options.output) {}
 
     void run() {
         {
@@ -73,7 +74,7 @@ class Merge {
     bool composites() const { return tiles_->kind() == PictureTiles::Kind::kComposite; }
 
     const MergeOptions& options_;
-    Console& console_;
+    Reporter& reporter_;
     OutputRequest output_;
     std::optional<PictureTiles> tiles_;
     Plan plan_;
@@ -82,7 +83,7 @@ class Merge {
 };
 
 void Merge::checkOptions() {
-    options_.report.applyTo(console_);
+    options_.report.applyTo(reporter_);
     checkOutput(output_, options_.inputs);
     if (findOutputFormat(output_.path.string(), output_.options.as)
             .holds(OutputContent::kShadowMap)) {
@@ -102,7 +103,7 @@ void Merge::open() {
                                            .holds(OutputContent::kComposite);
     tiles_.emplace(options_.inputs,
                    options_.elements ? PictureTiles::Parts::kElements : PictureTiles::Parts::kTiles,
-                   readingFor(options_.reading, {{output_.path}}), composites_wanted, console_);
+                   readingFor(options_.reading, {{output_.path}}), composites_wanted, reporter_);
     for (const fs::path& input : options_.inputs)
         requireUnchanged(input.string());
 }
@@ -199,7 +200,7 @@ void Merge::countLayers() {
 
 template <class Take>
 void Merge::forEachBand(const Stage& stage, Take&& take) {
-    ProgressReport progress(console_, options_.report.shownProgress(), stage);
+    ProgressReport progress(reporter_, stage);
     const Window& crop = plan_.view.crop;
     const int rows = tiles_->rowsFor(kBandBytes);
     LayeredImage band;
@@ -255,10 +256,10 @@ void Merge::report() {
     result_.inputs = options_.inputs;
     result_.output = output_.path;
     describePicture(plan_, tiles_->provenance(), result_);
-    describeFiles(output_, result_, console_);
+    describeFiles(output_, result_, reporter_);
     describeDisplay(written_, written_.automatic_exposure, result_);
-    noteDisplay(result_, console_);
-    reportResult(options_.report, result_, console_);
+    noteDisplay(result_, reporter_);
+    reportResult(options_.report, result_, reporter_);
 }
 
 }  // namespace
@@ -285,8 +286,8 @@ VerbAction declareMerge(VerbOptions& verb) {
         "where they agree, bit for bit. Elements have camera, size, precision and channels in\n"
         "common; fragments at the very same depth stay in the order of the files. Ids of elements\n"
         "of different scenes are made different, and keep their names.");
-    return [options](Console& console) {
-        Merge(*options, console).run();
+    return [options](Session& session) {
+        Merge(*options, session.reporter()).run();
         return 0;
     };
 }

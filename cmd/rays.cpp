@@ -28,14 +28,14 @@ namespace fs = std::filesystem;
 /// One run: which bundles go into which outputs.
 class Rays {
   public:
-    Rays(const RaysOptions& options, Console& console)
+    Rays(const RaysOptions& options, Session& session)
         : options_(options),
-          console_(console),
-          job_(options, console),
+          reporter_(session.reporter()),
+          job_(options, session),
           views_(options.bundles.views, options.bundles.camera, options.scene.reading.strict,
-                 console),
-          results_(eachAlone() ? "view" : "", console),
-          tracer_(options, job_, results_, console) {}
+                 session.reporter()),
+          results_(eachAlone() ? "view" : "", session.reporter()),
+          tracer_(options, job_, results_, session.reporter()) {}
 
     /// Returns the exit code.
     int run() {
@@ -59,7 +59,7 @@ class Rays {
     void makeView(std::size_t view);
 
     const RaysOptions& options_;
-    Console& console_;
+    Reporter& reporter_;
     CaptureJob job_;
     ViewList views_;
     std::size_t first_ = 0, end_ = 1;     ///< of the views, which are this run's
@@ -140,7 +140,7 @@ std::vector<Bundle> Rays::chooseBundles() {
         return bundles;
     }
     if (options_.bundles.usesCamera())
-        return {{"camera", scene_->view(posed, options_.bundles.camera)}};
+        return {{"camera", cmd::makeView(posed, scene_->extent(), options_.bundles.camera)}};
     if (options_.voxels) {
         RayGrid grid;
         grid.resolution = *options_.voxels;
@@ -155,7 +155,7 @@ int Rays::makeAll() {
     RayTrace trace{.output = options_.output, .bundles = chooseBundles()};
     tracer_.make(trace);
     if (options_.sequence.dry_run) return 0;
-    reportResult(options_.report, results_.json(), {}, console_);
+    reportResult(options_.report, results_.json(), {}, reporter_);
     if (trace.failed) trace.parity->fail();
     return 0;
 }
@@ -171,9 +171,9 @@ int Rays::makeViews() {
                 return outputOf(view);
             });
     } catch (...) {
-        code = reportError(console_, currentError());
+        code = reportError(reporter_, currentError());
     }
-    if (!options_.sequence.dry_run) reportResult(options_.report, results_.json(), {}, console_);
+    if (!options_.sequence.dry_run) reportResult(options_.report, results_.json(), {}, reporter_);
     results_.tellFailures();
     return std::max(code, results_.worst());
 }
@@ -203,7 +203,7 @@ void Rays::makeView(std::size_t view) {
 VerbAction declareRays(VerbOptions& verb) {
     const auto options = std::make_shared<RaysOptions>();
     addRaysOptions(verb, *options);
-    return [options](Console& console) { return Rays(*options, console).run(); };
+    return [options](Session& session) { return Rays(*options, session).run(); };
 }
 
 }  // namespace peeler::cmd

@@ -11,13 +11,13 @@
 
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
-#include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/forecast.h"
 #include "cmd/options/sequence_options.h"
 #include "cmd/render/render_request.h"
 #include "cmd/render/used_cameras.h"
+#include "cmd/session/progress_report.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -49,19 +49,19 @@ struct Picture {
 /// picture is captured while the one before is being written.
 class Render {
   public:
-    Render(const RenderOptions& options, Console& console)
+    Render(const RenderOptions& options, Session& session)
         : options_(options),
-          console_(console),
-          job_(options, console),
-          request_(options, job_, console),
-          results_(request_.pictureKind(), console) {}
+          reporter_(session.reporter()),
+          job_(options, session),
+          request_(options, job_, session.reporter()),
+          results_(request_.pictureKind(), session.reporter()) {}
 
     /// Returns the exit code. `result` is what becomes of it as JSON, or under --dry-run what
     /// would; null if nothing does.
     int run(Json& result) {
         if (options_.sequence.dry_run) {
             result = request_.plan();
-            return runReported(console_, [&] {
+            return runReported(reporter_, [&] {
                 forecast(result);
                 return 0;
             });
@@ -70,7 +70,7 @@ class Render {
         try {
             const std::string name = options_.output.path.string();
             if (!request_.hasFrames() && hasFrameToken(name))
-                console_.warning(
+                reporter_.warning(
                     "There are no --frames, so the name keeps its place for a number: " + name);
             if (options_.views.cameras_out)
                 cameras_.emplace(*options_.views.cameras_out, request_.pictures());
@@ -79,7 +79,7 @@ class Render {
             if (options_.channels.manifest)
                 writeIdManifest(*options_.channels.manifest, idNames(request_.scene()));
         } catch (...) {
-            code = reportError(console_, currentError());
+            code = reportError(reporter_, currentError());
         }
         // The frames that are there should be known, whatever became of the others.
         if (!results_.empty() || (code == 0 && request_.isSequence())) result = results_.json();
@@ -109,7 +109,7 @@ class Render {
     Progress progressOf(const Picture& picture);
 
     const RenderOptions& options_;
-    Console& console_;
+    Reporter& reporter_;
     CaptureJob job_;
     RenderRequest request_;
     std::optional<float> exposure_;   // that was metered, for all pictures
@@ -123,7 +123,7 @@ class Render {
 };
 
 void Render::renderAll() {
-    progress_.emplace(console_, options_.report.shownProgress(), "render");
+    progress_.emplace(reporter_, "render");
     try {
         for (std::size_t i = 0; i < request_.pictures(); ++i)
             render(i);
@@ -173,18 +173,18 @@ bool Render::make(Picture& picture, std::size_t index) {
     if (options_.output.no_clobber) checkTarget(picture.asked.output, {});
     const std::filesystem::path& path = picture.asked.output.path;
     if (options_.sequence.skip_existing && isThere(path, ErrorKind::kOutput)) {
-        console_.note(path.string() + " is made again: " + request_.differenceOf(picture.asked));
+        reporter_.note(path.string() + " is made again: " + request_.differenceOf(picture.asked));
     }
     try {
         capture(picture);
         return true;
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kDevice || !job_.hasContext()) throw;
-        console_.warning(inOptions(error.what()) + "; trying once more.");
+        reporter_.warning(std::string(error.what()) + "; trying once more.");
     }
     // A context that was lost takes everything that lives in it along.
     picture.writer.reset();
-    job_.closeRenderer();
+    job_.closeContext();
     pose(picture, index);
     capture(picture);
     return true;
@@ -224,9 +224,9 @@ void Render::capture(Picture& picture) {
     GlRenderer& renderer = *job_.renderer();
     picture.writer->begin(picture.plan);
     picture.result.passes = renderer.capture(*picture.writer, progressOf(picture)).passes;
-    console_.detail("captured in " +
-                    countText(static_cast<std::uint64_t>(picture.result.passes), "geometry pass") +
-                    "; writes " + request_.outputFile(picture.asked.index).string());
+    reporter_.detail("captured in " +
+                     countText(static_cast<std::uint64_t>(picture.result.passes), "geometry pass") +
+                     "; writes " + request_.outputFile(picture.asked.index).string());
     add(picture.result.milliseconds, job_.takeTimes());
     picture.writer->finish();
 }
@@ -235,7 +235,7 @@ void Render::capture(Picture& picture) {
 void Render::forecastMemory(const Picture& picture) {
     memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()),
                                  job_.renderer()->forecastMemory(*picture.writer)});
-    console_.detail("takes " + bytesText(memory_forecast_) + " of memory at most");
+    reporter_.detail("takes " + bytesText(memory_forecast_) + " of memory at most");
 }
 
 /// Adds to the result of a dry run what the first picture would take that it would make. Null
@@ -251,12 +251,12 @@ void Render::forecast(Json& result) {
         prepare(picture);
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kDevice) throw;
-        console_.warning("What it takes is not known: " + inOptions(error.what()) + ".");
+        reporter_.warning("What it takes is not known: " + std::string(error.what()) + ".");
         return;
     }
     result["forecastBytes"] = *picture.result.forecast_bytes;
     result["forecastMemory"] = memory_forecast_;
-    tellMemory(memory_forecast_, console_);
+    tellMemory(memory_forecast_, reporter_);
 }
 
 /// Finds the exposure of all pictures before the first one.
@@ -273,10 +273,10 @@ void Render::plan(Picture& picture) {
         endPending();
     picture.plan = job_.renderer()->plan(picture.asked.view, capture, progressOf(picture));
     const Plan& plan = picture.plan;
-    console_.detail("counted " + countText(plan.fragments_counted, "fragment") + " in " +
-                    countText(plan.layers.size(), "layer") + " of " +
-                    std::to_string(plan.view.width) + "x" + std::to_string(plan.view.height) +
-                    " pixels; captures them by " + picture.asked.capture.method);
+    reporter_.detail("counted " + countText(plan.fragments_counted, "fragment") + " in " +
+                     countText(plan.layers.size(), "layer") + " of " +
+                     std::to_string(plan.view.width) + "x" + std::to_string(plan.view.height) +
+                     " pixels; captures them by " + picture.asked.capture.method);
     if (!options_.scene.reading.strict || plan.complete()) return;
     const bool blended = plan.fragments_blended != 0;
     throw Error(ErrorKind::kIncomplete,
@@ -324,7 +324,7 @@ void Render::tellSize(Picture& picture, const OutputOptions& output) {
     picture.result.forecast_bytes = forecast.size().bytes;
     if (std::exchange(size_told_, true)) return;
     forecast.times = request_.pictures() - picture.asked.index;
-    tellForecast(forecast, console_, options_.sequence.dry_run);
+    tellForecast(forecast, reporter_, options_.sequence.dry_run);
 }
 
 /// The last hundredth is for what follows the capture.
@@ -361,10 +361,10 @@ void Render::report(Picture& picture) {
         std::chrono::duration<double, std::milli>(end - picture.start).count();
     describePicture(picture.plan, asked.provenance, result);
     result.forecast_memory = memory_forecast_;
-    describeFiles(asked.output, result, console_);
+    describeFiles(asked.output, result, reporter_);
     if (options_.shards) options_.shards->add(asked, result);
     describeDisplay(picture.written, request_.metersExposure(), result);
-    if (!noted_) noteDisplay(result, console_);
+    if (!noted_) noteDisplay(result, reporter_);
     noted_ = true;
     addResult(result);
 }
@@ -383,28 +383,30 @@ void Render::addResult(const PictureResult& result) {
 }
 
 /// Prints and stores the result as it was asked for. Returns the exit code.
-int report(const RenderOptions& options, const Json& result, Console& console) {
-    return runReported(console, [&] {
+int report(const RenderOptions& options, const Json& result, Reporter& reporter) {
+    return runReported(reporter, [&] {
         if (options.sequence.dry_run)
-            console.result(jsonText(result));
+            reporter.result(result);
         else if (!result.is_null())
-            reportResult(options.report, result, {}, console);
+            reportResult(options.report, result, {}, reporter);
         return 0;
     });
 }
 
-int renderOne(const RenderOptions& options, Console& console) {
+int renderOne(const RenderOptions& options, Session& session) {
+    Reporter& reporter = session.reporter();
     Json result;
-    int code = Render(options, console).run(result);
-    code = std::max(code, endShards(options, code == 0 || options.sequence.keep_going, console));
-    return std::max(code, report(options, result, console));
+    int code = Render(options, session).run(result);
+    code = std::max(code, endShards(options, code == 0 || options.sequence.keep_going, reporter));
+    return std::max(code, report(options, result, reporter));
 }
 
 /// One scene after the other; `scenes` has the options of each. {"scenes": [one result a scene]}
 /// and, if there are any, "failed".
 int renderEach(const RenderOptions& options, const std::vector<RenderOptions>& scenes,
-               Console& console) {
-    options.report.applyTo(console);
+               Session& session) {
+    Reporter& reporter = session.reporter();
+    options.report.applyTo(reporter);
     Json results;
     results["scenes"] = Json::array();
     int worst = 0;
@@ -412,9 +414,9 @@ int renderEach(const RenderOptions& options, const std::vector<RenderOptions>& s
         Json result;
         int code = 0;
         try {
-            code = Render(one, console).run(result);
+            code = Render(one, session).run(result);
         } catch (...) {
-            code = reportError(console, currentError());
+            code = reportError(reporter, currentError());
         }
         worst = std::max(worst, code);
         if (!result.is_null()) results["scenes"].push_back(result);
@@ -422,10 +424,12 @@ int renderEach(const RenderOptions& options, const std::vector<RenderOptions>& s
         results["failed"].push_back({{"input", one.scene.file.string()}, {"exitCode", code}});
         if (!options.sequence.keep_going) break;
     }
-    worst = std::max(worst, endShards(options, worst == 0 || options.sequence.keep_going, console));
-    worst = std::max(worst, report(options, results, console));
+    worst =
+        std::max(worst, endShards(options, worst == 0 || options.sequence.keep_going, reporter));
+    worst = std::max(worst, report(options, results, reporter));
     if (const std::size_t failed = results.value("failed", Json::array()).size(); failed > 0)
-        console.error(groupedText(failed) + " of " + countText(scenes.size(), "scene") + " failed");
+        reporter.error(groupedText(failed) + " of " + countText(scenes.size(), "scene") +
+                       " failed");
     return worst;
 }
 
@@ -434,18 +438,18 @@ int renderEach(const RenderOptions& options, const std::vector<RenderOptions>& s
 VerbAction declareRender(VerbOptions& verb) {
     const auto options = std::make_shared<RenderOptions>();
     addRenderOptions(verb, *options);
-    return [options, verb](Console& console) {
+    return [options, verb](Session& session) {
         options->samples_given = verb.given("--samples");
         applyPreset(verb, *options);
         if (namesShards(options->output.path))
-            options->shards = std::make_shared<SampleShards>(*options, console);
+            options->shards = std::make_shared<SampleShards>(*options, session.reporter());
         else
             refuseShardOptions(verb);
         if (findOutputFormat(options->output.path.string(), options->output.options.as).for_display)
             chooseForEyes(verb, options->camera, *options);
         const std::vector<RenderOptions> scenes = eachScene(*options);
-        return options->isOneScene() ? renderOne(scenes.front(), console)
-                                     : renderEach(*options, scenes, console);
+        return options->isOneScene() ? renderOne(scenes.front(), session)
+                                     : renderEach(*options, scenes, session);
     };
 }
 

@@ -13,6 +13,8 @@
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
+#include "cmd/options/appearance_options.h"
+#include "cmd/options/clip_options.h"
 #include "cmd/options/output_options.h"
 #include "cmd/sheet/sheet_cells.h"
 #include "cmd/sheet/sheet_sources.h"
@@ -56,13 +58,14 @@ constexpr const char* kOutputHelp = "the file to write: .png, .jpg, .jpeg, .tif,
 /// The sheet of a file, or of each view of a scene.
 class Sheets {
   public:
-    Sheets(const SheetOptions& options, Console& console)
+    Sheets(const SheetOptions& options, Session& session)
         : options_(options),
           request_(options.request),
-          console_(console),
-          job_(options.request, console),
-          views_(request_.views, request_.camera, request_.scene.reading.strict, console),
-          results_(views_.asked() ? "view" : "", console) {}
+          reporter_(session.reporter()),
+          job_(options.request, session),
+          views_(request_.views, request_.camera, request_.scene.reading.strict,
+                 session.reporter()),
+          results_(views_.asked() ? "view" : "", session.reporter()) {}
 
     /// Returns the exit code.
     int run();
@@ -82,7 +85,7 @@ class Sheets {
 
     const SheetOptions& options_;
     const SheetRequest& request_;
-    Console& console_;
+    Reporter& reporter_;
     CaptureJob job_;
     ViewList views_;
     std::size_t first_ = 0, end_ = 1;  ///< of the views, which are this run's
@@ -105,10 +108,10 @@ int Sheets::run() {
         }
     } catch (...) {
         if (!views_.asked()) throw;
-        code = reportError(console_, currentError());
+        code = reportError(reporter_, currentError());
     }
     if (!results_.empty() || code == 0)
-        reportResult(request_.report, results_.json(), {}, console_);
+        reportResult(request_.report, results_.json(), {}, reporter_);
     results_.tellFailures();
     return std::max(code, results_.worst());
 }
@@ -167,7 +170,7 @@ fs::path Sheets::outputOf(std::size_t view) const {
 }
 
 void Sheets::ofFile() {
-    SheetContent content = sheetOfFile(request_, job_, console_);
+    SheetContent content = sheetOfFile(request_, job_, reporter_);
     writeSheet(content, options_.output.path, "");
     report(content, 0);
 }
@@ -177,7 +180,7 @@ void Sheets::ofScene() {
     const OpenedScene& scene = job_.openScene();
     job_.checkOutputs(outputs());
     views_.place(scene);
-    SceneSheet sheet(request_, job_, scene, views_, console_);
+    SceneSheet sheet(request_, job_, scene, views_, reporter_);
     makeEachView(
         first_, end_, request_.sequence, results_,
         [&](std::size_t view) { ofView(sheet, scene, view); },
@@ -259,7 +262,7 @@ void Sheets::report(SheetContent& content, std::size_t view) {
     }
     if (content.result.skipped)
         return results_.add(toJson(content.result), summary(content.result));
-    noteDisplay(content.result, console_);
+    noteDisplay(content.result, reporter_);
     Json found = findingsOf(content.result);
     found["cells"] = Json::array();
     for (const SheetCell& cell : content.cells) {
@@ -273,10 +276,10 @@ void Sheets::report(SheetContent& content, std::size_t view) {
     }
     found["cellsOmitted"] = content.omitted;
     if (content.omitted != 0) {
-        console_.note(countText(content.omitted, "cell") + " of " +
-                      std::to_string(content.omitted + content.cells.size()) +
-                      " left out; --cells " +
-                      std::to_string(content.omitted + content.cells.size()) + " shows all");
+        reporter_.note(countText(content.omitted, "cell") + " of " +
+                       std::to_string(content.omitted + content.cells.size()) +
+                       " left out; --cells " +
+                       std::to_string(content.omitted + content.cells.size()) + " shows all");
     }
     results_.add(toJson(content.result, found), summary(content.result));
 }
@@ -361,7 +364,7 @@ VerbAction declareSheet(VerbOptions& verb) {
     addRunOptions(verb, options->request);
     addLayeredOptions(verb, options->request.file);
     verb.footer(kSheetFooter);
-    return [options, verb](Console& console) {
+    return [options, verb](Session& session) {
         options->given = sceneOptionsGiven(verb);
         options->request.file.strict = options->request.scene.reading.strict;
         options->request.file.pixels_only = true;
@@ -369,7 +372,7 @@ VerbAction declareSheet(VerbOptions& verb) {
                                         !options->output.isGiven("--exposure");
         chooseForEyes(verb, options->request.camera, options->request);
         setShadowSize(options->request.capture, options->shadow_size);
-        return Sheets(*options, console).run();
+        return Sheets(*options, session).run();
     };
 }
 

@@ -67,6 +67,11 @@ std::span<const Verb> verbs() {
          "echo '{\"verb\": \"render\", \"args\": [\"scene.glb\", \"-o\", \"x.png\"]}' | peeler "
          "batch -",
          declareBatch},
+        {"worker", "Take jobs as lines, answer with lines, and keep scenes and devices open",
+         "peeler worker < jobs.jsonl\n"
+         "peeler worker --jobs 2 --keep 4G\n"
+         "peeler worker --listen /run/user/1000/peeler.sock",
+         declareWorker},
         {"compare", "Tell how far two pictures are apart, layer by layer",
          "peeler compare a.exr b.exr\n"
          "peeler compare a.png b.png --max-rmse 0.01\n"

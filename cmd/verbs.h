@@ -20,6 +20,7 @@ VerbAction declareView(VerbOptions& verb);
 VerbAction declareSheet(VerbOptions& verb);
 VerbAction declareMasks(VerbOptions& verb);
 VerbAction declareBatch(VerbOptions& verb);
+VerbAction declareWorker(VerbOptions& verb);
 VerbAction declareCompare(VerbOptions& verb);
 VerbAction declareInfo(VerbOptions& verb);
 VerbAction declareVerify(VerbOptions& verb);

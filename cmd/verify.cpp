@@ -9,14 +9,16 @@
 #include <vector>
 
 #include "cmd/cli/arguments.h"
-#include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/differences.h"
 #include "cmd/options/output_options.h"
+#include "cmd/session/progress_report.h"
+#include "cmd/session/session.h"
 #include "cmd/verbs.h"
 #include "cmd/verify/verified_file.h"
 #include "core/base/error.h"
+#include "core/base/printable.h"
 
 namespace peeler::cmd {
 
@@ -123,13 +125,13 @@ std::string toText(const VerifiedFile& file) {
     return text + (proven ? "\n" : std::string("; without ") + kPixelHash + '\n');
 }
 
-int verifyAll(const VerifyOptions& options, Console& console) {
-    options.report.applyTo(console);
+int verifyAll(const VerifyOptions& options, Reporter& reporter) {
+    options.report.applyTo(reporter);
     checkReport(options.report, options.inputs);
     setThreads(options.threads);
     std::vector<VerifiedFile> files;
     {
-        ProgressReport progress(console, options.report.shownProgress(), "verify");
+        ProgressReport progress(reporter, "verify");
         for (const fs::path& path : options.inputs) {
             files.push_back(verifyFile(path.string()));
             progress.update(static_cast<double>(files.size()) /
@@ -148,14 +150,14 @@ int verifyAll(const VerifyOptions& options, Console& console) {
         worst = std::max(worst, file.verdict);
         faulty += file.verdict == Verdict::kGood ? 0 : 1;
         json["files"].push_back(toJson(file));
-        if (!console.quiet() || file.verdict != Verdict::kGood) text += toText(file);
+        if (!reporter.quiet() || file.verdict != Verdict::kGood) text += toText(file);
     }
     json["missingFrames"] = missing;
     json["verdict"] = kVerdicts[static_cast<std::size_t>(worst)];
     if (!missing.empty()) text += "missing frames: " + framesText(missing) + '\n';
     if (options.report.file) writeReport(*options.report.file, json);
     const std::string result = options.report.json ? jsonText(json) : text;
-    if (!result.empty()) console.result(result);
+    if (!result.empty()) reporter.result(result);
     if (worst == Verdict::kGood) return 0;
     std::string sum;
     if (faulty != 0) {
@@ -166,7 +168,7 @@ int verifyAll(const VerifyOptions& options, Console& console) {
         sum += (sum.empty() ? "" : ", and ") + countText(missing.size(), "frame") +
                (missing.size() == 1 ? " is " : " are ") + "missing";
     }
-    console.error(sum);
+    reporter.error(sum);
     return static_cast<int>(worst == Verdict::kBad ? ErrorKind::kInput : ErrorKind::kIncomplete);
 }
 
@@ -192,7 +194,7 @@ VerbAction declareVerify(VerbOptions& verb) {
         "Exit codes: 0 all is good; 3 a file is unreadable or inconsistent, or has other "
         "settings;\n"
         "6 nothing worse than fragments or frames that are missing.");
-    return [options](Console& console) { return verifyAll(*options, console); };
+    return [options](Session& session) { return verifyAll(*options, session.reporter()); };
 }
 
 }  // namespace peeler::cmd

@@ -14,13 +14,14 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
-#include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/camera_options.h"
 #include "cmd/options/layered_options.h"
 #include "cmd/options/object_options.h"
 #include "cmd/options/output_options.h"
+#include "cmd/session/progress_report.h"
+#include "cmd/session/session.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "core/image/layers.h"
@@ -208,7 +209,8 @@ View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOption
 /// One run. run() lists its stages.
 class ViewRun {
   public:
-    ViewRun(const ViewOptions& options, Console& console) : options_(options), console_(console) {}
+    ViewRun(const ViewOptions& options, Reporter& reporter)
+        : options_(options), reporter_(reporter) {}
 
     void run() {
         {
@@ -230,7 +232,7 @@ class ViewRun {
 
     ViewOptions options_;
     bool page_ = false;
-    Console& console_;
+    Reporter& reporter_;
     std::unique_ptr<LayeredInput> reader_;
     LayeredImage image_;  ///< all of the file, or its nearest layers
     Plan plan_;           ///< of the file
@@ -239,7 +241,7 @@ class ViewRun {
 };
 
 void ViewRun::checkOptions() {
-    options_.report.applyTo(console_);
+    options_.report.applyTo(reporter_);
     checkViewCameraOptions(options_.camera);
     const OutputFormat& format = findOutputFormat(options_.output.path.string(), "");
     page_ = format.holds(OutputContent::kPage);
@@ -261,7 +263,7 @@ void ViewRun::checkOptions() {
 void ViewRun::load() {
     const StageTimer timer(result_.milliseconds, "load");
     const LayeredReadOptions reading = readingFor(options_.reading, {{options_.output.path}});
-    reader_ = openChosen(options_.input.string(), reading, options_.objects, console_);
+    reader_ = openChosen(options_.input.string(), reading, options_.objects, reporter_);
     plan_ = reader_->info().plan;
     if (!reader_->info().attributes().contains("peeler:cameraJson")) {
         throw Error(ErrorKind::kInput, "the file does not say which camera its layers come from",
@@ -314,7 +316,7 @@ void ViewRun::render() {
 }
 
 void ViewRun::reprojectInto(Sink& writer, const View& view) {
-    ProgressReport progress(console_, options_.report.shownProgress(), "view");
+    ProgressReport progress(reporter_, "view");
     {
         const StageTimer timer(result_.milliseconds, "capture");
         reproject(image_, plan_.view, view, [&](LayeredImage&& band) {
@@ -339,8 +341,8 @@ void ViewRun::report() {
     result_.renderer = reader_->info().provenance.renderer;
     result_.peak_memory = peakMemory();
     describeDisplay(written_, written_.automatic_exposure, result_);
-    noteDisplay(result_, console_);
-    reportResult(options_.report, result_, console_);
+    noteDisplay(result_, reporter_);
+    reportResult(options_.report, result_, reporter_);
 }
 
 }  // namespace
@@ -374,8 +376,8 @@ VerbAction declareView(VerbOptions& verb) {
         .group("Layers");
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);
-    return [options](Console& console) {
-        ViewRun(*options, console).run();
+    return [options](Session& session) {
+        ViewRun(*options, session.reporter()).run();
         return 0;
     };
 }

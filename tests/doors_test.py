@@ -32,7 +32,7 @@ DOORS = (
         "parseJson() of formats/file/json_text.h, which limits depth and messages",
         {
             "formats/file/json_text.cpp": "it is that place",
-            "cmd/batch/batch_jobs.cpp": "it refuses keys that are there twice, after checkJsonDepth()",
+            "cmd/cli/job_line.cpp": "it refuses keys that are there twice, after checkJsonDepth()",
         },
     ),
     (
@@ -67,6 +67,7 @@ DOORS = (
             "formats/file/atomic_file.cpp": "folders, and files that it makes (O_EXCL)",
             "cmd/batch/batch_report.cpp": "the report, which is appended to; it does not wait",
             "cmd/machine/child_process.cpp": "/dev/null",
+            "cmd/worker/job_process.cpp": "/dev/null",
         },
     ),
     (

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "cmd/cli/choices.h"
 #include "cmd/options/scene_options.h"
+#include "cmd/session/choices.h"
 #include "core/bake/bake.h"
 #include "core/bake/receivers.h"
 #include "core/capture/capture_settings.h"

@@ -9,10 +9,9 @@
 #include <sstream>
 #include <utility>
 
-#include "cmd/cli/arguments.h"
-#include "cmd/cli/choices.h"
-#include "cmd/cli/command_line.h"
+#include "cmd/cli/job_line.h"
 #include "cmd/cli/parse.h"
+#include "cmd/cli/parsed_verb.h"
 #include "cmd/options/frames.h"
 #include "core/base/error.h"
 #include "core/base/printable.h"
@@ -26,145 +25,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kHelp = "see peeler batch --help";
+
 [[noreturn]] void refuseJob(const std::string& what, const std::string& where = "",
-                            const std::string& hint = "see peeler batch --help") {
+                            const std::string& hint = kHelp) {
     throw Error(ErrorKind::kUsage, what, where, hint);
 }
 
-/// Parses a line like nlohmann::json::parse, but refuses keys that are alike, of which that takes
-/// the last.
-nlohmann::json parseLine(const std::string& line) {
-    std::vector<std::set<std::string>> keys;
-    const auto check = [&](int, nlohmann::json::parse_event_t event, nlohmann::json& parsed) {
-        if (event == nlohmann::json::parse_event_t::object_start) keys.emplace_back();
-        if (event == nlohmann::json::parse_event_t::object_end) keys.pop_back();
-        if (event == nlohmann::json::parse_event_t::key && !keys.back().insert(parsed).second)
-            refuseJob("a key is there twice", parsed.get<std::string>(), "leave one out");
-        return true;
-    };
-    checkJsonDepth(line, "");
-    try {
-        return nlohmann::json::parse(line, check);
-    } catch (const nlohmann::json::exception& error) {
-        // "[json.exception.parse_error.101] parse error at line 1, column 5: …"
-        const std::string text = error.what();
-        const std::size_t column = text.find("column");
-        refuseJob("this is not JSON",
-                  column == std::string::npos ? text : printable(text.substr(column)),
-                  "a job is one line: {\"verb\": \"render\", \"args\": [\"scene.glb\", \"-o\", "
-                  "\"out.exr\"]}");
-    }
-}
-
-/// Returns `text`. Throws Error (kUsage) if no process can be given it as an argument.
-std::string argumentText(const std::string& text, const std::string& key) {
-    if (text.find('\0') != std::string::npos)
-        refuseJob("a null character cannot be passed on", key);
-    return text;
-}
-
-std::string takeString(const nlohmann::json& value, const std::string& key) {
-    if (!value.is_string()) refuseJob("expected a string", key);
-    return argumentText(value, key);
-}
-
-// One reader for each key of a job.
-void takeArguments(const nlohmann::json& value, Job& job) {
-    if (!value.is_array()) refuseJob("expected an array of strings", "args");
-    for (const nlohmann::json& argument : value)
-        job.arguments.push_back(takeString(argument, "args"));
-}
-
-void takeOption(const std::string& name, const nlohmann::json& value, Job& job) {
-    if (name.empty() || name.starts_with('-') || name.find('=') != std::string::npos)
-        refuseJob("expected an option's long name without its dashes", "options/" + name);
-    const std::string option = "--" + argumentText(name, "options");
-    if (value.is_array()) {
-        for (const nlohmann::json& each : value) {
-            if (each.is_array()) refuseJob("expected no array in an array", "options/" + name);
-            takeOption(name, each, job);
-        }
-    } else if (value.is_boolean()) {
-        if (value.get<bool>()) job.arguments.push_back(option);
-    } else if (value.is_string() || value.is_number()) {
-        const std::string text = value.is_string() ? value.get<std::string>() : dumpJson(value);
-        // In one piece: a value may begin with a dash.
-        job.arguments.push_back(
-            std::string(option).append("=").append(argumentText(text, "options/" + name)));
-    } else {
-        refuseJob("expected a string, a number, true, false or an array of them",
-                  "options/" + name);
-    }
-}
-
-void takeOptions(const nlohmann::json& value, Job& job) {
-    if (!value.is_object()) refuseJob("expected an object", "options");
-    for (const auto& [name, each] : value.items())
-        takeOption(name, each, job);
-}
-
-struct JobKey {
-    std::string_view name;
-    void (*take)(const nlohmann::json& value, Job& job);
-};
-constexpr JobKey kJobKeys[] = {
-    {"id",
-     [](const nlohmann::json& value, Job& job) {
-         job.id = takeString(value, "id");
-         if (job.id.empty()) refuseJob("an id may not be empty", "id");
-     }},
-    {"verb", [](const nlohmann::json& value, Job& job) { job.verb = takeString(value, "verb"); }},
-    {"args", takeArguments},
-    {"options", takeOptions},
-};
-
-void takeKeys(const nlohmann::json& json, Job& job) {
-    if (!json.is_object()) refuseJob("expected an object with a verb and its arguments");
-    std::vector<std::string_view> names;
-    for (const JobKey& key : kJobKeys)
-        names.push_back(key.name);
-    for (const auto& [name, value] : json.items()) {
-        if (std::find(names.begin(), names.end(), name) == names.end())
-            refuseName("key", name, names);
-    }
-    for (const JobKey& key : kJobKeys) {
-        const auto entry = json.find(key.name);
-        if (entry != json.end()) key.take(*entry, job);
-    }
-    if (job.verb.empty()) refuseJob("a key is missing", "verb");
-}
-
-const Verb& verbNamed(const std::string& name) {
-    std::vector<std::string_view> names;
-    for (const Verb& verb : verbs()) {
-        if (verb.name == name) return verb;
-        names.push_back(verb.name);
-    }
-    refuseName("verb", name, names);
-}
-
-/// A verb's arguments, read as the command line reads them and not carried out.
-class ParsedVerb {
-  public:
-    /// Throws Error (kUsage) for arguments that the verb would refuse for their form, and for
-    /// --help: there is nothing to carry out. Files are not looked at.
-    ParsedVerb(const Verb& verb, const std::vector<std::string>& arguments)
-        : options_(parser_.addVerb(std::string(verb.name), std::string(verb.summary))),
-          action_(verb.declare(options_)) {
-        std::vector<std::string> all{std::string(verb.name)};
-        all.insert(all.end(), arguments.begin(), arguments.end());
-        if (parser_.parse(all) != Asked::kVerb)
-            throw Error(ErrorKind::kUsage, "there is nothing to do", "--help", "leave it out");
-    }
-
-    /// Which options the verb has, and what is given.
-    const VerbOptions& options() const { return options_; }
-
-  private:
-    ArgumentParser parser_;
-    VerbOptions options_;
-    VerbAction action_;  ///< owns what the options are stored in
-};
+constexpr std::string_view kMoreKeys[] = {"id"};
 
 /// An option that names a file that is written, of one verb or ("") of all.
 struct WritingOption {
@@ -229,9 +97,16 @@ void readArguments(Job& job) {
 }
 
 Job readJob(const std::string& line) {
-    nlohmann::json json = parseLine(line);
+    JobLine read(line, kMoreKeys, kHelp);
+    nlohmann::json& json = read.json;
     Job job;
-    takeKeys(json, job);
+    if (const auto id = json.find("id"); id != json.end()) {
+        if (!id->is_string()) refuseJob("expected a string", "id");
+        job.id = id->get<std::string>();
+        if (job.id.empty()) refuseJob("an id may not be empty", "id");
+    }
+    job.verb = std::move(read.verb);
+    job.arguments = std::move(read.arguments);
     readArguments(job);
     json.erase("id");
     job.hash = hashText(dumpJson(json));

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cmd/check/part_report.h"
+#include "core/base/printable.h"
 
 namespace peeler::cmd {
 

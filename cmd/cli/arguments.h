@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "cmd/cli/choices.h"
 #include "cmd/cli/errors.h"
+#include "cmd/session/choices.h"
 
 namespace CLI {
 class App;

@@ -69,10 +69,10 @@ int dispatch(const std::vector<std::string>& given, Console& console) {
 
     switch (hintingAt(parser, [&] { return parser.parse(arguments); })) {
         case Asked::kHelp:
-            console.result(parser.help());
+            console.text(parser.help());
             return 0;
         case Asked::kVersion:
-            console.result("peeler " PEELER_VERSION "\n");
+            console.text("peeler " PEELER_VERSION "\n");
             return 0;
         case Asked::kNothing:
             console.machineLine(parser.help());
@@ -80,7 +80,8 @@ int dispatch(const std::vector<std::string>& given, Console& console) {
         case Asked::kVerb:
             break;
     }
-    return hintingAt(parser, [&] { return actions.at(parser.verb())(console); });
+    Session session(console);
+    return hintingAt(parser, [&] { return actions.at(parser.verb())(session); });
 }
 
 /// Whether a scheduler reads stderr (--progress openjd): it is told of wrong arguments, too, so

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cmd/cli/console.h"
+#include "cmd/session/session.h"
 
 namespace peeler::cmd {
 
@@ -16,7 +17,7 @@ class VerbOptions;
 struct CommandDescription;
 
 /// What a verb does once its options are read; the result is the exit code.
-using VerbAction = std::function<int(Console&)>;
+using VerbAction = std::function<int(Session&)>;
 
 struct Verb {
     std::string_view name;

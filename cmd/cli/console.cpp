@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines, bars and the result: one write each.
 #include "cmd/cli/console.h"
 
 #include <cerrno>
 #include <cstring>
 #include <ostream>
 
+#include "cmd/cli/errors.h"
+#include "cmd/cli/report.h"
 #include "core/base/error.h"
+#include "core/base/printable.h"
 
 namespace peeler::cmd {
 
@@ -17,7 +19,7 @@ Console::~Console() {
     clearBar();
 }
 
-void Console::result(std::string_view text) {
+void Console::text(std::string_view text) {
     clearBar();
     errno = 0;
     out_ << text << std::flush;
@@ -30,7 +32,7 @@ void Console::result(std::string_view text) {
                 "standard output");
 }
 
-void Console::hint(std::string_view text) {
+void Console::sayHint(std::string_view text) {
     std::string lines;
     while (true) {
         const std::size_t end = text.find('\n');
@@ -38,21 +40,16 @@ void Console::hint(std::string_view text) {
         if (end == std::string_view::npos || end + 1 == text.size()) break;
         text.remove_prefix(end + 1);
     }
-    clearBar();
     say(lines);
 }
 
-void Console::error(std::string_view text) {
-    message("error: ", text, "1;31");
-    if (!failure_prefix_.empty()) machineLine(failure_prefix_ + printable(text, kMostOfLine));
+void Console::failure(const Error& error) {
+    message(Severity::kError, error.what() + (error.where().empty() ? "" : ": " + error.where()));
+    if (!error.hint().empty()) hint(error.hint());
 }
 
-void Console::note(std::string_view text) {
-    if (!quiet_) message("", text);
-}
-
-void Console::detail(std::string_view text) {
-    if (verbose_ && !quiet_) message("", text);
+void Console::result(const Json& result) {
+    text(jsonText(result));
 }
 
 void Console::machineLine(std::string_view line) {
@@ -61,7 +58,7 @@ void Console::machineLine(std::string_view line) {
 }
 
 void Console::bar(std::string_view text) {
-    if (!terminal_ || quiet_) return;
+    if (!terminal_ || quiet()) return;
     std::string line(1, '\r');
     line += printable(text, kMostOfLine);
     if (text.size() < bar_width_) line.append(bar_width_ - text.size(), ' ');
@@ -77,9 +74,20 @@ void Console::clearBar() {
     bar_width_ = 0;
 }
 
-void Console::message(std::string_view word, std::string_view text, std::string_view color) {
+void Console::message(Severity severity, std::string_view said) {
+    if (!shows(severity)) return;
+    const std::string text = inOptions(said);
     clearBar();
-    say(line(word, text, color));
+    // The color is the parameter of a terminal's SGR sequence (ECMA-48, 8.3.117).
+    if (severity == Severity::kHint) return sayHint(text);
+    if (severity == Severity::kError)
+        say(line("error: ", text, "1;31"));
+    else if (severity == Severity::kWarning)
+        say(line("warning: ", text, "33"));
+    else
+        say(line("", text, ""));
+    if (severity == Severity::kError && !failure_prefix_.empty())
+        machineLine(failure_prefix_ + printable(text, kMostOfLine));
 }
 
 std::string Console::line(std::string_view word, std::string_view text,

@@ -7,7 +7,9 @@
 #include <new>
 #include <string>
 
+#include "cmd/cli/console.h"
 #include "core/base/error.h"
+#include "core/base/work.h"
 
 namespace peeler::cmd {
 
@@ -51,6 +53,18 @@ constexpr ExitCode kExitCodes[] = {
 
 }  // namespace
 
+std::string_view kindName(ErrorKind kind) {
+    constexpr std::pair<ErrorKind, std::string_view> kNames[] = {
+        {ErrorKind::kInternal, "internal"}, {ErrorKind::kUsage, "usage"},
+        {ErrorKind::kInput, "input"},       {ErrorKind::kOutput, "output"},
+        {ErrorKind::kDevice, "device"},     {ErrorKind::kIncomplete, "incomplete"},
+        {ErrorKind::kMemory, "memory"},
+    };
+    for (const auto& [of, name] : kNames)
+        if (of == kind) return name;
+    return "internal";
+}
+
 std::span<const ExitCode> exitCodes() {
     return kExitCodes;
 }
@@ -59,9 +73,8 @@ void refuse(const std::string& what, const std::string& where, const std::string
     throw Error(ErrorKind::kUsage, what, where, hint);
 }
 
-int reportError(Console& console, const Error& error) {
-    console.error(error.what() + (error.where().empty() ? "" : ": " + error.where()));
-    console.hint(hintOf(error));
+int reportError(Reporter& reporter, const Error& error) {
+    reporter.failure({error.kind(), error.what(), error.where(), hintOf(error)});
     return static_cast<int>(error.kind());
 }
 
@@ -73,6 +86,8 @@ Error currentError() {
                 inOptions(error.hint())};
     } catch (const ReaderGone&) {
         throw;
+    } catch (const Cancelled&) {
+        throw;
     } catch (const std::bad_alloc&) {
         return Error(ErrorKind::kMemory, "out of memory");
     } catch (const std::exception& error) {
@@ -82,13 +97,13 @@ Error currentError() {
     }
 }
 
-int runReported(Console& console, const std::function<int()>& work) {
+int runReported(Reporter& reporter, const std::function<int()>& work) {
     try {
         return work();
     } catch (const ReaderGone&) {
         return 128 + SIGPIPE;
     } catch (...) {
-        return reportError(console, currentError());
+        return reportError(reporter, currentError());
     }
 }
 

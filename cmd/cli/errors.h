@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "cmd/cli/console.h"
+#include "cmd/session/reporter.h"
 #include "core/base/error.h"
 
 namespace peeler::cmd {
@@ -20,6 +20,10 @@ struct ExitCode {
 };
 std::span<const ExitCode> exitCodes();
 
+/// The name of a kind of error: "usage", "input", "output", "device", "incomplete", "memory",
+/// "internal".
+std::string_view kindName(ErrorKind kind);
+
 /// Throws Error (kUsage), for what is asked for and cannot be.
 [[noreturn]] void refuse(const std::string& what, const std::string& where = "",
                          const std::string& hint = "");
@@ -27,14 +31,14 @@ std::span<const ExitCode> exitCodes();
 /// Runs `work` and returns its result as the exit code. What it throws becomes lines on stderr and
 /// the exit code that belongs to it: an Error its kind, std::bad_alloc 33, ReaderGone 141 (as
 /// SIGPIPE would have it) without a word, anything else 1.
-int runReported(Console& console, const std::function<int()>& work);
+int runReported(Reporter& reporter, const std::function<int()>& work);
 
 /// The exception that is being handled, as an Error that names options. To be called in a catch
 /// block. ReaderGone is thrown on.
 Error currentError();
 
 /// Reports an error, with a hint, on stderr. Returns its exit code.
-int reportError(Console& console, const Error& error);
+int reportError(Reporter& reporter, const Error& error);
 
 /// What core and formats call by the name that it has in the API, in backquotes, and what that is
 /// on the command line.

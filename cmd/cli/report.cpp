@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "cmd/cli/arguments.h"
-#include "cmd/cli/choices.h"
 #include "cmd/machine/resources.h"
+#include "cmd/session/choices.h"
 #include "core/base/error.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/json_text.h"
@@ -76,14 +76,11 @@ Json filesJson(const RunResult& run) {
 
 }  // namespace
 
-ProgressStyle ReportOptions::shownProgress() const {
+void ReportOptions::applyTo(Reporter& reporter) const {
     const bool for_people = progress == ProgressStyle::kAuto || progress == ProgressStyle::kPlain;
-    return quiet && for_people ? ProgressStyle::kNone : progress;
-}
-
-void ReportOptions::applyTo(Console& console) const {
-    console.setQuiet(quiet);
-    console.setVerbose(verbose);
+    reporter.setProgress(quiet && for_people ? ProgressStyle::kNone : progress);
+    reporter.setQuiet(quiet);
+    reporter.setVerbose(verbose);
 }
 
 void addReportOptions(VerbOptions& verb, ReportOptions& options) {
@@ -215,15 +212,15 @@ std::string totalText(const StageTimes& milliseconds) {
 }
 
 void reportResult(const ReportOptions& options, const Json& json,
-                  const std::vector<std::string>& lines, Console& console) {
+                  const std::vector<std::string>& lines, Reporter& reporter) {
     if (options.file) writeReport(*options.file, json);
     for (const std::string& line : lines)
-        console.note(line);
-    if (options.json) console.result(jsonText(json));
+        reporter.note(line);
+    if (options.json) reporter.result(json);
 }
 
-void reportResult(const ReportOptions& options, const PictureResult& result, Console& console) {
-    reportResult(options, toJson(result), {summary(result)}, console);
+void reportResult(const ReportOptions& options, const PictureResult& result, Reporter& reporter) {
+    reportResult(options, toJson(result), {summary(result)}, reporter);
 }
 
 std::string jsonText(const Json& json) {

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "cmd/cli/console.h"
-#include "cmd/cli/progress.h"
+#include "cmd/cli/progress_lines.h"
+#include "cmd/session/reporter.h"
 #include "core/base/stage_times.h"
 #include "core/image/sink.h"
 #include "core/views/many_cameras.h"
@@ -20,9 +20,6 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// What is reported as JSON: keys stay in the order in which they are set.
-using Json = nlohmann::ordered_json;
-
 /// Where a command reports its result and its progress.
 struct ReportOptions {
     bool json = false;
@@ -30,10 +27,9 @@ struct ReportOptions {
     std::optional<std::filesystem::path> file;
     ProgressStyle progress = ProgressStyle::kAuto;
 
-    /// The style to use: none for a quiet command, unless the style is one for programs.
-    ProgressStyle shownProgress() const;
-    /// Makes the console as quiet or as wordy as was asked for.
-    void applyTo(Console& console) const;
+    /// Makes the reporter as quiet or as wordy as was asked for. A quiet one shows progress in the
+    /// styles for programs alone.
+    void applyTo(Reporter& reporter) const;
 };
 
 /// Declares --json, --report, --progress, --quiet and --verbose.
@@ -134,10 +130,10 @@ std::string totalText(const StageTimes& milliseconds);
 /// Reports a result as it was asked for: in the report's file, as lines on stderr and as JSON on
 /// stdout. Throws Error (kOutput).
 void reportResult(const ReportOptions& options, const Json& json,
-                  const std::vector<std::string>& lines, Console& console);
+                  const std::vector<std::string>& lines, Reporter& reporter);
 
 /// The same of a picture, with its summary.
-void reportResult(const ReportOptions& options, const PictureResult& result, Console& console);
+void reportResult(const ReportOptions& options, const PictureResult& result, Reporter& reporter);
 
 /// The text that --json prints and --report stores: indented, a newline at the end; bytes that are
 /// not UTF-8 (file names) replaced.

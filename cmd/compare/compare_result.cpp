@@ -5,8 +5,9 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "cmd/cli/console.h"
 #include "cmd/cli/report.h"
+#include "cmd/session/reporter.h"
+#include "core/base/printable.h"
 
 namespace peeler::cmd {
 

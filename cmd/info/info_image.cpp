@@ -13,6 +13,7 @@
 #include "cmd/info/info_kinds.h"
 #include "cmd/options/differences.h"
 #include "cmd/options/layered_bands.h"
+#include "core/base/printable.h"
 #include "core/image/layers.h"
 #include "core/image/statistics.h"
 #include "formats/exr/exr_layout.h"
@@ -44,8 +45,8 @@ struct ImageFacts {
 
 /// Reads every layer: a file that is damaged says so here, and not in the middle of somebody's
 /// work.
-void readLayers(OpenedExr opened, ImageFacts& facts, Console& console) {
-    const std::unique_ptr<LayeredInput> reader = openInput(std::move(opened), console);
+void readLayers(OpenedExr opened, ImageFacts& facts, Reporter& reporter) {
+    const std::unique_ptr<LayeredInput> reader = openInput(std::move(opened), reporter);
     facts.info = reader->info();
     const View& view = facts.info.plan.view;
     DepthComplexity complexity(view.crop);
@@ -64,14 +65,14 @@ void readLayers(OpenedExr opened, ImageFacts& facts, Console& console) {
     if (facts.cameraKnown()) facts.points = points;
 }
 
-ImageFacts gather(const InfoOptions& options, Console& console) {
+ImageFacts gather(const InfoOptions& options, Reporter& reporter) {
     ImageFacts facts;
     LayeredReadOptions reading = options.image;
     reading.strict = options.reading.strict;
     OpenedExr opened(options.file.string(), reading);
     facts.info = opened.info;
     facts.layered = isLayered(facts.info) || reading.choosesPicture();
-    if (facts.layered) readLayers(std::move(opened), facts, console);
+    if (facts.layered) readLayers(std::move(opened), facts, reporter);
     return facts;
 }
 
@@ -240,13 +241,16 @@ std::string toText(const ImageFacts& facts, const InfoOptions& options) {
 
 }  // namespace
 
-void printImageInfo(const InfoOptions& options, Console& console) {
-    const ImageFacts facts = gather(options, console);
+void printImageInfo(const InfoOptions& options, Reporter& reporter) {
+    const ImageFacts facts = gather(options, reporter);
     if (!facts.agrees()) {
-        console.warning("the file says it has " + groupedText(facts.info.plan.fragments_stored) +
-                        " fragments, and has " + groupedText(facts.fragments));
+        reporter.warning("the file says it has " + groupedText(facts.info.plan.fragments_stored) +
+                         " fragments, and has " + groupedText(facts.fragments));
     }
-    console.result(options.json ? jsonText(toJson(facts, options)) : toText(facts, options));
+    if (options.json)
+        reporter.result(toJson(facts, options));
+    else
+        reporter.text(toText(facts, options));
 }
 
 }  // namespace peeler::cmd

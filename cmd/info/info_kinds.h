@@ -6,9 +6,9 @@
 #include <glm/glm.hpp>
 #include <string>
 
-#include "cmd/cli/console.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/layered_options.h"
+#include "cmd/session/reporter.h"
 #include "formats/meshes/scene_reader.h"
 
 namespace peeler::cmd {
@@ -22,11 +22,11 @@ struct InfoOptions {
 
 /// Prints the node tree, what is drawn, materials, cameras, bounds, extensions, warnings. Throws
 /// Error (kInput) like readSceneFile().
-void printSceneInfo(const InfoOptions& options, Console& console);
+void printSceneInfo(const InfoOptions& options, Reporter& reporter);
 
 /// Prints windows, layers with their pixels, completeness, where the picture comes from. Throws
 /// Error (kInput) if the file is damaged.
-void printImageInfo(const InfoOptions& options, Console& console);
+void printImageInfo(const InfoOptions& options, Reporter& reporter);
 
 /// To six significant digits, which other programs that add the same numbers print as well.
 std::string vectorText(const glm::dvec3& v);

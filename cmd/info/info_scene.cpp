@@ -15,6 +15,7 @@
 #include "cmd/machine/resources.h"
 #include "cmd/options/camera_options.h"
 #include "cmd/options/scene_options.h"
+#include "core/base/printable.h"
 #include "core/scene/lights.h"
 #include "core/scene/posed_scene.h"
 #include "formats/file/content_hash.h"
@@ -391,15 +392,15 @@ Json vectorJson(const glm::dvec3& v) {
     return {v.x, v.y, v.z};
 }
 
-void printSceneInfo(const InfoOptions& options, Console& console) {
+void printSceneInfo(const InfoOptions& options, Reporter& reporter) {
     const SceneFacts facts = gather(options);
     if (options.json) {
-        console.result(jsonText(toJson(facts, options)));
+        reporter.result(toJson(facts, options));
         return;
     }
     for (const std::string& warning : facts.scene.warnings)
-        console.warning(warning);
-    console.result(toText(facts, options));
+        reporter.warning(warning);
+    reporter.text(toText(facts, options));
 }
 
 }  // namespace peeler::cmd

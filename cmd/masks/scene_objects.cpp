@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "cmd/cli/arguments.h"
-#include "cmd/cli/choices.h"
 #include "cmd/options/scene_options.h"
+#include "cmd/session/choices.h"
 #include "core/base/error.h"
 #include "core/base/names.h"
 

@@ -154,15 +154,15 @@ bool areComposites(const std::vector<OpenedExr>& opened, bool wanted) {
 
 PictureTiles::PictureTiles(const std::vector<fs::path>& paths, Parts parts,
                            const LayeredReadOptions& reading, bool composites_wanted,
-                           Console& console)
+                           Reporter& reporter)
     : parts_(parts) {
-    open(paths, reading, composites_wanted, console);
-    checkCommon(console);
+    open(paths, reading, composites_wanted, reporter);
+    checkCommon(reporter);
     joinProvenance();
 }
 
 void PictureTiles::open(const std::vector<fs::path>& paths, const LayeredReadOptions& reading,
-                        bool composites_wanted, Console& console) {
+                        bool composites_wanted, Reporter& reporter) {
     std::vector<OpenedExr> opened;
     for (const fs::path& path : paths)
         opened.emplace_back(path.string(), reading);
@@ -175,7 +175,7 @@ void PictureTiles::open(const std::vector<fs::path>& paths, const LayeredReadOpt
     for (std::size_t i = 0; i < opened.size(); ++i) {
         PictureTile tile{.path = paths[i].string()};
         tile.input = kind_ == Kind::kComposite ? openComposite(std::move(opened[i]))
-                                               : openInput(std::move(opened[i]), console);
+                                               : openInput(std::move(opened[i]), reporter);
         if (tiles && !tile.info().is_peeler) {
             throw Error(ErrorKind::kInput, "nothing in it says which picture it is a tile of",
                         tile.path, "tiles are files of peeler render --tile or --crop");
@@ -189,7 +189,7 @@ void PictureTiles::open(const std::vector<fs::path>& paths, const LayeredReadOpt
     }
 }
 
-void PictureTiles::checkCommon(Console& console) {
+void PictureTiles::checkCommon(Reporter& reporter) {
     const bool tiles = parts_ == Parts::kTiles;
     const auto differ = [&](const PictureTile& a, const PictureTile& b,
                             const std::vector<Difference>& differences) {
@@ -220,7 +220,7 @@ void PictureTiles::checkCommon(Console& console) {
             std::string text = first.path + " and " + tile.path;
             text.append(" differ in ").append(attribute.name).append(": ").append(a);
             text.append(" and ").append(b).append("; the file will say the first");
-            console.warning(text);
+            reporter.warning(text);
             break;
         }
     }

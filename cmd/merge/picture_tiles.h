@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "cmd/cli/console.h"
+#include "cmd/session/reporter.h"
 #include "core/image/layered_image.h"
 #include "formats/exr/layered_input.h"
 
@@ -42,7 +42,7 @@ class PictureTiles {
     /// size, precision, channels and, where it is known, the camera in common. Their ids are made
     /// those of provenance().
     PictureTiles(const std::vector<std::filesystem::path>& paths, Parts parts,
-                 const LayeredReadOptions& reading, bool composites_wanted, Console& console);
+                 const LayeredReadOptions& reading, bool composites_wanted, Reporter& reporter);
 
     Kind kind() const { return kind_; }
     const std::vector<PictureTile>& all() const { return tiles_; }
@@ -71,8 +71,8 @@ class PictureTiles {
 
   private:
     void open(const std::vector<std::filesystem::path>& paths, const LayeredReadOptions& reading,
-              bool composites_wanted, Console& console);
-    void checkCommon(Console& console);
+              bool composites_wanted, Reporter& reporter);
+    void checkCommon(Reporter& reporter);
     void joinProvenance();
 
     Parts parts_;

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options that say when a scene is shown, and the moments they make.
-#include "cmd/options/scene_options.h"
-
-#include <numeric>
+#include "cmd/options/animation_options.h"
 
 #include "cmd/cli/arguments.h"
-#include "cmd/cli/choices.h"
 #include "cmd/cli/parse.h"
 #include "cmd/options/frames.h"
+#include "cmd/session/choices.h"
 #include "core/base/error.h"
 
 namespace peeler::cmd {
@@ -15,7 +12,6 @@ namespace peeler::cmd {
 namespace {
 
 constexpr const char* kAnimationGroup = "Animation";
-constexpr double kDefaultFps = 24;
 
 double parseFps(const std::string& text) {
     const double fps = parseNumber(text);
@@ -49,50 +45,6 @@ void addFrameOptions(VerbOptions& verb, AnimationOptions& options) {
         .group(kAnimationGroup);
     addValue(verb, "--fps", "N", options.fps, parseFps, "frames a second (default: 24)")
         .group(kAnimationGroup);
-}
-
-void checkAnimationOptions(const AnimationOptions& options) {
-    if (options.time && options.frames) {
-        throw Error(ErrorKind::kUsage, "frames have times already", "--time, --frames",
-                    "leave one of them out");
-    }
-    if (options.fps && !options.frames && !options.time) {
-        throw Error(ErrorKind::kUsage, "a frame rate is for frames", "--fps",
-                    "add --frames, or --time where motion to the next frame is asked for");
-    }
-}
-
-std::string animationName(const Scene& scene, std::size_t animation) {
-    const std::string& name = scene.animations[animation].name;
-    return name.empty() ? "animation " + std::to_string(animation) : name;
-}
-
-std::vector<int> chooseAnimations(const Scene& scene, const AnimationOptions& options) {
-    std::vector<std::vector<std::string>> names;
-    for (std::size_t i = 0; i < scene.animations.size(); ++i)
-        names.push_back({animationName(scene, i)});
-    if (!options.animation) {
-        const bool moves = (options.time || options.frames) && !names.empty();
-        return moves ? std::vector<int>{0} : std::vector<int>{};
-    }
-    if (*options.animation == "all" && !names.empty() && !findNameOrIndex("all", names)) {
-        std::vector<int> all(names.size());
-        std::iota(all.begin(), all.end(), 0);
-        return all;
-    }
-    return {static_cast<int>(chooseFrom("animation", "--animation", *options.animation, names))};
-}
-
-std::vector<Moment> momentsOf(const AnimationOptions& options) {
-    const double fps = options.fps.value_or(kDefaultFps);
-    if (!options.frames) {
-        const double time = options.time.value_or(0);
-        return {{0, time, time + 1 / fps, 0, fps}};
-    }
-    std::vector<Moment> moments;
-    for (const int frame : *options.frames)
-        moments.push_back({frame, frame / fps, (frame + 1.0) / fps, fps, fps});
-    return moments;
 }
 
 }  // namespace peeler::cmd

@@ -21,13 +21,6 @@ namespace peeler::cmd {
 
 namespace {
 
-nlohmann::json clipJson(const ClipVolume& clip) {
-    nlohmann::json planes = nlohmann::json::array();
-    for (const auto& [normal, offset] : clip.half_spaces)
-        planes.push_back({normal.x, normal.y, normal.z, offset});
-    return {{"planes", planes}, {"nodes", clip.nodes}, {"inside", clip.keep_inside}};
-}
-
 /// Meters what is handed to it.
 struct MeterSink : Sink {
     ExposureMeter meter;
@@ -98,106 +91,13 @@ void addRunOptions(VerbOptions& verb, CaptureJobOptions& options, const std::str
     addReportOptions(verb, options.report);
 }
 
-std::string settingsText(const ShownScene& shown, const CaptureSettings& capture,
-                         const nlohmann::json& more) {
-    // nlohmann::json sorts its keys and prints the shortest digits that read back: the text is
-    // canonical.
-    nlohmann::json settings = {
-        {"scene", shown.scene},
-        {"layers", capture.max_layers},
-        {"surfaces", nameOf<Surfaces>(kSurfaces, capture.surfaces)},
-        {"faces", nameOf<Faces>(kFaces, capture.faces)},
-        {"shading", nameOf<Shading>(kShading, capture.shading)},
-        {"precision", nameOf<PixelType>(kPrecisions, capture.color_type)},
-    };
-    // Only where they are on, so that a picture without them keeps its hash.
-    if (!shown.animations.empty()) settings["animations"] = shown.animations;
-    if (!shown.include.empty()) settings["include"] = shown.include;
-    if (!shown.exclude.empty()) settings["exclude"] = shown.exclude;
-    if (shown.frames_per_second > 0) settings["framesPerSecond"] = shown.frames_per_second;
-    if (capture.shadows) settings["shadows"] = capture.shadow_size;
-    for (const Channel channel : capture.channels)
-        settings["channels"].push_back(infoOf(channel).name);
-    if (capture.samples > 1) settings["samples"] = capture.samples;
-    if (capture.occlusion_ratio > 0) {
-        const Window& crop = shown.crop;
-        settings["occlusionRatio"] = {capture.occlusion_ratio, crop.x0, crop.y0, crop.x1, crop.y1};
-    }
-    if (capture.tail == Tail::kBlend) settings["tail"] = "blend";
-    if (capture.clip.active()) settings["clip"] = clipJson(capture.clip);
-    if (capture.opaque_only) settings["opaqueOnly"] = true;
-    if (capture.tinted) settings["transmission"] = "color";
-    if (const MethodInfo* method = findPeelMethod(capture.method); method && !method->exact())
-        settings["method"] = capture.method;
-    settings.update(more);
-    return dumpJson(settings);
+CaptureJob::CaptureJob(const CaptureJobOptions& options, Session& session)
+    : options_(options), session_(session), reporter_(session.reporter()) {
+    options.report.applyTo(reporter_);
 }
 
-std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture,
-                         const nlohmann::json& more) {
-    return hashText(settingsText(shown, capture, more));
-}
-
-namespace {
-
-SceneReadOptions withinMemory(SceneReadOptions reading, const MemoryBudget& memory) {
-    reading.memory = memory;
-    return reading;
-}
-
-}  // namespace
-
-OpenedScene::OpenedScene(const CaptureJobOptions& options, Console& console)
-    : scene_(loadScene(options.scene.file,
-                       withinMemory(options.scene.reading, options.capture.memory),
-                       options.appearance, options.capture.shadows)) {
-    assumed_ = assumedOf(options.scene.file, options.scene.reading);
-    for (const std::string& warning : scene_.warnings)
-        console.warning(inOptions(warning));
-    index_ = chooseScene(scene_, options.scene);
-    selectNodes(scene_, options.scene);
-    addStudio(scene_, index_, options.appearance);
-    if (options.scene.normalize) {
-        normalized_ = normalizing(PosedScene(scene_, index_), *options.scene.normalize);
-        scene_.scenes[static_cast<std::size_t>(index_)].to_world = normalized_->matrix();
-    }
-    const AnimationOptions& animation = options.animation;
-    playing_ = chooseAnimations(scene_, animation);
-    if ((animation.frames || animation.time) && playing_.empty()) {
-        if (options.scene.reading.strict)
-            refuse("the scene has no animation: it is the same at all times",
-                   animation.frames ? "--frames" : "--time");
-        console.warning("The scene has no animation; it is the same at all times.");
-    }
-}
-
-PosedScene OpenedScene::at(double time) const {
-    const double moment = playing_.empty() ? 0 : time;
-    if (!last_ || last_->first != moment)
-        last_.emplace(moment, PosedScene(scene_, index_, poseAt(scene_, playing_, moment)));
-    return last_->second;
-}
-
-PosedScene OpenedScene::at(double time, std::span<const PlacedNode> placed) const {
-    if (placed.empty()) return at(time);
-    Pose pose = poseAt(scene_, playing_, time);
-    placeNodes(scene_, index_, placed, pose);
-    return {scene_, index_, pose};
-}
-
-View OpenedScene::view(const PosedScene& posed, const CameraOptions& camera) const {
-    return makeView(posed, extent(), camera);
-}
-
-const SceneExtent& OpenedScene::extent() const {
-    if (!extent_ && playing_.empty()) extent_.emplace(at(0));
-    if (!extent_) extent_.emplace(scene_, index_, playing_);
-    return *extent_;
-}
-
-CaptureJob::CaptureJob(const CaptureJobOptions& options, Console& console)
-    : options_(options), console_(console) {
-    options.report.applyTo(console);
+CaptureJob::~CaptureJob() {
+    releaseHits();
 }
 
 void CaptureJob::checkOptions() const {
@@ -209,17 +109,25 @@ void CaptureJob::checkOptions() const {
 }
 
 const OpenedScene& CaptureJob::openScene() {
-    console_.detail("reads " + options_.scene.file.string());
+    reporter_.detail("reads " + options_.scene.file.string());
+    const AnimationOptions& animation = options_.animation;
     {
         const StageTimer timer(times_, "load");
-        scene_.emplace(options_, console_);
+        scene_ = session_.open({options_.scene, options_.appearance, animation,
+                                options_.capture.shadows, options_.capture.memory});
+        if (animation.moves() && scene_->animations().empty()) {
+            if (options_.scene.reading.strict)
+                refuse("the scene has no animation: it is the same at all times",
+                       animation.frames ? "--frames" : "--time");
+            reporter_.warning("The scene has no animation; it is the same at all times.");
+        }
     }
     const Scene& scene = scene_->scene();
-    console_.detail("read " + countText(scene.files.size(), "file") + ": " +
-                    countText(scene.nodes.size(), "node") + ", " +
-                    countText(scene.meshes.size(), "mesh") + ", " +
-                    countText(scene.materials.size() - 1, "material") + ", " +
-                    countText(scene.images.size(), "image"));
+    reporter_.detail("read " + countText(scene.files.size(), "file") + ": " +
+                     countText(scene.nodes.size(), "node") + ", " +
+                     countText(scene.meshes.size(), "mesh") + ", " +
+                     countText(scene.materials.size() - 1, "material") + ", " +
+                     countText(scene.images.size(), "image"));
     return *scene_;
 }
 
@@ -234,23 +142,32 @@ PosedScene CaptureJob::pose() {
 }
 
 GlRenderer& CaptureJob::openRenderer(const PosedScene& posed) {
-    if (!context_) {
+    if (!session_.hasContext()) {
         const StageTimer timer(times_, "context");
-        context_ = gl::createContext(options_.device);
+        session_.context(options_.device);
     }
-    device_ = context_->device();
+    // The picture of another scene, such as the places of `check`, belongs to the run alone.
+    const bool is_opened = scene_ && &posed.scene() == &scene_->scene();
+    renderer_ = &session_.renderer(options_.device, is_opened ? scene_ : nullptr, posed);
+    device_ = session_.context(options_.device).device();
     if (device_->software && !isChosen(options_.device)) {
-        console_.noteOnce("no GPU can be used, so " + device_->renderer + " renders in software (" +
-                          device_->backend + "); peeler devices says why");
+        reporter_.noteOnce("no GPU can be used, so " + device_->renderer +
+                           " renders in software (" + device_->backend +
+                           "); peeler devices says why");
     }
-    console_.detail("GL: " + device_->renderer + " (" + device_->backend + "), OpenGL " +
-                    device_->version);
-    return renderer_.emplace(*context_, posed);
+    reporter_.detail("GL: " + device_->renderer + " (" + device_->backend + "), OpenGL " +
+                     device_->version);
+    return *renderer_;
 }
 
-void CaptureJob::closeRenderer() {
-    renderer_.reset();
-    context_.reset();
+void CaptureJob::releaseRenderer() {
+    renderer_ = nullptr;
+    session_.release();
+}
+
+void CaptureJob::closeContext() {
+    renderer_ = nullptr;
+    session_.close();
 }
 
 Engine CaptureJob::chooseEngine() {
@@ -258,13 +175,9 @@ Engine CaptureJob::chooseEngine() {
     if (options_.engine != Engine::kAuto) return engine_.emplace(options_.engine);
     if (asksForDevice(options_.device)) return engine_.emplace(Engine::kGl);
     const StageTimer timer(times_, "context");
-    std::vector<std::string> attempts;
-    context_ = gl::findGpuContext(&attempts);
-    if (context_) return engine_.emplace(Engine::kGl);
     std::string reasons;
-    for (const std::string& attempt : attempts)
-        reasons += (reasons.empty() ? "" : "; ") + attempt;
-    console_.detail("no GPU can be used, so the CPU finds the hits: " + reasons);
+    if (session_.findGpu(reasons)) return engine_.emplace(Engine::kGl);
+    reporter_.detail("no GPU can be used, so the CPU finds the hits: " + reasons);
     return engine_.emplace(Engine::kCpu);
 }
 
@@ -278,13 +191,14 @@ HitSource& CaptureJob::openHits(const PosedScene& posed) {
     return *rasterizer_;
 }
 
-void CaptureJob::closeHits() {
+void CaptureJob::releaseHits() {
     rasterizer_.reset();
-    closeRenderer();
+    releaseRenderer();
 }
 
 void CaptureJob::discard() {
-    closeHits();
+    rasterizer_.reset();
+    closeContext();
     takeTimes();
 }
 
@@ -310,7 +224,7 @@ float CaptureJob::meterExposure(const CaptureSettings& capture,
         const PosedScene posed = scene_->at(time);
         renderer_->setPose(posed);
         for (const std::size_t camera : some) {
-            renderer_->plan(small(scene_->view(posed, cameras[camera])), settings);
+            renderer_->plan(small(makeView(posed, scene_->extent(), cameras[camera])), settings);
             renderer_->capture(sink);
         }
     }

@@ -12,11 +12,14 @@
 #include <string>
 #include <vector>
 
-#include "cmd/cli/console.h"
 #include "cmd/cli/report.h"
+#include "cmd/options/animation_options.h"
+#include "cmd/options/appearance_options.h"
 #include "cmd/options/camera_options.h"
 #include "cmd/options/capture_options.h"
 #include "cmd/options/scene_options.h"
+#include "cmd/session/session.h"
+#include "cmd/session/settings_text.h"
 #include "core/capture/gl_renderer.h"
 #include "core/scene/posed_scene.h"
 
@@ -49,78 +52,18 @@ void addShownOptions(VerbOptions& verb, CaptureJobOptions& options);
 void addRunOptions(VerbOptions& verb, CaptureJobOptions& options,
                    const std::string& memory = "the picture is rendered in bands that fit");
 
-/// What is shown of the scene's file.
-struct ShownScene {
-    int scene = 0;                  ///< index
-    std::vector<int> animations{};  ///< indices
-    std::vector<std::string> include{}, exclude{};
-    double frames_per_second = 0;  ///< by which motion is measured; 0 = it is not
-    /// The pixels of which --occlusion-ratio takes a share: tiles keep other layers than the whole.
-    Window crop{};
-};
-
-/// Everything that was asked for and changes pixels (peeler:settings), as the text of a JSON object
-/// with sorted keys, most of them the names of options (differences.h tells which). Two renders of
-/// the same scene file with the same settings, time and camera (peeler:cameraJson) have the same
-/// layers. What the header says elsewhere in full is left out, so that the tiles of a picture and
-/// the frames of a sequence share their settings: camera, size, crop and time; and so is what
-/// changes nothing: threads, memory, backend, and which of the exact methods it is. `more`: an
-/// object of what else there is, such as appearanceSettings().
-std::string settingsText(const ShownScene& shown, const CaptureSettings& capture,
-                         const nlohmann::json& more = nlohmann::json::object());
-/// The hash of that text (peeler:settingsHash), 16 hexadecimal digits.
-std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture,
-                         const nlohmann::json& more = nlohmann::json::object());
-
-/// A scene file as a command shows it: read once, seen at any time.
-class OpenedScene {
-  public:
-    /// Reads the file, chooses what is shown of it, and passes on the warnings of its readers.
-    /// Throws like loadScene(), chooseScene(), selectNodes() and chooseAnimations().
-    OpenedScene(const CaptureJobOptions& options, Console& console);
-
-    const Scene& scene() const { return scene_; }
-    /// Index of the scene that is shown.
-    int index() const { return index_; }
-    /// Indices of the animations that move it.
-    const std::vector<int>& animations() const { return playing_; }
-    /// What brought it to another size, if that was asked for.
-    const std::optional<Normalizing>& normalized() const { return normalized_; }
-    /// What the format of its file does not say, as it was understood.
-    const std::optional<Assumed>& assumed() const { return assumed_; }
-
-    /// The scene at a time, in seconds; asked again for the same time, the same. It refers to this
-    /// object, which must outlive it. Not from several threads.
-    PosedScene at(double time) const;
-    /// The same with nodes that stand elsewhere. Throws like placeNodes().
-    PosedScene at(double time, std::span<const PlacedNode> placed) const;
-
-    /// The camera's view of what at() has given. A scene that moves is framed by all its times.
-    /// Throws like makeView().
-    View view(const PosedScene& posed, const CameraOptions& camera) const;
-
-    /// What such a camera has to see. Not from several threads.
-    const SceneExtent& extent() const;
-
-  private:
-    Scene scene_;
-    int index_ = 0;
-    std::vector<int> playing_;
-    std::optional<Normalizing> normalized_;
-    std::optional<Assumed> assumed_;
-    mutable std::optional<SceneExtent> extent_;                  ///< once it is asked for
-    mutable std::optional<std::pair<double, PosedScene>> last_;  ///< the latest of at(), and when
-};
-
 /// One run over one scene, from options to a result, stage after stage: checkOptions(),
 /// openScene(), checkOutputs(), openRenderer() or openHits(), finish().
 class CaptureJob {
   public:
     using Clock = std::chrono::steady_clock;
 
-    /// Begins the run; from here on the console is as quiet as it was asked to be. Options and
-    /// console must outlive the job.
-    CaptureJob(const CaptureJobOptions& options, Console& console);
+    /// Begins the run; from here on the reporter is as quiet as it was asked to be. Options and
+    /// session must outlive the job.
+    CaptureJob(const CaptureJobOptions& options, Session& session);
+    ~CaptureJob();
+    CaptureJob(const CaptureJob&) = delete;
+    CaptureJob& operator=(const CaptureJob&) = delete;
 
     /// Throws Error (kUsage) for what contradicts itself whatever the scene is; sets the threads.
     void checkOptions() const;
@@ -133,14 +76,16 @@ class CaptureJob {
     /// The scene at the time that was asked for.
     PosedScene pose();
 
-    /// Opens a context as gl::createContext() does, throwing like it, and uploads the scene. Notes
-    /// once that it renders in software, unless that was asked for. A GlRenderer that is open has
-    /// to be closed before.
+    /// Opens a context as gl::createContext() does, throwing like it, and uploads the scene, unless
+    /// the session has both. Notes once that it renders in software, unless that was asked for.
     GlRenderer& openRenderer(const PosedScene& posed);
-    void closeRenderer();
+    /// The run needs it no longer; what the session does not keep is closed.
+    void releaseRenderer();
+    /// Closes the context, which may be lost, and everything in it.
+    void closeContext();
     /// The open GlRenderer, or null. The context may be there without it, if the scene had no room.
-    GlRenderer* renderer() { return renderer_ ? &*renderer_ : nullptr; }
-    bool hasContext() const { return context_ != nullptr; }
+    GlRenderer* renderer() { return renderer_; }
+    bool hasContext() const { return session_.hasContext(); }
     const gl::Device& device() const { return *device_; }  ///< of the GlRenderer opened last
 
     /// The engine that finds the hits of this run, kCpu or kGl: the one that was asked for, or what
@@ -150,7 +95,8 @@ class CaptureJob {
     /// nothing of GL, or as openRenderer() does, throwing like it. What is open already is used
     /// again.
     HitSource& openHits(const PosedScene& posed);
-    void closeHits();
+    /// releaseRenderer() of either engine.
+    void releaseHits();
     /// Closes what a failure may have left in any state, with the times that belong to no result.
     void discard();
 
@@ -189,14 +135,14 @@ class CaptureJob {
 
   private:
     const CaptureJobOptions& options_;
-    Console& console_;
+    Session& session_;
+    Reporter& reporter_;
     Clock::time_point start_ = Clock::now();
     StageTimes times_;
-    std::optional<OpenedScene> scene_;
+    SharedScene scene_;
     std::optional<gl::Device> device_;
-    std::unique_ptr<gl::Context> context_;  // before the GlRenderer, which needs it to the end
-    std::optional<GlRenderer> renderer_;
-    std::optional<Engine> engine_;  ///< kCpu or kGl, once it is chosen
+    GlRenderer* renderer_ = nullptr;  ///< the session's
+    std::optional<Engine> engine_;    ///< kCpu or kGl, once it is chosen
     std::unique_ptr<HitSource> rasterizer_;
 };
 

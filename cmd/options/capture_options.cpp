@@ -203,18 +203,4 @@ void addEngineOption(VerbOptions& verb, Engine& engine) {
         .group("Machine");
 }
 
-bool asksForDevice(const gl::ContextRequest& device) {
-    return device.backend != "auto" || device.device.given() || device.require_gpu;
-}
-
-void checkEngine(Engine engine, const gl::ContextRequest& device) {
-    if (engine != Engine::kCpu || !asksForDevice(device)) return;
-    std::string options;
-    if (device.backend != "auto") options += ", --backend " + device.backend;
-    if (device.device.given()) options += ", --device " + device.device.text();
-    if (device.require_gpu) options += ", --require-gpu";
-    refuse("the CPU finds hits without a GL device", "--engine cpu" + options,
-           "leave out one or the other, or choose --engine gl");
-}
-
 }  // namespace peeler::cmd

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of clipping, and the volume they make.
-#include "cmd/options/capture_options.h"
+#include "cmd/options/clip_options.h"
 
 #include <algorithm>
 
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
+#include "cmd/session/choices.h"
 #include "core/base/error.h"
 
 namespace peeler::cmd {

@@ -3,10 +3,10 @@
 #include <limits>
 
 #include "cmd/cli/arguments.h"
-#include "cmd/cli/choices.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/options/output_options.h"
+#include "cmd/session/choices.h"
 #include "core/base/error.h"
 
 namespace peeler::cmd {

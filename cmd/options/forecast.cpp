@@ -72,7 +72,7 @@ std::string percentText(std::uint64_t bytes, std::uint64_t of) {
     return groupedText(static_cast<std::uint64_t>(share)) + " %";
 }
 
-void tellShare(const DiskShare& share, std::uint64_t times, Console& console, bool always) {
+void tellShare(const DiskShare& share, std::uint64_t times, Reporter& reporter, bool always) {
     const std::string contents = share.contents.empty() ? "" : " (" + share.contents + ")";
     const std::string free = bytesText(share.disk.free);
     if (share.certain > share.disk.free) {
@@ -89,10 +89,10 @@ void tellShare(const DiskShare& share, std::uint64_t times, Console& console, bo
         times > 1 ? countText(times, "picture") + " like " + share.names : share.names;
     const std::string what = who + " will take " + sizeText(all) + (times > 1 ? "" : contents);
     if (isMoreThan(all.bytes, 10, share.disk)) {
-        console.warning(what + ", " + percentText(all.bytes, share.disk.free) + " of the " + free +
-                        " that are free there.");
+        reporter.warning(what + ", " + percentText(all.bytes, share.disk.free) + " of the " + free +
+                         " that are free there.");
     } else if (always || all.bytes >= kNotableBytes || isMoreThan(all.bytes, 100, share.disk)) {
-        console.note(what + ", of " + free + " that are free there");
+        reporter.note(what + ", of " + free + " that are free there");
     }
 }
 
@@ -105,18 +105,18 @@ SizeForecast Forecast::size() const {
     return sum;
 }
 
-void tellForecast(const Forecast& forecast, Console& console, bool always,
+void tellForecast(const Forecast& forecast, Reporter& reporter, bool always,
                   const DiskSpaceOf& disk) {
     for (const DiskShare& share : sharesOf(forecast, disk))
-        tellShare(share, forecast.times, console, always);
+        tellShare(share, forecast.times, reporter, always);
 }
 
 std::uint64_t repeatedPeak(std::uint64_t peak) {
     return peak + peak / 32;
 }
 
-void tellMemory(std::uint64_t bytes, Console& console) {
-    console.note("it will take " + bytesText(bytes) + " of memory at most");
+void tellMemory(std::uint64_t bytes, Reporter& reporter) {
+    reporter.note("it will take " + bytesText(bytes) + " of memory at most");
 }
 
 bool mayExceedDisk(const Forecast& forecast, const DiskSpaceOf& disk) {

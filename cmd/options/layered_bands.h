@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "cmd/cli/progress.h"
+#include "cmd/session/progress_report.h"
 #include "core/base/stage_times.h"
 #include "core/image/layers.h"
 #include "formats/exr/layered_input.h"

@@ -17,8 +17,8 @@ namespace {
 /// A layered file whose warnings are printed.
 class WarningInput final : public LayeredInput {
   public:
-    WarningInput(std::unique_ptr<LayeredInput> input, Console& console)
-        : input_(std::move(input)), console_(console) {
+    WarningInput(std::unique_ptr<LayeredInput> input, Reporter& reporter)
+        : input_(std::move(input)), reporter_(reporter) {
         print();
     }
 
@@ -36,11 +36,11 @@ class WarningInput final : public LayeredInput {
   private:
     void print() {
         for (const std::string& warning : input_->takeWarnings())
-            console_.warning(inOptions(warning));
+            reporter_.warning(warning);
     }
 
     std::unique_ptr<LayeredInput> input_;
-    Console& console_;
+    Reporter& reporter_;
 };
 
 }  // namespace
@@ -75,12 +75,12 @@ LayeredReadOptions readingFor(const LayeredReadOptions& options,
 }
 
 std::unique_ptr<LayeredInput> openInput(const std::string& path, const LayeredReadOptions& options,
-                                        Console& console) {
-    return openInput(OpenedExr(path, options), console);
+                                        Reporter& reporter) {
+    return openInput(OpenedExr(path, options), reporter);
 }
 
-std::unique_ptr<LayeredInput> openInput(OpenedExr opened, Console& console) {
-    return std::make_unique<WarningInput>(openLayered(std::move(opened)), console);
+std::unique_ptr<LayeredInput> openInput(OpenedExr opened, Reporter& reporter) {
+    return std::make_unique<WarningInput>(openLayered(std::move(opened)), reporter);
 }
 
 }  // namespace peeler::cmd

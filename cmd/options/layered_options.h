@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "cmd/cli/console.h"
+#include "cmd/session/reporter.h"
 #include "formats/exr/layered_input.h"
 
 namespace peeler::cmd {
@@ -26,9 +26,9 @@ void refusePictureChoice(const LayeredReadOptions& options);
 LayeredReadOptions readingFor(const LayeredReadOptions& options,
                               std::span<const std::filesystem::path> outputs);
 
-/// openLayered() with its warnings printed as they come. The console must outlive what it returns.
+/// openLayered() with its warnings printed as they come. The reporter must outlive what it returns.
 std::unique_ptr<LayeredInput> openInput(const std::string& path, const LayeredReadOptions& options,
-                                        Console& console);
-std::unique_ptr<LayeredInput> openInput(OpenedExr opened, Console& console);
+                                        Reporter& reporter);
+std::unique_ptr<LayeredInput> openInput(OpenedExr opened, Reporter& reporter);
 
 }  // namespace peeler::cmd

@@ -167,8 +167,8 @@ void addObjectOptions(VerbOptions& verb, ObjectOptions& options) {
 }
 
 std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredReadOptions& reading,
-                                         const ObjectOptions& options, Console& console) {
-    std::unique_ptr<LayeredInput> input = openInput(path, reading, console);
+                                         const ObjectOptions& options, Reporter& reporter) {
+    std::unique_ptr<LayeredInput> input = openInput(path, reading, reporter);
     const ExrInfo& info = input->info();
     // Of an empty picture there is nothing to choose.
     if (!options.any() || info.plan.layers.empty()) return input;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "cmd/cli/console.h"
+#include "cmd/session/reporter.h"
 #include "formats/exr/layered_input.h"
 
 namespace peeler::cmd {
@@ -31,6 +31,6 @@ void addObjectOptions(VerbOptions& verb, ObjectOptions& options);
 /// is openInput(). Throws like that and LayeredInput::read(), Error (kInput) if fragments have no
 /// ids, or these no names where names are given, and (kUsage) for a name that nothing has.
 std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredReadOptions& reading,
-                                         const ObjectOptions& options, Console& console);
+                                         const ObjectOptions& options, Reporter& reporter);
 
 }  // namespace peeler::cmd

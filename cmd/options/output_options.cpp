@@ -250,22 +250,22 @@ void describeDisplay(const OutputOptions& written, bool automatic_exposure, Pict
                       written.outcome->raised_pixels};
 }
 
-void noteDisplay(const PictureResult& result, Console& console) {
+void noteDisplay(const PictureResult& result, Reporter& reporter) {
     if (!result.display) return;
     const DisplayedAs& display = *result.display;
     const std::string file = result.output.string() + ": ";
     if (display.automatic_exposure && display.exposure != 0) {
-        console.note(file + "exposed by " + stopsText(display.exposure) +
-                     " stops, found by metering; --exposure chooses");
+        reporter.note(file + "exposed by " + stopsText(display.exposure) +
+                      " stops, found by metering; --exposure chooses");
     }
     // A sparkle here and there is no news.
     const auto pixels =
         static_cast<std::uint64_t>(result.width) * static_cast<std::uint64_t>(result.height);
     if (display.alpha_raised_pixels > pixels / 100) {
-        console.note(file + "alpha was raised in " +
-                     countText(display.alpha_raised_pixels, "pixel") +
-                     " with more light than coverage (reflections on clear glass); --background, "
-                     "or an EXR, keeps them exact");
+        reporter.note(file + "alpha was raised in " +
+                      countText(display.alpha_raised_pixels, "pixel") +
+                      " with more light than coverage (reflections on clear glass); --background, "
+                      "or an EXR, keeps them exact");
     }
 }
 
@@ -308,7 +308,7 @@ bool keepsCryptomatte(const ExrInfo& input, const OutputRequest& output) {
            format.hasComposite() && !output.options.no_composite;
 }
 
-void describeFiles(const OutputRequest& output, PictureResult& result, Console& console) {
+void describeFiles(const OutputRequest& output, PictureResult& result, Reporter& reporter) {
     const std::string file = output.path.string();
     result.bytes = fileBytes(file);
     for (const std::string& beside : filesBeside(file, output.options))
@@ -318,7 +318,7 @@ void describeFiles(const OutputRequest& output, PictureResult& result, Console& 
             result.bytes += fileBytes(exrLayerFile(file, layer));
         const std::string next = exrLayerFile(file, result.layers);
         if (isSeen(next)) {
-            console.warning(
+            reporter.warning(
                 "Files of layers that the picture does not have are there from earlier: " + next +
                 " and what may follow.");
         }

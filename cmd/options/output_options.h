@@ -9,9 +9,9 @@
 #include <string_view>
 #include <vector>
 
-#include "cmd/cli/choices.h"
-#include "cmd/cli/console.h"
 #include "cmd/cli/report.h"
+#include "cmd/session/choices.h"
+#include "cmd/session/reporter.h"
 #include "core/image/sink.h"
 #include "core/scene/scene.h"
 #include "formats/exr/exr_files.h"
@@ -64,7 +64,7 @@ void checkDenseOptions(const OutputRequest& output, bool has_planes);
 void describeDisplay(const OutputOptions& written, bool automatic_exposure, PictureResult& result);
 /// Notes what nobody asked for: an exposure that was found, alpha that was raised in more than a
 /// hundredth of the pixels.
-void noteDisplay(const PictureResult& result, Console& console);
+void noteDisplay(const PictureResult& result, Reporter& reporter);
 
 /// Declares --fxaa; `remark` ends its description.
 void addFxaaOption(VerbOptions& verb, bool& fxaa, const std::string& remark);
@@ -107,7 +107,7 @@ bool keepsCryptomatte(const ExrInfo& input, const OutputRequest& output);
 /// samples were merged, of which the plan knows nothing. `result` has the layers of the plan. Warns
 /// if there are files of more layers under that name, which an earlier picture has left. Throws
 /// Error (kOutput) if a file is gone.
-void describeFiles(const OutputRequest& output, PictureResult& result, Console& console);
+void describeFiles(const OutputRequest& output, PictureResult& result, Reporter& reporter);
 
 /// Throws like checkOutput() if another file that a verb writes (`what`, by `option`) cannot be
 /// written, or would replace one of `others`.

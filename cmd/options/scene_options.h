@@ -1,33 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is shown of a scene's file: one of its scenes, some of its nodes; how they look; and when.
+// The options of the group Scene: which file, which of its scenes and nodes, and how it is read.
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
-#include <nlohmann/json_fwd.hpp>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
-
-#include "cmd/cli/choices.h"
-#include "core/scene/posed_scene.h"
-#include "core/scene/scene.h"
-#include "core/views/many_cameras.h"
-#include "formats/meshes/scene_reader.h"
+#include "cmd/session/scene_request.h"
 
 namespace peeler::cmd {
 
 class VerbOptions;
-
-/// What of a scene file is shown.
-struct SceneOptions {
-    std::filesystem::path file;
-    std::optional<std::string> scene;           ///< name or index; none = the file's default
-    std::vector<std::string> include, exclude;  ///< globs of node names
-    std::optional<Normalized> normalize;        ///< the size that it is brought to
-    SceneReadOptions reading;
-};
 
 /// Declares --scene, --include, --exclude, --allow-outside, --strict, --ignore-extension,
 /// --smooth-normals and, unless the verb has one of its own, --unit. `options` must outlive the
@@ -37,9 +16,6 @@ void addSceneOptions(VerbOptions& verb, SceneOptions& options);
 void addUpOption(VerbOptions& verb, SceneReadOptions& reading);
 /// Declares --unit.
 void addUnitOption(VerbOptions& verb, SceneReadOptions& reading);
-/// The axis that a text names, x, y or z; nothing if it is none.
-std::optional<Axis> axisNamed(std::string_view text);
-std::string axisName(Axis axis);
 inline constexpr const char* kUpHelp =
     "x, y or z: of a PLY, STL or OBJ, the axis that points up, as +Y does in the scene "
     "(default: y)";
@@ -47,130 +23,14 @@ inline constexpr const char* kUpHelp =
 void addSandboxOption(VerbOptions& verb, bool& allow_outside);
 /// Declares --strict: warnings about what is read become errors.
 void addStrictOption(VerbOptions& verb, bool& strict);
+/// Declares --normalize.
+void addNormalizeOption(VerbOptions& verb, SceneOptions& options);
 
-inline constexpr Choice<Normalized> kNormalized[] = {
-    {"unit-cube", Normalized::kUnitCube, "the longest side of its bounds is 1"},
-    {"unit-sphere", Normalized::kUnitSphere, "its farthest vertex is at distance 1"},
-};
 /// Lengths of a unit in metres.
 inline constexpr Choice<double> kLengthUnits[] = {
     {"m", 1, "metres, as glTF has it"}, {"mm", 1e-3, "millimetres, as some exporters leave them"},
     {"cm", 1e-2, "centimetres"},        {"inch", 0.0254, "inches"},
     {"in", 0.0254, "inches"},
 };
-
-/// What of the reading changes pixels, for the settings' hash; an empty object if nothing that was
-/// asked for does, as of a glTF.
-nlohmann::json readingSettings(const SceneReadOptions& reading,
-                               const std::optional<Assumed>& assumed);
-
-/// Declares --normalize.
-void addNormalizeOption(VerbOptions& verb, SceneOptions& options);
-
-/// The index of the scene to show. Throws Error (kUsage), with the list, for one that is not there.
-int chooseScene(const Scene& scene, const SceneOptions& options);
-
-/// For every name, whether it matches a glob: *, ? and [a-z] as in a shell.
-std::vector<char> namesLike(const std::vector<std::string>& names, const std::string& glob);
-
-/// For every node, whether it has a name that matches one of the globs or is below one that has.
-/// Throws Error (kUsage) for a glob that no node matches; `option` is where it comes from.
-std::vector<char> nodesMatching(const Scene& scene, const std::vector<std::string>& globs,
-                                const char* option);
-
-/// Takes away what is not to be seen: with --include every mesh that neither is at a node of such a
-/// name nor below one, with --exclude the nodes of such names and all below them, lights included.
-/// Cameras stay. Throws Error (kUsage) for a glob that no node matches.
-void selectNodes(Scene& scene, const SceneOptions& options);
-
-/// What layers hold of light that passes through glass and the like.
-enum class Transmitted : std::uint8_t {
-    kColor,   ///< coloured opacity, if anything tints the light
-    kAlpha,   ///< one alpha
-    kNothing  ///< no light passes
-};
-
-/// What makes a scene look otherwise than its file says.
-struct AppearanceOptions {
-    std::optional<std::string> variant;  ///< name or index
-    Transmitted transmission = Transmitted::kColor;
-    std::optional<std::filesystem::path> environment;  ///< a file, "studio" or "none"
-    std::optional<double> environment_rotation;        ///< degrees
-    /// The studio lights what has no lights of its own, unless there is an environment: for
-    /// pictures for eyes.
-    bool studio = false;
-};
-
-/// Declares --variant alone.
-void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance);
-/// Declares --variant, --transmission, --environment and --environment-rotation.
-void addAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance);
-/// Declares the options that can change what is baked: --variant, --environment and
-/// --environment-rotation.
-void addBakedAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance);
-
-/// The file that the environment is read from; none if it is built in, or there is none.
-std::optional<std::filesystem::path> environmentFile(const AppearanceOptions& appearance);
-
-/// Throws Error (kUsage) for a rotation of no environment.
-void checkAppearanceOptions(const AppearanceOptions& appearance);
-
-/// Reads the scene as the options want it: its materials of the variant, its environment by its
-/// name or from the file. `shadows` asks for a warning where nothing can cast them. Throws Error
-/// (kUsage) for an unknown variant, with the list, and what readSceneFile and environmentNamed
-/// throw.
-Scene loadScene(const std::filesystem::path& path, SceneReadOptions reading,
-                const AppearanceOptions& appearance, bool shadows);
-
-/// Puts the scene into the studio if `appearance` says so and nothing else lights what is shown of
-/// it.
-void addStudio(Scene& scene, int scene_index, const AppearanceOptions& appearance);
-
-/// Index of the variant that was chosen; nothing if none was. Throws Error (kUsage) for an unknown
-/// one, with the list.
-std::optional<std::size_t> chosenVariant(const Scene& scene, const AppearanceOptions& appearance);
-
-/// Whether opacity is to be coloured (CaptureSettings::tinted).
-bool wantsTint(const AppearanceOptions& appearance, const PosedScene& posed);
-
-/// What of the appearance changes pixels, for the settings' hash; an empty object if nothing was
-/// asked for.
-nlohmann::json appearanceSettings(const AppearanceOptions& appearance, const Scene& scene);
-
-/// When a scene is shown: at rest, at a time, at the times of frames.
-struct AnimationOptions {
-    std::optional<std::string> animation;    ///< name, index or "all"
-    std::optional<double> time;              ///< seconds
-    std::optional<std::vector<int>> frames;  ///< at least one
-    std::optional<double> fps;               ///< frames a second
-};
-
-/// A picture of a sequence, or the only one.
-struct Moment {
-    int frame = 0;
-    double time = 0;               ///< seconds
-    double next_time = 0;          ///< of the next frame, whether it is asked for or not
-    double frames_per_second = 0;  ///< 0 = it is not one of a sequence
-    double motion_rate = 0;        ///< frames a second by which motion is measured
-};
-
-/// Declares --animation and --time. `options` must outlive the parse.
-void addTimeOptions(VerbOptions& verb, AnimationOptions& options);
-/// Declares --frames and --fps.
-void addFrameOptions(VerbOptions& verb, AnimationOptions& options);
-
-/// Throws Error (kUsage) for what contradicts itself whatever the scene is.
-void checkAnimationOptions(const AnimationOptions& options);
-
-/// The animations to play, indices into Scene::animations: the one that is named, or all; the first
-/// if a time or frames are given; else none, and the scene is at rest. Throws Error (kUsage) with
-/// the list for one that is not there.
-std::vector<int> chooseAnimations(const Scene& scene, const AnimationOptions& options);
-
-/// The moments to show, in the order asked for: frame N is at N / fps seconds.
-std::vector<Moment> momentsOf(const AnimationOptions& options);
-
-/// What an animation is called: its own name, else "animation N".
-std::string animationName(const Scene& scene, std::size_t animation);
 
 }  // namespace peeler::cmd

@@ -35,7 +35,7 @@ std::string PictureNumber::text() const {
 }
 
 void SequenceResults::add(Json result, const std::string& line) {
-    console_.note(line);
+    reporter_.note(line);
     finished_.push_back(std::move(result));
 }
 
@@ -43,7 +43,7 @@ void SequenceResults::addFailure(const std::filesystem::path& output, const Pict
                                  const Error& error) {
     const std::string of = pictures_.empty() ? "" : number.text() + ": ";
     const int code =
-        reportError(console_, Error(error.kind(), of + error.what(), error.where(), error.hint()));
+        reportError(reporter_, Error(error.kind(), of + error.what(), error.where(), error.hint()));
     worst_ = std::max(worst_, code);
     Json json;
     if (number.frame) json["frame"] = *number.frame;
@@ -66,8 +66,8 @@ Json SequenceResults::json() const {
 
 void SequenceResults::tellFailures() const {
     if (pictures_.empty() || failed_.empty()) return;
-    console_.error(std::to_string(failed_.size()) + " of " +
-                   countText(finished_.size() + failed_.size(), pictures_) + " failed");
+    reporter_.error(std::to_string(failed_.size()) + " of " +
+                    countText(finished_.size() + failed_.size(), pictures_) + " failed");
 }
 
 void makeEachView(std::size_t first, std::size_t end, const SequenceOptions& options,

@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "cmd/cli/console.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
+#include "cmd/session/reporter.h"
 #include "core/base/error.h"
 
 namespace peeler::cmd {
@@ -44,9 +44,9 @@ struct PictureNumber {
 class SequenceResults {
   public:
     /// `pictures`: what each of several is called, "frame" or "view"; "" = there is one. The
-    /// console must outlive this object.
-    SequenceResults(std::string pictures, Console& console)
-        : pictures_(std::move(pictures)), console_(console) {}
+    /// reporter must outlive this object.
+    SequenceResults(std::string pictures, Reporter& reporter)
+        : pictures_(std::move(pictures)), reporter_(reporter) {}
 
     /// `line` is what is told of it.
     void add(Json result, const std::string& line);
@@ -64,7 +64,7 @@ class SequenceResults {
 
   private:
     std::string pictures_;
-    Console& console_;
+    Reporter& reporter_;
     std::vector<Json> finished_, failed_;
     int worst_ = 0;
 };

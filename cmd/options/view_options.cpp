@@ -133,8 +133,8 @@ void addViewOptions(VerbOptions& verb, ViewListOptions& options) {
 }
 
 ViewList::ViewList(const ViewListOptions& options, const CameraOptions& camera, bool strict,
-                   Console& console)
-    : options_(options), camera_(camera), strict_(strict), console_(console) {
+                   Reporter& reporter)
+    : options_(options), camera_(camera), strict_(strict), reporter_(reporter) {
     checkCamera(camera);
     checkViewOptions(options, camera);
     const Size given = camera.size_given ? camera.size : Size{0, 0};
@@ -152,7 +152,7 @@ ViewList::ViewList(const ViewListOptions& options, const CameraOptions& camera, 
 
 void ViewList::tell(const ReadWarnings& warnings) const {
     for (const std::string& sentence : warnings.sentences())
-        console_.warning(inOptions(sentence));
+        reporter_.warning(sentence);
 }
 
 std::size_t ViewList::size() const {
@@ -249,7 +249,7 @@ void ViewList::addSettings(std::size_t index, nlohmann::json& settings) const {
 }
 
 View ViewList::view(const OpenedScene& scene, const PosedScene& posed, std::size_t index) const {
-    View view = placed(index).empty() ? scene.view(posed, cameras_[index])
+    View view = placed(index).empty() ? makeView(posed, scene.extent(), cameras_[index])
                                       : makeView(posed, SceneExtent(posed), cameras_[index]);
     if (asked()) view.camera_name = name(index);
     return view;

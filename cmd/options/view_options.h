@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "cmd/cli/choices.h"
 #include "cmd/options/camera_options.h"
 #include "cmd/options/capture_job.h"
+#include "cmd/session/choices.h"
 #include "core/scene/framing.h"
 #include "core/views/many_cameras.h"
 #include "formats/cameras/camera_file.h"
@@ -51,9 +51,9 @@ class ViewList {
   public:
     /// Checks the options, and reads the file. `camera` has what is the same for all views. All
     /// must outlive it. Throws Error (kUsage) for what contradicts itself whatever the scene is,
-    /// and like readCameras(), whose warnings go to the console; with `strict` they are errors.
+    /// and like readCameras(), whose warnings go to the reporter; with `strict` they are errors.
     ViewList(const ViewListOptions& options, const CameraOptions& camera, bool strict,
-             Console& console);
+             Reporter& reporter);
 
     bool asked() const { return options_.asked(); }
     std::size_t size() const;  ///< at least 1
@@ -95,7 +95,7 @@ class ViewList {
     const ViewListOptions& options_;
     const CameraOptions& camera_;
     bool strict_;
-    Console& console_;
+    Reporter& reporter_;
     std::vector<FileCamera> listed_;               ///< of the file
     std::vector<std::string> names_;               ///< none of a lone view
     std::vector<CameraOptions> cameras_;           ///< once they are placed

@@ -5,6 +5,7 @@
 
 #include "cmd/bake/bake_options.h"
 #include "cmd/check/part_report.h"
+#include "cmd/options/animation_options.h"
 #include "cmd/options/capture_options.h"
 #include "cmd/python/binding.h"
 #include "core/base/error.h"

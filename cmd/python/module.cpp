@@ -4,6 +4,7 @@
 #include <streambuf>
 
 #include "cmd/cli/command_line.h"
+#include "cmd/cli/console.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/report.h"
 #include "cmd/python/binding.h"
@@ -156,7 +157,8 @@ py::object runVerb(const cmd::Verb& verb, const py::args& files, py::dict given)
         cmd::Console console(result, said, false);
         int code = 0;
         try {
-            code = action(console);
+            cmd::Session session(console);
+            code = action(session);
         } catch (const cmd::ReaderGone&) {
         }
         messages.rethrow();
@@ -194,9 +196,9 @@ std::string helpOf(const cmd::Verb& verb) {
     return text + "    progress: callable\n        called with the share that is done, 0 to 1\n";
 }
 
-/// Of those that return data. `batch` starts programs.
+/// Of those that return data. `batch` and `worker` start processes.
 bool isOffered(const cmd::Verb& verb) {
-    return verb.name != "batch";
+    return verb.name != "batch" && verb.name != "worker";
 }
 
 }  // namespace

@@ -4,8 +4,10 @@
 #include <algorithm>
 
 #include "cmd/machine/resources.h"
+#include "cmd/options/animation_options.h"
 #include "cmd/options/capture_job.h"
 #include "cmd/options/capture_options.h"
+#include "cmd/options/clip_options.h"
 #include "cmd/python/renderer_object.h"
 #include "cmd/render/render_request.h"
 #include "core/base/error.h"

@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "cmd/cli/errors.h"
+#include "cmd/options/appearance_options.h"
 #include "cmd/options/capture_options.h"
 #include "cmd/python/binding.h"
 #include "core/base/error.h"
@@ -242,7 +243,8 @@ SceneHolder fromFile(const py::object& path, const py::dict& given) {
     object->path = shown.file;
     object->name = shown.file.filename().string();
     unlocked([&] {
-        Scene scene = cmd::loadScene(shown.file, shown.reading, object->appearance, false);
+        Scene scene =
+            cmd::loadScene({.scene = shown, .appearance = object->appearance, .animation = {}});
         object->index = cmd::chooseScene(scene, shown);
         cmd::selectNodes(scene, shown);
         object->scene = std::make_shared<const Scene>(std::move(scene));

@@ -2,6 +2,7 @@
 // Rays of Python's Renderer: hits, maps, voxels, parity.
 #include <algorithm>
 
+#include "cmd/options/animation_options.h"
 #include "cmd/options/capture_job.h"
 #include "cmd/options/capture_options.h"
 #include "cmd/python/renderer_object.h"

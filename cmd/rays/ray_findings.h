@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "cmd/cli/console.h"
+#include "cmd/session/reporter.h"
 #include "core/rays/solids.h"
 #include "formats/rays/ray_output.h"
 
@@ -18,8 +18,8 @@ namespace peeler::cmd {
 /// it.
 class RayParity : public RayOutput {
   public:
-    RayParity(const Scene& scene, const Solids& solids, Console& console)
-        : scene_(scene), solids_(solids), console_(console), parity_(solids) {}
+    RayParity(const Scene& scene, const Solids& solids, Reporter& reporter)
+        : scene_(scene), solids_(solids), reporter_(reporter), parity_(solids) {}
 
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override;
     void take(std::size_t bundle, const LayeredImage& band) override { parity_.add(bundle, band); }
@@ -37,7 +37,7 @@ class RayParity : public RayOutput {
 
     const Scene& scene_;
     const Solids& solids_;
-    Console& console_;
+    Reporter& reporter_;
     std::vector<Bundle> bundles_;
     Parity parity_;
 };

@@ -12,7 +12,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// How many solids are named one by one on the console; JSON has them all.
+/// How many solids are named one by one on the reporter; JSON has them all.
 constexpr std::size_t kNamed = 10;
 
 /// The direction of a ray in world space, a unit vector.
@@ -67,11 +67,11 @@ void RayParity::finish() {
     std::size_t odd = 0;
     for (const auto& [index, parity] : parity_.solids()) {
         if (parity.odd == 0) continue;
-        if (++odd <= kNamed) console_.warning(describe(solids_.all()[index], parity));
+        if (++odd <= kNamed) reporter_.warning(describe(solids_.all()[index], parity));
     }
     if (odd > kNamed)
-        console_.warning("and " + countText(odd - kNamed, "more solid") + " like that");
-    console_.note(verdict(odd));
+        reporter_.warning("and " + countText(odd - kNamed, "more solid") + " like that");
+    reporter_.note(verdict(odd));
 }
 
 /// One line on all rays: "closed: every one of 437,760 rays enters as often as it leaves".

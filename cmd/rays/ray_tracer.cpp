@@ -7,11 +7,12 @@
 #include <utility>
 
 #include "cmd/cli/errors.h"
-#include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
+#include "cmd/session/progress_report.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/base/printable.h"
 #include "formats/arrays/point_reader.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
@@ -75,11 +76,11 @@ CaptureSettings traceSettings(const RaysOptions& options) {
 }  // namespace
 
 RayTracer::RayTracer(const RaysOptions& options, CaptureJob& job, SequenceResults& results,
-                     Console& console)
+                     Reporter& reporter)
     : options_(options),
       job_(job),
       results_(results),
-      console_(console),
+      reporter_(reporter),
       capture_(traceSettings(options)) {}
 
 void RayTracer::setScene(const OpenedScene& scene, const PosedScene& posed) {
@@ -100,7 +101,7 @@ void RayTracer::make(RayTrace& trace) {
     if (!source_) source_ = &job_.openHits(*posed_);
     count(trace);
     if (options_.sequence.dry_run) return describe(trace);
-    tellForecast(trace.forecast, console_);
+    tellForecast(trace.forecast, reporter_);
     this->trace(trace);
     report(trace);
 }
@@ -122,7 +123,7 @@ void RayTracer::nameFiles(RayTrace& trace) const {
 
 void RayTracer::openOutputs(RayTrace& trace) {
     if (options_.parity) {
-        auto parity = std::make_unique<RayParity>(scene_->scene(), solids(), console_);
+        auto parity = std::make_unique<RayParity>(scene_->scene(), solids(), reporter_);
         trace.parity = parity.get();
         trace.outputs.push_back(std::move(parity));
     }
@@ -202,7 +203,7 @@ std::uint64_t RayTracer::plan(const RayTrace& trace, std::size_t bundle, std::ui
 void RayTracer::count(RayTrace& trace) {
     const auto needsHits = [](const auto& output) { return output->needsHits(); };
     if (options_.sequence.dry_run || std::ranges::any_of(trace.outputs, needsHits)) {
-        ProgressReport progress(console_, options_.report.shownProgress(), {"count", kCountEnd});
+        ProgressReport progress(reporter_, {"count", kCountEnd});
         for (std::size_t i = 0; i < trace.bundles.size(); ++i) {
             trace.hits.push_back(plan(trace, i, trace.bundles.size() > 1 ? kLeftBytes : 0));
             progress.update(static_cast<double>(trace.hits.size()) /
@@ -233,15 +234,15 @@ void RayTracer::describe(const RayTrace& trace) {
     json["settingsHash"] = settingsHash(trace, capture_);
     json["forecastMemory"] = memory_forecast_;
     json["outputs"] = forecastJson(trace.forecast);
-    console_.result(jsonText(json));
-    tellMemory(memory_forecast_, console_);
-    tellForecast(trace.forecast, console_, true);
+    reporter_.result(json);
+    tellMemory(memory_forecast_, reporter_);
+    tellForecast(trace.forecast, reporter_, true);
 }
 
 void RayTracer::trace(RayTrace& trace) {
     for (const auto& output : trace.outputs)
         output->begin(trace.bundles, trace.hits);
-    ProgressReport progress(console_, options_.report.shownProgress(), "trace");
+    ProgressReport progress(reporter_, "trace");
     const auto all = static_cast<double>(trace.bundles.size());
     for (std::size_t i = 0; i < trace.bundles.size(); ++i) {
         // The source still has the plan of a lone bundle from count().

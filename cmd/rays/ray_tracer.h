@@ -10,13 +10,13 @@
 #include <string>
 #include <vector>
 
-#include "cmd/cli/console.h"
 #include "cmd/options/capture_job.h"
 #include "cmd/options/forecast.h"
 #include "cmd/options/output_options.h"
 #include "cmd/options/sequence_options.h"
 #include "cmd/rays/ray_findings.h"
 #include "cmd/rays/rays_options.h"
+#include "cmd/session/reporter.h"
 
 namespace peeler::cmd {
 
@@ -42,7 +42,7 @@ class RayTracer {
   public:
     /// All of these must outlive it.
     RayTracer(const RaysOptions& options, CaptureJob& job, SequenceResults& results,
-              Console& console);
+              Reporter& reporter);
 
     /// What is traced from here on. `scene` must outlive it.
     void setScene(const OpenedScene& scene, const PosedScene& posed);
@@ -76,7 +76,7 @@ class RayTracer {
     const RaysOptions& options_;
     CaptureJob& job_;
     SequenceResults& results_;
-    Console& console_;
+    Reporter& reporter_;
     CaptureSettings capture_;
     const OpenedScene* scene_ = nullptr;
     std::optional<PosedScene> posed_;

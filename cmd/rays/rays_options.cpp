@@ -5,11 +5,12 @@
 #include <nlohmann/json.hpp>
 
 #include "cmd/cli/arguments.h"
-#include "cmd/cli/choices.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
+#include "cmd/options/appearance_options.h"
 #include "cmd/options/forecast.h"
+#include "cmd/session/choices.h"
 #include "core/base/error.h"
 #include "core/rays/voxels.h"
 #include "formats/file/file_name.h"

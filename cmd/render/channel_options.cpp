@@ -7,8 +7,8 @@
 #include <string>
 
 #include "cmd/cli/arguments.h"
-#include "cmd/cli/choices.h"
 #include "cmd/cli/report.h"
+#include "cmd/session/choices.h"
 #include "core/base/error.h"
 #include "formats/exr/cryptomatte.h"
 

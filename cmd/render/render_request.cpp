@@ -7,6 +7,7 @@
 #include <tuple>
 #include <utility>
 
+#include "cmd/options/clip_options.h"
 #include "cmd/options/differences.h"
 #include "core/base/error.h"
 #include "core/image/merge.h"
@@ -88,9 +89,9 @@ std::vector<Difference> headerDifferences(const PictureRequest& picture,
 
 }  // namespace
 
-RenderRequest::RenderRequest(const RenderOptions& options, CaptureJob& job, Console& console)
+RenderRequest::RenderRequest(const RenderOptions& options, CaptureJob& job, Reporter& reporter)
     : options_(options),
-      views_(options.views, options.camera, options.scene.reading.strict, console),
+      views_(options.views, options.camera, options.scene.reading.strict, reporter),
       job_(job) {
     job.checkOptions();
     choosePictures();

@@ -12,6 +12,7 @@
 #include "cmd/options/camera_options.h"
 #include "cmd/options/capture_job.h"
 #include "cmd/options/capture_options.h"
+#include "cmd/options/clip_options.h"
 #include "cmd/options/output_options.h"
 #include "cmd/options/sequence_options.h"
 #include "cmd/options/view_options.h"
@@ -111,7 +112,7 @@ class RenderRequest {
     /// Checks the options, then opens the job's scene. Nothing that is to be written may replace
     /// what is read, or what must stay. All arguments must outlive it. Throws Error (kUsage),
     /// (kInput), (kOutput).
-    RenderRequest(const RenderOptions& options, CaptureJob& job, Console& console);
+    RenderRequest(const RenderOptions& options, CaptureJob& job, Reporter& reporter);
 
     const Scene& scene() const { return scene_->scene(); }
     bool hasFrames() const { return options_.animation.frames.has_value(); }

@@ -98,10 +98,10 @@ void addShardOptions(VerbOptions& verb, ShardOptions& options) {
         .group(kShardsGroup);
 }
 
-int endShards(const RenderOptions& options, bool all, Console& console) {
+int endShards(const RenderOptions& options, bool all, Reporter& reporter) {
     if (!options.shards || options.sequence.dry_run) return 0;
-    return runReported(console, [&] {
-        options.shards->finish(all, console);
+    return runReported(reporter, [&] {
+        options.shards->finish(all, reporter);
         return 0;
     });
 }
@@ -116,8 +116,8 @@ bool namesShards(const fs::path& output) {
     return lowerExtension(output) == ".tar";
 }
 
-SampleShards::SampleShards(RenderOptions& options, Console& console) {
-    options.report.applyTo(console);
+SampleShards::SampleShards(RenderOptions& options, Reporter& reporter) {
+    options.report.applyTo(reporter);
     checkShardName(options);
     const std::string sample = sampleName(options);
     name_ = chunkName(options.output.path.string(), options.sequence.chunk.value_or(Shard()));
@@ -137,7 +137,7 @@ SampleShards::SampleShards(RenderOptions& options, Console& console) {
     options.output.no_mkdir = false;
     if (sequence.skip_existing || sequence.dry_run)
         for (const std::string& bad : shards_->findExisting())
-            console.note(bad + " is made again: it is not whole, or not made by peeler");
+            reporter.note(bad + " is made again: it is not whole, or not made by peeler");
     if (!sequence.dry_run) scratch_.emplace(name_.parent_path());
     options.output.path =
         (scratch_ ? scratch_->path() : name_.parent_path() / hiddenName("samples")) / sample;
@@ -188,12 +188,12 @@ void SampleShards::add(const PictureRequest& picture, PictureResult& result) {
         fs::remove(each, failure);
 }
 
-void SampleShards::finish(bool all, Console& console) {
+void SampleShards::finish(bool all, Reporter& reporter) {
     shards_->finish(all);
     if (!all) return;
     if (const std::string behind = shards_->surplus(); !behind.empty())
-        console.warning("Shards that this run has not written are there from earlier: " + behind +
-                        " and what may follow.");
+        reporter.warning("Shards that this run has not written are there from earlier: " + behind +
+                         " and what may follow.");
 }
 
 }  // namespace peeler::cmd

@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
-#include "cmd/cli/console.h"
 #include "cmd/cli/report.h"
+#include "cmd/session/reporter.h"
 #include "formats/file/tar_shards.h"
 #include "formats/file/temporary_files.h"
 
@@ -34,7 +34,7 @@ class SampleShards {
     /// `options` ask for them: from here on their output is the file of a sample, with the places
     /// for {stem}, {folder}, the numbers of frames and views. Under --dry-run nothing is made.
     /// Notes what is there and cannot be kept. Throws Error (kUsage), (kOutput).
-    SampleShards(RenderOptions& options, Console& console);
+    SampleShards(RenderOptions& options, Reporter& reporter);
 
     /// The name of all shards, with the place for their number.
     const std::filesystem::path& name() const { return name_; }
@@ -49,7 +49,7 @@ class SampleShards {
     /// Moves its files into a shard, and fills in the same.
     void add(const PictureRequest& picture, PictureResult& result);
     /// Ends the last shard. `all`: no sample is missing because the run was given up.
-    void finish(bool all, Console& console);
+    void finish(bool all, Reporter& reporter);
 
   private:
     std::filesystem::path name_;
@@ -59,7 +59,7 @@ class SampleShards {
 
 /// Ends the shards of a run, if there are any, before they are told of. `all`: no sample is missing
 /// because the run was given up. Returns the exit code.
-int endShards(const RenderOptions& options, bool all, Console& console);
+int endShards(const RenderOptions& options, bool all, Reporter& reporter);
 
 /// Throws Error (kUsage) if one of the options is given, for an output without shards.
 void refuseShardOptions(const VerbOptions& verb);

@@ -8,8 +8,9 @@
 #include <string>
 #include <utility>
 
-#include "cmd/cli/progress.h"
+#include "cmd/options/clip_options.h"
 #include "cmd/options/layered_bands.h"
+#include "cmd/session/progress_report.h"
 #include "core/capture/method.h"
 #include "formats/exr/layered_input.h"
 
@@ -126,11 +127,11 @@ SheetCell captureMethod(GlRenderer& renderer, const View& view, CaptureSettings 
 }  // namespace
 
 SceneSheet::SceneSheet(const SheetRequest& request, CaptureJob& job, const OpenedScene& scene,
-                       const ViewList& views, Console& console)
+                       const ViewList& views, Reporter& reporter)
     : request_(request),
       job_(job),
       views_(views),
-      console_(console),
+      reporter_(reporter),
       scene_(scene),
       posed_(poseOf(0)) {}
 
@@ -211,8 +212,7 @@ void SceneSheet::showLayers() {
     Sink& sink = unsorted ? static_cast<Sink&>(keeper) : cells;
     sink.begin(plan);
     {
-        ProgressReport progress(console_, request_.report.shownProgress(),
-                                {"render", unsorted ? 0.6 : 1});
+        ProgressReport progress(reporter_, {"render", unsorted ? 0.6 : 1});
         describePlan(
             plan, renderer_->capture(sink, [&](double share) { progress.update(share); }).passes);
     }
@@ -256,27 +256,26 @@ SheetCell SceneSheet::capture(const MethodInfo& method, bool exact) {
     const auto cells = static_cast<double>(content_.cells.size() + 1);
     const bool last = request_.methods != SheetMethods::kAll;
     const auto all = static_cast<double>(peelMethods().size() - content_.omitted);
-    ProgressReport progress(console_, request_.report.shownProgress(),
-                            {std::string(method.name), last ? 1 : cells / all});
+    ProgressReport progress(reporter_, {std::string(method.name), last ? 1 : cells / all});
     SheetCell result = captureMethod(*renderer_, view_, settings, method, cell, sink,
                                      [&](double share) { progress.update(share); });
     add(job_.times(), cell.times());
     return result;
 }
 
-SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Console& console) {
+SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Reporter& reporter) {
     SheetContent content;
     PictureResult& result = content.result;
     const std::uint32_t limit = request.capture.max_layers;
     const std::unique_ptr<LayeredInput> reader =
-        openInput(request.scene.file.string(), request.file, console);
+        openInput(request.scene.file.string(), request.file, reporter);
     Plan plan = reader->info().plan;
     if (limit != 0 && limit < plan.layers.size()) plan.layers.resize(limit);
     SheetSettings settings = request.cells;
     settings.meters = settings.meters && !isPart(plan.view);
     SheetCells cells(settings);
     cells.begin(plan);
-    ProgressReport progress(console, request.report.shownProgress(), "sheet");
+    ProgressReport progress(reporter, "sheet");
     forEachBand(*reader, limit, job.times(), progress, [&](LayeredImage& band) {
         result.fragments_stored += band.fragments();
         cells.write(std::move(band));

@@ -7,14 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "cmd/cli/console.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/camera_options.h"
 #include "cmd/options/capture_job.h"
 #include "cmd/options/capture_options.h"
+#include "cmd/options/clip_options.h"
 #include "cmd/options/layered_options.h"
 #include "cmd/options/sequence_options.h"
 #include "cmd/options/view_options.h"
+#include "cmd/session/reporter.h"
 #include "cmd/sheet/sheet_cells.h"
 #include "core/capture/method.h"
 
@@ -51,7 +52,7 @@ class SceneSheet {
   public:
     /// `views` are placed; all arguments must outlive it.
     SceneSheet(const SheetRequest& request, CaptureJob& job, const OpenedScene& scene,
-               const ViewList& views, Console& console);
+               const ViewList& views, Reporter& reporter);
 
     /// What a view sees, and the hash of what decides how that is shown, before it is made. Throw
     /// like ViewList::view() and clipVolume().
@@ -73,7 +74,7 @@ class SceneSheet {
     const SheetRequest& request_;
     CaptureJob& job_;
     const ViewList& views_;
-    Console& console_;
+    Reporter& reporter_;
     CaptureSettings capture_;
     const OpenedScene& scene_;
     PosedScene posed_;
@@ -85,6 +86,6 @@ class SceneSheet {
 };
 
 /// Reads a layered file; `job` keeps the times. Throws Error (kInput) like openLayered().
-SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Console& console);
+SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Reporter& reporter);
 
 }  // namespace peeler::cmd

@@ -5,11 +5,12 @@
 #include <memory>
 #include <utility>
 
-#include "cmd/cli/console.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/layered_bands.h"
+#include "cmd/session/reporter.h"
 #include "core/base/error.h"
+#include "core/base/printable.h"
 #include "core/image/statistics.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/exr/layered_input.h"

@@ -9,6 +9,10 @@
 
 namespace peeler::inline v0 {
 
+/// Thrown through work that was cancelled. Not an Error: nothing went wrong, and nothing is to go
+/// on with the rest.
+struct Cancelled {};
+
 /// Called with the share of the work that is done, 0 to 1, never falling within a picture. What it
 /// throws gives the work up, and is thrown on.
 using Progress = std::function<void(double)>;

@@ -51,6 +51,7 @@ struct DeviceChoice {
     bool matches(const Device& device) const;
     /// As it is given: "3", "cuda:1", "uuid:8932f937"; "" if none is given.
     std::string text() const;
+    bool operator==(const DeviceChoice&) const = default;
 };
 
 /// "3", "cuda:1", "uuid:GPU-8932f937-d72c", with or without "GPU-" and dashes. Throws Error
@@ -92,6 +93,8 @@ struct ContextRequest {
     DeviceChoice device{};         ///< of listDevices(), of any backend
     bool require_gpu = false;      ///< refuse software renderers
     bool core_only = false;        ///< use nothing beyond OpenGL 4.5 core, whatever the driver has
+
+    bool operator==(const ContextRequest&) const = default;
 };
 
 /// Makes a context current on this thread. A GPU that CUDA_VISIBLE_DEVICES hides is not used,

@@ -34,6 +34,8 @@ struct GltfOptions {
     int max_image_dimension = 16384;  ///< width and height, pixels
     /// Reading keeps within it: what would not fit is refused (kMemory) before it is allocated.
     MemoryBudget memory{};
+
+    bool operator==(const GltfOptions&) const = default;
 };
 
 /// Reads the scene; whether it is JSON or binary is told by the content. Coordinates stay those of

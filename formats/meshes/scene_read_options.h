@@ -21,6 +21,8 @@ struct SceneReadOptions : GltfOptions {
     /// Where the file has no normals: surfaces are smooth across edges whose triangles are turned
     /// against each other by so many degrees at most, from 0 to 180; none: all triangles are flat.
     std::optional<double> smooth_normals;
+
+    bool operator==(const SceneReadOptions&) const = default;
 };
 
 }  // namespace peeler::inline v0

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is said of sizes before files are written, for disks of known room.
 #include "cmd/options/forecast.h"
+#include "cmd/cli/console.h"
 
 #include <gtest/gtest.h>
 

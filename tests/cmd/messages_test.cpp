@@ -14,9 +14,10 @@
 
 #include "cmd/cli/console.h"
 #include "cmd/cli/errors.h"
-#include "cmd/cli/progress.h"
+#include "cmd/cli/progress_lines.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/capture_job.h"
+#include "cmd/session/progress_report.h"
 #include "core/base/error.h"
 #include "formats/file/content_hash.h"
 
@@ -113,7 +114,7 @@ TEST(Console, ResultThatCannotBeWrittenIsAnError) {
     Console console(streams.out, streams.err, false);
     streams.out.setstate(std::ios::badbit);
     const int code = runReported(console, [&] {
-        console.result("{}");
+        console.text("{}");
         return 0;
     });
     EXPECT_EQ(code, 4);
@@ -158,7 +159,7 @@ TEST(Errors, HaveTheExitCodesOfTheContract) {
 /// A clock that stands still until it is told to go on.
 struct HandClock {
     std::chrono::steady_clock::time_point now{};
-    ProgressReport::Clock clock() {
+    ProgressLines::Clock clock() {
         return [this] { return now; };
     }
     void pass(double seconds) {
@@ -171,7 +172,9 @@ TEST(Progress, PlainIsAtMostALineASecondAndTenPercent) {
     Streams streams;
     Console console(streams.out, streams.err, false);
     HandClock hand;
-    ProgressReport progress(console, ProgressStyle::kAuto, "render", hand.clock());
+    console.setProgress(ProgressStyle::kAuto);
+    console.progressLines().setClock(hand.clock());
+    ProgressReport progress(console, "render");
     progress.update(0.5);  // no second has passed
     hand.pass(1.5);
     progress.update(0.05);  // no tenth either
@@ -188,7 +191,9 @@ TEST(Progress, OnePlainLineForEveryTenthBeforeTheEnd) {
     Console console(streams.out, streams.err, false);
     HandClock hand;
     {
-        ProgressReport progress(console, ProgressStyle::kPlain, "render", hand.clock());
+        console.setProgress(ProgressStyle::kPlain);
+        console.progressLines().setClock(hand.clock());
+        ProgressReport progress(console, "render");
         for (int i = 0; i <= 1000; ++i) {
             hand.pass(1);
             progress.update(i / 1000.0);
@@ -202,7 +207,9 @@ TEST(Progress, BarIsClearedAtTheEnd) {
     Console console(streams.out, streams.err, true);
     HandClock hand;
     {
-        ProgressReport progress(console, ProgressStyle::kAuto, "render", hand.clock());
+        console.setProgress(ProgressStyle::kAuto);
+        console.progressLines().setClock(hand.clock());
+        ProgressReport progress(console, "render");
         progress.update(0.5);
         EXPECT_NE(streams.err.str().find("[###############...............] 50 %"),
                   std::string::npos)
@@ -220,7 +227,9 @@ TEST(Progress, JsonLinesBeginAtZeroAndEndAtOne) {
     console.setQuiet(true);  // it was asked for by name
     HandClock hand;
     {
-        ProgressReport progress(console, ProgressStyle::kJson, "render", hand.clock());
+        console.setProgress(ProgressStyle::kJson);
+        console.progressLines().setClock(hand.clock());
+        ProgressReport progress(console, "render");
         progress.update(0.001);
         hand.pass(0.5);
         progress.update(0.5);
@@ -243,7 +252,9 @@ TEST(Progress, NoneSaysNothing) {
     Streams streams;
     Console console(streams.out, streams.err, true);
     HandClock hand;
-    ProgressReport progress(console, ProgressStyle::kNone, "render", hand.clock());
+    console.setProgress(ProgressStyle::kNone);
+    console.progressLines().setClock(hand.clock());
+    ProgressReport progress(console, "render");
     hand.pass(10);
     progress.update(0.5);
     EXPECT_EQ(streams.err.str(), "");
@@ -256,7 +267,9 @@ std::vector<std::string> toldOfTwoStages(ProgressStyle style) {
     console.setQuiet(true);  // it was asked for by name
     HandClock hand;
     for (const Stage& stage : {Stage("count", kCountEnd), Stage("render")}) {
-        ProgressReport progress(console, style, stage, hand.clock());
+        console.setProgress(style);
+        console.progressLines().setClock(hand.clock());
+        ProgressReport progress(console, stage);
         if (stage.name == "render") progress.status("frame 3, 1 of 1");
         for (const double share : {0.1, 0.1, 0.5, 0.4, 0.999, 1.0, 1.0}) {
             hand.pass(1);

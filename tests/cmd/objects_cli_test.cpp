@@ -10,6 +10,7 @@
 #include <sstream>
 #include <tuple>
 
+#include "cmd/cli/console.h"
 #include "cmd/options/object_options.h"
 #include "cmd/tiny_gltf.h"
 #include "core/base/error.h"

@@ -6,9 +6,9 @@
 #include <limits>
 #include <string>
 
-#include "cmd/cli/choices.h"
 #include "cmd/cli/parse.h"
 #include "cmd/options/capture_options.h"
+#include "cmd/session/choices.h"
 #include "core/base/error.h"
 
 namespace peeler::cmd {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// When to say how far a stage is, and in which form.
-#include "cmd/cli/progress.h"
+#include "cmd/cli/progress_lines.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "cmd/cli/console.h"
+#include "core/base/printable.h"
 #include "formats/file/json_text.h"
 
 namespace peeler::cmd {
@@ -18,53 +19,44 @@ constexpr double kPlainSeconds = 1, kPlainShare = 0.1;
 constexpr double kLineSeconds = 0.1;
 }  // namespace
 
-ProgressReport::ProgressReport(Console& console, ProgressStyle style, Stage stage, Clock clock)
-    : console_(console),
-      style_(style),
-      stage_(std::move(stage)),
-      clock_(std::move(clock)),
-      start_(clock_()),
-      last_(start_),
-      begin_(std::max(0.0, console.reported())) {
-    if (style_ == ProgressStyle::kOpenJd) status(stage_.name);
+void ProgressLines::begin(const RunProgress& progress) {
+    start_ = last_ = clock_();
+    shown_ = false;
+    last_share_ = 0;
+    status(progress.stage);
     if (style_ == ProgressStyle::kJson || style_ == ProgressStyle::kAlf ||
         style_ == ProgressStyle::kOpenJd)
-        update(0);
+        update(progress);
 }
 
-ProgressReport::~ProgressReport() {
-    console_.clearBar();
-}
-
-void ProgressReport::update(double share) {
-    const double done = std::clamp(share, 0.0, 1.0);
-    const double of_command = begin_ + (std::max(stage_.end, begin_) - begin_) * done;
+void ProgressLines::update(const RunProgress& progress) {
     switch (style_) {
         case ProgressStyle::kNone:
             return;
         case ProgressStyle::kJson:
-            return json(done);
+            return json(progress);
         case ProgressStyle::kPlain:
-            return plain(done);
+            return plain(progress);
         case ProgressStyle::kAlf:
-            return alf(of_command);
+            return alf(progress.of_run);
         case ProgressStyle::kOpenJd:
-            return openJd(of_command);
+            return openJd(progress.of_run);
         case ProgressStyle::kAuto:
-            return console_.terminal() ? bar(done) : plain(done);
+            return console_.terminal() ? bar(progress) : plain(progress);
     }
 }
 
-void ProgressReport::status(const std::string& text) {
+void ProgressLines::status(std::string_view text) {
     if (style_ == ProgressStyle::kOpenJd) console_.machineLine("openjd_status: " + printable(text));
 }
 
-void ProgressReport::bar(double share) {
+void ProgressLines::bar(const RunProgress& progress) {
+    const double share = progress.of_stage;
     if (shown_ && share < 1 && secondsSince(last_) < kBarSeconds) return;
     constexpr int kCells = 30;
     const int full = static_cast<int>(std::floor(share * kCells));
     const int percent = static_cast<int>(std::floor(share * 100));
-    std::string text = stage_.name + " [" + std::string(static_cast<std::size_t>(full), '#') +
+    std::string text = std::string(progress.stage) + " [" + std::string(static_cast<std::size_t>(full), '#') +
                        std::string(static_cast<std::size_t>(kCells - full), '.') + "] " +
                        std::to_string(percent) + " %";
     // Two seconds of experience make an estimate.
@@ -77,22 +69,24 @@ void ProgressReport::bar(double share) {
     last_ = clock_();
 }
 
-void ProgressReport::plain(double share) {
+void ProgressLines::plain(const RunProgress& progress) {
+    const double share = progress.of_stage;
     // What comes after the stage tells its end.
     if (share >= 1 || secondsSince(last_) < kPlainSeconds ||
         share - last_share_ < kPlainShare - 1e-9)
         return;
     const int percent = static_cast<int>(std::floor(share * 100 + 1e-9));
-    console_.note(stage_.name + " " + std::to_string(percent) + " %");
+    console_.note(std::string(progress.stage) + " " + std::to_string(percent) + " %");
     last_share_ = share;
     last_ = clock_();
 }
 
-void ProgressReport::json(double share) {
+void ProgressLines::json(const RunProgress& progress) {
+    const double share = progress.of_stage;
     if (shown_ && (share <= last_share_ || (share < 1 && secondsSince(last_) < kLineSeconds)))
         return;
     nlohmann::ordered_json line;
-    line["stage"] = stage_.name;
+    line["stage"] = progress.stage;
     line["progress"] = share;
     line["seconds"] = std::round(secondsSince(start_) * 1e3) / 1e3;
     console_.machineLine(dumpJson(line));
@@ -101,27 +95,27 @@ void ProgressReport::json(double share) {
     last_ = clock_();
 }
 
-void ProgressReport::alf(double share) {
+void ProgressLines::alf(double of_run) {
     const auto percent = [](double part) {
         return static_cast<int>(std::floor(part * 100 + 1e-9));
     };
-    if (percent(share) <= percent(console_.reported())) return;
-    console_.machineLine("ALF_PROGRESS " + std::to_string(percent(share)) + "%");
-    console_.setReported(share);
+    if (percent(of_run) <= percent(shown_run_)) return;
+    console_.machineLine("ALF_PROGRESS " + std::to_string(percent(of_run)) + "%");
+    shown_run_ = of_run;
 }
 
-void ProgressReport::openJd(double share) {
-    const bool first = console_.reported() < 0, end = share >= 1 && console_.reported() < 1;
-    const bool news = share - console_.reported() >= 1e-3 && secondsSince(last_) >= kLineSeconds;
+void ProgressLines::openJd(double of_run) {
+    const bool first = shown_run_ < 0, end = of_run >= 1 && shown_run_ < 1;
+    const bool news = of_run - shown_run_ >= 1e-3 && secondsSince(last_) >= kLineSeconds;
     if (!first && !end && !news) return;
     char text[16];
-    std::snprintf(text, sizeof text, "%.1f", std::floor(share * 1000 + 1e-6) / 10);
+    std::snprintf(text, sizeof text, "%.1f", std::floor(of_run * 1000 + 1e-6) / 10);
     console_.machineLine(std::string("openjd_progress: ") + text);
-    console_.setReported(share);
+    shown_run_ = of_run;
     last_ = clock_();
 }
 
-double ProgressReport::secondsSince(std::chrono::steady_clock::time_point time) const {
+double ProgressLines::secondsSince(std::chrono::steady_clock::time_point time) const {
     return std::chrono::duration<double>(clock_() - time).count();
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/cli/choices.h"
+#include "cmd/session/choices.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// Progress on stderr: a bar, lines now and then, or lines for a scheduler.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "cmd/session/choices.h"
+#include "cmd/session/reporter.h"
+
+namespace peeler::cmd {
+
+class Console;
+
+/// The default comes first.
+inline constexpr Choice<ProgressStyle> kProgressStyles[] = {
+    {"auto", ProgressStyle::kAuto, "a bar on a terminal, else plain"},
+    {"none", ProgressStyle::kNone, "nothing"},
+    {"plain", ProgressStyle::kPlain, "a line now and then"},
+    {"alf", ProgressStyle::kAlf, "ALF_PROGRESS lines: Tractor, Afanasy"},
+    {"openjd", ProgressStyle::kOpenJd, "openjd_progress and openjd_status lines: Deadline Cloud"},
+    {"json", ProgressStyle::kJson, "JSON lines, stage by stage"},
+};
+
+/// Writes the progress of stage after stage to the stderr of a Console.
+/// - bar (auto on a terminal): redrawn at most 20 times a second, cleared at the end
+/// - plain: a line at most once for every 10 % and once a second, so a short stage says nothing
+/// - json: {"stage":…,"progress":0–1,"seconds":…}: the first (0), the last (1), and between them
+///   at most 10 a second
+/// - alf: "ALF_PROGRESS 42%", a line for every per cent (Pixar's Tractor; CGRU's Afanasy reads it)
+/// - openjd: "openjd_progress: 42.0" and "openjd_status: …" (Open Job Description, "How Jobs Are
+///   Run", Stdout/Stderr Messages), at most 10 a second
+/// The last two show the whole run, and never fall.
+class ProgressLines {
+  public:
+    using Clock = std::function<std::chrono::steady_clock::time_point()>;
+
+    explicit ProgressLines(Console& console) : console_(console) {}
+
+    void setStyle(ProgressStyle style) { style_ = style; }
+    void setClock(Clock clock) { clock_ = std::move(clock); }
+
+    void begin(const RunProgress& progress);
+    void update(const RunProgress& progress);
+    /// Shows what is being done in styles that have a place for it.
+    void status(std::string_view text);
+
+  private:
+    void bar(const RunProgress& progress);
+    void plain(const RunProgress& progress);
+    void json(const RunProgress& progress);
+    void alf(double of_run);
+    void openJd(double of_run);
+    double secondsSince(std::chrono::steady_clock::time_point time) const;
+
+    Console& console_;
+    ProgressStyle style_ = ProgressStyle::kAuto;
+    Clock clock_ = std::chrono::steady_clock::now;
+    std::chrono::steady_clock::time_point start_, last_;
+    bool shown_ = false;     ///< whether anything of the stage has been shown
+    double last_share_ = 0;  ///< share of the stage in the last line
+    double shown_run_ = -1;  ///< share of the run that a scheduler has been shown; below 0: nothing
+};
+
+}  // namespace peeler::cmd

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Options that say when a scene is shown.
+#pragma once
+
+#include "cmd/session/scene_request.h"
+
+namespace peeler::cmd {
+
+class VerbOptions;
+
+/// Declares --animation and --time. `options` must outlive the parse.
+void addTimeOptions(VerbOptions& verb, AnimationOptions& options);
+/// Declares --frames and --fps.
+void addFrameOptions(VerbOptions& verb, AnimationOptions& options);
+
+}  // namespace peeler::cmd

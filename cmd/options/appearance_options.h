@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// Options that change how a scene looks: variants, transmission, environments.
+#pragma once
+
+#include "cmd/session/scene_request.h"
+
+namespace peeler::cmd {
+
+class VerbOptions;
+
+/// Declares --variant alone.
+void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance);
+/// Declares --variant, --transmission, --environment and --environment-rotation.
+void addAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance);
+/// Declares the options that can change what is baked: --variant, --environment and
+/// --environment-rotation.
+void addBakedAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance);
+
+}  // namespace peeler::cmd
