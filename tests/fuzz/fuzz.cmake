@@ -38,7 +38,7 @@ set(gltf_more fuzz/gltf_mutator.cpp)
 set(image_more fuzz/checksum_mutator.cpp)
 set(points_more fuzz/checksum_mutator.cpp)
 set(draco_more ${draco_in_process})
-set(of_commands batch exr grammar)
+set(of_commands batch exr grammar worker)
 
 peeler_fuzz_program(write_seeds fuzz/seed_writer.cpp ${fuzz_seeds})
 target_link_libraries(write_seeds PRIVATE GTest::gtest)

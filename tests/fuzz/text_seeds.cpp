@@ -53,11 +53,19 @@ constexpr Value kValues[] = {
     {17, "all"},
 };
 
+constexpr const char* kWorkerLines[] = {
+    R"({"id":7,"verb":"render","args":["s.glb","-o","o.exr"],"options":{"size":"64x48"},"progress":true})",
+    R"({"id":"a","verb":"rays","args":["s.glb"],"options":{"output":"o.npz","direction":["0,0,1","1,0,0"]}})",
+    "{\"id\":1,\"verb\":\"info\",\"args\":[\"s.glb\"]}\n{\"cancel\":1}\n",
+};
+
 }  // namespace
 
 void addTextSeeds(Seeds& seeds) {
     for (const char* text : kBatches)
         seeds["batch"].push_back(seedOf(text));
+    for (const char* text : kWorkerLines)
+        seeds["worker"].push_back(seedOf(text));
     for (const Value& value : kValues)
         seeds["grammar"].push_back(seedOf(value.grammar + std::string(value.text)));
     View view;

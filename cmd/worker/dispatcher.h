@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// Takes jobs from clients, hands them to processes, and passes results back.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <filesystem>
+#include <list>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cmd/machine/child_process.h"
+#include "cmd/worker/job_process.h"
+#include "cmd/worker/worker_job.h"
+
+namespace peeler::cmd {
+
+struct DispatcherOptions {
+    int jobs = 1;  ///< at a time, a process each
+    JobLimits process{};
+    /// Where clients connect; none: the one client is on stdin and stdout.
+    std::optional<std::filesystem::path> socket{};
+};
+
+/// A worker: one thread that never waits for anything but its clients, its processes and signals.
+class Dispatcher {
+  public:
+    /// Throws Error (kOutput) if the socket cannot be made or another worker listens on it.
+    explicit Dispatcher(const DispatcherOptions& options);
+    ~Dispatcher();
+    Dispatcher(const Dispatcher&) = delete;
+    Dispatcher& operator=(const Dispatcher&) = delete;
+
+    /// Works until the client on stdin has gone and its jobs are done, or a signal comes. Returns
+    /// the exit code: 0, or 128 + n for signal n.
+    int run();
+
+  private:
+    struct Client {
+        int in = -1, out = -1;
+        std::string received;     ///< of a line that has not come to its end
+        bool skips_line = false;  ///< the line was too long; the rest of it is passed over
+        bool reads = true;        ///< more lines may come
+        bool gone = false;        ///< nobody takes what is written
+        std::string unsent;
+        std::size_t jobs = 0;  ///< waiting or running
+    };
+    struct Waiting {
+        Client* client;
+        std::string line;  ///< with its line feed
+        nlohmann::json id;
+        std::string scene;  ///< the first argument: a process that had it last may have it open
+    };
+    struct Slot {
+        std::unique_ptr<JobProcess> process{};  ///< null until it is needed
+        std::optional<Waiting> job{};
+        bool cancelled = false;
+        std::chrono::steady_clock::time_point start{}, cancelled_at{};
+        std::string scene{};  ///< of the job before
+    };
+
+    void listen();
+    void accept();
+    void receive(Client& client);
+    void take(Client& client, const std::string& line);
+    void cancel(Client& client, const nlohmann::json& id);
+    void leave(Client& client);
+    void startJobs();
+    void readProcess(Slot& slot);
+    int untilDeadline() const;
+    void answerLateJobs();
+    void giveUp(Slot& slot);
+    void endJob(Slot& slot, const std::string& line);
+    std::string brokenLine(const Slot& slot) const;
+    void sendTo(Client& client, std::string_view text);
+    void flush(Client& client);
+    void dropGoneClients();
+    bool isDone() const;
+    int wait();
+
+    DispatcherOptions options_;
+    SignalFile signals_;
+    int listening_ = -1;
+    std::list<Client> clients_;
+    std::list<Waiting> waiting_;
+    std::vector<Slot> slots_;
+    std::list<std::unique_ptr<JobProcess>> ending_;  ///< nobody waits for them
+};
+
+}  // namespace peeler::cmd
