@@ -156,8 +156,10 @@ int verifyAll(const VerifyOptions& options, Reporter& reporter) {
     json["verdict"] = kVerdicts[static_cast<std::size_t>(worst)];
     if (!missing.empty()) text += "missing frames: " + framesText(missing) + '\n';
     if (options.report.file) writeReport(*options.report.file, json);
-    const std::string result = options.report.json ? jsonText(json) : text;
-    if (!result.empty()) reporter.result(result);
+    if (options.report.json)
+        reporter.result(json);
+    else if (!text.empty())
+        reporter.text(text);
     if (worst == Verdict::kGood) return 0;
     std::string sum;
     if (faulty != 0) {

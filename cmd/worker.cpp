@@ -69,7 +69,7 @@ VerbAction declareWorker(VerbOptions& verb) {
     addThreadsOption(verb, options->threads);
     addMemoryOption(verb, options->memory, "all jobs together");
     verb.footer(
-        "A job is a line of JSON on stdin, its result a line on stdout with the same id:\n"
+        "A job is a JSON line on stdin, its result one on stdout with the same id:\n"
         "  {\"id\": 7, \"verb\": \"render\", \"args\": [\"scene.glb\", \"-o\", \"out.exr\"],\n"
         "   \"options\": {\"size\": \"640x360\"}, \"progress\": true}\n"
         "  {\"cancel\": 7}\n"

@@ -13,7 +13,7 @@ build="g++ cmake ninja-build pkg-config libgl-dev libegl-dev libglm-dev libopene
 test="libgtest-dev libembree-dev openexr libopenvdb-tools python3 python3-numpy python3-scipy python3-pil
     python3-openimageio python3-openvdb python3-meshio clang-format clang-tidy chromium
     chromium-driver python3-selenium python3-yaml locales slurmctld slurmd slurm-client munge parallel
-    debootstrap faketime glslang-tools spirv-tools groff-base mandoc fish zsh dpkg-dev file lintian"
+    debootstrap faketime python3-distributed glslang-tools spirv-tools groff-base mandoc fish zsh dpkg-dev file lintian"
 # Programs that read what is made for training, and write meshes; `sh tests/run.sh all` tries them.
 datasets="python3-opencv python3-torch python3-imageio python3-png colmap meshlab python3-open3d xvfb xauth"
 # What the target `packages` packs with.

@@ -56,6 +56,7 @@ class Reporter {
     virtual void failure(const Error& error) = 0;
     /// The result that was asked for, as data. Throws Error (kOutput).
     virtual void result(const Json& result) = 0;
+    void result(std::string_view) = delete;  // which would become a string of JSON
     /// The same as a text for people. Throws likewise.
     virtual void text(std::string_view text) = 0;
 

@@ -28,6 +28,11 @@ ENGINE, GLASSES, PLANT, JELLYFISH = (f"examples/scenes/{name}.glb" for name in (
 MODELS = "{assets}/gltf-sample-assets/"
 DUCK, HELMET = MODELS + "Duck/glTF-Binary/Duck.glb", MODELS + "DamagedHelmet/glTF-Binary/DamagedHelmet.glb"
 CYLINDERS, WALKER = MODELS + "2CylinderEngine/glTF/2CylinderEngine.gltf", MODELS + "CesiumMan/glTF-Binary/CesiumMan.glb"
+JOB_SCENES = tuple(f"{MODELS}{name}/glTF-Binary/{name}.glb" for name in (
+    "Box", "BoxInterleaved", "BoxVertexColors", "UnlitTest", "BoxTexturedNonPowerOfTwo", "BoxTextured", "AnimatedMorphCube",
+    "SimpleInstancing", "RiggedSimple", "VertexColorTest", "InterpolationTest", "OrientationTest", "TextureSettingsTest",
+    "MultiUVTest", "NegativeScaleTest", "Duck", "MetalRoughSpheresNoTextures", "CesiumMan", "TransmissionTest",
+    "DamagedHelmet"))
 ALL_METHODS = "a-buffer,front-to-back,two-pass,back-to-front,dual,dual-max,weighted-average,weighted-sum,unsorted"
 
 HEAD = """# Measurements
@@ -106,6 +111,11 @@ SECTIONS: Dict[str, Section] = {
         (("frames_in_one_process.py", "{build}/peeler", JELLYFISH, ENGINE, "--", "--size", "640x360"),
          ("frames_in_one_process.py", "{build}/peeler", JELLYFISH, WALKER, "--frames", "10", "--runs", "2",
           "--", "--size", "1920x1080"))),
+    "jobs": Section(
+        "Jobs",
+        "Jobs a minute of one `peeler worker`, beside a process for each job; 20 sample models in turn. The files are the same.",
+        (("jobs_in_one_worker.py", "{build}/peeler", *JOB_SCENES,
+          "--", "--size", "640x360"),)),
     "budgets": Section(
         "Budgets",
         "The most that was resident in large pictures, and under budgets of memory.",

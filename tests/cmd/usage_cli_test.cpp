@@ -33,8 +33,9 @@ TEST(Help, OfEveryVerbFitsATerminal) {
         EXPECT_EQ(result.exit_code, 0) << verb.name;
         EXPECT_EQ(result.err, "") << verb.name;
         EXPECT_TRUE(contains(result.out, std::string(verb.summary))) << result.out;
-        // A batch's result has no other form.
-        const char* const form = verb.name == "batch" ? "JSON line" : "--json";
+        // The results of these have no other form.
+        const bool lines = verb.name == "batch" || verb.name == "worker";
+        const char* const form = lines ? "JSON line" : "--json";
         EXPECT_TRUE(contains(result.out, form)) << result.out;
         for (std::size_t at = 0, end; at < result.out.size(); at = end + 1) {
             end = result.out.find('\n', at);

@@ -68,6 +68,10 @@ class Benchmarks(PeelerTest):
         rows = self.rows("frames_in_one_process.py", SCENE, "--frames", 2, "--runs", 1, *render)
         self.assertEqual([row["frames"] for row in rows], ["2"])
 
+    def test_jobs_in_one_worker(self):
+        rows = self.rows("jobs_in_one_worker.py", SCENE, "--jobs", 4, "--", "--size", "32x18")
+        self.assertEqual([row["jobs at a time"] for row in rows], ["1", "2"])
+
     @unittest.skipUnless(REFEREE_RUNS, "Debian's python3-numpy or python3-openimageio is missing")
     def test_referee(self):
         tiny = ("--size", 12, "--samples", 256, "--height", 32, "--edge", 70)
