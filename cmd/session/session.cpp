@@ -2,6 +2,7 @@
 #include "cmd/session/session.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "core/base/error.h"
@@ -28,6 +29,15 @@ std::vector<FileState> statesOf(const SceneRequest& request, const Scene& scene)
 bool areUnchanged(const std::vector<FileState>& files) {
     return std::ranges::all_of(files,
                                [](const FileState& file) { return file == fileState(file.path); });
+}
+
+/// Whether all files had been as they are for a while when reading them began. The clock of a file
+/// system goes in steps, so one that has just been written may change again and look the same.
+bool areSettled(const std::vector<FileState>& files, std::chrono::system_clock::time_point begin) {
+    constexpr std::chrono::milliseconds kWhile{100};
+    const std::chrono::nanoseconds latest = (begin - kWhile).time_since_epoch();
+    return std::ranges::all_of(
+        files, [&](const FileState& file) { return file.modified <= latest.count(); });
 }
 
 std::uint64_t grownBy(std::uint64_t before) {
@@ -68,10 +78,11 @@ SharedScene Session::open(const SceneRequest& request) {
         }
         scenes_.erase(known);
     }
+    const auto begin = std::chrono::system_clock::now();
     const std::uint64_t before = residentBytes();
     auto scene = std::make_shared<const OpenedScene>(request, *reporter_);
-    if (keep_ > 0) {
-        std::vector<FileState> files = statesOf(request, scene->scene());
+    std::vector<FileState> files = statesOf(request, scene->scene());
+    if (keep_ > 0 && areSettled(files, begin)) {
         scenes_.push_front({request, scene, std::move(files), grownBy(before)});
         evict();
     }

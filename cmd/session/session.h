@@ -31,7 +31,8 @@ void checkEngine(Engine engine, const gl::ContextRequest& device);
 
 /// Opens scenes and contexts for runs, one run after the other, and keeps both. Runs that show the
 /// same file in the same way get the scene that was read before, uploaded as it was, as long as the
-/// file is as it was then. Belongs to one thread, which its contexts are current on.
+/// file is as it was then, and had not been written just before. Belongs to one thread, which its
+/// contexts are current on.
 class Session {
   public:
     /// `keep`: most bytes that scenes and what is uploaded of them may take between runs; 0 =

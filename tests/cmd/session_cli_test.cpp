@@ -3,6 +3,7 @@
 // may.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -32,8 +33,14 @@ class Messages final : public cmd::Reporter {
     }
 };
 
+/// The file has been as it is for a while.
+void settle(const fs::path& path) {
+    fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::seconds(1));
+}
+
 void writeTriangle(const fs::path& path, float size) {
     std::ofstream(path) << "v 0 0 0\nv " << size << " 0 0\nv 0 " << size << " 0\nf 1 2 3\n";
+    settle(path);
 }
 
 class SessionTest : public ::testing::Test {
@@ -77,6 +84,8 @@ TEST_F(SessionTest, OpensAgainWhatHasNotChanged) {
 
 TEST_F(SessionTest, ReadsAgainWhereAMissingFileAppears) {
     std::ofstream(scene_) << "mtllib paint.mtl\nusemtl red\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    settle(scene_);
+    settle(folder_.path());  // where readers warn, its files count, too
     cmd::Session session(messages_, std::uint64_t{1} << 30);
     const cmd::SharedScene first = session.open(request());
     ASSERT_FALSE(messages_.warnings.empty());
@@ -86,6 +95,13 @@ TEST_F(SessionTest, ReadsAgainWhereAMissingFileAppears) {
     messages_.warnings.clear();
     EXPECT_NE(session.open(request()), first);
     EXPECT_TRUE(messages_.warnings.empty());
+}
+
+TEST_F(SessionTest, ReadsAgainWhatWasWrittenJustBefore) {
+    cmd::Session session(messages_, std::uint64_t{1} << 30);
+    fs::last_write_time(scene_, fs::file_time_type::clock::now());
+    const cmd::SharedScene first = session.open(request());
+    EXPECT_NE(session.open(request()), first);
 }
 
 TEST_F(SessionTest, KeepsNothingUnlessItMay) {
