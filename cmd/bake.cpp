@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "cmd/bake/bake_options.h"
+#include "cmd/bake/bake_values.h"
 #include "cmd/bake/write_memory.h"
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
@@ -20,6 +21,7 @@
 #include "cmd/options/appearance_options.h"
 #include "cmd/options/capture_job.h"
 #include "cmd/options/forecast.h"
+#include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
 #include "cmd/session/progress_report.h"
 #include "cmd/verbs.h"

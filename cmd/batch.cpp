@@ -17,12 +17,14 @@
 #include <sstream>
 
 #include "cmd/batch/batch_jobs.h"
+#include "cmd/batch/batch_report.h"
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/child_process.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/capture_options.h"
+#include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
 #include "cmd/session/progress_report.h"
 #include "cmd/session/session.h"

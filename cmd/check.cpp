@@ -6,12 +6,16 @@
 #include <optional>
 #include <vector>
 
+#include "cmd/check/check_parts.h"
+#include "cmd/check/check_text.h"
 #include "cmd/check/part_report.h"
+#include "cmd/check/places_scene.h"
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/capture_job.h"
+#include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
 #include "cmd/session/progress_report.h"
 #include "cmd/verbs.h"

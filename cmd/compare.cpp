@@ -16,6 +16,7 @@
 #include "cmd/compare/compare_result.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/layered_options.h"
+#include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
 #include "cmd/session/progress_report.h"
 #include "cmd/session/session.h"

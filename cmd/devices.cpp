@@ -6,6 +6,7 @@
 
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/report.h"
+#include "cmd/machine/limits.h"
 #include "cmd/machine/resources.h"
 #include "cmd/session/session.h"
 #include "cmd/verbs.h"

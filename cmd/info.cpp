@@ -4,7 +4,9 @@
 #include <memory>
 
 #include "cmd/cli/arguments.h"
-#include "cmd/info/info_kinds.h"
+#include "cmd/info/info_image.h"
+#include "cmd/info/info_options.h"
+#include "cmd/info/info_scene.h"
 #include "cmd/options/scene_options.h"
 #include "cmd/session/session.h"
 #include "cmd/verbs.h"

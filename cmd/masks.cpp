@@ -19,6 +19,7 @@
 #include "cmd/options/capture_job.h"
 #include "cmd/options/capture_options.h"
 #include "cmd/options/clip_options.h"
+#include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
 #include "cmd/options/sequence_options.h"
 #include "cmd/options/view_options.h"

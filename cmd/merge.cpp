@@ -12,6 +12,7 @@
 #include "cmd/merge/picture_tiles.h"
 #include "cmd/options/layered_bands.h"
 #include "cmd/options/layered_options.h"
+#include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
 #include "cmd/session/progress_report.h"
 #include "cmd/session/session.h"

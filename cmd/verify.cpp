@@ -12,6 +12,7 @@
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/differences.h"
+#include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
 #include "cmd/session/progress_report.h"
 #include "cmd/session/session.h"

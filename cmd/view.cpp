@@ -19,6 +19,7 @@
 #include "cmd/options/camera_options.h"
 #include "cmd/options/layered_options.h"
 #include "cmd/options/object_options.h"
+#include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
 #include "cmd/session/progress_report.h"
 #include "cmd/session/session.h"

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// From what receivers saw to what files hold of it.
-#include "cmd/bake/bake_options.h"
+#include "cmd/bake/bake_values.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
+#include "cmd/bake/bake_options.h"
 
 namespace peeler::cmd {
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The results of peeler batch as lines, and the file that keeps them.
-#include "cmd/batch/batch_jobs.h"
+#include "cmd/batch/batch_report.h"
 
 #include <fcntl.h>
 #include <sys/file.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks parts one by one, and then how they lie to each other.
+#include "cmd/check/check_parts.h"
+
 #include <algorithm>
 #include <cmath>
 #include <map>

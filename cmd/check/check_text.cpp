@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What checks have found, in words and as JSON.
+#include "cmd/check/check_text.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `peeler check` finds of the parts of a scene, and how it tells that.
+// The findings of a check: of each part of a scene, and of all of them.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <glm/glm.hpp>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -16,7 +14,6 @@
 #include "core/image/composite.h"
 #include "core/parts/part_check.h"
 #include "core/scene/posed_scene.h"
-#include "formats/image/legend.h"
 
 namespace peeler::cmd {
 
@@ -89,27 +86,5 @@ struct CheckReport {
     /// Index of the part with the thinnest wall.
     std::optional<std::size_t> thinnest() const;
 };
-
-struct CheckSettings {
-    bool together = false;             ///< all parts are one, welded
-    double metres = 1;                 ///< a scene unit
-    std::optional<double> least_wall;  ///< scene units
-};
-
-/// Checks all that a scene shows. `progress` is called with the share that is done.
-CheckReport checkParts(const PosedScene& posed, const CheckSettings& settings,
-                       const std::function<void(double)>& progress);
-
-/// The verdict, and why, as lines of text.
-std::string toText(const CheckReport& report, const std::string& file);
-/// What the verdict is, in one line without the file's name.
-std::string verdictText(const CheckReport& report);
-/// The keys that cmd/README.md lists.
-nlohmann::ordered_json toJson(const CheckReport& report);
-
-/// The parts, pale, and all places where something is wrong, in bright colours: a scene of its own.
-Scene placesScene(const CheckReport& report);
-/// What the colours of placesScene() stand for.
-std::vector<LegendLine> placesLegend(const CheckReport& report);
 
 }  // namespace peeler::cmd

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The picture of `check -o`: the parts like pale glass, what is wrong with them in bright colours.
+#include "cmd/check/places_scene.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The names of the API that texts of core and formats mention, as options and verbs.
+#include "cmd/cli/api_names.h"
+
 #include <algorithm>
 
 #include "cmd/cli/errors.h"

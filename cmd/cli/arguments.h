@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "cmd/cli/api_names.h"
 #include "cmd/cli/errors.h"
 #include "cmd/session/choices.h"
 

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <ostream>
 
+#include "cmd/cli/api_names.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/report.h"
 #include "core/base/error.h"

@@ -7,6 +7,7 @@
 #include <new>
 #include <string>
 
+#include "cmd/cli/api_names.h"
 #include "cmd/cli/console.h"
 #include "core/base/error.h"
 #include "core/base/work.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a wrong use is refused, and the one printer of errors: exceptions in, lines on stderr and an
-// exit code out. What core and formats say in names of the API is said in options here.
+// The one printer of errors: exceptions in, lines on stderr and an exit code out.
 #pragma once
 
 #include <functional>
@@ -39,16 +38,5 @@ Error currentError();
 
 /// Reports an error, with a hint, on stderr. Returns its exit code.
 int reportError(Reporter& reporter, const Error& error);
-
-/// What core and formats call by the name that it has in the API, in backquotes, and what that is
-/// on the command line.
-struct ApiName {
-    std::string_view name;          ///< of a field, a parameter, a function: "max_layers"
-    std::string_view command_line;  ///< "--layers", "--as composite", "peeler devices"
-};
-std::span<const ApiName> apiNames();
-
-/// A text of core or formats with these names as they are on the command line; others stay.
-std::string inOptions(std::string_view text);
 
 }  // namespace peeler::cmd

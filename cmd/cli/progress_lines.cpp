@@ -56,7 +56,8 @@ void ProgressLines::bar(const RunProgress& progress) {
     constexpr int kCells = 30;
     const int full = static_cast<int>(std::floor(share * kCells));
     const int percent = static_cast<int>(std::floor(share * 100));
-    std::string text = std::string(progress.stage) + " [" + std::string(static_cast<std::size_t>(full), '#') +
+    std::string text = std::string(progress.stage) + " [" +
+                       std::string(static_cast<std::size_t>(full), '#') +
                        std::string(static_cast<std::size_t>(kCells - full), '.') + "] " +
                        std::to_string(percent) + " %";
     // Two seconds of experience make an estimate.

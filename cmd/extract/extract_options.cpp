@@ -8,8 +8,10 @@
 #include "cmd/cli/parse.h"
 #include "cmd/extract/layer_files.h"
 #include "cmd/options/capture_options.h"
+#include "cmd/options/dense_options.h"
 #include "cmd/options/forecast.h"
 #include "cmd/options/frames.h"
+#include "cmd/options/output_checks.h"
 #include "core/base/error.h"
 #include "formats/file/file_name.h"
 

@@ -5,6 +5,7 @@
 #include <set>
 #include <string>
 
+#include "cmd/options/output_checks.h"
 #include "core/base/error.h"
 #include "core/image/layers.h"
 #include "formats/exr/exr_layout.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler info on an OpenEXR image.
+#include "cmd/info/info_image.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,7 +11,8 @@
 #include <vector>
 
 #include "cmd/cli/report.h"
-#include "cmd/info/info_kinds.h"
+#include "cmd/info/info_options.h"
+#include "cmd/info/info_scene.h"
 #include "cmd/options/differences.h"
 #include "cmd/options/layered_bands.h"
 #include "core/base/printable.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler info on a scene.
+#include "cmd/info/info_scene.h"
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -9,9 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include "cmd/cli/api_names.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/report.h"
-#include "cmd/info/info_kinds.h"
+#include "cmd/info/info_options.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/camera_options.h"
 #include "cmd/options/scene_options.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What control groups (by /proc) and schedulers limit processors and memory to.
-#include "cmd/machine/resources.h"
+#include "cmd/machine/limits.h"
 
 #include <algorithm>
 #include <charconv>

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <string>
 
+#include "cmd/machine/limits.h"
 #include "core/base/parallel.h"
 #include "core/gl/context.h"
 #include "formats/image/image_library.h"

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Completions of verbs, options and their values.
+#include "cmd/manual/completions.h"
+
 #include <algorithm>
 #include <map>
 #include <ranges>
 #include <sstream>
 
-#include "cmd/manual/manual.h"
+#include "cmd/manual/manual_page.h"
 
 namespace peeler::cmd {
 

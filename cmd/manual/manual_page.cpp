@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "cmd/cli/errors.h"
-#include "cmd/manual/manual.h"
+#include "cmd/manual/manual_page.h"
 
 namespace peeler::cmd {
 

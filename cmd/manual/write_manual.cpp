@@ -10,7 +10,8 @@
 #include <string>
 
 #include "cmd/cli/command_line.h"
-#include "cmd/manual/manual.h"
+#include "cmd/manual/completions.h"
+#include "cmd/manual/manual_page.h"
 
 namespace {
 

@@ -10,6 +10,7 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/machine/resources.h"
+#include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
 #include "core/capture/method.h"
 #include "core/raster/hit_rasterizer.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of planes: how many, of which type, and what stands where a pixel has no fragment.
+#include "cmd/options/dense_options.h"
+
 #include <limits>
 
 #include "cmd/cli/arguments.h"

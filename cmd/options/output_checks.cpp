@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is known of outputs before any work: that they replace nothing that must stay, and that
-// their folders take them.
+#include "cmd/options/output_checks.h"
+
 #include <unistd.h>
 
 #include <algorithm>

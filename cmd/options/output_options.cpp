@@ -10,6 +10,7 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
+#include "cmd/options/dense_options.h"
 #include "core/base/error.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_layout.h"

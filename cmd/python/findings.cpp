@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "cmd/bake/bake_options.h"
+#include "cmd/check/check_parts.h"
+#include "cmd/check/check_text.h"
 #include "cmd/check/part_report.h"
 #include "cmd/options/animation_options.h"
 #include "cmd/options/capture_options.h"

@@ -9,6 +9,7 @@
 
 #include "cmd/compare/compare_result.h"
 #include "cmd/options/layered_options.h"
+#include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
 #include "cmd/python/binding.h"
 #include "core/base/error.h"

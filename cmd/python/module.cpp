@@ -3,6 +3,7 @@
 #include <sstream>
 #include <streambuf>
 
+#include "cmd/cli/api_names.h"
 #include "cmd/cli/command_line.h"
 #include "cmd/cli/console.h"
 #include "cmd/cli/errors.h"

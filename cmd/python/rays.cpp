@@ -2,6 +2,7 @@
 // Hits of Python: the columns of `peeler rays`, made of what was captured when they are asked for.
 #include <numeric>
 
+#include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
 #include "cmd/python/binding.h"
 #include "core/base/error.h"

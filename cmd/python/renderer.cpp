@@ -9,6 +9,7 @@
 #include "cmd/options/capture_options.h"
 #include "cmd/options/clip_options.h"
 #include "cmd/python/renderer_object.h"
+#include "cmd/render/channel_options.h"
 #include "cmd/render/render_request.h"
 #include "core/base/error.h"
 #include "core/gl/context.h"

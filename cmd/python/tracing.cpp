@@ -6,6 +6,8 @@
 #include "cmd/options/capture_job.h"
 #include "cmd/options/capture_options.h"
 #include "cmd/python/renderer_object.h"
+#include "cmd/rays/bundle_options.h"
+#include "cmd/rays/ray_map_options.h"
 #include "cmd/rays/rays_options.h"
 #include "core/rays/ray_maps.h"
 #include "core/rays/voxels.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of bundles of rays, and the bundles they make.
-#include "cmd/rays/rays_options.h"
+#include "cmd/rays/bundle_options.h"
 
 #include <algorithm>
 #include <cstdio>

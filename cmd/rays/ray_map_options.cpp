@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of maps of rays, and what they need of a scene.
-#include "cmd/rays/rays_options.h"
+#include "cmd/rays/ray_map_options.h"
 
 #include <fnmatch.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/rays/ray_findings.h"
+#include "cmd/rays/ray_parity.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

@@ -14,7 +14,7 @@
 #include "cmd/options/forecast.h"
 #include "cmd/options/output_options.h"
 #include "cmd/options/sequence_options.h"
-#include "cmd/rays/ray_findings.h"
+#include "cmd/rays/ray_parity.h"
 #include "cmd/rays/rays_options.h"
 #include "cmd/session/reporter.h"
 

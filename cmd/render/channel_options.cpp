@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of channels, what is captured for them, and the manifest of their ids.
-#include "cmd/render/render_request.h"
+#include "cmd/render/channel_options.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

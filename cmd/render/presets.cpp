@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Presets: what several options are unless they are given, for data sets whose loaders expect it.
+#include "cmd/render/presets.h"
+
 #include <cmath>
 #include <numbers>
 
 #include "cmd/cli/arguments.h"
+#include "cmd/render/render_options.h"
 #include "cmd/render/render_request.h"
 
 namespace peeler::cmd {

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of peeler render, and what is captured for them.
+#include "cmd/render/render_options.h"
+
 #include "cmd/options/animation_options.h"
 #include "cmd/options/appearance_options.h"
 #include "cmd/options/clip_options.h"
+#include "cmd/render/channel_options.h"
+#include "cmd/render/presets.h"
 #include "cmd/render/render_request.h"
 
 #include "cmd/cli/arguments.h"

@@ -9,6 +9,8 @@
 
 #include "cmd/options/clip_options.h"
 #include "cmd/options/differences.h"
+#include "cmd/options/output_checks.h"
+#include "cmd/render/render_options.h"
 #include "core/base/error.h"
 #include "core/image/merge.h"
 #include "formats/exr/exr_layout.h"

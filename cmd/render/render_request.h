@@ -1,97 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// What peeler render is asked for: its options, and from them, picture by picture, all that is
-// known before there is a GL context.
+// The pictures that peeler render is asked for, one by one: all that is known of each before there
+// is a GL context.
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <vector>
 
-#include "cmd/options/camera_options.h"
 #include "cmd/options/capture_job.h"
-#include "cmd/options/capture_options.h"
-#include "cmd/options/clip_options.h"
 #include "cmd/options/output_options.h"
-#include "cmd/options/sequence_options.h"
 #include "cmd/options/view_options.h"
-#include "cmd/render/sample_shards.h"
-#include "core/image/channels.h"
+#include "cmd/render/render_options.h"
 #include "core/image/sink.h"
 #include "core/scene/scene.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
-
-class VerbOptions;
-
-/// What is stored of every fragment besides colour and Z, and how its ids are named.
-struct ChannelOptions {
-    std::vector<Channel> channels{};  ///< in the order of the table, each once
-    bool cryptomatte = false;
-    std::optional<std::filesystem::path> manifest{};
-
-    bool wants(Channel channel) const;
-};
-
-/// Declares --channels, --cryptomatte and --manifest.
-void addChannelOptions(VerbOptions& verb, ChannelOptions& options);
-
-/// The channels that have to be captured: those that are asked for, and ids for Cryptomatte.
-std::vector<Channel> capturedChannels(const ChannelOptions& options);
-
-/// Throws Error (kUsage) if the output holds no channels, or no composite for Cryptomatte, or if a
-/// manifest would name ids that nothing asks for.
-void checkChannelOptions(const ChannelOptions& options, const OutputRequest& output);
-
-/// Writes the manifest: {"object": [{"id", "name", "cryptomatte"}], "material": [likewise]};
-/// "cryptomatte" is the hash in hexadecimal digits. Throws Error (kOutput).
-void writeIdManifest(const std::filesystem::path& path, const IdNames& names);
-
-/// All options of peeler render; captureSettings() adapts `capture` to the output.
-struct RenderOptions : CaptureJobOptions {
-    std::vector<std::filesystem::path> scenes;  ///< files, folders and globs of files
-    CameraOptions camera;                       ///< of many views what is the same for all
-    ViewListOptions views;
-    ChannelOptions channels;
-    ClipOptions clip;
-    std::optional<int> shadow_size;
-    bool fxaa = false;
-    bool samples_given = false;  ///< --samples is on the command line
-    std::optional<std::string> preset;
-    OutputRequest output;
-    ShardOptions shard;
-    std::shared_ptr<SampleShards> shards;  ///< if the output is one; it has the scenes of a run
-    SequenceOptions sequence;
-
-    /// Whether `scenes` is one file, and so neither a folder nor a glob.
-    bool isOneScene() const;
-};
-
-/// Declares --preset.
-void addPresetOption(VerbOptions& verb, std::optional<std::string>& preset);
-/// Sets what a preset says and nothing on the command line does.
-void applyPreset(const VerbOptions& verb, RenderOptions& options);
-
-/// Samples a pixel of composites for eyes.
-inline constexpr int kDisplaySamples = 4;
-
-/// Declares all options of the verb. `options` must outlive the parse.
-void addRenderOptions(VerbOptions& verb, RenderOptions& options);
-
-/// The options of each scene that `options.scenes` names: of files themselves, of folders every
-/// isSceneName() in and below them, of globs what they match, each group by name. In the names of
-/// the output, the manifest and the cameras {stem} stands for the scene's name without its
-/// extension, {folder} for that of its folder; in keys of samples with underscores for dots. Of
-/// several scenes in shards those that a chunk has, which is none of their pictures then. Throws
-/// Error (kInput) if there is no scene, (kUsage) if two would write the same file.
-std::vector<RenderOptions> eachScene(const RenderOptions& options);
-
-/// What to capture for the output that was asked for: of composites for eyes kDisplaySamples unless
-/// the number is given, or FXAA smooths their edges. Throws Error (kUsage) for what contradicts
-/// itself whatever the scene is.
-CaptureSettings captureSettings(const RenderOptions& options);
 
 /// One picture that is asked for.
 struct PictureRequest {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scenes that render is given: files, folders and globs, and the names of what is made of them.
+#include "cmd/render/scene_list.h"
+
 #include <glob.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <utility>
 
 #include "cmd/cli/errors.h"
+#include "cmd/render/render_options.h"
 #include "cmd/render/render_request.h"
 #include "core/base/error.h"
 #include "formats/file/regular_file.h"

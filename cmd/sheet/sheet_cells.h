@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pictures of a contact sheet, made small while the layers pass by, and the page they lie on.
+// The pictures of a contact sheet, made small while the layers pass by.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -104,17 +103,5 @@ class SheetCells : public Sink {
     std::vector<SheetCell> finished_;
     StageTimes times_;
 };
-
-/// What a page looks like.
-struct SheetStyle {
-    int columns = 0;                                 ///< 0 = as many as rows, or one more
-    std::optional<std::array<float, 4>> background;  ///< straight linear; none = a checkerboard
-    float exposure = 0;                              ///< stops; of the cells
-    std::string tone_map = "none";
-};
-
-/// The page: linear, opaque, window from (0, 0). The cells are of one size. Throws Error (kUsage)
-/// if it would be larger than a picture may be.
-CompositeImage layOut(const std::vector<SheetCell>& cells, const SheetStyle& style);
 
 }  // namespace peeler::cmd

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cells side by side on a page, each under its label.
-#include "cmd/sheet/sheet_cells.h"
+#include "cmd/sheet/sheet_layout.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,10 +5,12 @@
 #include <memory>
 #include <utility>
 
+#include "cmd/cli/api_names.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/layered_bands.h"
 #include "cmd/session/reporter.h"
+#include "cmd/verify/verified_layers.h"
 #include "core/base/error.h"
 #include "core/base/printable.h"
 #include "core/image/statistics.h"

@@ -51,9 +51,4 @@ struct VerifiedFile {
 /// is no fault of the file (kMemory, kInternal).
 VerifiedFile verifyFile(const std::string& path);
 
-/// What fragment lists do not show, of layers in parts of their own: pixels without a fragment that
-/// are not 0 (Z: +inf), and layers that skip one. Does nothing where layers are stored in another
-/// way. Throws Error (kInput) if a chunk is damaged.
-void checkLayerParts(const std::string& path, const ExrInfo& info, VerifiedFile& file);
-
 }  // namespace peeler::cmd

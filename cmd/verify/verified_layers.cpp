@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of layers as they are stored, where fragment lists do not show what is wrong.
+#include "cmd/verify/verified_layers.h"
+
 #include <algorithm>
 #include <bit>
 #include <cstring>

@@ -14,8 +14,10 @@
 #include <cstring>
 #include <utility>
 
+#include "cmd/cli/api_names.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parsed_verb.h"
+#include "cmd/options/output_checks.h"
 #include "cmd/session/session.h"
 #include "cmd/worker/worker_job.h"
 #include "core/base/error.h"

@@ -6,6 +6,7 @@
 #include <glm/gtc/type_ptr.hpp>
 
 #include "cmd/bake/bake_options.h"
+#include "cmd/bake/bake_values.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/test_support.h"
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "cmd/cli/api_names.h"
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/command_line.h"
 #include "cmd/cli/console.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Limits of processors and memory, read from trees and variables made up here.
+#include "cmd/machine/limits.h"
 #include "cmd/machine/resources.h"
 
 #include <gtest/gtest.h>

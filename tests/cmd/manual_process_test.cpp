@@ -11,7 +11,8 @@
 #include <vector>
 
 #include "cmd/cli/command_line.h"
-#include "cmd/manual/manual.h"
+#include "cmd/manual/completions.h"
+#include "cmd/manual/manual_page.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

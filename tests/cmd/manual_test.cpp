@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The manual and the completions of shells against --help: the same options and choices stand in
 // all of them, and no others.
-#include "cmd/manual/manual.h"
+#include "cmd/manual/completions.h"
+#include "cmd/manual/manual_page.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which options of layer files go with which output.
 #include "cmd/options/output_options.h"
+#include "cmd/options/output_checks.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What rays tells of known hits: parity, the results of its files, and voxels that are too many.
-#include "cmd/rays/ray_findings.h"
+#include "cmd/rays/ray_parity.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,8 @@
 #include <sstream>
 
 #include "cmd/cli/report.h"
-#include "cmd/rays/ray_findings.h"
+#include "cmd/rays/ray_parity.h"
+#include "cmd/rays/ray_results.h"
 #include "cmd/rays/rays_options.h"
 #include "core/base/error.h"
 #include "core/rays/bundle.h"

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "cmd/machine/limits.h"
 #include "cmd/machine/resources.h"
 #include "cmd/tiny_gltf.h"
 #include "support/test_support.h"

@@ -6,6 +6,7 @@
 
 #include <set>
 
+#include "cmd/sheet/sheet_layout.h"
 #include "core/base/error.h"
 #include "formats/image/legend.h"
 

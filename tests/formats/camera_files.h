@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "cmd/batch/batch_report.h"
 #include "core/base/error.h"
 #include "core/scene/framing.h"
 #include "core/scene/posed_scene.h"

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <functional>
 
+#include "cmd/batch/batch_report.h"
 #include "formats/camera_files.h"
 #include "support/python.h"
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <random>
 
+#include "cmd/batch/batch_report.h"
 #include "formats/camera_files.h"
 
 namespace peeler::test {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What becomes of everything that files of cameras can say (formats/README.md).
+#include "cmd/batch/batch_report.h"
 #include "formats/arrays/table_writers.h"
 #include "formats/camera_files.h"
 #include "formats/file_statements.h"

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cmd/batch/batch_jobs.h"
+#include "cmd/batch/batch_report.h"
 #include "fuzz/fuzz_target.h"
 
 namespace peeler::fuzz {

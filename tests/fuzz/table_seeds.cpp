@@ -5,6 +5,7 @@
 #include <memory>
 #include <random>
 
+#include "cmd/batch/batch_report.h"
 #include "formats/arrays/table_writers.h"
 #include "formats/camera_files.h"
 #include "fuzz/fuzz_target.h"

@@ -20,6 +20,7 @@
 //
 // Children that the program starts begin without these variables.
 #include "failing_calls.h"
+#include "cmd/bake/bake_values.h"
 
 #include <dlfcn.h>
 #include <fcntl.h>

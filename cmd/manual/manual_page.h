@@ -31,9 +31,4 @@ std::string roffText(std::string_view text);
 /// What may stand for the value of an option: its choices, and of "N|all" what is in lower case.
 std::vector<ChoiceDescription> valuesOf(const OptionDescription& option);
 
-// Completions, a file of a shell each.
-std::string bashCompletions(const CommandDescription& program);
-std::string zshCompletions(const CommandDescription& program);
-std::string fishCompletions(const CommandDescription& program);
-
 }  // namespace peeler::cmd

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What rays tells of what it found: its files besides their names, and with --parity the solids
-// that rays enter and do not leave.
+// The solids that rays enter and do not leave (--parity).
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -41,8 +40,5 @@ class RayParity : public RayOutput {
     std::vector<Bundle> bundles_;
     Parity parity_;
 };
-
-/// Adds "maps", "voxels" and "points" to a result, as far as there are any (cmd/README.md, "JSON").
-void addRayResults(const RayResults& results, nlohmann::ordered_json& json);
 
 }  // namespace peeler::cmd
