@@ -11,7 +11,7 @@
 
 #include "cmd/machine/limits.h"
 #include "core/base/parallel.h"
-#include "core/gl/context.h"
+#include "core/gl/cuda_devices.h"
 #include "formats/image/image_library.h"
 
 namespace peeler::cmd {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether between passes that share storage buffers there are the barriers that OpenGL wants.
+#include "core/gl/barrier_check.h"
+
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
@@ -13,7 +14,6 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/gl/functions.h"
 
 namespace peeler::gl {
 namespace {

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "core/gl/device_choice.h"
+
 namespace peeler::gl {
 
 struct Functions;
@@ -41,23 +43,6 @@ struct Device {
     std::string problem;  ///< why it cannot be used, one sentence; empty if it can
 };
 
-/// Which device of several. At most one of the three is given; none = the first one that works.
-struct DeviceChoice {
-    std::optional<int> index{};  ///< Device::index
-    std::optional<int> cuda{};   ///< Device::cuda
-    std::string uuid{};  ///< hexadecimal digits that Device::uuid starts with, in lower case
-
-    bool given() const { return index || cuda || !uuid.empty(); }
-    bool matches(const Device& device) const;
-    /// As it is given: "3", "cuda:1", "uuid:8932f937"; "" if none is given.
-    std::string text() const;
-    bool operator==(const DeviceChoice&) const = default;
-};
-
-/// "3", "cuda:1", "uuid:GPU-8932f937-d72c", with or without "GPU-" and dashes. Throws Error
-/// (kUsage) that says what is expected.
-DeviceChoice parseDeviceChoice(const std::string& text);
-
 /// A current context. Belongs to the thread that made it.
 class Context {
   public:
@@ -73,12 +58,6 @@ class Context {
     std::unique_ptr<Functions> functions_;
     Device device_;
 };
-
-/// Says what CUDA_VISIBLE_DEVICES was, for a program that has taken it out of its own environment:
-/// a driver that asks CUDA for its numbers then gives all devices theirs, as one does that does
-/// not. Otherwise the environment is read whenever devices are listed; it is never changed. Call it
-/// before the first context.
-void setCudaVisibleDevices(std::string value);
 
 /// Names of the backend table, in the order `auto` tries them.
 std::vector<std::string> backendNames();

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "core/gl/backend.h"
+#include "core/gl/cuda_devices.h"
 #include "core/gl/functions.h"
 
 namespace peeler::gl {

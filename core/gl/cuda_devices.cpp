@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/gl/backend.h"
+#include "core/gl/cuda_devices.h"
 
 #include <algorithm>
 #include <charconv>
@@ -93,6 +93,16 @@ std::string uuidDigits(std::string text) {
     if (text.starts_with("gpu-")) text.erase(0, 4);
     std::erase(text, '-');
     return text.find_first_not_of("0123456789abcdef") == std::string::npos ? text : "";
+}
+
+std::string uuidText(const unsigned char* bytes) {
+    static constexpr char kDigits[] = "0123456789abcdef";
+    std::string text;
+    for (int i = 0; i < 16; ++i) {
+        if (i == 4 || i == 6 || i == 8 || i == 10) text += '-';
+        text += {kDigits[bytes[i] >> 4], kDigits[bytes[i] & 15]};
+    }
+    return text;
 }
 
 void setCudaVisibleDevices(std::string value) {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/gl/context.h"
+#include "core/gl/device_choice.h"
 
 #include <charconv>
 #include <string_view>
 
 #include "core/base/error.h"
-#include "core/gl/backend.h"
+#include "core/gl/context.h"
+#include "core/gl/cuda_devices.h"
 
 namespace peeler::gl {
 namespace {
@@ -52,16 +53,6 @@ DeviceChoice parseDeviceChoice(const std::string& text) {
         choice.index = number(text);
     }
     return choice;
-}
-
-std::string uuidText(const unsigned char* bytes) {
-    static constexpr char kDigits[] = "0123456789abcdef";
-    std::string text;
-    for (int i = 0; i < 16; ++i) {
-        if (i == 4 || i == 6 || i == 8 || i == 10) text += '-';
-        text += {kDigits[bytes[i] >> 4], kDigits[bytes[i] & 15]};
-    }
-    return text;
 }
 
 }  // namespace peeler::gl

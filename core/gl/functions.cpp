@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/gl/functions.h"
 
+#include "core/gl/barrier_check.h"
+
 namespace peeler::gl {
 
 std::string loadFunctions(Functions& functions, const ProcAddress& lookup) {

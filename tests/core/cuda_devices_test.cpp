@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // CUDA_VISIBLE_DEVICES, by the rules of the CUDA Programming Guide.
-#include "core/gl/backend.h"
+#include "core/gl/cuda_devices.h"
 
 #include <gtest/gtest.h>
 
