@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cmd/library/renderer.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -9,6 +10,8 @@
 #include "core/base/parallel.h"
 #include "core/capture/bands.h"
 #include "core/capture/gl_renderer.h"
+#include "core/gl/adopted_context.h"
+#include "core/gl/borrowed_state.h"
 #include "core/gl/context.h"
 #include "core/image/image_sink.h"
 #include "core/raster/hit_rasterizer.h"
@@ -81,19 +84,33 @@ CaptureSettings raySettings() {
 
 /// What lives on the worker's thread. The context outlives what needs it.
 struct Renderer::State {
-    explicit State(const RendererOptions& wanted) : options(wanted), worker(!wanted.adopt) {}
+    explicit State(const RendererOptions& wanted) : options(wanted), worker(!wanted.adopt) {
+        if (options.adopt) adopt();
+    }
     ~State() {
-        worker.run([this](const Progress&) { close(); }, {});
+        worker.run(
+            [this](const Progress&) {
+                if (adopted && !adopted->current()) adopted->abandonObjects();
+                close();
+            },
+            {});
     }
 
+    void adopt();
+    /// The adopted context, its state peeler's until the call ends.
+    gl::Context& borrow();
     gl::Context& openContext();
     GlRenderer& openRenderer(const Shown& shown, const PosedScene& posed);
     HitSource& openHits(const Shown& shown, const PosedScene& posed, RayEngine engine);
     void close() {
         gl.reset();
         gl_scene.reset();
+        borrowed.reset();
+        adopted = nullptr;
         context.reset();
     }
+    /// Ends a call that has thrown.
+    void giveUp(bool device_lost);
     /// Does the work; what it throws may have left the scene's GL objects in any state.
     void run(const Worker::Work& work, const Progress& progress);
     void capture(HitSource& source, const View& view, CaptureSettings settings, Sink& sink,
@@ -101,7 +118,10 @@ struct Renderer::State {
 
     RendererOptions options;
     std::unique_ptr<gl::Context> context;
-    std::shared_ptr<const Scene> gl_scene;  ///< what `gl` has uploaded
+    gl::AdoptedContext* adopted = nullptr;      ///< the context, if it is one
+    std::optional<gl::BorrowedState> borrowed;  ///< during a call that uses an adopted context
+    std::vector<unsigned> pending_errors;       ///< its owner's
+    std::shared_ptr<const Scene> gl_scene;      ///< what `gl` has uploaded
     int gl_index = 0;
     std::optional<GlRenderer> gl;
     std::shared_ptr<const Scene> cpu_scene;
@@ -109,12 +129,28 @@ struct Renderer::State {
     Worker worker;                              // last: it ends first
 };
 
+void Renderer::State::adopt() {
+    auto found = std::make_unique<gl::AdoptedContext>(options.adopt);
+    adopted = found.get();
+    context = std::move(found);
+}
+
+gl::Context& Renderer::State::borrow() {
+    if (borrowed) return *context;
+    if (!context) adopt();  // it was lost
+    adopted->requireCurrent();
+    const gl::Functions& functions = adopted->functions();
+    for (const unsigned code : gl::takeErrors(functions))
+        if (std::ranges::find(pending_errors, code) == pending_errors.end())
+            pending_errors.push_back(code);
+    gl::requireNothingBegun(functions);
+    borrowed.emplace(functions);
+    return *context;
+}
+
 gl::Context& Renderer::State::openContext() {
+    if (options.adopt) return borrow();
     if (context) return *context;
-    if (options.adopt) {
-        context = gl::adoptContext(options.adopt);
-        return *context;
-    }
     gl::ContextRequest request;
     request.backend = options.backend;
     if (!options.device.empty()) request.device = gl::parseDeviceChoice(options.device);
@@ -150,20 +186,28 @@ HitSource& Renderer::State::openHits(const Shown& shown, const PosedScene& posed
     return *rasterizer;
 }
 
+void Renderer::State::giveUp(bool device_lost) {
+    rasterizer.reset();
+    // Where nothing was borrowed, the scene's objects are as they were, and may not be those of the
+    // context that is current.
+    if (options.adopt && !borrowed) return;
+    gl.reset();
+    borrowed.reset();
+    if (device_lost) close();
+}
+
 void Renderer::State::run(const Worker::Work& work, const Progress& progress) {
     worker.run(
         [&](const Progress& report) {
             try {
                 work(report);
                 rasterizer.reset();
+                borrowed.reset();
             } catch (const Error& error) {
-                rasterizer.reset();
-                gl.reset();
-                if (error.kind() == ErrorKind::kDevice) close();
+                giveUp(error.kind() == ErrorKind::kDevice);
                 throw;
             } catch (...) {
-                rasterizer.reset();
-                gl.reset();
+                giveUp(false);
                 throw;
             }
         },
@@ -191,6 +235,12 @@ std::string Renderer::device() {
     std::string name;
     state_->run([&](const Progress&) { name = state_->openContext().device().renderer; }, {});
     return name;
+}
+
+std::vector<unsigned> Renderer::takePendingErrors() {
+    std::vector<unsigned> errors;
+    state_->worker.run([&](const Progress&) { errors.swap(state_->pending_errors); }, {});
+    return errors;
 }
 
 Plan Renderer::capture(const Shown& shown, const View& view, const CaptureSettings& settings,

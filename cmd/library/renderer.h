@@ -54,10 +54,22 @@ struct RendererOptions {
     bool require_gpu = false;  ///< never the CPU
     /// Most bytes that a call takes beyond what the process holds when it begins; 0 = no limit.
     std::uint64_t memory = 0;
-    /// The context that is current where the Renderer is made is used instead of one of its own:
+    /// The context that is current where the Renderer is made is borrowed instead of making one:
     /// OpenGL 4.5 core, with functions that this gives by name (eglGetProcAddress,
-    /// glfwGetProcAddress). It has to be current in every call, the destructor's included; which
-    /// objects are bound and what is enabled is not put back.
+    /// glfwGetProcAddress). The constructor throws Error (kUsage) if no context is current,
+    /// (kDevice) if it cannot be used. It has to be current in every call, on whichever thread:
+    /// calls that render throw Error (kUsage) if another context is current, or none. The
+    /// destructor then leaves its GL objects in the context.
+    ///
+    /// A call sets all state that its pictures depend on, and puts back what was there, also if it
+    /// throws. Within sinks and progress functions the state is peeler's, and has to be left or put
+    /// back. Calls throw Error (kUsage) while a query that counts or measures time, conditional
+    /// rendering, or transform feedback that is not paused is begun: none of them can be put back.
+    /// Nor can these: a program or pipeline that was deleted while it was in use, and a texture or
+    /// buffer that another context deleted while it was bound here, are gone after a call; errors
+    /// that are pending are taken (takePendingErrors()). The owner's debug callback gets the
+    /// messages of peeler's calls. State of extensions that peeler does not know has to be as it is
+    /// initially.
     void* (*adopt)(const char* function) = nullptr;
 };
 
@@ -83,6 +95,11 @@ class Renderer {
 
     /// GL_RENDERER of the device. Throws Error (kDevice) if there is none.
     std::string device();
+
+    /// The GL errors that were pending in a borrowed context when calls began: each code once,
+    /// oldest first. GL cannot put errors back, so a call takes them from the context, keeps them
+    /// here for its owner, and works on. Empty afterwards, and without RendererOptions::adopt.
+    std::vector<unsigned> takePendingErrors();
 
     /// All fragments of the view's crop, in memory. Throws Error: (kUsage) for settings that
     /// contradict themselves, (kDevice), (kMemory) over the budget or for 2^32 fragments and more.

@@ -27,7 +27,8 @@ std::string text(const GLubyte* bytes) {
     return bytes ? reinterpret_cast<const char*>(bytes) : "";
 }
 
-/// Fills version and limits of the current context; returns what it lacks, or "".
+}  // namespace
+
 std::string examine(const Functions& gl, Device& device) {
     device.version = text(gl.GetString(GL_VERSION));
     device.renderer = text(gl.GetString(GL_RENDERER));
@@ -78,6 +79,8 @@ std::string examine(const Functions& gl, Device& device) {
     }
     return {};
 }
+
+namespace {
 
 #ifndef NDEBUG
 void APIENTRY printMessage(GLenum, GLenum type, GLuint, GLenum, GLsizei, const GLchar* message,
@@ -241,24 +244,6 @@ std::unique_ptr<Context> createContext(const ContextRequest& request,
                     ? "leave out `require_gpu` to render in software"
                     : "install Mesa (Debian: libegl1 libgl1-mesa-dri, or libosmesa6); "
                       "`listDevices` shows every attempt");
-}
-
-std::unique_ptr<Context> adoptContext(void* (*function_of)(const char* name)) {
-    struct Adopted final : Context {
-        Adopted() { functions_ = std::make_unique<Functions>(); }
-        Functions& mutableFunctions() { return *functions_; }
-    };
-    auto context = std::make_unique<Adopted>();
-    Device device;
-    device.backend = "adopted";
-    const std::string missing = loadFunctions(context->mutableFunctions(), function_of);
-    device.problem = missing.empty() ? examine(context->functions(), device)
-                                     : "the function " + missing + " is missing";
-    if (!device.problem.empty())
-        throw Error(ErrorKind::kDevice, "the current context cannot be used: " + device.problem, "",
-                    "make a context of OpenGL 4.5 core current before");
-    context->setDevice(device);
-    return context;
 }
 
 std::unique_ptr<Context> findGpuContext(std::vector<std::string>* failed_attempts) {

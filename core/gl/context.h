@@ -59,6 +59,9 @@ class Context {
     Device device_;
 };
 
+/// Fills version and limits of the current context. Returns what it lacks, one sentence, or "".
+std::string examine(const Functions& gl, Device& device);
+
 /// Names of the backend table, in the order `auto` tries them.
 std::vector<std::string> backendNames();
 
@@ -82,11 +85,6 @@ struct ContextRequest {
 /// there is where the device is not; (kUsage) for an unknown backend.
 std::unique_ptr<Context> createContext(const ContextRequest& request,
                                        std::vector<std::string>* failed_attempts = nullptr);
-
-/// The context that is current on this thread, with functions that `function_of` gives by name. It
-/// stays whoever's it is, and has to be current wherever the result is used. Throws Error (kDevice)
-/// if it cannot do what is needed.
-std::unique_ptr<Context> adoptContext(void* (*function_of)(const char* name));
 
 /// A context of the first GPU that can be used, current on this thread; null if there is none,
 /// which is found out cheaply: what a backend lists as software is not opened. `failed_attempts` as

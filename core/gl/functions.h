@@ -12,15 +12,21 @@ namespace peeler::gl {
 
 // One list for the declarations and the loader. X(PFNGL…PROC stem, member name without "gl").
 #define PEELER_GL_FUNCTIONS(X)                                  \
+    X(ACTIVETEXTURE, ActiveTexture)                             \
     X(ATTACHSHADER, AttachShader)                               \
+    X(BEGINCONDITIONALRENDER, BeginConditionalRender)           \
     X(BEGINQUERY, BeginQuery)                                   \
+    X(BINDBUFFER, BindBuffer)                                   \
     X(BINDBUFFERBASE, BindBufferBase)                           \
     X(BINDBUFFERRANGE, BindBufferRange)                         \
     X(BINDFRAMEBUFFER, BindFramebuffer)                         \
+    X(BINDPROGRAMPIPELINE, BindProgramPipeline)                 \
     X(BINDSAMPLER, BindSampler)                                 \
+    X(BINDTEXTURE, BindTexture)                                 \
     X(BINDTEXTUREUNIT, BindTextureUnit)                         \
     X(BINDVERTEXARRAY, BindVertexArray)                         \
     X(BLENDEQUATIONI, BlendEquationi)                           \
+    X(BLENDEQUATIONSEPARATEI, BlendEquationSeparatei)           \
     X(BLENDFUNCSEPARATEI, BlendFuncSeparatei)                   \
     X(CHECKNAMEDFRAMEBUFFERSTATUS, CheckNamedFramebufferStatus) \
     X(CLEARNAMEDBUFFERSUBDATA, ClearNamedBufferSubData)         \
@@ -29,6 +35,7 @@ namespace peeler::gl {
     X(CLIENTWAITSYNC, ClientWaitSync)                           \
     X(CLIPCONTROL, ClipControl)                                 \
     X(COLORMASK, ColorMask)                                     \
+    X(COLORMASKI, ColorMaski)                                   \
     X(COMPILESHADER, CompileShader)                             \
     X(COPYNAMEDBUFFERSUBDATA, CopyNamedBufferSubData)           \
     X(CREATEBUFFERS, CreateBuffers)                             \
@@ -52,6 +59,7 @@ namespace peeler::gl {
     X(DELETEVERTEXARRAYS, DeleteVertexArrays)                   \
     X(DEPTHFUNC, DepthFunc)                                     \
     X(DEPTHMASK, DepthMask)                                     \
+    X(DEPTHRANGEINDEXED, DepthRangeIndexed)                     \
     X(DISABLE, Disable)                                         \
     X(DISABLEI, Disablei)                                       \
     X(DISPATCHCOMPUTE, DispatchCompute)                         \
@@ -61,23 +69,37 @@ namespace peeler::gl {
     X(ENABLE, Enable)                                           \
     X(ENABLEI, Enablei)                                         \
     X(ENABLEVERTEXARRAYATTRIB, EnableVertexArrayAttrib)         \
+    X(ENDCONDITIONALRENDER, EndConditionalRender)               \
     X(ENDQUERY, EndQuery)                                       \
     X(FENCESYNC, FenceSync)                                     \
     X(FINISH, Finish)                                           \
     X(FLUSH, Flush)                                             \
     X(FRONTFACE, FrontFace)                                     \
+    X(GETBOOLEANI_V, GetBooleani_v)                             \
+    X(GETDOUBLEI_V, GetDoublei_v)                               \
+    X(GETDOUBLEV, GetDoublev)                                   \
     X(GETERROR, GetError)                                       \
+    X(GETFLOATI_V, GetFloati_v)                                 \
     X(GETGRAPHICSRESETSTATUS, GetGraphicsResetStatus)           \
+    X(GETINTEGER64I_V, GetInteger64i_v)                         \
     X(GETINTEGER64V, GetInteger64v)                             \
+    X(GETINTEGERI_V, GetIntegeri_v)                             \
     X(GETINTEGERV, GetIntegerv)                                 \
+    X(GETOBJECTLABEL, GetObjectLabel)                           \
     X(GETPROGRAMINFOLOG, GetProgramInfoLog)                     \
     X(GETPROGRAMIV, GetProgramiv)                               \
+    X(GETQUERYINDEXEDIV, GetQueryIndexediv)                     \
     X(GETQUERYOBJECTUI64V, GetQueryObjectui64v)                 \
     X(GETSHADERINFOLOG, GetShaderInfoLog)                       \
     X(GETSHADERIV, GetShaderiv)                                 \
     X(GETSTRING, GetString)                                     \
     X(GETSTRINGI, GetStringi)                                   \
     X(GETTEXTURESUBIMAGE, GetTextureSubImage)                   \
+    X(HINT, Hint)                                               \
+    X(ISENABLED, IsEnabled)                                     \
+    X(ISENABLEDI, IsEnabledi)                                   \
+    X(ISVERTEXARRAY, IsVertexArray)                             \
+    X(LINEWIDTH, LineWidth)                                     \
     X(LINKPROGRAM, LinkProgram)                                 \
     X(MAPNAMEDBUFFERRANGE, MapNamedBufferRange)                 \
     X(MEMORYBARRIER, MemoryBarrier)                             \
@@ -85,11 +107,15 @@ namespace peeler::gl {
     X(NAMEDFRAMEBUFFERDRAWBUFFERS, NamedFramebufferDrawBuffers) \
     X(NAMEDFRAMEBUFFERPARAMETERI, NamedFramebufferParameteri)   \
     X(NAMEDFRAMEBUFFERTEXTURE, NamedFramebufferTexture)         \
+    X(OBJECTLABEL, ObjectLabel)                                 \
     X(PIXELSTOREI, PixelStorei)                                 \
     X(POINTSIZE, PointSize)                                     \
+    X(POLYGONMODE, PolygonMode)                                 \
     X(PROGRAMUNIFORM4I, ProgramUniform4i)                       \
+    X(PROVOKINGVERTEX, ProvokingVertex)                         \
     X(SAMPLERPARAMETERI, SamplerParameteri)                     \
     X(SCISSOR, Scissor)                                         \
+    X(SCISSORINDEXED, ScissorIndexed)                           \
     X(SHADERSOURCE, ShaderSource)                               \
     X(TEXTURESTORAGE2D, TextureStorage2D)                       \
     X(TEXTURESTORAGE3D, TextureStorage3D)                       \
@@ -101,7 +127,8 @@ namespace peeler::gl {
     X(VERTEXARRAYATTRIBFORMAT, VertexArrayAttribFormat)         \
     X(VERTEXARRAYELEMENTBUFFER, VertexArrayElementBuffer)       \
     X(VERTEXARRAYVERTEXBUFFER, VertexArrayVertexBuffer)         \
-    X(VIEWPORT, Viewport)
+    X(VIEWPORT, Viewport)                                       \
+    X(VIEWPORTINDEXEDF, ViewportIndexedf)
 
 /// Function pointers of one context. OSMesa and EGL each have their own, so nothing here is global.
 struct Functions {

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/gl/adopted_context.h"
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "core/base/error.h"
+
+namespace peeler::gl {
+namespace {
+
+constexpr const char* kMakeCurrent = "make the context that the Renderer was made with current";
+
+/// A label that no other object of the process has; a process may hold this library twice.
+std::string newLabel() {
+    static std::atomic<std::uint64_t> last = 0;
+    return "peeler " + std::to_string(reinterpret_cast<std::uintptr_t>(&last)) + ' ' +
+           std::to_string(++last);
+}
+
+bool anyCurrent(const Functions& gl) {
+    return gl.GetString(GL_VERSION) != nullptr;
+}
+
+[[noreturn]] void refuseNoContext(const char* hint) {
+    throw Error(ErrorKind::kUsage, "no OpenGL context is current on this thread",
+                "RendererOptions::adopt", hint);
+}
+
+}  // namespace
+
+AdoptedContext::AdoptedContext(void* (*function_of)(const char* name)) : label_(newLabel()) {
+    functions_ = std::make_unique<Functions>();
+    Device device;
+    device.backend = "adopted";
+    const std::string missing = loadFunctions(*functions_, function_of);
+    if (missing.empty() && !anyCurrent(*functions_))
+        refuseNoContext("make a context of OpenGL 4.5 core current before");
+    device.problem =
+        missing.empty() ? examine(*functions_, device) : "the function " + missing + " is missing";
+    if (!device.problem.empty())
+        throw Error(ErrorKind::kDevice, "the current context cannot be used: " + device.problem, "",
+                    "make a context of OpenGL 4.5 core current before");
+    device_ = device;
+    functions_->CreateVertexArrays(1, &mark_);
+    functions_->ObjectLabel(GL_VERTEX_ARRAY, mark_, static_cast<GLsizei>(label_.size()),
+                            label_.data());
+}
+
+AdoptedContext::~AdoptedContext() {
+    if (current()) functions_->DeleteVertexArrays(1, &mark_);
+}
+
+bool AdoptedContext::current() const {
+    const Functions& gl = functions();
+    // Asked first: for the label of an object that is not there, another context had an error.
+    if (!anyCurrent(gl) || gl.IsVertexArray(mark_) != GL_TRUE) return false;
+    std::array<GLchar, 64> text{};
+    GLsizei length = 0;
+    gl.GetObjectLabel(GL_VERTEX_ARRAY, mark_, static_cast<GLsizei>(text.size()), &length,
+                      text.data());
+    return label_ == text.data();
+}
+
+void AdoptedContext::requireCurrent() const {
+    if (current()) return;
+    if (!anyCurrent(functions())) refuseNoContext(kMakeCurrent);
+    throw Error(ErrorKind::kUsage,
+                "another OpenGL context than the borrowed one is current on this thread",
+                "RendererOptions::adopt", kMakeCurrent);
+}
+
+void AdoptedContext::abandonObjects() {
+    Functions& gl = *functions_;
+    constexpr auto kNone = [](GLsizei, const GLuint*) {};
+    gl.DeleteBuffers = kNone;
+    gl.DeleteFramebuffers = kNone;
+    gl.DeleteQueries = kNone;
+    gl.DeleteSamplers = kNone;
+    gl.DeleteTextures = kNone;
+    gl.DeleteVertexArrays = kNone;
+    gl.DeleteProgram = [](GLuint) {};
+    gl.DeleteShader = [](GLuint) {};
+    gl.DeleteSync = [](GLsync) {};
+}
+
+}  // namespace peeler::gl
