@@ -69,6 +69,12 @@ class Library(PeelerTest):
         fragments = re.compile(r"\d+ fragments")
         self.assertEqual(fragments.findall(done.stdout), fragments.findall(drawn.stdout))
 
+    def test_a_scene_of_arrays_has_its_layers(self):
+        done = run(self.built / "arrays")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        # Three squares of 16 x 16 pixels, 2, 3 and 4 in front of the eye.
+        self.assertEqual(done.stdout, "768 fragments, of the pixel in the middle at 2 3 4\n")
+
     def test_errors_come_as_errors(self):
         done = run(self.built / "layers", self.home / "no.glb")
         self.assertEqual(done.returncode, 3)
