@@ -243,7 +243,7 @@ struct Hostile {
 };
 
 Hostile enabled(const std::string& name, GLenum capability,
-                std::function<void(const Host&)> besides = {}) {
+                const std::function<void(const Host&)>& besides = {}) {
     return {name,
             [=](const Host& host) {
                 if (host.gl.IsEnabled(capability))
@@ -275,7 +275,7 @@ Hostile pixelStore(const std::string& name, GLenum parameter, GLint value) {
 }
 
 /// So many numbers of each index below a limit.
-std::function<Values(const Host&)> byIndex(std::vector<GLenum> parameters, GLenum limit,
+std::function<Values(const Host&)> byIndex(const std::vector<GLenum>& parameters, GLenum limit,
                                            std::size_t numbers) {
     return [=](const Host& host) {
         Values values;
