@@ -244,7 +244,7 @@ void Dispatcher::take(Client& client, const std::string& line) {
                             request.arguments.empty() ? "" : request.arguments.front()});
         ++client.jobs;
     } catch (...) {
-        sendTo(client, failedLine(idIn(line), currentError()));
+        sendTo(client, failedLine(requestId(line), currentError()));
     }
 }
 

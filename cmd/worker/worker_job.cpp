@@ -12,8 +12,8 @@ namespace peeler::cmd {
 
 namespace {
 
-constexpr std::string_view kMoreKeys[] = {"id", "progress"};
-constexpr const char* kHelp = "see peeler worker --help";
+constexpr std::string_view kRequestKeys[] = {"id", "progress"};
+constexpr const char* kWorkerHelp = "see peeler worker --help";
 
 bool isId(const nlohmann::json& value) {
     return value.is_string() || value.is_number_integer();
@@ -24,12 +24,13 @@ void checkJson(const std::string& line) {
     try {
         checkJsonDepth(line, "");
     } catch (const Error& error) {
-        throw Error(ErrorKind::kUsage, error.what(), "", kHelp);
+        throw Error(ErrorKind::kUsage, error.what(), "", kWorkerHelp);
     }
 }
 
 void checkId(const nlohmann::json& value, const char* key) {
-    if (!isId(value)) throw Error(ErrorKind::kUsage, "expected a string or an integer", key, kHelp);
+    if (!isId(value))
+        throw Error(ErrorKind::kUsage, "expected a string or an integer", key, kWorkerHelp);
 }
 
 /// Whether the same job may succeed later or on another machine.
@@ -49,27 +50,29 @@ WorkerRequest::WorkerRequest(const std::string& line) {
     const nlohmann::json json = parseJsonOrNull(line);
     if (json.is_object() && json.contains("cancel")) {
         if (json.size() > 1)
-            throw Error(ErrorKind::kUsage, "a request to cancel has no other key", "cancel", kHelp);
+            throw Error(ErrorKind::kUsage, "a request to cancel has no other key", "cancel",
+                        kWorkerHelp);
         id = json["cancel"];
         checkId(id, "cancel");
         cancels = true;
         return;
     }
     if (json.is_null()) checkJson(line);
-    JobLine job(line, kMoreKeys, kHelp);
-    if (!job.json.contains("id")) throw Error(ErrorKind::kUsage, "a key is missing", "id", kHelp);
+    JobLine job(line, kRequestKeys, kWorkerHelp);
+    if (!job.json.contains("id"))
+        throw Error(ErrorKind::kUsage, "a key is missing", "id", kWorkerHelp);
     id = job.json["id"];
     checkId(id, "id");
     if (const auto wanted = job.json.find("progress"); wanted != job.json.end()) {
         if (!wanted->is_boolean())
-            throw Error(ErrorKind::kUsage, "expected true or false", "progress", kHelp);
+            throw Error(ErrorKind::kUsage, "expected true or false", "progress", kWorkerHelp);
         wants_progress = wanted->get<bool>();
     }
     verb = std::move(job.verb);
     arguments = std::move(job.arguments);
 }
 
-nlohmann::json idIn(const std::string& line) {
+nlohmann::json requestId(const std::string& line) {
     const nlohmann::json json = parseJsonOrNull(line);
     if (!json.is_object()) return nullptr;
     for (const char* const key : {"id", "cancel"})

@@ -31,12 +31,13 @@ struct WorkerRequest {
 };
 
 /// Returns the id in a line that is no good request, as far as one can be read; else null.
-nlohmann::json idIn(const std::string& line);
+nlohmann::json requestId(const std::string& line);
 
 /// The first line of a worker: {"worker": 1, "version": "0.1.0", "jobs": 2}
 std::string helloLine(int jobs);
 
 /// How a job ended.
+// NOLINTNEXTLINE(bugprone-exception-escape): moving JSON does not throw
 struct WorkerResult {
     int exit_code = 0;
     Json result{};  ///< of the verb; null if there is none

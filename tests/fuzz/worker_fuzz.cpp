@@ -13,7 +13,7 @@ namespace {
 void takeLines(Input input) {
     std::istringstream lines(textOf(input));
     for (std::string line; std::getline(lines, line);) {
-        const nlohmann::json id = cmd::idIn(line);
+        const nlohmann::json id = cmd::requestId(line);
         attempt([&] {
             const cmd::WorkerRequest request(line);
             if (!request.cancels) cmd::ParsedVerb(cmd::verbNamed(request.verb), request.arguments);
