@@ -70,7 +70,7 @@ std::span<const Verb> verbs() {
         {"worker", "Take jobs as lines, answer with lines, and keep scenes and devices open",
          "peeler worker < jobs.jsonl\n"
          "peeler worker --jobs 2 --keep 4G\n"
-         "peeler worker --listen /run/user/1000/peeler.sock",
+         "echo '{\"id\": 1, \"verb\": \"info\", \"args\": [\"scene.glb\"]}' | peeler worker",
          declareWorker},
         {"compare", "Tell how far two pictures are apart, layer by layer",
          "peeler compare a.exr b.exr\n"
