@@ -32,6 +32,12 @@ View viewOf(const PosedScene& posed, const Options& options) {
     return cmd::makeView(posed, SceneExtent(posed), camera);
 }
 
+Scene sceneOf(const std::string& file) {
+    cmd::SceneRequest request;
+    request.scene.file = file;
+    return cmd::loadScene(request);
+}
+
 }  // namespace
 
 Options parse(int count, char** arguments) {
@@ -60,9 +66,7 @@ Options parse(int count, char** arguments) {
 }
 
 MeasuredScene::MeasuredScene(const Options& options)
-    : scene(cmd::loadScene(options.scene, {}, {}, false)),
-      posed(scene),
-      view(viewOf(posed, options)) {}
+    : scene(sceneOf(options.scene)), posed(scene), view(viewOf(posed, options)) {}
 
 nlohmann::json cameraJson(const View& view) {
     const glm::dmat4& m = view.camera_to_world;
