@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <thread>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -98,7 +100,14 @@ void requireRasterizerThreads() {
     const char* const set = std::getenv("LP_NUM_THREADS");
     const long all = set ? std::strtol(set, nullptr, 0) : sysconf(_SC_NPROCESSORS_ONLN);
     const int needed = static_cast<int>(std::clamp(all, 1L, kMost));
-    const int startable = startableThreads(needed);
+    // Another process may have had the last one for a moment.
+    constexpr int kTries = 3;
+    constexpr std::chrono::milliseconds kBetweenTries{20};
+    int startable = startableThreads(needed);
+    for (int attempt = 1; attempt < kTries && startable < needed; ++attempt) {
+        std::this_thread::sleep_for(kBetweenTries);
+        startable = startableThreads(needed);
+    }
     if (startable == needed) return;
     throw Error(
         ErrorKind::kMemory,

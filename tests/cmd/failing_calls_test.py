@@ -30,8 +30,8 @@ SHIM = os.environ["PEELER_FAILING_CALLS"]
 ALL = bool(os.environ.get("PEELER_TEST_ALL"))
 MOST = 300  # allocations of a kind
 TIME_LIMIT = 60  # seconds; none takes two
-FEW = {"allocation": 2, "c_allocation": 3, "large_allocation": 2, "gl": 2}  # in the short run
-ALWAYS = ("allocation", "mmap", "child", "gl")  # few commands have them, or they find most
+FEW = {"allocation": 2, "c_allocation": 3, "large_allocation": 2, "gl": 2, "thread": 9}  # in the short run
+ALWAYS = ("allocation", "mmap", "child", "gl", "thread")  # few commands have them, or they find most
 
 GL = ["--backend", "egl", "--threads", "1", "--size", "32x18"]
 
