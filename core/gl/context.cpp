@@ -103,9 +103,9 @@ void requireRasterizerThreads() {
     // Another process may have had the last one for a moment.
     constexpr int kTries = 3;
     constexpr std::chrono::milliseconds kBetweenTries{20};
-    int startable = startableThreads(needed);
-    for (int attempt = 1; attempt < kTries && startable < needed; ++attempt) {
-        std::this_thread::sleep_for(kBetweenTries);
+    int startable = 0;
+    for (int attempt = 0; attempt < kTries && startable < needed; ++attempt) {
+        if (attempt > 0) std::this_thread::sleep_for(kBetweenTries);
         startable = startableThreads(needed);
     }
     if (startable == needed) return;

@@ -12,7 +12,7 @@
 
 #include "cmd/machine/resources.h"
 #include "cmd/options/camera_options.h"
-#include "cmd/options/scene_options.h"
+#include "cmd/session/scene_request.h"
 #include "core/base/error.h"
 
 namespace peeler::benchmark {

@@ -31,7 +31,7 @@ ALL = bool(os.environ.get("PEELER_TEST_ALL"))
 MOST = 300  # allocations of a kind
 TIME_LIMIT = 60  # seconds; none takes two
 FEW = {"allocation": 2, "c_allocation": 3, "large_allocation": 2, "gl": 2, "thread": 9}  # in the short run
-ALWAYS = ("allocation", "mmap", "child", "gl", "thread")  # few commands have them, or they find most
+ALWAYS = ("allocation", "mmap", "child", "gl", "thread")  # few commands have them, they find most, or are few
 
 GL = ["--backend", "egl", "--threads", "1", "--size", "32x18"]
 
