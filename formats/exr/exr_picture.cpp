@@ -272,8 +272,7 @@ ExrPicture choosePicture(OpenedExr& opened) {
     const auto isDefault = [&](const ExrPicture& p) { return p.view == of_part.front(); };
     if (!of_part.empty() && std::ranges::any_of(pictures, isDefault))
         std::erase_if(pictures, [&](const ExrPicture& p) { return !isDefault(p); });
-    const std::string where = opened.files.where(part);  // a temporary is an error of GCC 14
-    const ExrPicture& chosen = pictureOfPart(pictures, where);
+    const ExrPicture chosen = pictureOfPart(pictures, opened.files.where(part));
     if (!isDeep(chosen)) info.deep.clear();
     if (!options.choosesPicture() && !info.is_peeler) {
         for (const std::string& view : views)
