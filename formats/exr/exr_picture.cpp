@@ -272,7 +272,7 @@ ExrPicture choosePicture(OpenedExr& opened) {
     const auto isDefault = [&](const ExrPicture& p) { return p.view == of_part.front(); };
     if (!of_part.empty() && std::ranges::any_of(pictures, isDefault))
         std::erase_if(pictures, [&](const ExrPicture& p) { return !isDefault(p); });
-    const ExrPicture chosen = pictureOfPart(pictures, opened.files.where(part));
+    ExrPicture chosen = pictureOfPart(pictures, opened.files.where(part));
     if (!isDeep(chosen)) info.deep.clear();
     if (!options.choosesPicture() && !info.is_peeler) {
         for (const std::string& view : views)
