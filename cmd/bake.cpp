@@ -30,7 +30,7 @@
 #include "core/base/printable.h"
 #include "core/capture/bands.h"
 #include "formats/file/file_name.h"
-#include "formats/gltf/gltf_package.h"
+#include "formats/gltf/glb_writer.h"
 #include "formats/image/image_writer.h"
 
 namespace peeler::cmd {
@@ -60,7 +60,7 @@ class Bake {
         forecast();
         openHits();
         if (options_.bake.dry_run) return describe();
-        tellForecast(forecast_, reporter_);
+        reportForecast(forecast_, reporter_);
         gather();
         write();
         report();
@@ -81,9 +81,9 @@ class Bake {
     void describe();
     void gather();
     void write();
-    std::unique_ptr<GltfPackage> openPackage() const;
-    void showWhatWasBaked(GltfPackage& package) const;
-    void writePackage(GltfPackage& package) const;
+    std::unique_ptr<GlbWriter> openPackage() const;
+    void showWhatWasBaked(GlbWriter& package) const;
+    void writePackage(GlbWriter& package) const;
     void writeVertices();
     void writeTextures();
     std::string materialName(int material) const;
@@ -283,8 +283,8 @@ void Bake::describe() {
     json["forecastMemory"] = memory_forecast_;
     json["outputs"] = forecastJson(forecast_);
     reporter_.result(json);
-    tellMemory(memory_forecast_, reporter_);
-    tellForecast(forecast_, reporter_, true);
+    reportMemory(memory_forecast_, reporter_);
+    reportForecast(forecast_, reporter_, true);
 }
 
 /// Bundles to come may have more hits than the first, by which a note tells.
@@ -321,19 +321,19 @@ void Bake::write() {
 }
 
 /// The glTF that was read, or one of what was read.
-std::unique_ptr<GltfPackage> Bake::openPackage() const {
-    if (scene_->assumed()) return std::make_unique<GltfPackage>(options_.scene.file, scene());
-    return std::make_unique<GltfPackage>(options_.scene.file, options_.scene.reading);
+std::unique_ptr<GlbWriter> Bake::openPackage() const {
+    if (scene_->assumed()) return std::make_unique<GlbWriter>(options_.scene.file, scene());
+    return std::make_unique<GlbWriter>(options_.scene.file, options_.scene.reading);
 }
 
 /// Makes the file open as it was baked: viewers show its default scene, and no variant.
-void Bake::showWhatWasBaked(GltfPackage& package) const {
+void Bake::showWhatWasBaked(GlbWriter& package) const {
     if (options_.scene.scene) setDefaultScene(package, scene_->index());
     if (const auto variant = chosenVariant(scene(), options_.appearance))
         setVariant(package, *variant);
 }
 
-void Bake::writePackage(GltfPackage& package) const {
+void Bake::writePackage(GlbWriter& package) const {
     for (const std::string& warning : package.warnings())
         reporter_.warning(warning);
     package.write(outputs_.front().string());
@@ -342,7 +342,7 @@ void Bake::writePackage(GltfPackage& package) const {
 void Bake::writeVertices() {
     const BakeQuantity quantity = options_.bake.settings.quantity;
     const ShownValues shown(quantity, rangeOf(values_));
-    const std::unique_ptr<GltfPackage> package = openPackage();
+    const std::unique_ptr<GlbWriter> package = openPackage();
     showWhatWasBaked(*package);
     addVertexValues(*package, attributeOf(quantity),
                     bakedPrimitives(*posed_, *vertices_, values_, quantity, shown));
@@ -377,7 +377,7 @@ void Bake::writeTextures() {
     }
     if (file == BakeFile::kExr) writeExrTextures(outputs_.front().string(), parts, kSoftware);
     if (file != BakeFile::kGltf) return;
-    const std::unique_ptr<GltfPackage> package = openPackage();
+    const std::unique_ptr<GlbWriter> package = openPackage();
     showWhatWasBaked(*package);
     addOcclusionTextures(*package, texels_->settings().uv_set, std::move(occlusion));
     writePackage(*package);

@@ -97,7 +97,7 @@ class Batch {
 /// many files a job without frames makes of it is not known.)
 bool outputsExist(const Job& job) {
     return std::ranges::all_of(job.outputs, [](const fs::path& output) {
-        return hasFrameToken(output.string()) || isThere(output, ErrorKind::kOutput);
+        return hasFrameToken(output.string()) || fileExists(output, ErrorKind::kOutput);
     });
 }
 

@@ -69,7 +69,7 @@ class Extract {
             forecast();
             forecastMemory();
             if (options_.dry_run) return describe();
-            tellForecast(forecast_, reporter_);
+            reportForecast(forecast_, reporter_);
             result_.forecast_bytes = forecast_.size().bytes;
             extract();
         }
@@ -361,8 +361,8 @@ void Extract::describe() {
     json["forecastMemory"] = takes();
     json["outputs"] = forecastJson(forecast_);
     reporter_.result(json);
-    tellMemory(takes(), reporter_);
-    tellForecast(forecast_, reporter_, true);
+    reportMemory(takes(), reporter_);
+    reportForecast(forecast_, reporter_, true);
 }
 
 void Extract::extract() {

@@ -136,7 +136,7 @@ int Masks::run() {
         }
         reportResult(options_.report, json, {}, reporter_);
     }
-    results_.tellFailures();
+    results_.reportFailures();
     return std::max(code, results_.worst());
 }
 

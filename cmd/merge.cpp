@@ -19,8 +19,8 @@
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "core/image/layers.h"
+#include "formats/exr/exr_integrity.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/exr/exr_proof.h"
 #include "formats/output_hash.h"
 #include "formats/writers.h"
 

@@ -176,7 +176,7 @@ int Rays::makeViews() {
         code = reportError(reporter_, currentError());
     }
     if (!options_.sequence.dry_run) reportResult(options_.report, results_.json(), {}, reporter_);
-    results_.tellFailures();
+    results_.reportFailures();
     return std::max(code, results_.worst());
 }
 

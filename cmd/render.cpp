@@ -88,7 +88,7 @@ class Render {
         }
         // The frames that are there should be known, whatever became of the others.
         if (!results_.empty() || (code == 0 && request_.isSequence())) result = results_.json();
-        results_.tellFailures();
+        results_.reportFailures();
         return std::max(code, results_.worst());
     }
 
@@ -104,7 +104,7 @@ class Render {
     void meterExposure(const PictureRequest& asked);
     void plan(Picture& picture);
     void makeWriter(Picture& picture);
-    void tellSize(Picture& picture, const OutputOptions& output);
+    void reportSize(Picture& picture, const OutputOptions& output);
     void endPending() { endPending(options_.sequence.keep_going); }
     void endPending(bool keep_going);
     void report(Picture& picture);
@@ -177,7 +177,7 @@ bool Render::make(Picture& picture, std::size_t index) {
     }
     if (options_.output.no_clobber) checkTarget(picture.asked.output, {});
     const std::filesystem::path& path = picture.asked.output.path;
-    if (options_.sequence.skip_existing && isThere(path, ErrorKind::kOutput)) {
+    if (options_.sequence.skip_existing && fileExists(path, ErrorKind::kOutput)) {
         reporter_.note(path.string() + " is made again: " + request_.differenceOf(picture.asked));
     }
     try {
@@ -261,7 +261,7 @@ void Render::forecast(Json& result) {
     }
     result["forecastBytes"] = *picture.result.forecast_bytes;
     result["forecastMemory"] = memory_forecast_;
-    tellMemory(memory_forecast_, reporter_);
+    reportMemory(memory_forecast_, reporter_);
 }
 
 /// Finds the exposure of all pictures before the first one.
@@ -300,7 +300,7 @@ void Render::makeWriter(Picture& picture) {
         output.automatic_exposure = false;  // it is found
     }
     picture.written = output;
-    tellSize(picture, output);
+    reportSize(picture, output);
     picture.writer = makeSink(picture.asked.output.path.string(), output);
     if (options_.fxaa)
         picture.writer = std::make_unique<FxaaFilter>(std::move(picture.writer), output.background);
@@ -320,7 +320,7 @@ void Render::writeCameras() {
 }
 
 /// Of a sequence once, for all that are left of it if they are like this one.
-void Render::tellSize(Picture& picture, const OutputOptions& output) {
+void Render::reportSize(Picture& picture, const OutputOptions& output) {
     const std::filesystem::path& path = picture.asked.output.path;
     Forecast forecast;
     forecast.files = {{request_.outputFile(picture.asked.index),
@@ -329,7 +329,7 @@ void Render::tellSize(Picture& picture, const OutputOptions& output) {
     picture.result.forecast_bytes = forecast.size().bytes;
     if (std::exchange(size_told_, true)) return;
     forecast.times = request_.pictures() - picture.asked.index;
-    tellForecast(forecast, reporter_, options_.sequence.dry_run);
+    reportForecast(forecast, reporter_, options_.sequence.dry_run);
 }
 
 /// The last hundredth is for what follows the capture.

@@ -114,7 +114,7 @@ int Sheets::run() {
     }
     if (!results_.empty() || code == 0)
         reportResult(request_.report, results_.json(), {}, reporter_);
-    results_.tellFailures();
+    results_.reportFailures();
     return std::max(code, results_.worst());
 }
 

@@ -113,7 +113,7 @@ std::string toText(const VerifiedFile& file) {
             text += (i == 0 ? "" : "; ") + printable(file.problems[i], kMostOfLine);
         return text + '\n';
     }
-    const bool proven = file.proof == ExrProof::kProven;
+    const bool proven = file.proof == ExrIntegrity::kProven;
     if (file.kind == VerifiedKind::kForeign)
         return text +
                (proven ? "as it was written"

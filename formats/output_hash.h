@@ -29,8 +29,8 @@ std::string outputHashFrom(const ExrInfo& input, const View& view, const std::st
 /// Provenance::output_hash of a file that a Sink has written, found by the file's extension; "" if
 /// there is no such file, it does not say, it is not whole, or it has changed since it was written.
 /// Of an OpenEXR file (of a set, of all its files) the place of every chunk is checked, and all
-/// bytes are held against its hash, if it has one (exr_proof.h); flat images are decoded. Throws
-/// Error of any kind but kInput.
+/// bytes are held against its hash, if it has one (exr_integrity.h); flat images are decoded.
+/// Throws Error of any kind but kInput.
 std::string outputHashOf(const std::string& path);
 
 }  // namespace peeler

@@ -85,7 +85,7 @@ DOORS = (
     (
         "a file asked for whether it is there, without a word of what cannot be told",
         re.compile(r"\b(?:fs|filesystem)::exists\s*\(|\bF_OK\b"),
-        "isThere(), isTaken() or isSeen() of formats/file/regular_file.h",
+        "fileExists(), isTaken() or isSeen() of formats/file/regular_file.h",
         {"formats/file/atomic_file.cpp": "it looks at what the status says itself"},
     ),
     (

@@ -102,7 +102,7 @@ MUTATIONS = (
     ("pixel centre in Python", "cmd/python/scenes.cpp", "pixel_center.is_none() ? 0 :",
      "pixel_center.is_none() ? 0.5 :", "python"),
     ("work that was given up", "cmd/library/worker.cpp", "given_up_ = thrown != nullptr;", "", "gl|python"),
-    ("bytes that belong to nothing", "formats/exr/exr_proof.cpp",
+    ("bytes that belong to nothing", "formats/exr/exr_integrity.cpp",
      "if (place != file.size()) return {};", "", "unit"),
     ("exit code where nobody reads", "cmd/cli/errors.cpp", "return 128 + SIGPIPE;", "return 128;",
      "unit"),

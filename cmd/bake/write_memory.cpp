@@ -5,7 +5,7 @@
 
 #include "core/base/parallel.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/gltf/gltf_package.h"
+#include "formats/gltf/glb_writer.h"
 #include "formats/image/image_library.h"
 
 namespace peeler::cmd {
@@ -47,8 +47,8 @@ std::uint64_t writeMemory(const BakeOptions& bake, const SceneOptions& options,
     std::uint64_t bytes = kWritingBytes, package = 0;
     if (bake.file() == BakeFile::kGltf)
         package = scene.assumed()
-                      ? GltfPackage::memory(scene.scene())
-                      : GltfPackage::memory(options.file, options.reading, scene.scene().files);
+                      ? GlbWriter::memory(scene.scene())
+                      : GlbWriter::memory(options.file, options.reading, scene.scene().files);
     if (!texels) {
         // COLOR_0 and the values, as they are made and as they are added.
         constexpr std::uint64_t kColorBytes = 4 * sizeof(std::uint16_t);

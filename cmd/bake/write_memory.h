@@ -12,7 +12,7 @@ namespace peeler::cmd {
 
 /// Most bytes that are made of the values of so many receivers while they are written, besides the
 /// values. `texels`: null if vertices are the target. May read the scene's file, throwing like
-/// GltfPackage.
+/// GlbWriter.
 std::uint64_t writeMemory(const BakeOptions& bake, const SceneOptions& options,
                           const OpenedScene& scene, std::uint64_t receivers,
                           const TexelReceivers* texels);

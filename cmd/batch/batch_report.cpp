@@ -92,7 +92,7 @@ std::string lineText(const Json& line) {
 }
 
 std::vector<Json> readBatchReport(const fs::path& path, std::size_t* whole) {
-    if (!isThere(path, ErrorKind::kOutput)) return {};
+    if (!fileExists(path, ErrorKind::kOutput)) return {};
     const std::string text = readRegularText(path);
     std::vector<Json> lines;
     std::size_t at = 0;

@@ -72,7 +72,7 @@ std::string percentText(std::uint64_t bytes, std::uint64_t of) {
     return groupedText(static_cast<std::uint64_t>(share)) + " %";
 }
 
-void tellShare(const DiskShare& share, std::uint64_t times, Reporter& reporter, bool always) {
+void reportShare(const DiskShare& share, std::uint64_t times, Reporter& reporter, bool always) {
     const std::string contents = share.contents.empty() ? "" : " (" + share.contents + ")";
     const std::string free = bytesText(share.disk.free);
     if (share.certain > share.disk.free) {
@@ -105,17 +105,17 @@ SizeForecast Forecast::size() const {
     return sum;
 }
 
-void tellForecast(const Forecast& forecast, Reporter& reporter, bool always,
-                  const DiskSpaceOf& disk) {
+void reportForecast(const Forecast& forecast, Reporter& reporter, bool always,
+                    const DiskSpaceOf& disk) {
     for (const DiskShare& share : sharesOf(forecast, disk))
-        tellShare(share, forecast.times, reporter, always);
+        reportShare(share, forecast.times, reporter, always);
 }
 
 std::uint64_t repeatedPeak(std::uint64_t peak) {
     return peak + peak / 32;
 }
 
-void tellMemory(std::uint64_t bytes, Reporter& reporter) {
+void reportMemory(std::uint64_t bytes, Reporter& reporter) {
     reporter.note("it will take " + bytesText(bytes) + " of memory at most");
 }
 
@@ -135,7 +135,7 @@ Json forecastJson(const Forecast& forecast, const DiskSpaceOf& disk) {
         entry["forecastBytes"] = file.size.bytes;
         entry["forecast"] = kCertainties[static_cast<std::size_t>(file.size.certainty)];
         entry["freeBytes"] = space ? Json(space->free) : Json();
-        entry["exists"] = isThere(file.path, ErrorKind::kOutput);
+        entry["exists"] = fileExists(file.path, ErrorKind::kOutput);
         list.push_back(std::move(entry));
     }
     return list;

@@ -42,14 +42,14 @@ using DiskSpaceOf = std::function<std::optional<DiskSpace>(const std::filesystem
 /// (kOutput) if more is certain to be needed than is free: nothing has been written yet. What is
 /// certain does not count `times`, since pictures to come may be smaller. A disk that does not tell
 /// is passed over.
-void tellForecast(const Forecast& forecast, Reporter& reporter, bool always = false,
-                  const DiskSpaceOf& disk = diskSpaceOf);
+void reportForecast(const Forecast& forecast, Reporter& reporter, bool always = false,
+                    const DiskSpaceOf& disk = diskSpaceOf);
 
 /// What a run that gets as far as this one has may have had resident by then, who had `peak`:
 /// threads take turns as it happens, and with them their buffers.
 std::uint64_t repeatedPeak(std::uint64_t peak);
 /// Says how many bytes a run will have resident at most.
-void tellMemory(std::uint64_t bytes, Reporter& reporter);
+void reportMemory(std::uint64_t bytes, Reporter& reporter);
 
 /// Whether some disk has less room than its files take, at most or certainly.
 bool mayExceedDisk(const Forecast& forecast, const DiskSpaceOf& disk = diskSpaceOf);

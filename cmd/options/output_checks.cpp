@@ -33,7 +33,7 @@ bool sameFile(const fs::path& a, const fs::path& b) {
 }  // namespace
 
 void checkFolderIsThere(const fs::path& folder, const fs::path& file) {
-    if (isThere(folder.empty() ? "." : folder, ErrorKind::kOutput)) return;
+    if (fileExists(folder.empty() ? "." : folder, ErrorKind::kOutput)) return;
     throw Error(ErrorKind::kOutput, "cannot write: the folder does not exist", file.string(),
                 "make the folder first, or leave --no-mkdir out");
 }
@@ -89,11 +89,11 @@ void checkNotThere(const fs::path& file) {
 void checkFolder(const fs::path& file) {
     std::error_code failure;
     fs::path folder = fs::absolute(withLinksFollowed(file), failure).parent_path();
-    if (isStandardOutput(file.string()) || isThere(folder, ErrorKind::kOutput)) {
+    if (isStandardOutput(file.string()) || fileExists(folder, ErrorKind::kOutput)) {
         const AtomicFile probe(file.string());
         return;
     }
-    while (!isThere(folder, ErrorKind::kOutput) && folder.has_relative_path())
+    while (!fileExists(folder, ErrorKind::kOutput) && folder.has_relative_path())
         folder = folder.parent_path();
     if (access(folder.c_str(), W_OK | X_OK) == 0 && fs::is_directory(folder, failure)) return;
     const int cause = fs::is_directory(folder, failure) ? errno : ENOTDIR;

@@ -64,7 +64,7 @@ Json SequenceResults::json() const {
     return json;
 }
 
-void SequenceResults::tellFailures() const {
+void SequenceResults::reportFailures() const {
     if (pictures_.empty() || failed_.empty()) return;
     reporter_.error(std::to_string(failed_.size()) + " of " +
                     countText(finished_.size() + failed_.size(), pictures_) + " failed");

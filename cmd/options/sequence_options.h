@@ -60,7 +60,7 @@ class SequenceResults {
     /// picture its result.
     Json json() const;
     /// Says how many pictures have failed, if any.
-    void tellFailures() const;
+    void reportFailures() const;
 
   private:
     std::string pictures_;

@@ -104,7 +104,7 @@ void RayTracer::make(RayTrace& trace) {
     if (!source_) source_ = &job_.openHits(*posed_);
     count(trace);
     if (options_.sequence.dry_run) return describe(trace);
-    tellForecast(trace.forecast, reporter_);
+    reportForecast(trace.forecast, reporter_);
     this->trace(trace);
     report(trace);
 }
@@ -238,8 +238,8 @@ void RayTracer::describe(const RayTrace& trace) {
     json["forecastMemory"] = memory_forecast_;
     json["outputs"] = forecastJson(trace.forecast);
     reporter_.result(json);
-    tellMemory(memory_forecast_, reporter_);
-    tellForecast(trace.forecast, reporter_, true);
+    reportMemory(memory_forecast_, reporter_);
+    reportForecast(trace.forecast, reporter_, true);
 }
 
 void RayTracer::trace(RayTrace& trace) {

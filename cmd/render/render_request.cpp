@@ -13,8 +13,8 @@
 #include "cmd/render/render_options.h"
 #include "core/base/error.h"
 #include "core/image/merge.h"
+#include "formats/exr/exr_integrity.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/exr/exr_proof.h"
 #include "formats/exr/layered_input.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
@@ -39,7 +39,7 @@ bool hasChanged(const std::string& path) {
         const ExrFiles files(path);
         for (std::size_t part = 0; part < files.parts().size(); ++part)
             files.checkChunks(part);
-        return proveExr(path).state == ExrProof::kChanged;
+        return exrIntegrity(path).state == ExrIntegrity::kChanged;
     } catch (const Error&) {
         return false;
     }
@@ -273,13 +273,14 @@ bool RenderRequest::isUpToDate(const PictureRequest& picture) const {
     if (options_.shards) return options_.shards->isUpToDate(picture);
     const std::string path = picture.output.path.string();
     return outputHashOf(path) == picture.provenance.output_hash &&
-           std::ranges::all_of(filesBeside(path, picture.output.options),
-                               [](const auto& file) { return isThere(file, ErrorKind::kOutput); });
+           std::ranges::all_of(filesBeside(path, picture.output.options), [](const auto& file) {
+               return fileExists(file, ErrorKind::kOutput);
+           });
 }
 
 bool RenderRequest::exists(const PictureRequest& picture) const {
     return options_.shards ? options_.shards->contains(picture)
-                           : isThere(picture.output.path, ErrorKind::kOutput);
+                           : fileExists(picture.output.path, ErrorKind::kOutput);
 }
 
 std::string RenderRequest::differenceOf(const PictureRequest& picture) const {
@@ -291,7 +292,7 @@ std::string RenderRequest::differenceOf(const PictureRequest& picture) const {
         return "the file has changed since it was written";
     if (there.empty()) return "the file is not whole, or does not say what it shows";
     for (const std::string& file : filesBeside(path, picture.output.options))
-        if (!isThere(file, ErrorKind::kOutput)) return file + " is missing";
+        if (!fileExists(file, ErrorKind::kOutput)) return file + " is missing";
     if (there == picture.provenance.output_hash)
         return "under --strict fragments are counted again";
     std::vector<Difference> found =

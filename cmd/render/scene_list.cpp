@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 bool isGlob(const fs::path& path) {
-    return path.string().find_first_of("*?[") != std::string::npos && !isThere(path);
+    return path.string().find_first_of("*?[") != std::string::npos && !fileExists(path);
 }
 
 std::vector<fs::path> scenesBelow(const fs::path& folder) {

@@ -91,9 +91,9 @@ std::string sentence(const std::string& problem, const std::string& where,
 }
 
 void checkBytes(VerifiedFile& file) {
-    const ExrProof proof = proveExr(file.path);
+    const ExrIntegrity proof = exrIntegrity(file.path);
     file.proof = proof.state;
-    if (proof.state == ExrProof::kChanged)
+    if (proof.state == ExrIntegrity::kChanged)
         return file.blame(Verdict::kBad, sentence(proof.problem(), proof.where, file));
     for (const std::string& problem : headerContradictions(file.path))
         file.blame(Verdict::kBad, problem);

@@ -10,7 +10,7 @@
 #include "core/image/sink.h"
 #include "core/image/statistics.h"
 #include "formats/exr/exr_files.h"
-#include "formats/exr/exr_proof.h"
+#include "formats/exr/exr_integrity.h"
 
 namespace peeler::cmd {
 
@@ -29,10 +29,10 @@ struct VerifiedFile {
     std::string path;
     VerifiedKind kind = VerifiedKind::kUnknown;
     Verdict verdict = Verdict::kGood;
-    std::vector<std::string> problems;     ///< one sentence each
-    std::optional<ExrProof::State> proof;  ///< nothing if that was not found out
-    Provenance provenance;                 ///< of peeler's files
-    View view;                             ///< likewise
+    std::vector<std::string> problems;         ///< one sentence each
+    std::optional<ExrIntegrity::State> proof;  ///< nothing if that was not found out
+    Provenance provenance;                     ///< of peeler's files
+    View view;                                 ///< likewise
     std::size_t layers = 0;
     std::uint64_t fragments = 0;  ///< as many as were found
 

@@ -63,7 +63,7 @@ struct BakeState {
 
 std::vector<float> bake(HitSource& source, const Receivers& receivers, const BakeSettings& settings,
                         const CaptureSettings& capture, const SurfaceLookup& lookup,
-                        const Progress& progress, const TellMemory& tell) {
+                        const Progress& progress, const ReportMemory& tell) {
     BakeState s(source, receivers, settings, capture, lookup);
     if (s.empty()) return std::move(s.values);
     std::vector<float> gathered;

@@ -49,7 +49,7 @@ using SurfaceLookup = std::function<glm::vec3(std::span<const float> irradiance,
 
 /// Is told how many bytes the process will have resident at most while receivers see what has been
 /// planned.
-using TellMemory = std::function<void(std::uint64_t bytes)>;
+using ReportMemory = std::function<void(std::uint64_t bytes)>;
 
 /// Values of every receiver, componentsOf() each. If the source prefers lines, and nothing is asked
 /// of what is seen but how far it is, every receiver has lines of its own (gatherByLines()). Else
@@ -61,7 +61,7 @@ using TellMemory = std::function<void(std::uint64_t bytes)>;
 /// `tell` is called before lines are looked along, or before each bundle.
 std::vector<float> bake(HitSource& source, const Receivers& receivers, const BakeSettings& settings,
                         const CaptureSettings& capture, const SurfaceLookup& lookup,
-                        const Progress& progress, const TellMemory& tell = {});
+                        const Progress& progress, const ReportMemory& tell = {});
 
 /// The most that bake() would tell with the same arguments, whose progress this has likewise. Lines
 /// are not looked along, and bundles are counted but not captured. Throws like bake().

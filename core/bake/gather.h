@@ -19,16 +19,16 @@ struct GatherJob {
     Integrator& integrator;
     /// Unit vectors. Receivers that face the other way look against them.
     std::span<const glm::dvec3> directions;
-    TellMemory tell{};  ///< as bake() has it
+    ReportMemory tell{};  ///< as bake() has it
 };
 
 // line_gather.cpp.
 
-/// Every receiver along lines of its own, found on the CPU (Sights): exact but for rounding and for
-/// its own surface, which is what is nearer than 1e-4 of the scene's diagonal. For integrators
-/// without channels. `capture`: which faces are in the way, and the budget. Adds to `sums`, one for
-/// each receiver; the result does not depend on threads nor memory. Throws Error (kMemory) before
-/// anything is done.
+/// Every receiver along lines of its own, found on the CPU (VisibilityRays): exact but for rounding
+/// and for its own surface, which is what is nearer than 1e-4 of the scene's diagonal. For
+/// integrators without channels. `capture`: which faces are in the way, and the budget. Adds to
+/// `sums`, one for each receiver; the result does not depend on threads nor memory. Throws Error
+/// (kMemory) before anything is done.
 void gatherByLines(const PosedScene& posed, const CaptureSettings& capture, const GatherJob& job,
                    std::vector<Sum>& sums, const Progress& progress);
 

@@ -10,7 +10,7 @@
 
 #include "core/bake/gather.h"
 #include "core/bake/occluders.h"
-#include "core/bake/sights.h"
+#include "core/bake/visibility_rays.h"
 #include "core/base/parallel.h"
 #include "core/capture/bands.h"
 
@@ -64,7 +64,7 @@ struct LineTasks {
         groups_at_once = std::clamp<std::size_t>(busy, 1, groups);
         const std::uint64_t keys = chunks > 1 ? count * sizeof(std::uint64_t) : 0;
         const std::uint64_t fixed =
-            count * sizeof(std::uint32_t) + keys + threads * Sights::bytes(chunk);
+            count * sizeof(std::uint32_t) + keys + threads * VisibilityRays::bytes(chunk);
         const std::uint64_t of_group = count * sizeof(Sum);
         if (budget != 0) {
             const std::uint64_t used = usedBytes(budget) + fixed;
@@ -125,36 +125,36 @@ class LineGather {
                           end = std::min(tasks_.count, first + tasks_.chunk);
         std::fill(sums + first, sums + end, Sum{});
         const std::span<const std::uint32_t> chosen(order_.data() + first, end - first);
-        std::unique_ptr<Sights> sights = take();
-        sights->place(job_.receivers, chosen);
+        std::unique_ptr<VisibilityRays> rays = take();
+        rays->place(job_.receivers, chosen);
         const std::size_t from = group * kGroupDirections;
         const std::size_t to = std::min(from + kGroupDirections, job_.directions.size());
         for (std::size_t d = from; d < to; ++d) {
             const glm::dvec3& direction = job_.directions[d];
-            sights->look(direction, job_.integrator.looksInside(),
-                         static_cast<float>(job_.settings.max_distance));
+            rays->look(direction, job_.integrator.looksInside(),
+                       static_cast<float>(job_.settings.max_distance));
             VisibleHit seen;
             for (std::size_t i = 0; i < chosen.size(); ++i) {
-                const float cosine = sights->cosines()[i];
+                const float cosine = rays->cosines()[i];
                 if (cosine == 0) continue;
                 seen.direction = glm::vec3(cosine > 0 ? direction : -direction);
-                seen.distance = sights->distances()[i];
+                seen.distance = rays->distances()[i];
                 job_.integrator.add(seen, job_.receivers.positions[chosen[i]], std::abs(cosine),
                                     sums[first + i]);
             }
         }
         const std::lock_guard lock(mutex_);
-        idle_.push_back(std::move(sights));
+        idle_.push_back(std::move(rays));
     }
 
-    std::unique_ptr<Sights> take() {
+    std::unique_ptr<VisibilityRays> take() {
         const std::lock_guard lock(mutex_);
         if (idle_.empty())
-            return std::make_unique<Sights>(
+            return std::make_unique<VisibilityRays>(
                 occluders_, static_cast<float>(kOwnSurfaceShare * occluders_.diagonal()));
-        std::unique_ptr<Sights> sights = std::move(idle_.back());
+        std::unique_ptr<VisibilityRays> rays = std::move(idle_.back());
         idle_.pop_back();
-        return sights;
+        return rays;
     }
 
     const Occluders& occluders_;
@@ -163,7 +163,7 @@ class LineGather {
     std::vector<std::uint32_t> order_;  // chunk by chunk
     std::vector<Sum> partial_;          // of each group at hand, in that order
     std::mutex mutex_;
-    std::vector<std::unique_ptr<Sights>> idle_;
+    std::vector<std::unique_ptr<VisibilityRays>> idle_;
 };
 
 }  // namespace

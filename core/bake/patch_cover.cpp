@@ -90,13 +90,13 @@ class TestedCover {
                 (second * t.second_z + third * t.third_z + (t.z - r_.at[2][i])) * r_.side[i];
             if (second >= -kBeyondEdges && third >= -kBeyondEdges && rest >= -kBeyondEdges &&
                 distance > r_.own_surface && distance < r_.nearest[i] &&
-                (!one_sided_ || r_.side[i] == t.side) && isThere(t.element, second, third))
+                (!one_sided_ || r_.side[i] == t.side) && covers(t.element, second, third))
                 r_.nearest[i] = distance;
         }
     }
 
   private:
-    bool isThere(std::uint32_t element, float second, float third) const {
+    bool covers(std::uint32_t element, float second, float third) const {
         const double b = std::max(0.0, double{second}), c = std::max(0.0, double{third});
         const double a = std::max(0.0, 1 - double{second} - double{third}), sum = a + b + c;
         std::array<std::uint32_t, 3> vertex{};

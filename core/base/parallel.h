@@ -42,7 +42,7 @@ void parallelFor(std::size_t items, const std::function<void(std::size_t)>& body
 
 /// Hands out one item to each thread at work, and keeps them for those that come next.
 template <class Item>
-class Spares {
+class ObjectPool {
   public:
     /// Calls use(item) with one that no other thread has meanwhile.
     template <class Use>

@@ -23,14 +23,14 @@ std::uint32_t limitOf(const BandRequest& request) {
 
 }  // namespace
 
-BandCapture::BandCapture(gl::Context& context, const PosedScene& posed, const Shot& shot,
-                         StageTimes& times)
+BandCapture::BandCapture(gl::Context& context, const PosedScene& posed,
+                         const PassContext& pass_context, StageTimes& times)
     : context_(context),
-      shot_(shot),
+      pass_context_(pass_context),
       times_(times),
       gpu_timer_(context),
       gpu_scene_(timed(times, "upload", [&] { return GpuScene(context, posed); })),
-      rasterizer_(context, gpu_scene_, shot),
+      rasterizer_(context, gpu_scene_, pass_context),
       buffers_(context.functions()) {}
 
 void BandCapture::begin() {
@@ -54,17 +54,18 @@ void BandCapture::free() {
 }
 
 std::uint64_t BandCapture::fragmentBytes() const {
-    return BandBuffers::fragmentWords(shot_.settings.storedColorBytes()) * sizeof(std::uint32_t) +
-           shadedComponents(shot_.settings.channels) * sizeof(float);
+    return BandBuffers::fragmentWords(pass_context_.settings.storedColorBytes()) *
+               sizeof(std::uint32_t) +
+           shadedComponents(pass_context_.settings.channels) * sizeof(float);
 }
 
 std::uint64_t BandCapture::pixelBytes() const {
-    return BandBuffers::compositeBytes(shot_.settings.tinted);
+    return BandBuffers::compositeBytes(pass_context_.settings.tinted);
 }
 
 std::uint64_t BandCapture::tilePixels() const {
     std::uint64_t largest = 0;
-    for (const Window& tile : rasterizer_.tilesOf(shot_.view.crop))
+    for (const Window& tile : rasterizer_.tilesOf(pass_context_.view.crop))
         largest = std::max(largest, tile.pixels());
     return largest;
 }
@@ -103,7 +104,7 @@ void BandCapture::countClip(const Window& band, std::vector<std::uint32_t>& coun
 }
 
 void BandCapture::prepareClip(const Window& band) {
-    if (shot_.settings.clip.nodes.empty() || band == clip_band_) return;
+    if (pass_context_.settings.clip.nodes.empty() || band == clip_band_) return;
     std::vector<std::uint32_t> first;
     countClip(band, first);
     const std::size_t pixels = band.pixels();
@@ -154,7 +155,7 @@ void BandCapture::checkSlots(const std::uint32_t* slots, const Window& band,
                                   std::to_string(band.y0 + static_cast<int>(p / width));
         const std::uint32_t begin = first.empty() ? 0 : first[p];
         throw Error(ErrorKind::kInternal,
-                    "method " + shot_.settings.method + " captured " +
+                    "method " + pass_context_.settings.method + " captured " +
                         std::to_string(slots[p] - begin) + " fragments where " +
                         std::to_string(end[p] - begin) + " were counted",
                     "pixel " + pixel, "please report this with the scene and the GL renderer");
@@ -174,7 +175,7 @@ int BandCapture::composite(CompositeMethod& method, const BandRequest& request,
     const std::uint32_t limit = limitOf(request);
     prepareClip(band);
     const auto gpu = gpu_timer_.span("gpuCapture");
-    buffers_.clearForComposite(request.counts, shot_.settings.tinted);
+    buffers_.clearForComposite(request.counts, pass_context_.settings.tinted);
     buffers_.bindForComposite();
     rasterizer_.setBand(band, limit);
     int passes = 0;
@@ -215,14 +216,14 @@ void BandCapture::readComposite(const BandRequest& request, CompositeImage& out)
         checkSlots(slots.as<const std::uint32_t>(), request.band, {}, expected);
     }
     const auto depths = buffers_.depths().read(pixels * sizeof(float));
-    const std::size_t records = shot_.settings.tinted ? 2 : 1;
+    const std::size_t records = pass_context_.settings.tinted ? 2 : 1;
     const auto colors = buffers_.colors().read(pixels * records * 4 * sizeof(float));
     const auto* depth = depths.as<const float>();
     const auto* color = colors.as<const std::array<float, 4>>();
     out.window = request.band;
     // No method touches an area without fragments: the buffers may hold an earlier band's there.
     out.rgba.assign(pixels, {});
-    out.opacity.assign(shot_.settings.tinted ? pixels : 0, {});
+    out.opacity.assign(pass_context_.settings.tinted ? pixels : 0, {});
     out.z.assign(pixels, std::numeric_limits<float>::infinity());
     for (std::size_t p = 0; p < pixels; ++p) {
         if (request.counts[p] == 0) continue;
@@ -232,7 +233,7 @@ void BandCapture::readComposite(const BandRequest& request, CompositeImage& out)
             out.opacity[p] = {r, g, b};
             out.rgba[p][3] = meanOpacity(r, g, b);
         }
-        const double z = shot_.view.projection.linearZ(static_cast<double>(depth[p]));
+        const double z = pass_context_.view.projection.linearZ(static_cast<double>(depth[p]));
         out.z[p] = static_cast<float>(z);
     }
 }

@@ -16,8 +16,8 @@
 #include "core/capture/captured_fragments.h"
 #include "core/capture/gpu_scene.h"
 #include "core/capture/method.h"
+#include "core/capture/pass_context.h"
 #include "core/capture/scene_rasterizer.h"
-#include "core/capture/shot.h"
 #include "core/gl/gpu_timer.h"
 #include "core/image/composite.h"
 #include "core/image/layered_image.h"
@@ -55,15 +55,16 @@ using TakeVisible = std::function<void(const CompositeImage&, std::span<const st
 /// Owns the uploaded scene and the buffers. "count", "capture" and "sort" are added to the times.
 class BandCapture {
   public:
-    /// Throws like GpuScene. The shot and the times must outlive it.
-    BandCapture(gl::Context& context, const PosedScene& posed, const Shot& shot, StageTimes& times);
+    /// Throws like GpuScene. The pass_context and the times must outlive it.
+    BandCapture(gl::Context& context, const PosedScene& posed, const PassContext& pass_context,
+                StageTimes& times);
 
     /// Shows the same scene in another pose, from the next begin() on.
     void setPose(const PosedScene& posed);
     /// What motion is measured against; must outlive its use. None: nothing moves.
     void setNextFrame(const NextFrame* next) { next_frame_ = next; }
 
-    /// Takes the shot as it is now.
+    /// Takes the pass_context as it is now.
     void begin();
 
     /// The fragments of every pixel of the band. Overwrites `counts`.
@@ -126,7 +127,7 @@ class BandCapture {
     }
     /// Bytes that compositeVisible() needs for it besides those of tileBytes().
     std::uint64_t opaqueBytes() const {
-        return OpaqueTarget::bytes(tilePixels(), shot_.settings.color_type);
+        return OpaqueTarget::bytes(tilePixels(), pass_context_.settings.color_type);
     }
     std::uint64_t tileBytes() const {
         const std::uint64_t slots =
@@ -192,7 +193,7 @@ class BandCapture {
     void takeVisible(const Window& tile, const Window& rows, const CapturedFragments& captured,
                      const TakeVisible& take);
     bool needsKeys(bool asked) const;
-    bool blendsTail() const { return shot_.settings.tail == Tail::kBlend; }
+    bool blendsTail() const { return pass_context_.settings.tail == Tail::kBlend; }
     /// Bytes that the fragments of lists take in the buffers, and what channels.frag yields of
     /// them.
     std::size_t storedBytes(const BandLists& lists) const;
@@ -211,7 +212,7 @@ class BandCapture {
     void readComposite(const BandRequest& request, CompositeImage& out);
 
     gl::Context& context_;
-    const Shot& shot_;
+    const PassContext& pass_context_;
     StageTimes& times_;
     gl::GpuTimer gpu_timer_;
     const NextFrame* next_frame_ = nullptr;

@@ -74,14 +74,16 @@ int BandCapture::take(BandLists& lists, LayeredImage& out) {
 void BandCapture::sortLists(const BandLists& lists, const std::uint32_t* stored,
                             const float* values, LayeredImage& out) {
     out.window = lists.band;
-    out.color.type =
-        shot_.settings.hit_mode == HitMode::kSloped ? PixelType::kFloat : shot_.settings.color_type;
-    out.color.channels = colorChannels(shot_.settings);
+    out.color.type = pass_context_.settings.hit_mode == HitMode::kSloped
+                         ? PixelType::kFloat
+                         : pass_context_.settings.color_type;
+    out.color.channels = colorChannels(pass_context_.settings);
     const bool keyed = needsKeys(lists.keys);
     if (!keyed) out.extra.clear();
     std::vector<std::uint32_t> sources;
     const CapturedFragments captured = capturedIn(lists, stored);
-    depthSort(captured, shot_.view.projection, lists.layers, out, keyed ? &sources : nullptr);
+    depthSort(captured, pass_context_.view.projection, lists.layers, out,
+              keyed ? &sources : nullptr);
     if (keyed) addChannels(lists, captured, sources, values, out);
 }
 
@@ -90,23 +92,26 @@ int BandCapture::composite(LayerMethod& method, const BandRequest& request, Comp
     const StageTimer timer(times_, "composite");
     const auto stored = readFragments(lists_);
     out.window = request.band;
-    depthSortComposite(capturedIn(lists_, stored.as<const std::uint32_t>()), shot_.view.projection,
-                       request.layers, shot_.settings.tail,
-                       {colorChannels(shot_.settings), shot_.settings.color_type, {}}, out);
+    depthSortComposite(
+        capturedIn(lists_, stored.as<const std::uint32_t>()), pass_context_.view.projection,
+        request.layers, pass_context_.settings.tail,
+        {colorChannels(pass_context_.settings), pass_context_.settings.color_type, {}}, out);
     return passes;
 }
 
 bool BandCapture::needsKeys(bool asked) const {
-    return asked || shot_.settings.hit_mode != HitMode::kNone || !shot_.settings.channels.empty();
+    return asked || pass_context_.settings.hit_mode != HitMode::kNone ||
+           !pass_context_.settings.channels.empty();
 }
 
 std::size_t BandCapture::storedBytes(const BandLists& lists) const {
-    return lists.first.back() * BandBuffers::fragmentWords(shot_.settings.storedColorBytes()) *
+    return lists.first.back() *
+           BandBuffers::fragmentWords(pass_context_.settings.storedColorBytes()) *
            sizeof(std::uint32_t);
 }
 
 std::size_t BandCapture::shadedBytes(const BandLists& lists) const {
-    return lists.first.back() * shadedComponents(shot_.settings.channels) * sizeof(float);
+    return lists.first.back() * shadedComponents(pass_context_.settings.channels) * sizeof(float);
 }
 
 gl::Buffer::Mapping BandCapture::readFragments(const BandLists& lists) const {
@@ -115,7 +120,8 @@ gl::Buffer::Mapping BandCapture::readFragments(const BandLists& lists) const {
 
 CapturedFragments BandCapture::capturedIn(const BandLists& lists,
                                           const std::uint32_t* stored) const {
-    return {lists.first, stored, BandBuffers::fragmentWords(shot_.settings.storedColorBytes())};
+    return {lists.first, stored,
+            BandBuffers::fragmentWords(pass_context_.settings.storedColorBytes())};
 }
 
 int BandCapture::fillLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers) {
@@ -142,7 +148,7 @@ void BandCapture::drawLists(LayerMethod& method, const BandRequest& request, std
     lists.band = band;
     lists.layers = request.layers;
     lists.keys = request.keys;
-    lists.channels = shadedComponents(shot_.settings.channels) > 0;
+    lists.channels = shadedComponents(pass_context_.settings.channels) > 0;
     std::vector<std::uint32_t>& first = lists.first;
     first.resize(pixels + 1);
     first[0] = 0;
@@ -152,8 +158,8 @@ void BandCapture::drawLists(LayerMethod& method, const BandRequest& request, std
     const bool target = takesSlotTarget(method);
     prepareClip(band);
     const auto gpu = gpu_timer_.span("gpuCapture");
-    buffers_.reserveFragments(fragments *
-                              BandBuffers::fragmentWords(shot_.settings.storedColorBytes()));
+    buffers_.reserveFragments(
+        fragments * BandBuffers::fragmentWords(pass_context_.settings.storedColorBytes()));
     if (target)
         ends_.assign(first.begin(), first.end() - 1);
     else
@@ -183,7 +189,7 @@ void BandCapture::drawLists(LayerMethod& method, const BandRequest& request, std
 
 void BandCapture::drawChannels(BandLists& lists) {
     const std::size_t fragments = lists.first.back();
-    const std::size_t components = shadedComponents(shot_.settings.channels);
+    const std::size_t components = shadedComponents(pass_context_.settings.channels);
     const auto gpu = gpu_timer_.span("gpuCapture");
     buffers_.clearForChannels(std::max<std::size_t>(fragments, 1) * components);
     setSlots(std::span(lists.first).subspan(1));
@@ -204,8 +210,8 @@ void BandCapture::drawChannels(BandLists& lists) {
 void BandCapture::addChannels(const BandLists& lists, const CapturedFragments& captured,
                               std::span<std::uint32_t> sources, const float* values,
                               LayeredImage& out) {
-    const std::vector<Channel>& channels = shot_.settings.channels;
-    const bool hits = shot_.settings.hit_mode != HitMode::kNone, keyed = hits || lists.keys;
+    const std::vector<Channel>& channels = pass_context_.settings.channels;
+    const bool hits = pass_context_.settings.hit_mode != HitMode::kNone, keyed = hits || lists.keys;
     out.extra.resize(channels.size() + (keyed ? 1 : 0));
     FragmentArray not_asked_for;
     FragmentArray& first = keyed ? out.extra.front() : not_asked_for;
@@ -220,9 +226,10 @@ void BandCapture::addChannels(const BandLists& lists, const CapturedFragments& c
             keys[i] = captured.primitive(sources[i]);
     });
 
-    const FragmentSources from{gpu_scene_.posed(), shot_.view, next_frame_, keys, sources, values};
+    const FragmentSources from{
+        gpu_scene_.posed(), pass_context_.view, next_frame_, keys, sources, values};
     const std::span<FragmentArray> arrays = std::span(out.extra).last(channels.size());
-    if (shot_.settings.hit_mode != HitMode::kRefined)
+    if (pass_context_.settings.hit_mode != HitMode::kRefined)
         return fillChannels(from, channels, out, arrays);
     const double correction = refineHits(from, channels, out, keys, sources, arrays);
     largest_correction_ = std::max(largest_correction_, correction);

@@ -99,31 +99,31 @@ void GlRenderer::State::castShadows(GlRenderer& renderer, const CaptureSettings&
 }
 
 void GlRenderer::State::chooseMethod() {
-    checkSettings(shot.settings);
-    method = findPeelMethod(shot.settings.method);
+    checkSettings(pass_context.settings);
+    method = findPeelMethod(pass_context.settings.method);
     layer_method = method->exact() ? method->layers() : nullptr;
     // With coloured opacity layers are composited on the CPU: blending knows one alpha.
-    const bool on_the_fly =
-        shot.settings.composite && method->composite && !(shot.settings.tinted && method->exact());
+    const bool on_the_fly = pass_context.settings.composite && method->composite &&
+                            !(pass_context.settings.tinted && method->exact());
     composite_method = on_the_fly ? method->composite() : nullptr;
 }
 
 /// Moves the view to one of the sample positions for what is captured from now on.
 void GlRenderer::State::showSample(std::size_t i) {
-    shot.view = plan.view;
-    shot.view.sample = positions[i];
+    pass_context.view = plan.view;
+    pass_context.view.sample = positions[i];
     band_capture.begin();
 }
 
 /// Clip meshes have lists of their own in every band, which have to fit, too.
 void GlRenderer::State::countClip() {
     clip_rows.clear();
-    if (shot.settings.clip.nodes.empty()) return;
+    if (pass_context.settings.clip.nodes.empty()) return;
     const Window& crop = plan.view.crop;
     const auto width = static_cast<std::ptrdiff_t>(crop.width());
     clip_rows.resize(static_cast<std::size_t>(crop.height()));
     const BandLimits limits =
-        bandLimits(shot.settings.memory, usedBytes(shot.settings.memory), costs());
+        bandLimits(pass_context.settings.memory, usedBytes(pass_context.settings.memory), costs());
     for (std::size_t i = 0; i < positions.size(); ++i) {
         showSample(i);
         for (const Window& band : cutBands(crop, limits, [](int) { return 0; })) {
@@ -158,7 +158,7 @@ void GlRenderer::State::countViews() {
     counting.pixel_bytes = 2 * sizeof(std::uint32_t);
     if (!clip_rows.empty()) counting.pixel_bytes += 3 * sizeof(std::uint32_t);
     const BandLimits limits =
-        bandLimits(shot.settings.memory, usedBytes(shot.settings.memory), counting);
+        bandLimits(pass_context.settings.memory, usedBytes(pass_context.settings.memory), counting);
     const double counted = mergesLayers() ? kCountShare : 1;
     std::uint64_t rows = 0;
     const std::uint64_t all_rows = positions.size() * static_cast<std::uint64_t>(crop.height());
@@ -208,11 +208,11 @@ void GlRenderer::State::mergeViews() {
 /// max_layers and occlusion_ratio of the settings: the first layer that touches fewer pixels than
 /// the ratio is the last one, as if a pass had found it out.
 void GlRenderer::State::limitLayers() {
-    limit = shot.settings.max_layers;
-    if (!(shot.settings.occlusion_ratio > 0)) return;
+    limit = pass_context.settings.max_layers;
+    if (!(pass_context.settings.occlusion_ratio > 0)) return;
     const auto layers = (merged ? *merged : *samples).layers();
     const std::uint64_t views_counted = merged ? 1 : positions.size();
-    const double enough = shot.settings.occlusion_ratio *
+    const double enough = pass_context.settings.occlusion_ratio *
                           static_cast<double>(plan.view.crop.pixels() * views_counted);
     const auto few = std::find_if(layers.begin(), layers.end(), [&](const LayerPlan& layer) {
         return static_cast<double>(layer.pixels) < enough;
@@ -224,27 +224,29 @@ void GlRenderer::State::limitLayers() {
 
 void GlRenderer::State::fillPlan() {
     const DepthComplexity& complexity = merged ? *merged : *samples;
-    plan.color_type = shot.settings.color_type;
-    plan.tinted = shot.settings.tinted;
-    plan.channel_bytes = channelBytes(shot.settings.channels, shot.settings.color_type);
-    if (shot.settings.hit_mode != HitMode::kNone) plan.channel_bytes += sizeof(std::uint32_t);
+    plan.color_type = pass_context.settings.color_type;
+    plan.tinted = pass_context.settings.tinted;
+    plan.channel_bytes =
+        channelBytes(pass_context.settings.channels, pass_context.settings.color_type);
+    if (pass_context.settings.hit_mode != HitMode::kNone)
+        plan.channel_bytes += sizeof(std::uint32_t);
     plan.channels.clear();
-    for (const Channel channel : shot.settings.channels)
-        plan.channels.push_back(emptyArray(channel, shot.settings.color_type));
-    plan.samples = shot.settings.samples;
+    for (const Channel channel : pass_context.settings.channels)
+        plan.channels.push_back(emptyArray(channel, pass_context.settings.color_type));
+    plan.samples = pass_context.settings.samples;
     plan.layers = complexity.layers(method->exact() ? limit : 0);
     plan.fragments_counted = complexity.counted();
     plan.fragments_stored = 0;
     for (const LayerPlan& layer : plan.layers)
         plan.fragments_stored += layer.pixels;
-    if (shot.settings.composite && shot.settings.tail == Tail::kBlend)
+    if (pass_context.settings.composite && pass_context.settings.tail == Tail::kBlend)
         plan.fragments_blended = plan.fragments_counted - plan.fragments_stored;
 }
 
 Plan GlRenderer::plan(const View& view, const CaptureSettings& settings, const Progress& progress) {
     State& s = *state_;
     s.castShadows(*this, settings);  // plans and captures, too
-    s.shot.settings = settings;
+    s.pass_context.settings = settings;
     s.plan = {};
     s.plan.view = view;
     s.lighting.setView(view.camera_to_world);
@@ -300,13 +302,13 @@ void GlRenderer::State::captureMerged(const Window& band, LayeredImage& out) {
     const StageTimer timer(times, "sort");
     mergeSamples(
         images, [&](std::uint32_t primitive) { return band_capture.surfaceOf(primitive); },
-        shot.settings.color_type, out);
+        pass_context.settings.color_type, out);
 }
 
 /// Makes what the sinks get of a band.
 void GlRenderer::State::render(const Window& band, const TakeBand& take) {
     if (opaque_first) return composeVisible(band, take);
-    if (!shot.settings.composite) {
+    if (!pass_context.settings.composite) {
         if (mergesLayers()) {
             captureMerged(band, image);
             keepLayers(image, {.nearest = limit});
@@ -315,12 +317,12 @@ void GlRenderer::State::render(const Window& band, const TakeBand& take) {
         }
         return take(image);
     }
-    if (positions.size() > 1) beginMean(band, composite, shot.settings.tinted);
+    if (positions.size() > 1) beginMean(band, composite, pass_context.settings.tinted);
     CompositeImage sample;
     for (std::size_t i = 0; i < positions.size(); ++i) {
         if (positions.size() > 1) showSample(i);
         compositeView(band, positions.size() > 1 ? sample : composite);
-        if (positions.size() > 1) addToMean(sample, shot.settings.samples, composite);
+        if (positions.size() > 1) addToMean(sample, pass_context.settings.samples, composite);
     }
     {
         const StageTimer timer(times, "composite");
@@ -332,7 +334,8 @@ void GlRenderer::State::render(const Window& band, const TakeBand& take) {
 /// Whether a band is captured while the one before is taken: of layers that are handed over as they
 /// are found.
 bool GlRenderer::State::overlapsBands() const {
-    return band_capture.overlaps() && !opaque_first && !shot.settings.composite && !mergesLayers();
+    return band_capture.overlaps() && !opaque_first && !pass_context.settings.composite &&
+           !mergesLayers();
 }
 
 /// The same for all bands, where the GPU captures one while the CPU takes the one before.
@@ -388,7 +391,7 @@ CaptureReport GlRenderer::capture(Sink& sink, const Progress& progress) {
     }
     s.report.passes = passes;
     s.report.largest_correction = s.band_capture.largestCorrection();
-    if (!s.shot.settings.composite && stored != s.plan.fragments_stored) {
+    if (!s.pass_context.settings.composite && stored != s.plan.fragments_stored) {
         throw Error(ErrorKind::kInternal, std::to_string(stored) + " fragments were captured and " +
                                               std::to_string(s.plan.fragments_stored) + " planned");
     }

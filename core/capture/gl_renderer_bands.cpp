@@ -25,7 +25,8 @@ constexpr std::uint64_t kHandOverBytes = std::uint64_t{24} << 20;
 /// budget: as resident memory and as what the next bands take. Where there is room for both, the
 /// buffers serve again.
 void GlRenderer::State::freeBands() {
-    if (isRoomy(shot.settings.memory, usedBytes(shot.settings.memory), costs())) return;
+    if (isRoomy(pass_context.settings.memory, usedBytes(pass_context.settings.memory), costs()))
+        return;
     band_capture.free();
     lists = {};
     image = {};
@@ -36,45 +37,46 @@ void GlRenderer::State::freeBands() {
 }
 
 BandCosts GlRenderer::State::costs() const {
-    const PixelType type = shot.settings.color_type;
-    const std::uint64_t color = shot.settings.colorBytes();
+    const PixelType type = pass_context.settings.color_type;
+    const std::uint64_t color = pass_context.settings.colorBytes();
     const std::uint64_t tile = band_capture.tilePixels();
     // Of a pixel's composite, besides RGBA and Z.
-    const std::uint64_t opacity = shot.settings.tinted ? 3 * sizeof(float) : 0;
+    const std::uint64_t opacity = pass_context.settings.tinted ? 3 * sizeof(float) : 0;
     BandCosts costs;
     // The default is large enough that geometry is not drawn many times, and small enough that the
     // memory which bands share stays warm.
-    costs.band_bytes = shot.settings.band_bytes;
+    costs.band_bytes = pass_context.settings.band_bytes;
     costs.pixel_bytes = kPixelBytes + opacity;
     if (!clip_rows.empty()) costs.pixel_bytes += 3 * sizeof(std::uint32_t);
     costs.fixed_bytes = band_capture.tileBytes();
     if (opaque_first) costs.fixed_bytes += band_capture.opaqueBytes();
     if (composite_method) {
         // Every pixel counts as a fragment, as in rowFragments().
-        costs.fixed_bytes += composite_method->tileBytes(tile, shot.settings);
+        costs.fixed_bytes += composite_method->tileBytes(tile, pass_context.settings);
         costs.fragment_bytes = band_capture.pixelBytes() + 15 * sizeof(float) + 3 * opacity;
-        costs.largest_array_bytes = storedComponents(shot.settings.tinted) * sizeof(float);
+        costs.largest_array_bytes = storedComponents(pass_context.settings.tinted) * sizeof(float);
     } else {
-        costs.fixed_bytes += layer_method->tileBytes(tile, shot.settings);
-        const std::uint64_t channels = channelBytes(shot.settings.channels, type);
+        costs.fixed_bytes += layer_method->tileBytes(tile, pass_context.settings);
+        const std::uint64_t channels = channelBytes(pass_context.settings.channels, type);
         costs.fragment_bytes = band_capture.fragmentBytes() + sizeof(float) + color + channels;
         if (overlapsBands()) {
             costs.fragment_bytes += band_capture.copiedFragmentBytes();
             costs.pixel_bytes += band_capture.copiedPixelBytes();
         }
         // The key of a fragment, and where it was captured.
-        if (channels > 0 || shot.settings.hit_mode != HitMode::kNone)
+        if (channels > 0 || pass_context.settings.hit_mode != HitMode::kNone)
             costs.fragment_bytes += 2 * sizeof(std::uint32_t);
         costs.largest_array_bytes = std::max<std::uint64_t>(
-            BandBuffers::fragmentWords(shot.settings.storedColorBytes()) * sizeof(std::uint32_t),
-            shadedComponents(shot.settings.channels) * sizeof(float));
+            BandBuffers::fragmentWords(pass_context.settings.storedColorBytes()) *
+                sizeof(std::uint32_t),
+            shadedComponents(pass_context.settings.channels) * sizeof(float));
         // All samples are held until they are merged, with their primitives and while sorting.
         if (mergesLayers()) {
             costs.fragment_bytes += color + channels + 22 * sizeof(float);
             costs.pixel_bytes += (positions.size() + 1) * sizeof(std::uint32_t);
         }
         // The composite of a sample, and the one that is handed over.
-        if (shot.settings.composite)
+        if (pass_context.settings.composite)
             costs.pixel_bytes += 2 * (sizeof(std::uint32_t) + 5 * sizeof(float) + opacity);
     }
     costs.storage_block_bytes =
@@ -98,13 +100,14 @@ std::uint64_t GlRenderer::State::rowFragments(int y) const {
 
 /// Adds what the sink holds besides the band at hand, and for every pixel of it.
 void GlRenderer::State::addSink(const Sink& sink, BandCosts& with_sink) const {
-    const std::uint64_t fragment = sizeof(float) + shot.settings.colorBytes() + plan.channel_bytes;
+    const std::uint64_t fragment =
+        sizeof(float) + pass_context.settings.colorBytes() + plan.channel_bytes;
     const SinkMemory memory = sink.memory(plan);
     const std::uint64_t pixels = static_cast<std::uint64_t>(memory.rows) *
                                  static_cast<std::uint64_t>(plan.view.crop.width());
     std::uint64_t fragments = samples->mostFragments(memory.rows);
     if (limit) fragments = std::min(fragments, pixels * limit);
-    if (shot.settings.composite) fragments = pixels;
+    if (pass_context.settings.composite) fragments = pixels;
     const std::uint64_t rows = fragments * fragment + pixels * (kPixelBytes + memory.pixel_bytes);
     // Counted twice: rows of the last band and of this one.
     with_sink.fixed_bytes += 2 * rows + memory.bytes;
@@ -119,7 +122,8 @@ std::vector<Window> GlRenderer::State::bands(const Sink* sink) {
     freeBands();
     band_costs = costs();
     if (sink) addSink(*sink, band_costs);
-    band_limits = bandLimits(shot.settings.memory, usedBytes(shot.settings.memory), band_costs);
+    band_limits = bandLimits(pass_context.settings.memory, usedBytes(pass_context.settings.memory),
+                             band_costs);
     return cutBands(plan.view.crop, band_limits,
                     [&](int y) { return rowFragments(y) + clipFragments(band_costs, y); });
 }

@@ -14,7 +14,7 @@ namespace peeler {
 /// that nothing gets through. Such composites are captured without them. Approximations average
 /// all fragments, and limits count them.
 void GlRenderer::State::chooseSurfaces() {
-    CaptureSettings& settings = shot.settings;
+    CaptureSettings& settings = pass_context.settings;
     const auto& draws = posed.drawList().draws();
     opaque_first = planning = false;
     if (!settings.composite || !method->exact() || settings.max_layers != 0 ||
@@ -34,7 +34,7 @@ void GlRenderer::State::chooseSurfaces() {
 /// composites they are made at once, and true is returned.
 bool GlRenderer::State::compositeViews() {
     const Window& crop = plan.view.crop;
-    const std::uint64_t composite_bytes = CompositeImage::pixelBytes(shot.settings.tinted);
+    const std::uint64_t composite_bytes = CompositeImage::pixelBytes(pass_context.settings.tinted);
     if (!opaque_first || !fitsKept(crop.pixels() * (composite_bytes + sizeof(std::uint32_t))))
         return false;
     samples.emplace(crop);
@@ -82,7 +82,7 @@ void GlRenderer::State::composeVisible(const Window& band, const TakeBand& take)
             image = {};
             image.window = {band.x0, y, band.x1, std::min(y + kRowsHandedOver, y1)};
             image.offsets.resize(image.window.pixels() + 1);
-            image.color = {colorNames(shot.settings.tinted), PixelType::kFloat, {}};
+            image.color = {colorNames(pass_context.settings.tinted), PixelType::kFloat, {}};
             take(image);
         }
     };
@@ -91,7 +91,7 @@ void GlRenderer::State::composeVisible(const Window& band, const TakeBand& take)
     handOverEmpty(band.y0, seen.y0);
     // Several samples are to be averaged, and the parts of several raster tiles put side by side.
     const bool whole = positions.size() > 1 || band_capture.tilesAcross(seen) > 1;
-    if (whole) beginMean(seen, composite, shot.settings.tinted);
+    if (whole) beginMean(seen, composite, pass_context.settings.tinted);
     for (std::size_t i = 0; i < positions.size(); ++i) {
         if (positions.size() > 1) showSample(i);
         report.passes += band_capture.compositeVisible(

@@ -48,9 +48,9 @@ struct GlRenderer::State {
     State(gl::Context& ctx, PosedScene shown)
         : context(ctx),
           posed(std::move(shown)),
-          band_capture(ctx, posed, shot, times),
+          band_capture(ctx, posed, pass_context, times),
           lighting(timedLighting(ctx, posed, times)) {
-        shot.lighting = &lighting;
+        pass_context.lighting = &lighting;
     }
 
     /// Prefiltering an environment of a file takes its time.
@@ -63,7 +63,7 @@ struct GlRenderer::State {
     PosedScene posed;
     std::optional<NextFrame> next_frame;
     StageTimes times;
-    Shot shot;  // of the last plan
+    PassContext pass_context;  // of the last plan
     BandCapture band_capture;
     Lighting lighting;
     std::optional<ShadowMaps> shadows;  // of the pose, once something was lit that has them
@@ -94,10 +94,11 @@ struct GlRenderer::State {
     bool planning = false;      // whether what compositeVisible() finds is still to be counted
     std::uint64_t visible = 0;  // fragments that it found
 
-    bool mergesLayers() const { return positions.size() > 1 && !shot.settings.composite; }
+    bool mergesLayers() const { return positions.size() > 1 && !pass_context.settings.composite; }
     bool fitsKept(std::uint64_t bytes) const {
-        return bytes <=
-               (shot.settings.memory != 0 ? shot.settings.memory / kKeptShare : kKeptBytes);
+        return bytes <= (pass_context.settings.memory != 0
+                             ? pass_context.settings.memory / kKeptShare
+                             : kKeptBytes);
     }
     void freeBands();
     BandCosts costs() const;

@@ -52,7 +52,7 @@ class HitSource {
     virtual const PosedScene& posed() const = 0;
 
     /// Whether what scattered points see next is found sooner along lines of their own
-    /// (core/bake/sights.h) than among all hits of bundles.
+    /// (core/bake/visibility_rays.h) than among all hits of bundles.
     virtual bool prefersLines() const { return false; }
 
     /// What the stages have taken since the last call.

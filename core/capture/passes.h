@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "core/capture/gpu_scene.h"
-#include "core/capture/shot.h"
+#include "core/capture/pass_context.h"
 #include "core/gl/functions.h"
 #include "core/gl/objects.h"
 #include "core/gl/program.h"
@@ -81,9 +81,9 @@ struct FullScreenPass {
 /// eyes of a pass share a program; programs are compiled when they are first asked for, and stay.
 class ShaderVariants {
   public:
-    /// All must outlive it; the programs are for the shot as it is when they are asked for.
-    ShaderVariants(const gl::Functions& gl, const GpuScene& scene, const Shot& shot)
-        : gl_(gl), scene_(scene), shot_(shot) {}
+    /// All must outlive it; the programs are for the pass_context as it is when they are asked for.
+    ShaderVariants(const gl::Functions& gl, const GpuScene& scene, const PassContext& pass_context)
+        : gl_(gl), scene_(scene), pass_context_(pass_context) {}
 
     /// The program that draws `draw` in a geometry pass. Throws like gl::Program.
     const gl::Program& variant(const GeometryPass& pass, const Draw& draw);
@@ -116,7 +116,7 @@ class ShaderVariants {
 
     const gl::Functions& gl_;
     const GpuScene& scene_;
-    const Shot& shot_;
+    const PassContext& pass_context_;
     /// By definitions and files.
     std::map<std::string, gl::Program> programs_;
     /// By fragment shader and definitions of the pass: found without putting texts together.

@@ -44,12 +44,12 @@ shader::Placement placementOf(const glm::dmat4& clip_from_model,
 }  // namespace
 
 SceneRasterizer::SceneRasterizer(const gl::Context& context, const GpuScene& scene,
-                                 const Shot& shot)
+                                 const PassContext& pass_context)
     : context_(context),
       scene_(scene),
-      shot_(shot),
+      pass_context_(pass_context),
       frame_record_(context.functions(), sizeof(shader::FrameRecord)),
-      shaders_(context.functions(), scene, shot) {
+      shaders_(context.functions(), scene, pass_context) {
     const auto& gl = functions();
     GLuint name = 0;
     gl.CreateSamplers(1, &name);
@@ -61,10 +61,10 @@ SceneRasterizer::SceneRasterizer(const gl::Context& context, const GpuScene& sce
 }
 
 void SceneRasterizer::begin() {
-    boundary_nodes_ = shot_.settings.clip.nodes;
+    boundary_nodes_ = pass_context_.settings.clip.nodes;
     std::sort(boundary_nodes_.begin(), boundary_nodes_.end());
     tile_ = band_ = {};
-    const int size = shot_.settings.point_size, most = context_.device().limits.point_size;
+    const int size = pass_context_.settings.point_size, most = context_.device().limits.point_size;
     if (size <= most) return;
     throw Error(ErrorKind::kUsage, "the driver shows no points of so many pixels",
                 "`point_size` " + std::to_string(size), "give at most " + std::to_string(most));
@@ -72,7 +72,7 @@ void SceneRasterizer::begin() {
 
 std::vector<Window> SceneRasterizer::tilesOf(const Window& area) const {
     std::vector<Window> tiles;
-    const Window picture{0, 0, shot_.view.width, shot_.view.height};
+    const Window picture{0, 0, pass_context_.view.width, pass_context_.view.height};
     for (int y = area.y0 / kTileSize * kTileSize; y < area.y1; y += kTileSize)
         for (int x = area.x0 / kTileSize * kTileSize; x < area.x1; x += kTileSize)
             tiles.push_back(intersect({x, y, x + kTileSize, y + kTileSize}, picture));
@@ -90,7 +90,7 @@ void SceneRasterizer::setTile(const Window& tile) {
 void SceneRasterizer::setBand(const Window& band, std::uint32_t layers) {
     if (band == band_ && layers == layers_) return;
     // The boundary of a clip mesh is known in one band at a time.
-    if (band != band_ && !shot_.settings.clip.nodes.empty()) bound_missing_ = bounded();
+    if (band != band_ && !pass_context_.settings.clip.nodes.empty()) bound_missing_ = bounded();
     band_ = band;
     layers_ = layers;
     frame_dirty_ = true;
@@ -112,22 +112,23 @@ void SceneRasterizer::freeBound() {
 }
 
 glm::dmat4 SceneRasterizer::clipFromView() const {
-    const double width = shot_.view.width, height = shot_.view.height;
+    const double width = pass_context_.view.width, height = pass_context_.view.height;
     // GL samples at pixel centres: the picture is shifted until the wanted place is there.
-    const glm::dvec2 shift = shot_.view.sample - glm::dvec2(0.5);
-    return shot_.view.projection.matrix((tile_.x0 + shift.x) / width, (tile_.y0 + shift.y) / height,
-                                        (tile_.x1 + shift.x) / width,
-                                        (tile_.y1 + shift.y) / height);
+    const glm::dvec2 shift = pass_context_.view.sample - glm::dvec2(0.5);
+    return pass_context_.view.projection.matrix(
+        (tile_.x0 + shift.x) / width, (tile_.y0 + shift.y) / height, (tile_.x1 + shift.x) / width,
+        (tile_.y1 + shift.y) / height);
 }
 
 void SceneRasterizer::fillClip(shader::FrameRecord& record) const {
-    const ClipVolume& clip = shot_.settings.clip;
+    const ClipVolume& clip = pass_context_.settings.clip;
     const auto count = static_cast<int>(clip.half_spaces.size());
     record.clip = {count, clip.keep_inside ? 1 : 0, clip.nodes.empty() ? 0 : 1, 0};
     for (int i = 0; i < count; ++i) {
         // A plane transforms like a row vector, (n, −offset) · world_from_view.
         const ClipVolume::HalfSpace& half = clip.half_spaces[static_cast<std::size_t>(i)];
-        const glm::dvec4 plane = glm::dvec4(half.normal, -half.offset) * shot_.view.camera_to_world;
+        const glm::dvec4 plane =
+            glm::dvec4(half.normal, -half.offset) * pass_context_.view.camera_to_world;
         record.half_spaces[i] = glm::vec4(plane.x, plane.y, plane.z, -plane.w);
     }
 }
@@ -147,7 +148,7 @@ void SceneRasterizer::uploadDrawRecords() {
     auto* const placements = instance_memory.as<shader::Placement>();
     std::uint32_t next_instance = 0;
     const glm::dmat4 clip_from_view = clipFromView();
-    const glm::dmat4 view_from_world = glm::inverse(shot_.view.camera_to_world);
+    const glm::dmat4 view_from_world = glm::inverse(pass_context_.view.camera_to_world);
     for (std::size_t i = 0; i < draws.size(); ++i) {
         const Draw& draw = draws[i];
         shader::DrawRecord record{};
@@ -169,9 +170,9 @@ void SceneRasterizer::uploadDrawRecords() {
 
 Window SceneRasterizer::drawnWindow() const {
     const DrawList& list = scene_.posed().drawList();
-    const int width = shot_.view.width, height = shot_.view.height;
-    const glm::dmat4 clip_from_world =
-        shot_.view.projection.matrix(0, 0, 1, 1) * glm::inverse(shot_.view.camera_to_world);
+    const int width = pass_context_.view.width, height = pass_context_.view.height;
+    const glm::dmat4 clip_from_world = pass_context_.view.projection.matrix(0, 0, 1, 1) *
+                                       glm::inverse(pass_context_.view.camera_to_world);
     Window drawn;
     for (const Draw& draw : list.draws()) {
         for (const glm::dmat4& world : list.worlds(draw)) {
@@ -187,7 +188,7 @@ Window SceneRasterizer::drawnWindow() const {
 
 /// What points of several pixels cover, too; no pixel less.
 Window SceneRasterizer::grown(const Window& bounds, const Draw& draw) const {
-    const int size = shot_.settings.point_size;
+    const int size = pass_context_.settings.point_size;
     if (bounds.empty() || size <= 1 || (draw.flags & PEELER_IS_TRIANGLES) != 0) return bounds;
     return {bounds.x0 - size, bounds.y0 - size, bounds.x1 + size, bounds.y1 + size};
 }
@@ -199,7 +200,8 @@ void SceneRasterizer::reserve(gl::Buffer& buffer, std::size_t bytes) const {
 void SceneRasterizer::bindFrame() {
     if (frame_dirty_) {
         shader::FrameRecord record{};
-        record.world_from_view = glm::mat4(glm::dmat4(glm::dmat3(shot_.view.camera_to_world)));
+        record.world_from_view =
+            glm::mat4(glm::dmat4(glm::dmat3(pass_context_.view.camera_to_world)));
         record.tile = {tile_.x0, tile_.y0, tile_.width(), tile_.height()};
         record.band = {band_.x0, band_.y0, band_.width(), band_.height()};
         record.limits = {layers_, 0, 0, 0};
@@ -210,7 +212,7 @@ void SceneRasterizer::bindFrame() {
         frame_dirty_ = false;
     }
     frame_record_.bindUniform(PEELER_FRAME_BLOCK, 0, sizeof(shader::FrameRecord));
-    if (shot_.lighting) shot_.lighting->bind();
+    if (pass_context_.lighting) pass_context_.lighting->bind();
     // Without it an integer texture is incomplete: filters are linear unless told.
     for (GLuint unit = PEELER_MATERIAL_UNITS; unit <= PEELER_SHADOW_UNIT; ++unit)
         functions().BindSampler(unit, nearest_.name());
@@ -228,17 +230,18 @@ gl::PassState SceneRasterizer::passState(GLuint framebuffer, const Window& area)
 }
 
 bool SceneRasterizer::shown(const GeometryPass& pass, const Draw& draw) const {
-    if (shot_.settings.hit_mode != HitMode::kNone && (draw.flags & PEELER_IS_TRIANGLES) == 0)
+    if (pass_context_.settings.hit_mode != HitMode::kNone &&
+        (draw.flags & PEELER_IS_TRIANGLES) == 0)
         return false;
     // The pass that finds the bound is the one for which opaque surfaces are always there.
     const bool hidden =
-        pass.bounded && shot_.settings.surfaces == Surfaces::kTransparent && draw.opaque;
+        pass.bounded && pass_context_.settings.surfaces == Surfaces::kTransparent && draw.opaque;
     const bool boundary =
         std::binary_search(boundary_nodes_.begin(), boundary_nodes_.end(), draw.node);
     if (boundary && (draw.flags & PEELER_IS_TRIANGLES) == 0) return false;
     if (boundary || pass.draws == Draws::kClipMeshes)
         return boundary && pass.draws == Draws::kClipMeshes;
-    if (hidden || (shot_.settings.opaque_only && !draw.opaque)) return false;
+    if (hidden || (pass_context_.settings.opaque_only && !draw.opaque)) return false;
     return pass.draws == Draws::kAll || (pass.draws == Draws::kOpaque) == draw.opaque;
 }
 
@@ -272,10 +275,10 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     if (pass.bounded && bound_missing_) renderOpaqueBound();
     gl::PassState state = passState(pass.framebuffer, area);
     state.depth_test = pass.depth_test;
-    state.depth_clamp = pass.draws == Draws::kClipMeshes || shot_.settings.depth_clamp;
+    state.depth_clamp = pass.draws == Draws::kClipMeshes || pass_context_.settings.depth_clamp;
     state.blend = pass.blend;
     gl::apply(gl, state);
-    gl.PointSize(static_cast<GLfloat>(shot_.settings.point_size));
+    gl.PointSize(static_cast<GLfloat>(pass_context_.settings.point_size));
     bindFrame();
     if (pass.bounded && bounded()) {
         gl.BindTextureUnit(PEELER_OPAQUE_DEPTH_UNIT, bound_depth_.name());
@@ -303,7 +306,8 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
                 gl.BindSampler(unit, gpu.bindings[unit].sampler);
             }
         }
-        const Faces faces = pass.draws == Draws::kClipMeshes ? Faces::kBoth : shot_.settings.faces;
+        const Faces faces =
+            pass.draws == Draws::kClipMeshes ? Faces::kBoth : pass_context_.settings.faces;
         const Culling cull = culling(faces, scene_.materials()[material].double_sided);
         if (cull.front || cull.back) {
             gl.Enable(GL_CULL_FACE);
@@ -331,7 +335,7 @@ void SceneRasterizer::submit(const Draw& draw) const {
 
 void SceneRasterizer::renderOpaqueBound() {
     const auto& gl = functions();
-    const Window area = shot_.settings.clip.nodes.empty() ? tile_ : intersect(tile_, band_);
+    const Window area = pass_context_.settings.clip.nodes.empty() ? tile_ : intersect(tile_, band_);
     const Window size{0, 0, tile_.width(), tile_.height()};
     if (!bound_framebuffer_ || size != bound_size_) {
         freeBound();

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/capture/gpu_scene.h"
+#include "core/capture/pass_context.h"
 #include "core/capture/passes.h"
-#include "core/capture/shot.h"
 #include "core/gl/context.h"
 #include "core/gl/objects.h"
 
@@ -27,9 +27,10 @@ class SceneRasterizer {
     static constexpr int kTileSize = 4096;
 
     /// All must outlive it.
-    SceneRasterizer(const gl::Context& context, const GpuScene& scene, const Shot& shot);
+    SceneRasterizer(const gl::Context& context, const GpuScene& scene,
+                    const PassContext& pass_context);
 
-    /// Takes the shot as it is now. The view of its lighting is the caller's to set.
+    /// Takes the pass_context as it is now. The view of its lighting is the caller's to set.
     void begin();
     /// The tiles of the view that touch `area`, row by row.
     std::vector<Window> tilesOf(const Window& area) const;
@@ -54,11 +55,11 @@ class SceneRasterizer {
     /// The tile's viewport and `area` as scissor.
     gl::PassState passState(GLuint framebuffer, const Window& area) const;
     /// Whether opaque surfaces hide what is behind them.
-    bool bounded() const { return shot_.settings.surfaces != Surfaces::kAll; }
-    HitMode hitMode() const { return shot_.settings.hit_mode; }
-    bool floatColor() const { return shot_.settings.color_type == PixelType::kFloat; }
+    bool bounded() const { return pass_context_.settings.surfaces != Surfaces::kAll; }
+    HitMode hitMode() const { return pass_context_.settings.hit_mode; }
+    bool floatColor() const { return pass_context_.settings.color_type == PixelType::kFloat; }
     /// Whether opacity is coloured.
-    bool tinted() const { return shot_.settings.tinted; }
+    bool tinted() const { return pass_context_.settings.tinted; }
     const gl::Functions& functions() const { return context_.functions(); }
     /// Bytes of textures a tile needs for the opaque bound.
     std::uint64_t boundBytes(std::uint64_t tile_pixels) const;
@@ -83,7 +84,7 @@ class SceneRasterizer {
 
     const gl::Context& context_;
     const GpuScene& scene_;
-    const Shot& shot_;
+    const PassContext& pass_context_;
     gl::Buffer frame_record_, draw_records_, instance_records_;
     ShaderVariants shaders_;
     std::vector<Window> screen_bounds_;  // of the draws, in the tile, y up

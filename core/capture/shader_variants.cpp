@@ -60,7 +60,7 @@ std::string_view storedAs(const CaptureSettings& settings) {
 const gl::Program& ShaderVariants::program(const std::vector<std::string_view>& files,
                                            std::string_view definitions) {
     std::string key(definitions);
-    key.append(" ").append(storedAs(shot_.settings));
+    key.append(" ").append(storedAs(pass_context_.settings));
     std::istringstream words(key);
     const std::vector<std::string> list{std::istream_iterator<std::string>(words), {}};
     for (const auto& file : files)
@@ -80,12 +80,12 @@ const gl::Program& ShaderVariants::variant(const GeometryPass& pass, const Draw&
 
 unsigned ShaderVariants::lightBits() const {
     unsigned bits = 0;
-    if (const Lighting* lighting = shot_.lighting) {
+    if (const Lighting* lighting = pass_context_.lighting) {
         if (lighting->punctual()) bits |= kPunctual;
         if (lighting->shadowed()) bits |= kShadowed;
         if (lighting->environment()) bits |= kEnvironment;
     }
-    if (!shot_.view.projection.perspective) bits |= kOrthographic;
+    if (!pass_context_.view.projection.perspective) bits |= kOrthographic;
     return bits;
 }
 
@@ -95,7 +95,7 @@ ShaderVariants::Variant ShaderVariants::variantOf(const GeometryPass& pass,
     constexpr std::uint32_t kBaseColor = PEELER_FIRST_TEXTURE_BIT << PEELER_BASE_COLOR_UNIT;
     constexpr std::uint32_t kAll = ~std::uint32_t{0};
     const GpuMaterial& material = scene_.materials()[draw.material];
-    const CaptureSettings& settings = shot_.settings;
+    const CaptureSettings& settings = pass_context_.settings;
     Variant v;
     v.stored = storedAs(settings);
     std::uint32_t looks_at = 0;  // which of the material's flags
@@ -137,7 +137,7 @@ std::string ShaderVariants::definitionsOf(const GeometryPass& pass, const Varian
         definitions.append(" ").append(definition);
     };
     if (pass.describes) {
-        for (const Channel channel : shot_.settings.channels)
+        for (const Channel channel : pass_context_.settings.channels)
             add(infoOf(channel).definition);
     }
     for (const auto& [bit, definition] : kDefinitions)

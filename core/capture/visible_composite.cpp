@@ -25,7 +25,7 @@ int BandCapture::captureOpaque(const Window& tile, const Window& area) {
     const StageTimer timer(times_, "capture");
     const auto gpu = gpu_timer_.span("gpuCapture");
     const auto& draws = gpu_scene_.posed().drawList().draws();
-    opaque_.reserve(gl(), tile, shot_.settings.color_type);
+    opaque_.reserve(gl(), tile, pass_context_.settings.color_type);
     opaque_.clear(gl(), rasterizer_.passState(opaque_.framebuffer(), area));
     const bool any = std::ranges::any_of(draws, &Draw::opaque);
     if (any) {
@@ -82,7 +82,7 @@ void BandCapture::takeVisible(const Window& tile, const Window& rows,
     {
         const StageTimer timer(times_, "composite");
         OpaqueFragments behind{.fragments = opaque_pixels_.data() + (height - 1) * width * kWords};
-        if (shot_.settings.color_type == PixelType::kFloat)
+        if (pass_context_.settings.color_type == PixelType::kFloat)
             behind.colors = behind.fragments + rows.pixels() * kWords;
         for (std::size_t row = 0; row < height; ++row) {
             const std::size_t first = row * width;
@@ -94,9 +94,10 @@ void BandCapture::takeVisible(const Window& tile, const Window& rows,
             }
         }
         visible_.window = rows;
-        depthSortComposite(captured, shot_.view.projection, 0, Tail::kDrop,
-                           {colorNames(shot_.settings.tinted), shot_.settings.color_type, {}},
-                           visible_, &behind);
+        depthSortComposite(
+            captured, pass_context_.view.projection, 0, Tail::kDrop,
+            {colorNames(pass_context_.settings.tinted), pass_context_.settings.color_type, {}},
+            visible_, &behind);
     }
     take(visible_, visible_counts_);
 }

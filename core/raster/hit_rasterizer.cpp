@@ -85,7 +85,7 @@ struct HitRasterizer::State {
     std::vector<Window> sections;  // of rows, top to bottom, whose spans are held at a time
     Window held;                   // the section whose spans the store has
     std::uint64_t span_limit = 0;
-    Spares<HitSorter> sorters;
+    ObjectPool<HitSorter> sorters;
     LayeredImage image;
     double plan_share = 0;
 };

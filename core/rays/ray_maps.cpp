@@ -25,10 +25,10 @@ namespace {
 
 constexpr float kNowhere = std::numeric_limits<float>::infinity();
 
-float sum(std::span<const Stretch> stretches) {
+float sum(std::span<const RayInterval> intervals) {
     double length = 0;
-    for (const Stretch& stretch : stretches)
-        length += stretch.length();
+    for (const RayInterval& interval : intervals)
+        length += interval.length();
     return static_cast<float>(length);
 }
 
@@ -70,7 +70,7 @@ void parity(const MappedRay& ray, float* out) {
 }
 
 /// The length of what is in `a` and also in `b`; both are in order.
-float common(std::span<const Stretch> a, std::span<const Stretch> b) {
+float common(std::span<const RayInterval> a, std::span<const RayInterval> b) {
     double length = 0;
     for (std::size_t i = 0, k = 0; i < a.size() && k < b.size();) {
         length += std::max(0.0, std::min(a[i].end, b[k].end) - std::max(a[i].begin, b[k].begin));

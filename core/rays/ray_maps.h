@@ -68,7 +68,7 @@ struct RayMapChannel {
 struct RayMapScratch {
     SolidSpans spans;
     std::vector<float> t;
-    std::vector<Stretch> inside, other;
+    std::vector<RayInterval> inside, other;
     std::vector<SolidSpan> open;
     std::vector<double> paths;   ///< by path channel
     std::vector<float> values;   ///< of the ray
@@ -108,7 +108,7 @@ class RayMaps {
     std::vector<std::size_t> path_materials_;  ///< of each path channel
     std::vector<std::size_t> path_of_;         ///< the inverse
     bool needs_spans_ = false, needs_paths_ = false;
-    mutable Spares<RayMapScratch> scratch_;
+    mutable ObjectPool<RayMapScratch> scratch_;
 };
 
 }  // namespace peeler

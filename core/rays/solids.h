@@ -73,16 +73,16 @@ class Solids {
     std::map<std::pair<int, int>, std::vector<Shell>> shells_;  ///< by mesh and deformation
 };
 
-/// A stretch of a ray, in t.
-struct Stretch {
+/// An interval of a ray, in t.
+struct RayInterval {
     double begin = 0, end = 0;
 
     double length() const { return end - begin; }
-    bool operator==(const Stretch&) const = default;
+    bool operator==(const RayInterval&) const = default;
 };
 
-/// A stretch inside one solid.
-struct SolidSpan : Stretch {
+/// An interval inside one solid.
+struct SolidSpan : RayInterval {
     std::uint32_t solid = 0;  ///< index into Solids::all()
     std::uint32_t key = 0;    ///< of the hit that entered it
     std::uint32_t hit = 0;    ///< which of the ray's
@@ -116,10 +116,10 @@ class SolidSpans {
     SparseSet<SolidHits> hits_;
 };
 
-/// The stretches inside at least one of the solids that `keep(span)` is true for, in order, without
+/// The intervals inside at least one of the solids that `keep(span)` is true for, in order, without
 /// gaps of no length between them. `out` is overwritten.
 template <class Keep>
-void uniteSpans(std::span<const SolidSpan> spans, Keep&& keep, std::vector<Stretch>& out) {
+void uniteSpans(std::span<const SolidSpan> spans, Keep&& keep, std::vector<RayInterval>& out) {
     out.clear();
     for (const SolidSpan& span : spans) {
         if (!keep(span)) continue;
@@ -171,7 +171,7 @@ class Parity {
                        SparseSet<SolidParity>& found);
 
     const Solids& solids_;
-    Spares<Scratch> scratch_;
+    ObjectPool<Scratch> scratch_;
     std::map<std::uint32_t, SolidParity> found_;
     std::uint64_t odd_rays_ = 0;
 };

@@ -192,7 +192,7 @@ void VoxelVotes::add(std::size_t axis, const Bundle& bundle, const LayeredImage&
 }
 
 /// What is inside begins and ends where a ray enters the first of the solids that it is inside of,
-/// and leaves the last one; a stretch of no length marks a cell twice, which undoes it.
+/// and leaves the last one; a interval of no length marks a cell twice, which undoes it.
 void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t> keys, Line line,
                         Scratch& scratch) const {
     const std::size_t hits = keys.size();

@@ -88,7 +88,7 @@ class VoxelVotes {
     ZeroedWords inside_;                    ///< for the majority
     ZeroedWords odd_;                       ///< for one ray or three; lines by y and x
     std::uint64_t occupied_ = 0, disputed_ = 0;
-    Spares<Scratch> scratch_;
+    ObjectPool<Scratch> scratch_;
 };
 
 }  // namespace peeler

@@ -171,9 +171,9 @@ View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
     if (choice.eye) {
         eye = *choice.eye;
     } else {
-        const Sight sight = framedSight(extent, up);
-        const glm::dvec3& forward = sight.forward;
-        up = sight.up;
+        const FramingDirection framing = framingDirection(extent, up);
+        const glm::dvec3& forward = framing.forward;
+        up = framing.up;
         const double size = sceneSize(bounds);
         const auto reached = [&](const glm::dvec3& direction) {
             const double far = extent.reach(target, direction);

@@ -145,7 +145,7 @@ glm::dvec3 pleasingForward(const glm::dvec3& up) {
     return -glm::normalize(turnedTo(up, from));
 }
 
-Sight framedSight(const SceneExtent& extent, const glm::dvec3& up) {
+FramingDirection framingDirection(const SceneExtent& extent, const glm::dvec3& up) {
     const Bounds bounds = extent.bounds();
     const glm::dvec3 sides = bounds.max - bounds.min, pleasing = pleasingForward(up);
     int thin = 0;

@@ -49,7 +49,7 @@ class SceneExtent {
 glm::dvec3 pleasingForward(const glm::dvec3& up);
 
 /// How an unknown scene is looked at: a viewing direction, and what is upwards in the picture.
-struct Sight {
+struct FramingDirection {
     glm::dvec3 forward, up;
 };
 
@@ -57,7 +57,7 @@ struct Sight {
 /// axis): along that axis, from the side where pleasingForward() stands, unless most of its
 /// triangles show their backs there. From above, with `up` across it, as a map with what is far
 /// upwards. All else along pleasingForward().
-Sight framedSight(const SceneExtent& extent, const glm::dvec3& up);
+FramingDirection framingDirection(const SceneExtent& extent, const glm::dvec3& up);
 
 /// The largest extent of the bounds; a length that suits the place if they have none.
 double sceneSize(const Bounds& bounds);

@@ -25,7 +25,7 @@ namespace {
 
 constexpr std::size_t kBlock = 4096;  // vertices a thread takes at a time
 
-/// Calls body(first, end) for stretches of the vertices.
+/// Calls body(first, end) for intervals of the vertices.
 template <class Body>
 void forBlocks(std::size_t vertices, const Body& body) {
     parallelFor((vertices + kBlock - 1) / kBlock, [&](std::size_t block) {

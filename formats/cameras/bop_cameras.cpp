@@ -129,7 +129,7 @@ std::vector<FileCamera> readBop(const CameraSource& source) {
 
     const std::filesystem::path poses = companion(source.path, "", "scene_gt");
     nlohmann::json placed = nlohmann::json::object();
-    if (poses != source.path && isThere(poses)) placed = readCameraJson(poses);
+    if (poses != source.path && fileExists(poses)) placed = readCameraJson(poses);
     std::map<std::uint32_t, const nlohmann::json*> lists;
     for (const auto& [id, list] :
          picturesIn(CameraObject(placed, poses.string(), "").value(), poses.string()))

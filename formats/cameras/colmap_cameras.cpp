@@ -63,8 +63,8 @@ bool isColmap(const CameraSource& source) {
 ModelFiles modelAt(const std::filesystem::path& path) {
     if (!isFolder(path)) return {path.parent_path(), path.extension().string()};
     for (const char* extension : {".bin", ".txt"}) {
-        if (isThere(path / (std::string("cameras") + extension)) &&
-            isThere(path / (std::string("images") + extension)))
+        if (fileExists(path / (std::string("cameras") + extension)) &&
+            fileExists(path / (std::string("images") + extension)))
             return {path, extension};
     }
     refuseCamera("the folder holds no model of COLMAP", path.string(),
@@ -148,7 +148,7 @@ std::vector<std::string> writeColmap(const std::filesystem::path& path,
                                      const CameraOutputOptions& options) {
     const ModelFiles place = modelFor(path);
     const bool is_text = place.extension == ".txt";
-    if (is_text && isThere(place.folder / "cameras.bin", ErrorKind::kOutput))
+    if (is_text && fileExists(place.folder / "cameras.bin", ErrorKind::kOutput))
         throw Error(ErrorKind::kUsage,
                     "the folder holds a binary model, which COLMAP would read instead",
                     place.folder.string(), "remove it, or write to another folder");

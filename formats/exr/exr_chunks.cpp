@@ -20,8 +20,8 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "formats/exr/exr_integrity.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/exr/exr_proof.h"
 #include "formats/file/content_hash.h"
 
 namespace peeler {

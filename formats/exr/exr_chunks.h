@@ -122,9 +122,9 @@ class ExrFile {
     void append(std::size_t part, int chunk, const ExrDeepChunk& packed);
     /// Replaces the value of an attribute of a part; the new value has to take as many bytes.
     void setAttribute(std::size_t part, const char* name, const Imf::Attribute& value);
-    /// Fills in the offset tables and each part's hash (exr_proof.h), and reads headers and tables
-    /// back with OpenEXR. Throws Error (kInternal) if a chunk is missing; (kOutput) if the file
-    /// reads back differently.
+    /// Fills in the offset tables and each part's hash (exr_integrity.h), and reads headers and
+    /// tables back with OpenEXR. Throws Error (kInternal) if a chunk is missing; (kOutput) if the
+    /// file reads back differently.
     void finish();
 
   private:

@@ -15,7 +15,7 @@
 
 #include "core/base/error.h"
 #include "formats/exr/exr_header.h"
-#include "formats/exr/exr_proof.h"
+#include "formats/exr/exr_integrity.h"
 #include "formats/exr/exr_stream.h"
 #include "formats/file/regular_file.h"
 

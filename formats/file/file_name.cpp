@@ -119,8 +119,8 @@ std::string framePath(const std::string& path, int frame) {
 
 std::vector<int> framesThere(const std::string& path) {
     if (!hasFrameToken(path))
-        return isThere(framePath(path, 0), ErrorKind::kOutput) ? std::vector{0}
-                                                               : std::vector<int>();
+        return fileExists(framePath(path, 0), ErrorKind::kOutput) ? std::vector{0}
+                                                                  : std::vector<int>();
     constexpr const char* kDigits = "0123456789";
     constexpr unsigned long kMost = 1'000'000'000;
     std::vector<int> numbers;

@@ -85,7 +85,7 @@ int openFile(const char* path, int flags, mode_t mode) {
     return besideStandardStreams(descriptor);
 }
 
-bool isThere(const std::filesystem::path& path, ErrorKind kind) {
+bool fileExists(const std::filesystem::path& path, ErrorKind kind) {
     if (const auto found = look(path, ::stat)) return *found;
     failToLook(path, errno, kind);
 }

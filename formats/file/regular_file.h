@@ -51,10 +51,10 @@ int openFile(const char* path, int flags, mode_t mode = 0);
 /// Whether there is such a file or folder, through symbolic links. Throws Error of `kind` where
 /// nobody can tell, for want of permission, in a circle of links, on a broken disk: what may be
 /// there must not be replaced or left out as if it were not.
-bool isThere(const std::filesystem::path& path, ErrorKind kind = ErrorKind::kInput);
+bool fileExists(const std::filesystem::path& path, ErrorKind kind = ErrorKind::kInput);
 /// Likewise whether a name is taken, be it by a link that leads nowhere. Throws Error (kOutput).
 bool isTaken(const std::filesystem::path& name);
-/// Whether isThere() can say yes: for what is looked for in several places, or only reported.
+/// Whether fileExists() can say yes: for what is looked for in several places, or only reported.
 bool isSeen(const std::filesystem::path& path);
 /// The names of all that is in a folder, in no order; none if there is no such folder. Throws Error
 /// (kOutput) if it cannot be listed.

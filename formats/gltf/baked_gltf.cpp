@@ -30,7 +30,7 @@ std::vector<std::uint8_t> bytesOfAll(const std::vector<T>& values, std::size_t a
 
 class VertexValues {
   public:
-    VertexValues(GltfPackage& package, const std::string& attribute,
+    VertexValues(GlbWriter& package, const std::string& attribute,
                  const std::vector<BakedPrimitive>& primitives)
         : package_(package), attribute_(attribute) {
         for (const BakedPrimitive& primitive : primitives)
@@ -137,7 +137,7 @@ class VertexValues {
         }
     }
 
-    GltfPackage& package_;
+    GlbWriter& package_;
     const std::string& attribute_;
     std::map<int, Values> baked_;  ///< by node
 };
@@ -196,12 +196,12 @@ void changing(const Change& change) {
 
 }  // namespace
 
-void addVertexValues(GltfPackage& package, const std::string& attribute,
+void addVertexValues(GlbWriter& package, const std::string& attribute,
                      const std::vector<BakedPrimitive>& primitives) {
     changing([&] { VertexValues(package, attribute, primitives).add(); });
 }
 
-void showVertexColorsAlone(GltfPackage& package) {
+void showVertexColorsAlone(GlbWriter& package) {
     changing([&] {
         constexpr const char* kUnlit = "KHR_materials_unlit";
         ordered_json& gltf = package.gltf();
@@ -220,12 +220,12 @@ void showVertexColorsAlone(GltfPackage& package) {
     });
 }
 
-void setDefaultScene(GltfPackage& package, int scene) {
+void setDefaultScene(GlbWriter& package, int scene) {
     ordered_json& gltf = package.gltf();
     if (gltf.contains("scenes")) gltf["scene"] = scene;
 }
 
-void setVariant(GltfPackage& package, std::size_t variant) {
+void setVariant(GlbWriter& package, std::size_t variant) {
     changing([&] {
         forEachPrimitive(package.gltf(), [&](ordered_json& primitive) {
             const ordered_json* mappings = mappingsOf(primitive);
@@ -241,7 +241,7 @@ void setVariant(GltfPackage& package, std::size_t variant) {
     });
 }
 
-void addOcclusionTextures(GltfPackage& package, int uv_set, std::vector<BakedTexture> textures) {
+void addOcclusionTextures(GlbWriter& package, int uv_set, std::vector<BakedTexture> textures) {
     changing([&] {
         ordered_json& gltf = package.gltf();
         const std::string uvs = "TEXCOORD_" + std::to_string(uv_set);

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/scene/scene.h"
-#include "formats/gltf/gltf_package.h"
+#include "formats/gltf/glb_writer.h"
 
 namespace peeler {
 
@@ -32,19 +32,19 @@ struct BakedPrimitive {
 /// Draco-compressed primitives (KHR_draco_mesh_compression allows attributes beside the compressed
 /// ones) the new ones stand in the order of the decoded vertices, and a compressed COLOR_0 is no
 /// longer named. Throws Error (kInput) if the file is not the one that the values were made for.
-void addVertexValues(GltfPackage& package, const std::string& attribute,
+void addVertexValues(GlbWriter& package, const std::string& attribute,
                      const std::vector<BakedPrimitive>& primitives);
 
 /// Gives everything one material, white and unlit (KHR_materials_unlit), so that viewers show
 /// COLOR_0 and nothing else.
-void showVertexColorsAlone(GltfPackage& package);
+void showVertexColorsAlone(GlbWriter& package);
 
 /// Makes one of the file's scenes the default one, which viewers show.
-void setDefaultScene(GltfPackage& package, int scene);
+void setDefaultScene(GlbWriter& package, int scene);
 
 /// Gives every primitive its material of a variant (KHR_materials_variants), so that those who do
 /// not know the extension show it, too.
-void setVariant(GltfPackage& package, std::size_t variant);
+void setVariant(GlbWriter& package, std::size_t variant);
 
 struct BakedTexture {
     int material = -1;  ///< of the file; −1 = of primitives that name none
@@ -55,6 +55,6 @@ struct BakedTexture {
 /// get one that differs from the default in this only. Primitives without that UV set keep their
 /// materials as they were (glTF 2.0 §3.9.2: a texture needs its TEXCOORD_n): of a material that
 /// some have and others lack the UVs for, the others get a copy with the texture.
-void addOcclusionTextures(GltfPackage& package, int uv_set, std::vector<BakedTexture> textures);
+void addOcclusionTextures(GlbWriter& package, int uv_set, std::vector<BakedTexture> textures);
 
 }  // namespace peeler

@@ -137,7 +137,7 @@ std::vector<fs::path> MaskFolder::files(std::size_t view, std::size_t begin_mask
 /// What is there; nothing if there is none that can be read.
 MaskFolder::Record MaskFolder::readRecord(const fs::path& file) {
     Record record;
-    if (!isThere(file, ErrorKind::kOutput)) return record;
+    if (!fileExists(file, ErrorKind::kOutput)) return record;
     const auto json = parseJsonOrNull(readRegularText(file, kMostRecordBytes));
     if (!json.is_object()) return record;
     bool whole = true;

@@ -50,7 +50,7 @@ void bakeConstant(const fs::path& model, float value, const fs::path& out) {
     const PosedScene shown(scene);
     const VertexReceivers vertices(shown);
     const std::vector<float> values(vertices.receivers().size(), value);
-    GltfPackage package(model, GltfOptions{});
+    GlbWriter package(model, GltfOptions{});
     addVertexValues(package, "_AO",
                     cmd::bakedPrimitives(shown, vertices, values, BakeQuantity::kAmbientOcclusion,
                                          {BakeQuantity::kAmbientOcclusion, {}}));

@@ -20,7 +20,7 @@ constexpr std::uint64_t kGb = 1'000'000'000;
 std::string told(const Forecast& forecast, std::uint64_t free, bool always = false) {
     std::ostringstream out, err;
     Console console(out, err, false);
-    tellForecast(forecast, console, always, [&](const auto&) { return DiskSpace{7, free}; });
+    reportForecast(forecast, console, always, [&](const auto&) { return DiskSpace{7, free}; });
     EXPECT_EQ(out.str(), "");
     return err.str();
 }
@@ -77,7 +77,7 @@ TEST(Forecast, FilesOfOneDiskAddUp) {
     };
     std::ostringstream out, err;
     Console console(out, err, false);
-    tellForecast(forecast, console, false, disk);
+    reportForecast(forecast, console, false, disk);
     EXPECT_EQ(err.str(),
               "peeler: warning: /a/1 and 1 more file will take at most 1.1 kB, 110 % of the 1.0 kB "
               "that are free there.\n"
@@ -85,10 +85,10 @@ TEST(Forecast, FilesOfOneDiskAddUp) {
     EXPECT_TRUE(mayExceedDisk(forecast, disk));
     EXPECT_EQ(forecast.size().bytes, 1700U);
     forecast.files[2].size = {500};
-    EXPECT_THROW(tellForecast(forecast, console, false, disk), Error);
+    EXPECT_THROW(reportForecast(forecast, console, false, disk), Error);
     // Nothing is said of a disk that does not tell.
     err.str("");
-    tellForecast(forecast, console, true, [](const auto&) { return std::optional<DiskSpace>(); });
+    reportForecast(forecast, console, true, [](const auto&) { return std::optional<DiskSpace>(); });
     EXPECT_EQ(err.str(), "");
 }
 

@@ -17,7 +17,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cmd/tiny_gltf.h"
-#include "formats/exr/exr_proof.h"
+#include "formats/exr/exr_integrity.h"
 #include "formats/exr/exr_writers.h"
 #include "formats/synthetic_image.h"
 #include "support/exr_headers.h"
@@ -230,7 +230,7 @@ TEST_F(VerifyCommand, FilesCutOffOrDamaged) {
 TEST_F(VerifyCommand, FilesThatHaveChangedSinceTheyWereWritten) {
     const std::string bytes =
         bytesOf(write("a.exr", {}, makePicture({.width = 12, .height = 9, .most_layers = 2})));
-    // exr_proof_test has every bit of smaller pieces; here what is read besides must not crash.
+    // exr_integrity_test has every bit of smaller pieces; here what is read besides must not crash.
     for (std::size_t at = 0; at < bytes.size(); at += exhaustive() ? 1 : 29) {
         std::string changed = bytes;
         changed[at] = static_cast<char>(changed[at] ^ (1 << (at % 8)));

@@ -59,7 +59,7 @@ BakedPrimitive values(int node, std::uint16_t grey = 1000) {
 
 /// The file with those values, as a .glb that stands in the folder.
 fs::path bake(const fs::path& source, const std::vector<BakedPrimitive>& primitives) {
-    GltfPackage package(source, GltfOptions{});
+    GlbWriter package(source, GltfOptions{});
     addVertexValues(package, "_AO", primitives);
     EXPECT_TRUE(package.warnings().empty());
     const fs::path path = source.parent_path() / "baked.glb";
@@ -202,7 +202,7 @@ TEST(BakedGltf, SaysWhichImagesStayOutside) {
     builder.gltf["images"] = {{{"uri", "missing.png"}}, {{"uri", "notes.txt"}}};
     const ScratchDir folder;
     writeFile(folder / "notes.txt", std::string("not a picture"));
-    GltfPackage package(builder.write(folder), GltfOptions{});
+    GlbWriter package(builder.write(folder), GltfOptions{});
     ASSERT_EQ(package.warnings().size(), 2U);
     EXPECT_NE(package.warnings()[0].find("/images/0"), std::string::npos);
     EXPECT_NE(package.warnings()[1].find("/images/1"), std::string::npos);
@@ -215,7 +215,7 @@ TEST(BakedGltf, StaysInTheScenesFolder) {
     const ScratchDir folder;
     writeFile(folder / "scene.gltf", builder.gltf.dump());
     try {
-        const GltfPackage package(folder / "scene.gltf", GltfOptions{});
+        const GlbWriter package(folder / "scene.gltf", GltfOptions{});
         FAIL() << "it reads other folders";
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kInput);
@@ -284,7 +284,7 @@ TEST(BakedGltf, GivesMaterialsOcclusionTextures) {
     builder.gltf["meshes"][0]["primitives"][1]["material"] = 0;
     builder.gltf["materials"] = {{{"name", "paint"}, {"doubleSided", true}}};
     const ScratchDir folder;
-    GltfPackage package(builder.write(folder), GltfOptions{});
+    GlbWriter package(builder.write(folder), GltfOptions{});
     addOcclusionTextures(package, 1,
                          {{0, encodePng({"", 2, 1, {0, 0.2F, 0.4F, 1}}, 8)},
                           {-1, encodePng({"", 1, 1, {0.6F}}, 8)}});
@@ -323,7 +323,7 @@ TEST(BakedGltf, LeavesMaterialsToPrimitivesWithoutThoseUvs) {
     builder.gltf["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "worn"}}};
     builder.gltf["materials"] = {{{"name", "paint"}}, {{"name", "rust"}}};
     const ScratchDir folder;
-    GltfPackage package(builder.write(folder), GltfOptions{});
+    GlbWriter package(builder.write(folder), GltfOptions{});
     const Bytes png = encodePng({"", 1, 1, {0.6F}}, 8);
     addOcclusionTextures(package, 0, {{0, png}, {1, png}, {-1, png}});
     package.write((folder / "baked.glb").string());
@@ -363,7 +363,7 @@ TEST(BakedGltf, OpensWithASceneAndAVariant) {
     builder.primitive()["extensions"]["KHR_materials_variants"]["mappings"] = {
         {{"material", 0}, {"variants", {0}}}, {{"material", 1}, {"variants", {1}}}};
     const ScratchDir folder;
-    GltfPackage package(builder.write(folder), GltfOptions{});
+    GlbWriter package(builder.write(folder), GltfOptions{});
     setDefaultScene(package, 1);
     setVariant(package, 1);
     EXPECT_EQ(package.gltf()["scene"], 1);
@@ -444,7 +444,7 @@ TEST(BakedGltf, KeepsTheOrderOfMembers) {
 
 TEST(BakedGltf, NoticesThatTheFileIsAnother) {
     const ScratchDir folder;
-    GltfPackage package(triangle().write(folder), GltfOptions{});
+    GlbWriter package(triangle().write(folder), GltfOptions{});
     BakedPrimitive beyond = values(0);
     beyond.source.primitive = 5;
     try {

@@ -118,7 +118,7 @@ TEST(MeshoptView, DecodesOctahedralNormals) {
                 EXPECT_NEAR(decoded[4 * i + static_cast<std::size_t>(c)] / one, normals[i][c],
                             tolerance);
     };
-    // A step of the grid is 1 / (2^(bits − 1) − 1); the fold stretches it by √3 at most, and each
+    // A step of the grid is 1 / (2^(bits − 1) − 1); the fold intervals it by √3 at most, and each
     // stored component adds half of its own.
     compare(std::int8_t{}, 8, 1.8F / 127 + 0.5F / 127);
     compare(std::int16_t{}, 12, 1.8F / 2047 + 0.5F / 32767);

@@ -126,17 +126,17 @@ TEST(RegularFile, IsThereOrNotWhereThatCanBeTold) {
     fs::create_symlink("a", scratch / "link");
     fs::create_symlink("nowhere", scratch / "dangling");
     for (const char* name : {"a", "link", "."}) {
-        EXPECT_TRUE(isThere(scratch / name)) << name;
+        EXPECT_TRUE(fileExists(scratch / name)) << name;
         EXPECT_TRUE(isTaken(scratch / name)) << name;
         EXPECT_TRUE(isSeen(scratch / name)) << name;
     }
     for (const fs::path& name : {fs::path("b"), "a" / fs::path("b"), "b" / fs::path("b"),
                                  fs::path(std::string(256, 'n'))}) {
-        EXPECT_FALSE(isThere(scratch / name)) << name;
+        EXPECT_FALSE(fileExists(scratch / name)) << name;
         EXPECT_FALSE(isTaken(scratch / name)) << name;
         EXPECT_FALSE(isSeen(scratch / name)) << name;
     }
-    EXPECT_FALSE(isThere(scratch / "dangling"));
+    EXPECT_FALSE(fileExists(scratch / "dangling"));
     EXPECT_TRUE(isTaken(scratch / "dangling")) << "a file would replace it";
     EXPECT_EQ(namesIn(scratch.path()).size(), 3U);
     EXPECT_TRUE(namesIn(scratch / "b").empty());
@@ -147,8 +147,8 @@ TEST(RegularFile, WhatCannotBeToldIsNeitherThereNorNot) {
     const ScratchDir scratch;
     const fs::path loop = scratch / "loop", below = loop / "a";
     fs::create_symlink("loop", loop);
-    EXPECT_EQ(kindOf([&] { isThere(below); }), ErrorKind::kInput);
-    EXPECT_EQ(kindOf([&] { isThere(loop, ErrorKind::kOutput); }), ErrorKind::kOutput);
+    EXPECT_EQ(kindOf([&] { fileExists(below); }), ErrorKind::kInput);
+    EXPECT_EQ(kindOf([&] { fileExists(loop, ErrorKind::kOutput); }), ErrorKind::kOutput);
     EXPECT_EQ(kindOf([&] { isTaken(below); }), ErrorKind::kOutput);
     EXPECT_TRUE(isTaken(loop));
     EXPECT_FALSE(isSeen(below));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A .gltf or .glb becomes a scene; the scene takes poses, and the file is packed with additions.
 #include "core/scene/posed_scene.h"
-#include "formats/gltf/gltf_package.h"
+#include "formats/gltf/glb_writer.h"
 #include "formats/gltf/gltf_reader.h"
 #include "fuzz/fuzz_target.h"
 
@@ -24,7 +24,7 @@ void takeGltf(Input input) {
         const PosedScene posed(scene, scene.default_scene, poseAt(scene, all, 0.375));
     });
     attempt([&] {
-        GltfPackage package(path, options);
+        GlbWriter package(path, options);
         package.addAccessor({1, 2, 3, 4}, {5121, true, "VEC4", 1});
         package.write((scratchFolder() / "packed.glb").string());
         readGltf(scratchFolder() / "packed.glb", options);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A PLY, an STL or an OBJ, which may name itself as its materials, becomes a scene.
 #include "core/scene/posed_scene.h"
-#include "formats/gltf/gltf_package.h"
+#include "formats/gltf/glb_writer.h"
 #include "formats/meshes/scene_reader.h"
 #include "fuzz/fuzz_target.h"
 
@@ -22,7 +22,7 @@ void takeMeshes(Input input) {
     checkScene(scene);
     const PosedScene posed(scene);
     attempt([&] {
-        GltfPackage package(path, scene);
+        GlbWriter package(path, scene);
         package.write((scratchFolder() / "packed.glb").string());
         checkScene(readGltf(scratchFolder() / "packed.glb", options));
     });

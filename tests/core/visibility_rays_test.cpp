@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What receivers see along lines of their own, against rays one by one in double precision.
-#include "core/bake/sights.h"
+#include "core/bake/visibility_rays.h"
 
 #include <gtest/gtest.h>
 
@@ -101,7 +101,7 @@ RayHit traced(const std::vector<std::array<glm::dvec3, 3>>& triangles, const glm
     return hit;
 }
 
-TEST(Sights, EndWhereRaysDo) {
+TEST(VisibilityRays, EndWhereRaysDo) {
     RandomPoints random;
     const glm::dmat4 mirror =
         glm::scale(glm::rotate(glm::dmat4(1), 0.7, {1, 2, 3}), glm::dvec3(-1, 1, 1));
@@ -116,23 +116,23 @@ TEST(Sights, EndWhereRaysDo) {
         const Receivers receivers = scattered(random, 500);
         for (const Faces faces : {Faces::kBoth, Faces::kFront, Faces::kBack}) {
             const Occluders occluders(shown, faces);
-            Sights sights(occluders, static_cast<float>(kOwnSurface));
-            sights.place(receivers, all(receivers));
+            VisibilityRays rays(occluders, static_cast<float>(kOwnSurface));
+            rays.place(receivers, all(receivers));
             std::size_t seen = 0, nothing = 0, doubtful = 0;
             for (const bool inside : {false, true}) {
                 const glm::dvec3 direction(random.normal());
-                sights.look(direction, inside, kFloatInfinity);
+                rays.look(direction, inside, kFloatInfinity);
                 for (std::size_t r = 0; r < receivers.size(); ++r) {
                     const double cosine =
                         (inside ? -1 : 1) * glm::dot(glm::dvec3(receivers.normals[r]), direction);
-                    ASSERT_NEAR(sights.cosines()[r], cosine, 1e-6);
+                    ASSERT_NEAR(rays.cosines()[r], cosine, 1e-6);
                     const RayHit hit = traced(triangles, receivers.positions[r],
                                               cosine > 0 ? direction : -direction, faces);
                     if (hit.doubtful) {
                         ++doubtful;
                         continue;
                     }
-                    const auto found = static_cast<double>(sights.distances()[r]);
+                    const auto found = static_cast<double>(rays.distances()[r]);
                     if (hit.distance == kInfinity) {
                         ++nothing;
                         ASSERT_EQ(found, kInfinity) << r;
@@ -149,27 +149,27 @@ TEST(Sights, EndWhereRaysDo) {
     }
 }
 
-TEST(Sights, EndAtTheLargestDistance) {
+TEST(VisibilityRays, EndAtTheLargestDistance) {
     RandomPoints random;
     const Scene scene = oneMesh({soup(random, 300)});
     const Occluders occluders(PosedScene(scene), Faces::kBoth);
     const Receivers receivers = scattered(random, 400);
-    Sights sights(occluders, static_cast<float>(kOwnSurface));
-    sights.place(receivers, all(receivers));
+    VisibilityRays rays(occluders, static_cast<float>(kOwnSurface));
+    rays.place(receivers, all(receivers));
     const glm::dvec3 direction(random.normal());
-    sights.look(direction, false, kFloatInfinity);
-    const std::vector<float> far(sights.distances().begin(), sights.distances().end());
-    sights.look(direction, false, 0.8F);
+    rays.look(direction, false, kFloatInfinity);
+    const std::vector<float> far(rays.distances().begin(), rays.distances().end());
+    rays.look(direction, false, 0.8F);
     std::size_t nearer = 0;
     for (std::size_t r = 0; r < far.size(); ++r) {
-        EXPECT_EQ(sights.distances()[r], far[r] < 0.8F ? far[r] : kFloatInfinity);
+        EXPECT_EQ(rays.distances()[r], far[r] < 0.8F ? far[r] : kFloatInfinity);
         nearer += far[r] < 0.8F ? 1 : 0;
     }
     EXPECT_GT(nearer, 50U);
     EXPECT_LT(nearer, 350U);
 }
 
-TEST(Sights, HaveTheSameBitsOnEveryProcessor) {
+TEST(VisibilityRays, HaveTheSameBitsOnEveryProcessor) {
     RandomPoints random;
     const Scene scene = oneMesh({soup(random, 2000)});
     constexpr std::size_t kCount = 1000;
@@ -225,14 +225,14 @@ Primitive square(float z = 0) {
 std::vector<float> seenUpward(const Scene& scene, const std::vector<glm::dvec3>& points,
                               Faces faces = Faces::kBoth) {
     const Occluders occluders(PosedScene(scene), faces);
-    Sights sights(occluders, static_cast<float>(kOwnSurface));
+    VisibilityRays rays(occluders, static_cast<float>(kOwnSurface));
     const Receivers receivers{points, std::vector<glm::vec3>(points.size(), glm::vec3(0, 0, 1))};
-    sights.place(receivers, all(receivers));
-    sights.look({0, 0, 1}, false, kFloatInfinity);
-    return {sights.distances().begin(), sights.distances().end()};
+    rays.place(receivers, all(receivers));
+    rays.look({0, 0, 1}, false, kFloatInfinity);
+    return {rays.distances().begin(), rays.distances().end()};
 }
 
-TEST(Sights, GoThroughWhatAlphaLeavesOut) {
+TEST(VisibilityRays, GoThroughWhatAlphaLeavesOut) {
     Primitive p = square();
     // Among so many that they are cut into patches.
     p.positions.insert(p.positions.end(), {{5, 0, 0}, {6, 0, 0}, {6, 1, 0}});
@@ -258,7 +258,7 @@ TEST(Sights, GoThroughWhatAlphaLeavesOut) {
     }
 }
 
-TEST(Sights, SeeFrontsAndBacksAsMaterialsSay) {
+TEST(VisibilityRays, SeeFrontsAndBacksAsMaterialsSay) {
     Scene scene = oneMesh({square()});
     for (const bool double_sided : {false, true}) {
         scene.materials[0].double_sided = double_sided;
@@ -269,7 +269,7 @@ TEST(Sights, SeeFrontsAndBacksAsMaterialsSay) {
     }
 }
 
-TEST(Sights, AreNotStoppedByWhatIsNowhere) {
+TEST(VisibilityRays, AreNotStoppedByWhatIsNowhere) {
     Scene scene = oneMesh({square()});
     Primitive& p = scene.meshes[0].primitives[0];
     const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -329,7 +329,7 @@ struct Both {
     Bundled bundles{shown};
 };
 
-TEST(Sights, AgreeWithBundles) {
+TEST(VisibilityRays, AgreeWithBundles) {
     Both both;
     auto& [random, scene, shown, receivers, lines, bundles] = both;
     for (const BakeQuantity quantity :
@@ -344,7 +344,7 @@ TEST(Sights, AgreeWithBundles) {
     }
 }
 
-TEST(Sights, AreTheSameForAllThreadsAndBudgets) {
+TEST(VisibilityRays, AreTheSameForAllThreadsAndBudgets) {
     RandomPoints random;
     const Scene scene = oneMesh({soup(random, 50)});
     const PosedScene shown(scene);
@@ -378,7 +378,7 @@ TEST(Sights, AreTheSameForAllThreadsAndBudgets) {
     }
 }
 
-TEST(Sights, TellBeforeTheyLook) {
+TEST(VisibilityRays, TellBeforeTheyLook) {
     Both both;
     auto& [random, scene, shown, receivers, lines, bundles] = both;
     BakeSettings settings;

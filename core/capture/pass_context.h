@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a pass over the scene is for.
+// The context of a pass over the scene.
 #pragma once
 
 #include "core/capture/capture_settings.h"
@@ -9,8 +9,8 @@ namespace peeler {
 
 class Lighting;
 
-/// What is being captured: how the scene is seen, what of it counts, and what shines on it.
-struct Shot {
+/// The view, settings and lighting of a capture.
+struct PassContext {
     View view;
     CaptureSettings settings;
     const Lighting* lighting = nullptr;  ///< none: nothing shines

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/bake/sights.h"
+#include "core/bake/visibility_rays.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,13 +32,13 @@ int cellOf(float at, int cells) {
 
 }  // namespace
 
-std::uint64_t Sights::bytes(std::size_t receivers) {
+std::uint64_t VisibilityRays::bytes(std::size_t receivers) {
     constexpr std::size_t kFloats = 3 * 4 + 5;
     constexpr auto kCells = static_cast<std::size_t>(kColumnsASquare / kReceiversASquare) + 1;
     return padded(receivers) * (kFloats + kCells) * sizeof(float);
 }
 
-void Sights::place(const Receivers& receivers, std::span<const std::uint32_t> chosen) {
+void VisibilityRays::place(const Receivers& receivers, std::span<const std::uint32_t> chosen) {
     count_ = chosen.size();
     for (std::size_t axis = 0; axis < 3; ++axis) {
         for (auto* values : {&position_, &normal_, &place_})
@@ -60,7 +60,7 @@ void Sights::place(const Receivers& receivers, std::span<const std::uint32_t> ch
     }
 }
 
-void Sights::project(const glm::dmat3& frame, bool inside) {
+void VisibilityRays::project(const glm::dmat3& frame, bool inside) {
     const auto dots = [&](const glm::vec3& row, const auto& vectors, std::vector<float>& out) {
         const float *const x = vectors[0].data(), *const y = vectors[1].data(),
                            *const z = vectors[2].data();
@@ -93,7 +93,7 @@ void Sights::project(const glm::dmat3& frame, bool inside) {
     grid_.height = static_cast<int>(size.y * grid_.cells_a_unit.y) + 1;
 }
 
-void Sights::sort(float max_distance) {
+void VisibilityRays::sort(float max_distance) {
     for (std::size_t axis = 0; axis < 2; ++axis) {
         const auto a = static_cast<int>(axis);
         const auto first = static_cast<float>(grid_.first[a]);
@@ -125,7 +125,7 @@ void Sights::sort(float max_distance) {
     std::fill(nearest_.begin() + static_cast<std::ptrdiff_t>(count_), nearest_.end(), 0.0F);
 }
 
-void Sights::lookAt(const OccluderPiece& piece, const glm::dmat3& frame) {
+void VisibilityRays::lookAt(const OccluderPiece& piece, const glm::dmat3& frame) {
     glm::dmat3 turn = frame * piece.turn;
     glm::dvec3 offset = frame * piece.offset;
     for (int axis = 0; axis < 2; ++axis) {
@@ -160,7 +160,7 @@ void Sights::lookAt(const OccluderPiece& piece, const glm::dmat3& frame) {
     }
 }
 
-void Sights::look(const glm::dvec3& direction, bool inside, float max_distance) {
+void VisibilityRays::look(const glm::dvec3& direction, bool inside, float max_distance) {
     glm::dmat3 frame = bundleSides(direction);
     frame[2] = -frame[2];
     frame = glm::transpose(frame);  // right, up and forward are rows

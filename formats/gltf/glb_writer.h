@@ -29,18 +29,18 @@ struct NewAccessor {
 /// extensions, compressed data and the order of members stay. The buffers become one (placeholders
 /// for decompressed data stay behind it), images move into it, and all other indices stay as they
 /// are.
-class GltfPackage {
+class GlbWriter {
   public:
     /// Reads the file and what its buffers and images name, in the same sandbox as readGltf, which
     /// has to have accepted it before. Throws Error(kInput) as that does, and (kOutput) as soon as
     /// the whole would pass the 4 GiB of a .glb. An image that cannot be taken in stays outside,
     /// with a warning.
-    GltfPackage(const std::filesystem::path& path, const GltfOptions& options);
+    GlbWriter(const std::filesystem::path& path, const GltfOptions& options);
     /// A glTF of a scene that was read from a file of another format (`path`): its nodes, meshes
     /// and materials, with the numbers that they have. Textures are left out, with a warning.
-    GltfPackage(const std::filesystem::path& path, const Scene& scene);
-    GltfPackage(const GltfPackage&) = delete;
-    GltfPackage& operator=(const GltfPackage&) = delete;
+    GlbWriter(const std::filesystem::path& path, const Scene& scene);
+    GlbWriter(const GlbWriter&) = delete;
+    GlbWriter& operator=(const GlbWriter&) = delete;
 
     /// Most bytes that one of a glTF holds until it is written, without what is added; `named` are
     /// the files that it names. Reads the file. Throws like the constructor.

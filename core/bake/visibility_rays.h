@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What receivers see first along a direction: each by a line of its own.
+// Visibility rays: the first surface that each receiver sees along a direction.
 #pragma once
 
 #include <array>
@@ -21,11 +21,11 @@ namespace peeler {
 /// do (Aila & Laine 2004, "Alias-Free Shadow Maps"; Johnson et al. 2005, "The Irregular Z-Buffer").
 /// In single precision from the middle of the scene on, with the same bits on every processor. One
 /// for each thread.
-class Sights {
+class VisibilityRays {
   public:
     /// Hits nearer than `own_surface` (scene units) are the surface that a receiver is on. The
     /// occluders must outlive it.
-    Sights(const Occluders& occluders, float own_surface)
+    VisibilityRays(const Occluders& occluders, float own_surface)
         : occluders_(occluders), own_surface_(own_surface) {}
 
     /// Takes these of the receivers, in this order.

@@ -16,7 +16,7 @@ std::string pixelHashText(std::uint64_t hash);
 /// The attribute as it stands in a file: name, type, size and value.
 std::string pixelHashRecord(std::uint64_t hash);
 
-struct ExrProof {
+struct ExrIntegrity {
     /// Of several files the worst, which stands last, is that of all.
     enum State : std::uint8_t {
         kProven,   ///< every bit is as it was written
@@ -33,7 +33,7 @@ struct ExrProof {
 /// Reads all of the file's bytes (of a set all of its files') and holds them against their hashes.
 /// Every byte counts: a file that has bytes which belong to no part has changed. Throws Error
 /// (kInput) if it cannot be read, or its headers are none.
-ExrProof proveExr(const std::string& path);
+ExrIntegrity exrIntegrity(const std::string& path);
 
 /// Throws Error (kInput) if the file has changed since it was written.
 void requireUnchanged(const std::string& path);

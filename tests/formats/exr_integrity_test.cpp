@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every bit of a file that has changed is found, and a camera that contradicts itself where there
 // is no hash.
-#include "formats/exr/exr_proof.h"
+#include "formats/exr/exr_integrity.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFloatAttribute.h>
@@ -60,7 +60,7 @@ std::string write(const SmallFile& file, const std::string& path, bool perspecti
 /// Whether anything is noticed of a file that is not what was written.
 bool isFound(const std::string& path) {
     try {
-        return proveExr(path).state == ExrProof::kChanged;
+        return exrIntegrity(path).state == ExrIntegrity::kChanged;
     } catch (const Error& error) {
         return error.kind() == ErrorKind::kInput;
     }
@@ -73,8 +73,8 @@ class EachFile : public testing::TestWithParam<SmallFile> {
 };
 
 TEST_P(EachFile, IsProven) {
-    EXPECT_EQ(proveExr(path_).state, ExrProof::kProven);
-    EXPECT_EQ(proveExr(path_).problem(), "");
+    EXPECT_EQ(exrIntegrity(path_).state, ExrIntegrity::kProven);
+    EXPECT_EQ(exrIntegrity(path_).problem(), "");
     EXPECT_EQ(outputHashOf(path_), kOutputHash);
     EXPECT_EQ(headerContradictions(path_), std::vector<std::string>());
     EXPECT_NO_THROW(requireUnchanged(path_));
@@ -90,7 +90,7 @@ TEST_P(EachFile, HasNoByteThatBelongsToNothing) {
     EXPECT_FALSE(isFound(path_));
 }
 
-INSTANTIATE_TEST_SUITE_P(ExrProof, EachFile, testing::ValuesIn(kOtherFiles),
+INSTANTIATE_TEST_SUITE_P(ExrIntegrity, EachFile, testing::ValuesIn(kOtherFiles),
                          [](const auto& file) { return std::string(file.param.name); });
 
 class EachBit : public EachFile {};
@@ -116,17 +116,17 @@ TEST_P(EachBit, ThatHasChangedIsFound) {
     EXPECT_EQ(outputHashOf(path_), kOutputHash);
 }
 
-INSTANTIATE_TEST_SUITE_P(ExrProof, EachBit, testing::ValuesIn(kSmallFiles),
+INSTANTIATE_TEST_SUITE_P(ExrIntegrity, EachBit, testing::ValuesIn(kSmallFiles),
                          [](const auto& file) { return std::string(file.param.name); });
 
-TEST(ExrProof, TellsWhichPartHasChanged) {
+TEST(ExrIntegrity, TellsWhichPartHasChanged) {
     const ScratchDir scratch;
     const std::string path = write(kSmallFiles[0], scratch / "a.exr");
     std::string bytes = bytesOf(path);
     bytes[bytes.size() - 1] ^= 4;
     std::ofstream(path, std::ios::binary) << bytes;
-    EXPECT_EQ(proveExr(path).where, path + ": layer_001");
-    EXPECT_TRUE(contains(proveExr(path).problem(), "it has changed since it was written"));
+    EXPECT_EQ(exrIntegrity(path).where, path + ": layer_001");
+    EXPECT_TRUE(contains(exrIntegrity(path).problem(), "it has changed since it was written"));
     EXPECT_THROW(requireUnchanged(path), Error);
 
     const std::string set = write(kOtherFiles[1], scratch / "set.exr");
@@ -134,19 +134,19 @@ TEST(ExrProof, TellsWhichPartHasChanged) {
     bytes = bytesOf(layer);
     bytes[bytes.size() - 1] ^= 4;
     std::ofstream(layer, std::ios::binary) << bytes;
-    EXPECT_EQ(proveExr(set).where, layer + ": layer_001");
+    EXPECT_EQ(exrIntegrity(set).where, layer + ": layer_001");
     EXPECT_EQ(outputHashOf(set), "");
 }
 
-TEST(ExrProof, OfTexturesAndTheirNames) {
+TEST(ExrIntegrity, OfTexturesAndTheirNames) {
     const ScratchDir scratch;
     const std::string path = scratch / "a.exr";
     const ValueTexture textures[] = {{"m", 3, 1, std::vector<float>(9, 0.5F)}};
     writeExrTextures(path, textures, "us");
-    EXPECT_EQ(proveExr(path).state, ExrProof::kProven);
+    EXPECT_EQ(exrIntegrity(path).state, ExrIntegrity::kProven);
 }
 
-TEST(ExrProof, IsTheHashThatTheDocumentDescribes) {
+TEST(ExrIntegrity, IsTheHashThatTheDocumentDescribes) {
     const ScratchDir scratch;
     const std::string bytes = bytesOf(write(kSmallFiles[2], scratch / "a.exr"));
     const auto number = [&](std::size_t at) {
@@ -180,17 +180,17 @@ std::string rewrite(const std::string& path, const std::function<void(Imf::Heade
     return copy;
 }
 
-TEST(ExrProof, FilesWithoutAHashAreToldApart) {
+TEST(ExrIntegrity, FilesWithoutAHashAreToldApart) {
     const ScratchDir scratch;
     const std::string path = write(kSmallFiles[2], scratch / "a.exr");
     const std::string older = rewrite(path, [](Imf::Header& h) { h = without(h, kPixelHash); });
-    EXPECT_EQ(proveExr(older).state, ExrProof::kNone);
+    EXPECT_EQ(exrIntegrity(older).state, ExrIntegrity::kNone);
     EXPECT_EQ(outputHashOf(older), kOutputHash);
     EXPECT_NO_THROW(requireUnchanged(older));
     // Another program that copies what it does not know.
     const std::string again = rewrite(
         path, [](Imf::Header& h) { h.insert("comment", Imf::StringAttribute("brighter")); });
-    EXPECT_EQ(proveExr(again).state, ExrProof::kChanged);
+    EXPECT_EQ(exrIntegrity(again).state, ExrIntegrity::kChanged);
 
     Imf::Header header(4, 4);
     header.insert("history", Imf::StringAttribute("--eraseattrib peeler:pixelHash xxh64:"));
@@ -204,11 +204,11 @@ TEST(ExrProof, FilesWithoutAHashAreToldApart) {
         file.setFrameBuffer(buffer);
         file.writePixels(4);
     }
-    EXPECT_EQ(proveExr(foreign).state, ExrProof::kNone);
+    EXPECT_EQ(exrIntegrity(foreign).state, ExrIntegrity::kNone);
     EXPECT_EQ(headerContradictions(foreign), std::vector<std::string>());
-    EXPECT_THROW(proveExr(scratch / "missing.exr"), Error);
+    EXPECT_THROW(exrIntegrity(scratch / "missing.exr"), Error);
     std::ofstream(foreign) << "no picture";
-    EXPECT_THROW(proveExr(foreign), Error);
+    EXPECT_THROW(exrIntegrity(foreign), Error);
 }
 
 class CameraOf : public testing::TestWithParam<bool> {};
@@ -260,7 +260,7 @@ TEST_P(CameraOf, AFileWithoutAHashMustNotContradictItself) {
     EXPECT_EQ(both, (Sentences{sentence("worldToCamera"), sentence("worldToNDC")}));
 }
 
-INSTANTIATE_TEST_SUITE_P(ExrProof, CameraOf, testing::Bool(), [](const auto& perspective) {
+INSTANTIATE_TEST_SUITE_P(ExrIntegrity, CameraOf, testing::Bool(), [](const auto& perspective) {
     return perspective.param ? "perspective" : "orthographic";
 });
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads the bytes of OpenEXR files as they are, without OpenEXR: headers, offset tables and chunks,
 // which have to be all that there is.
-#include "formats/exr/exr_proof.h"
+#include "formats/exr/exr_integrity.h"
 
 #include <algorithm>
 #include <cstring>
@@ -207,12 +207,12 @@ std::optional<Chunks> readChunks(FileBytes& file, const Headers& headers) {
     return chunks;
 }
 
-ExrProof proveFile(const std::string& path) {
+ExrIntegrity proveFile(const std::string& path) {
     FileBytes file(path);
     const Headers headers = readHeaders(file);
-    if (!hasHash(file, headers)) return {ExrProof::kNone, {}};
+    if (!hasHash(file, headers)) return {ExrIntegrity::kNone, {}};
     const std::optional<Chunks> chunks = readChunks(file, headers);
-    if (!chunks) return {ExrProof::kChanged, path};
+    if (!chunks) return {ExrIntegrity::kChanged, path};
     std::size_t first = 0;  // chunk of the part
     for (const PartHeader& part : headers.parts) {
         const auto count = static_cast<std::size_t>(std::max(part.chunks, 0));
@@ -226,10 +226,10 @@ ExrProof proveFile(const std::string& path) {
         hash.add(std::as_bytes(std::span(chunks->offsets).subspan(first, count)));
         hash.add(std::as_bytes(std::span(chunks->hashes).subspan(first, count)));
         if (part.hash != pixelHashText(hash.value()))
-            return {ExrProof::kChanged, part.name.empty() ? path : path + ": " + part.name};
+            return {ExrIntegrity::kChanged, part.name.empty() ? path : path + ": " + part.name};
         first += count;
     }
-    return {ExrProof::kProven, {}};
+    return {ExrIntegrity::kProven, {}};
 }
 
 }  // namespace
@@ -242,24 +242,24 @@ std::string pixelHashRecord(std::uint64_t hash) {
     return std::string(kRecordBegin) + std::string(kRecordEnd) + hexText(hash);
 }
 
-std::string ExrProof::problem() const {
+std::string ExrIntegrity::problem() const {
     if (state != kChanged) return "";
     return "it is not what its " + std::string(kPixelHash) +
            " says: it has changed since it was written, or another program wrote it again";
 }
 
-ExrProof proveExr(const std::string& path) {
-    ExrProof worst;
+ExrIntegrity exrIntegrity(const std::string& path) {
+    ExrIntegrity worst;
     for (const std::string& file : exrFilesOf(path)) {
-        const ExrProof found = proveFile(file);
+        const ExrIntegrity found = proveFile(file);
         if (found.state > worst.state) worst = found;
     }
     return worst;
 }
 
 void requireUnchanged(const std::string& path) {
-    const ExrProof proof = proveExr(path);
-    if (proof.state != ExrProof::kChanged) return;
+    const ExrIntegrity proof = exrIntegrity(path);
+    if (proof.state != ExrIntegrity::kChanged) return;
     throw Error(ErrorKind::kInput, proof.problem(), proof.where,
                 "make it again; or, if the other program is to be trusted, erase that attribute");
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Moves buffers and images into one binary chunk.
-#include "formats/gltf/gltf_package.h"
+#include "formats/gltf/glb_writer.h"
 
 #include <array>
 #include <limits>
@@ -78,7 +78,7 @@ std::string word(std::uint64_t value) {
 
 }  // namespace
 
-GltfPackage::GltfPackage(const std::filesystem::path& path, const GltfOptions& options)
+GlbWriter::GlbWriter(const std::filesystem::path& path, const GltfOptions& options)
     : path_(path.string()), folder_(path, options.max_file_bytes, options.allow_outside) {
     const std::span<const std::uint8_t> bytes =
         storage_.emplace_back(readRegularFile(path, options.max_file_bytes));
@@ -90,8 +90,8 @@ GltfPackage::GltfPackage(const std::filesystem::path& path, const GltfOptions& o
     takeImages();
 }
 
-std::uint64_t GltfPackage::memory(const std::filesystem::path& path, const GltfOptions& options,
-                                  std::span<const std::filesystem::path> named) {
+std::uint64_t GlbWriter::memory(const std::filesystem::path& path, const GltfOptions& options,
+                                std::span<const std::filesystem::path> named) {
     const std::vector<std::uint8_t> bytes = readRegularFile(path, options.max_file_bytes);
     ReadWarnings given_by_read_gltf(false, {});
     const GltfContainer container = splitGltfContainer(bytes, path.string(), given_by_read_gltf);
@@ -107,7 +107,7 @@ std::uint64_t GltfPackage::memory(const std::filesystem::path& path, const GltfO
     return all;
 }
 
-std::uint64_t GltfPackage::append(std::span<const std::uint8_t> bytes) {
+std::uint64_t GlbWriter::append(std::span<const std::uint8_t> bytes) {
     const std::uint64_t start = size_;
     size_ += padded(bytes.size());
     if (size_ > kMostContainerBytes) failTooLarge(path_);
@@ -116,7 +116,7 @@ std::uint64_t GltfPackage::append(std::span<const std::uint8_t> bytes) {
 }
 
 /// The bytes of a buffer of the source; none if it only marks the place of decompressed data.
-std::optional<std::span<const std::uint8_t>> GltfPackage::bufferBytes(
+std::optional<std::span<const std::uint8_t>> GlbWriter::bufferBytes(
     const json& buffer, std::size_t index, std::optional<std::span<const std::uint8_t>> binary) {
     const std::string where = childPointer("/buffers", index);
     const auto uri = buffer.find("uri");
@@ -141,8 +141,8 @@ std::optional<std::span<const std::uint8_t>> GltfPackage::bufferBytes(
     return bytes.first(length);
 }
 
-void GltfPackage::takeBuffers(const json& checked,
-                              std::optional<std::span<const std::uint8_t>> binary) {
+void GlbWriter::takeBuffers(const json& checked,
+                            std::optional<std::span<const std::uint8_t>> binary) {
     ordered_json merged = ordered_json::object();
     std::vector<ordered_json> placeholders;
     const std::size_t count = checked.contains("buffers") ? checked["buffers"].size() : 0;
@@ -177,7 +177,7 @@ void GltfPackage::takeBuffers(const json& checked,
 }
 
 /// Makes `place`, which names a buffer and an offset in it, name those of the .glb.
-void GltfPackage::relocate(ordered_json& place) const {
+void GlbWriter::relocate(ordered_json& place) const {
     const auto buffer = place["buffer"].get<std::size_t>();
     if (!starts_[buffer]) {
         place["buffer"] = placeholders_[buffer];
@@ -188,7 +188,7 @@ void GltfPackage::relocate(ordered_json& place) const {
     place["byteOffset"] = *starts_[buffer] + place.value("byteOffset", std::uint64_t{0});
 }
 
-void GltfPackage::takeImages() {
+void GlbWriter::takeImages() {
     const auto images = json_.find("images");
     if (images == json_.end()) return;
     struct Place {
@@ -227,7 +227,7 @@ void GltfPackage::takeImages() {
     }
 }
 
-std::size_t GltfPackage::addBufferView(std::vector<std::uint8_t> bytes, std::optional<int> target) {
+std::size_t GlbWriter::addBufferView(std::vector<std::uint8_t> bytes, std::optional<int> target) {
     const std::size_t length = bytes.size();
     const std::uint64_t start = append(storage_.emplace_back(std::move(bytes)));
     ordered_json view = {{"buffer", 0}, {"byteOffset", start}, {"byteLength", length}};
@@ -235,7 +235,7 @@ std::size_t GltfPackage::addBufferView(std::vector<std::uint8_t> bytes, std::opt
     return appendElement(json_, "bufferViews", std::move(view));
 }
 
-std::size_t GltfPackage::addAccessor(std::vector<std::uint8_t> bytes, const NewAccessor& accessor) {
+std::size_t GlbWriter::addAccessor(std::vector<std::uint8_t> bytes, const NewAccessor& accessor) {
     ordered_json result = {{"bufferView", addBufferView(std::move(bytes), 34962)},
                            {"componentType", accessor.component_type}};
     if (accessor.normalized) result["normalized"] = true;
@@ -244,14 +244,14 @@ std::size_t GltfPackage::addAccessor(std::vector<std::uint8_t> bytes, const NewA
     return appendElement(json_, "accessors", std::move(result));
 }
 
-std::size_t GltfPackage::addImage(std::vector<std::uint8_t> bytes, const std::string& mime_type,
-                                  const std::string& name) {
+std::size_t GlbWriter::addImage(std::vector<std::uint8_t> bytes, const std::string& mime_type,
+                                const std::string& name) {
     ordered_json image = {{"name", name}, {"mimeType", mime_type}};
     image["bufferView"] = addBufferView(std::move(bytes));
     return appendElement(json_, "images", std::move(image));
 }
 
-void GltfPackage::write(const std::string& path) {
+void GlbWriter::write(const std::string& path) {
     static constexpr std::array<std::byte, kContainerAlignment> kZeros{};
     if (size_ == 0) append(storage_.emplace_back(kContainerAlignment));  // no buffer may be empty
     json_["buffers"][0]["byteLength"] = size_;

@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "core/base/error.h"
-#include "formats/gltf/gltf_package.h"
+#include "formats/gltf/glb_writer.h"
 
 namespace peeler {
 namespace {
@@ -80,7 +80,7 @@ ordered_json nodeJson(const Node& node) {
 
 }  // namespace
 
-GltfPackage::GltfPackage(const std::filesystem::path& path, const Scene& scene)
+GlbWriter::GlbWriter(const std::filesystem::path& path, const Scene& scene)
     : path_(path.string()), folder_(path, 0) {
     json_["asset"] = {{"version", "2.0"}, {"generator", "peeler " PEELER_VERSION}};
     json_["scene"] = scene.default_scene;
@@ -110,7 +110,7 @@ GltfPackage::GltfPackage(const std::filesystem::path& path, const Scene& scene)
     }
 }
 
-ordered_json GltfPackage::primitiveJson(const Primitive& primitive, std::size_t materials) {
+ordered_json GlbWriter::primitiveJson(const Primitive& primitive, std::size_t materials) {
     ordered_json attributes;
     const auto add = [&](const char* name, const char* type, const auto& values) {
         if (values.empty()) return;
@@ -141,7 +141,7 @@ ordered_json GltfPackage::primitiveJson(const Primitive& primitive, std::size_t 
     return json;
 }
 
-std::uint64_t GltfPackage::memory(const Scene& scene) {
+std::uint64_t GlbWriter::memory(const Scene& scene) {
     std::uint64_t bytes = 0;
     const auto add = [&](const auto& values) { bytes += values.size() * sizeof(values[0]); };
     for (const Mesh& mesh : scene.meshes) {
