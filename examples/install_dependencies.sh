@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # Installs the Debian packages peeler needs, if any is missing (12 and 13 name them alike).
-#   sh examples/install_dependencies.sh [build] [test] [datasets] [packages] [coverage] [fuzz] [bench]
+#   sh examples/install_dependencies.sh [build] [test] [datasets] [packages] [coverage] [mutations] [fuzz] [bench]
 set -eu
 
 run="libegl1 libgl1-mesa-dri libosmesa6"
@@ -20,6 +20,8 @@ datasets="python3-opencv python3-torch python3-imageio python3-png colmap meshla
 pack="dpkg-dev file"
 # What `sh tests/run.sh coverage` counts with.
 coverage="gcovr"
+# What `sh tests/run.sh mutations` parses with.
+mutations="python3-clang"
 # What `sh tests/run.sh fuzz` builds with, and has the lines of findings named by.
 fuzz="clang libclang-rt-dev llvm"
 # What `sh tests/run.sh bench` builds with and compares with.
@@ -36,9 +38,10 @@ for set in "$@"; do
     datasets) packages="$packages $datasets" ;;
     packages) packages="$packages $pack" ;;
     coverage) packages="$packages $coverage" ;;
+    mutations) packages="$packages $mutations" ;;
     fuzz) packages="$packages $fuzz" ;;
     bench) packages="$packages $bench" ;;
-    *) echo "usage: $0 [build] [test] [datasets] [packages] [coverage] [fuzz] [bench]" >&2; exit 2 ;;
+    *) echo "usage: $0 [build] [test] [datasets] [packages] [coverage] [mutations] [fuzz] [bench]" >&2; exit 2 ;;
     esac
 done
 

@@ -1,112 +1,167 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Breaks the product on purpose, one place after the other: the short run of the tests has to see each.
+"""Breaks the product on purpose, one place after the other: the tests have to see each.
 
-    sh tests/run.sh mutations [NAME ...]
+    sh tests/run.sh mutations [--count N] [--seed S] [--list] [FILE ...]
 
-Works on a copy of the tree in build/mutations, so nothing here is touched. Of the short run it takes the
-programs that are said to see the mutation (a label of ctest) and stops at the first test that fails. Exits
-with 1 if a mutation is not seen, or if its text is not in the code any more."""
+A place is chosen by rule on the parsed source, so edits elsewhere do not change it: clang's AST gives the comparisons,
+the sums and products, the conditions, the constants and the calls of C++; of shaders, which clang does not parse, the
+tokens give the operators. Rooms, files and rules have their turns. FILE restricts the choice to those files.
 
+Works on a copy of the tree in build/mutations. The labels of ctest run in the order in which they cost time, each up to
+its first failure. Prints each mutation and the test that saw it, and the text of those that no test saw. Some of these
+change nothing that can be observed: look at them. Exits with 1 if there are any."""
+
+import argparse
+import hashlib
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import time
 
+import single_files
+
 SOURCE = pathlib.Path(__file__).resolve().parents[1]
 COPY = SOURCE / "build" / "mutations"
+FOLDERS = ("core", "formats", "cmd")
+SHADERS = (".glsl", ".vert", ".frag", ".comp")
+LABELS = ("unit", "fuzz", "cli", "gl", "process", "python", "assets", "examples")
 
-# (name, file, text that stands there once, what it becomes, label of the tests that see it)
-MUTATIONS = (
-    ("winding", "core/capture/scene_rasterizer.cpp", "draw.mirrored ? GL_CW : GL_CCW",
-     "draw.mirrored ? GL_CCW : GL_CW", "gl"),
-    ("half-space sign", "core/capture/scene_rasterizer.cpp", "plane.z, -plane.w);", "plane.z, plane.w);",
-     "gl"),
-    ("sort direction", "core/capture/depth_sort.cpp", "{~fragment[0]} << 32", "{fragment[0]} << 32", "unit"),
-    ("order of coincident fragments", "core/capture/depth_sort.cpp", "<< 32 | fragment[1]",
-     "<< 32 | (0xFFFFFFFFU - fragment[1])", "unit"),
-    ("ping-pong order", "core/peel/layer_targets.cpp",
-     ".depth_test = direction.depth_test},\n                        area);\n        take(layer, current);",
-     ".depth_test = direction.depth_test},\n                        area);\n        take(layer, previous);",
-     "gl"),
-    ("back-to-front index", "shaders/blend_layer.frag", "counts[pixel] - 1u - uint(layer.x)",
-     "counts[pixel] - uint(layer.x)", "gl"),
-    ("tail bound", "shaders/resolve.comp", "slots[pixel] += uint(n);", "", "gl"),
-    ("average formula on the GPU", "shaders/resolve.comp", "1.0 - sum.a / n), n)",
-     "1.0 - sum.a), n)", "gl"),
-    ("average formula on layers", "core/image/composite.cpp", "1.0F - sum / n), n)",
-     "1.0F - sum), n)", "gl"),
-    ("over", "core/image/composite.cpp", "c < 4; ++c)\n        sum[c] += rest * b[c];",
-     "c < 4; ++c)\n        sum[c] += b[c];", "unit"),
-    ("coloured opacity", "core/image/composite.cpp", "rest = 1.0F - a[4 + c];", "rest = 1.0F - a[3];",
-     "unit"),
-    ("merge rule", "core/image/deep_merge.cpp",
-     "case DeepMerge::kByZ:\n                return distance <= settings_.z_tolerance;",
-     "case DeepMerge::kByZ:\n                return distance < settings_.z_tolerance;", "unit"),
-    ("transmittance", "shaders/transmission.glsl", "(tint.r + tint.g + tint.b) / 3.0", "tint.g", "gl"),
-    ("colours of glass", "shaders/transmission.glsl", "(1.0 - metalness(g)) * clamp(base, 0.0, 1.0), 0.0",
-     "(1.0 - metalness(g)) * vec3(base.g), 0.0", "gl"),
-    ("shadow test", "shaders/shadows.glsl", "return depth > texelFetch", "return depth < texelFetch",
-     "gl"),
-    ("cone of a spot", "shaders/lights.glsl", "window * cone * cone / squared",
-     "window * cone / squared", "gl"),
-    ("keys of instances", "shaders/scene.vert", "draw.ids.x + instance * draw.ids.y", "draw.ids.x",
-     "gl"),
-    ("spans of solids", "core/rays/solids.cpp", "k + 1 < end; k += 2", "k + 1 < end; ++k", "unit"),
-    ("windows of layers", "core/image/layers.cpp", "for (std::size_t k = windows_.size(); k-- > 0;)",
-     "for (std::size_t k = windows_.size(); k-- > 1;)", "unit"),
-    ("crop offset", "formats/exr/exr_header.cpp", "crop[0] + crop[2]", "crop[0] + crop[3]", "unit"),
-    ("sandbox check", "formats/gltf/gltf_files.cpp",
-     'if (std::find(relative.begin(), relative.end(), "..") != relative.end())', "if (false)", "unit"),
-    ("Draco's mapping of points", "formats/modules/draco_decoder.cpp",
-     "attribute.mapped_index(draco::PointIndex(static_cast<std::uint32_t>(i)));",
-     "draco::AttributeValueIndex(static_cast<std::uint32_t>(i));", "unit|assets"),
-    ("preferred images", "formats/gltf/gltf_materials.cpp", 'extension && extension->Has("source")',
-     'extension && !extension->Has("source")', "unit"),
-    ("partitions of UASTC", "formats/image/uastc_block.cpp", "seen |= 1U << subset;", "seen |= 2U << subset;",
-     "unit"),
-    ("history of selectors", "formats/image/basis_etc1s.cpp", "values_[index / 2], values_[index]",
-     "values_[0], values_[index]", "unit"),
-    ("meshopt filters", "formats/gltf/meshopt_view.cpp", "if (filter.decode) filter.decode(out",
-     "if (false) filter.decode(out", "unit"),
-    ("sRGB bytes", "formats/image/srgb_bytes.cpp", "begin = middle + 1;\n            else",
-     "begin = middle + 2;\n            else", "unit"),
-    ("forecast of a page", "formats/picture_forecast.cpp", "packed * 4 / 3;", "packed / 3;", "unit"),
-    ("forecast beyond the disk", "cmd/options/forecast.cpp", "if (share.certain > share.disk.free)",
-     "if (false)", "unit"),
-    ("settings in words", "cmd/options/differences.cpp",
-     "if (in_a && in_b && *in_a == *in_b) continue;", "if (in_a && in_b) continue;", "cli"),
-    ("objects of a file", "core/image/layers.cpp",
-     "return selection.objects.holds(idOf(objects, fragment)) &&", "return", "unit"),
-    ("what is below an object", "cmd/options/object_options.cpp", "addBelow(names.parents, ids);", "",
-     "cli"),
-    ("light without coverage", "formats/image/display.cpp",
-     "alpha + (1 - alpha) * beyond / (2 - least)", "alpha", "unit"),
-    ("highlights of the meter", "formats/image/display.cpp", "std::min(halfway, std::log2",
-     "std::max(halfway, std::log2", "unit"),
-    ("margins", "core/scene/framing.cpp", "1 - 2 * kFramingMargin", "1 - kFramingMargin", "unit"),
-    ("front of flat scenes", "core/scene/framing.cpp", "< kTurned) forward", "> kTurned) forward",
-     "unit"),
-    ("numbers of a legend", "formats/image/legend.cpp", "n * step < high - room", "n * step < high",
-     "unit"),
-    ("numbers of views", "formats/file/file_name.cpp", "numbered(path, view, kViewSign)",
-     "numbered(path, view + 1, kViewSign)", "cli"),
-    ("views of a chunk", "cmd/render/render_request.cpp", "(first_ + index) % views_.size()",
-     "index % views_.size()", "cli"),
-    ("sphere around the scene", "core/views/many_cameras.cpp", "radius / std::sin(narrow)",
-     "radius / std::tan(narrow)", "unit"),
-    ("size of a scene", "core/views/many_cameras.cpp", "result.scale = 1 / length;",
-     "result.scale = 2 / length;", "unit"),
-    ("corner or centre of a pixel", "formats/cameras/transforms_json.cpp",
-     "return corner.value_or(pixels / 2.0) - 0.5;", "return corner.value_or(pixels / 2.0);", "unit"),
-    ("pixel centre in Python", "cmd/python/scenes.cpp", "pixel_center.is_none() ? 0 :",
-     "pixel_center.is_none() ? 0.5 :", "python"),
-    ("work that was given up", "cmd/library/worker.cpp", "given_up_ = thrown != nullptr;", "", "gl|python"),
-    ("bytes that belong to nothing", "formats/exr/exr_integrity.cpp",
-     "if (place != file.size()) return {};", "", "unit"),
-    ("exit code where nobody reads", "cmd/cli/errors.cpp", "return 128 + SIGPIPE;", "return 128;",
-     "unit"),
-)
+COMPARED = {"<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "=="}
+CALCULATED = {"+": "-", "-": "+", "*": "/", "/": "*", "+=": "-=", "-=": "+="}
+COMBINED = {"&&": "||", "||": "&&"}
+OPERATORS = {"comparison": COMPARED, "calculation": CALCULATED, "combination": COMBINED}
+RULES = (*OPERATORS, "condition", "constant", "statement")
+
+
+class Mutation:
+    """A replacement of the bytes [begin, end) of a file."""
+
+    def __init__(self, rule, file, text, begin, end, mutated, where):
+        self.rule, self.file, self.begin, self.end, self.mutated = rule, file, begin, end, mutated
+        self.line = text.count(b"\n", 0, begin) + 1
+        # Where it stands, not at which line: an edit above it leaves the choice as it is.
+        self.place = f"{rule} {file} {where} {text[begin:end].decode(errors='replace')} {mutated}"
+
+    def __str__(self):
+        return f"{self.file}:{self.line} {self.rule}"
+
+    def rank(self, seed):
+        return hashlib.sha256(f"{seed} {self.place}".encode()).digest()
+
+
+def statement_end(text, end):
+    """The end of the statement that ends at `end` but for its semicolon; None if no semicolon follows."""
+    found = re.compile(rb"\s*;").match(text, end)
+    return found.end() if found else None
+
+
+def of_shader(path, name):
+    """The operators of a shader, by its tokens."""
+    text = path.read_bytes()
+    code = re.sub(rb"//[^\n]*|^#[^\n]*", lambda found: b" " * len(found[0]), text, flags=re.MULTILINE)
+    counted = {}
+    for token in re.finditer(rb"(?<=\s)(<=|>=|==|!=|&&|\|\||\+=|-=|[<>*/+-])(?=\s)", code):
+        for rule, operators in OPERATORS.items():
+            mutated = operators.get(token[0].decode())
+            if mutated:
+                number = counted[token[0]] = counted.get(token[0], 0) + 1
+                yield Mutation(rule, name, text, token.start(), token.end(), mutated, number)
+
+
+def of_source(path, name, folder, flags, clang):
+    """The mutations of a .cpp, by clang's AST."""
+    text = path.read_bytes()
+    unit = clang.Index.create().parse(
+        str(path), args=[*(flag for flag in flags[1:] if not flag.startswith("-W")), "-w"],
+        options=clang.TranslationUnit.PARSE_INCOMPLETE)
+    kinds, counted = clang.CursorKind, {}
+
+    def mutation(rule, begin, end, mutated, function):
+        where = (rule, function)
+        counted[where] = counted.get(where, 0) + 1
+        return Mutation(rule, name, text, begin, end, mutated, f"{function} {counted[where]}")
+
+    def walk(cursor, function, parent):
+        if cursor.kind in (kinds.FUNCTION_DECL, kinds.CXX_METHOD, kinds.CONSTRUCTOR, kinds.FUNCTION_TEMPLATE):
+            function = cursor.spelling
+        begin, end = cursor.extent.start.offset, cursor.extent.end.offset
+        children = list(cursor.get_children())
+        if function and begin < end:
+            if cursor.kind in (kinds.BINARY_OPERATOR, kinds.COMPOUND_ASSIGNMENT_OPERATOR) and len(children) == 2:
+                # The operator stands between its operands.
+                between = text[children[0].extent.end.offset:children[1].extent.start.offset]
+                spelled = between.strip().decode(errors="replace")
+                at = children[0].extent.end.offset + between.find(spelled.encode())
+                for rule, operators in OPERATORS.items():
+                    if spelled in operators:
+                        yield mutation(rule, at, at + len(spelled), operators[spelled], function)
+            elif cursor.kind == kinds.IF_STMT and children and children[0].kind != kinds.DECL_STMT:
+                first, last = children[0].extent.start.offset, children[0].extent.end.offset
+                negated = "!(" + text[first:last].decode(errors="replace") + ")"
+                if text[first - 1:first] == b"(" and text[last:last + 1] == b")":
+                    yield mutation("condition", first, last, negated, function)
+            elif cursor.kind == kinds.INTEGER_LITERAL and re.fullmatch(rb"\d+", text[begin:end]):
+                yield mutation("constant", begin, end, str(int(text[begin:end]) + 1), function)
+            elif cursor.kind == kinds.CALL_EXPR and parent == kinds.COMPOUND_STMT:
+                until = statement_end(text, end)
+                if until:
+                    yield mutation("statement", begin, until, ";", function)
+        for child in children:
+            if child.location.file is None or child.location.file.name == str(path):
+                yield from walk(child, function, cursor.kind)
+
+    os.chdir(folder)
+    yield from walk(unit.cursor, "", None)
+
+
+def files_of(build, only):
+    """{name: (folder, compiler and flags), or None of a shader}: the product's files, or those named."""
+    units, _ = single_files.commands(build)
+    found = {}
+    for folder in FOLDERS:
+        for path in sorted((COPY / folder).rglob("*.cpp")):
+            if path in units:
+                found[str(path.relative_to(COPY))] = units[path]
+    for path in sorted((COPY / "shaders").iterdir()):
+        if path.suffix in SHADERS:
+            found[str(path.relative_to(COPY))] = None
+    return {name: how for name, how in found.items() if not only or name in only}
+
+
+def mutations_of(name, how):
+    from clang import cindex as clang  # pylint: disable=import-outside-toplevel  # of python3-clang
+
+    return list(of_shader(COPY / name, name) if how is None else of_source(COPY / name, name, *how, clang))
+
+
+def chosen_of(files, count, seed):
+    """`count` mutations: of one room after the other, each of another file as long as there are any, by one rule after
+    the other."""
+
+    def rank(name):
+        return hashlib.sha256(f"{seed} {name}".encode()).digest()
+
+    rooms = {}
+    for name in sorted(files, key=rank):
+        rooms.setdefault(name.rpartition("/")[0], []).append(name)
+    order = [names[turn] for turn in range(max(map(len, rooms.values()), default=0))
+             for _, names in sorted(rooms.items()) if turn < len(names)]
+    places, chosen = {}, []
+    while order and len(chosen) < count:
+        name = order.pop(0)
+        if name not in places:
+            places[name] = sorted(mutations_of(name, files[name]), key=lambda m: m.rank(seed))
+        wanted = RULES[len(chosen) % len(RULES):] + RULES[:len(chosen) % len(RULES)]
+        for rule in wanted:
+            found = next((place for place in places[name] if place.rule == rule), None)
+            if found:
+                places[name].remove(found)
+                chosen.append(found)
+                order.append(name)  # again when all others have had their turn
+                break
+    return chosen
 
 
 def run(*command, **options):
@@ -118,7 +173,7 @@ def run(*command, **options):
 
 def copy_tree():
     """The tracked files as they are here; files that are the same keep their time, so that only what
-    differs is compiled anew."""
+    differs is compiled again."""
     COPY.mkdir(parents=True, exist_ok=True)
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=SOURCE, check=True, capture_output=True)
     for name in listed.stdout.decode().split("\0"):
@@ -137,43 +192,59 @@ def build():
     return "" if done.returncode == 0 else done.stdout[-3000:]
 
 
-def seen_by(label):
+def seen_by():
     """The first test that fails; nothing if none does."""
-    done = run("ctest", "--preset", "ci", "-L", label, "-j", str(os.cpu_count()), "--stop-on-failure",
-               env={**os.environ, "GTEST_FAIL_FAST": "1", "GTEST_BRIEF": "1"})
-    failed = [line for line in done.stdout.splitlines() if "[  FAILED  ]" in line]
-    if done.returncode == 0:
-        return ""
-    return failed[0].partition("]")[2].strip() if failed else done.stdout[-300:].strip()
+    for label in LABELS:
+        done = run("ctest", "--preset", "ci", "-L", label, "-j", str(os.cpu_count()), "--stop-on-failure",
+                   env={**os.environ, "GTEST_FAIL_FAST": "1", "GTEST_BRIEF": "1"})
+        if done.returncode != 0:
+            failed = [line for line in done.stdout.splitlines() if "[  FAILED  ]" in line]
+            return failed[0].partition("]")[2].strip() if failed else done.stdout[-300:].strip()
+    return ""
+
+
+def try_mutation(mutation):
+    """(whether a test sees it, what to say of it); the tree is as it was before when this returns."""
+    path = COPY / mutation.file
+    whole = path.read_bytes()
+    path.write_bytes(whole[:mutation.begin] + mutation.mutated.encode() + whole[mutation.end:])
+    problem = build()
+    red = "" if problem else seen_by()
+    line = path.read_text(encoding="utf-8").splitlines()[mutation.line - 1].strip()
+    path.write_bytes(whole)
+    if problem:
+        return True, "seen by the compiler"
+    return bool(red), f"seen by {red}" if red else f"NOT SEEN: {line}"
 
 
 def main():
-    chosen = [mutation for mutation in MUTATIONS if not sys.argv[1:] or mutation[0] in sys.argv[1:]]
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--count", type=int, default=48, help="how many mutations (default: 48)")
+    parser.add_argument("--seed", default="0", help="another choice (default: 0)")
+    parser.add_argument("--list", action="store_true", help="only print what would be tried")
+    parser.add_argument("files", nargs="*", help="of these files only")
+    options = parser.parse_args()
+
     copy_tree()
     os.environ.setdefault("PEELER_ASSETS", str(SOURCE.parent / "shared" / "assets"))
-    configured = run("cmake", "--preset", "ci", "-DPEELER_WERROR=OFF",
-                     "-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG")
-    problem = configured.stdout[-3000:] if configured.returncode != 0 else build()
+    configured = run("cmake", "--preset", "ci", "-DPEELER_WERROR=OFF", "-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG",
+                     *os.environ.get("PEELER_CMAKE_ARGUMENTS", "").split())
+    problem = configured.stdout[-3000:] if configured.returncode != 0 else ""
+    if not problem and not options.list:
+        problem = build()
     if problem:
         print(problem)
         return 1
+    chosen = chosen_of(files_of(COPY / "build" / "ci", options.files), options.count, options.seed)
 
     unseen = 0
-    for name, file, text, mutated, label in chosen:
+    for mutation in chosen:
         start = time.monotonic()
-        path = COPY / file
-        whole = path.read_text(encoding="utf-8")
-        if whole.count(text) != 1:
-            verdict = f"NOT TRIED: its text stands {whole.count(text)} times in {file}"
-        else:
-            path.write_text(whole.replace(text, mutated), encoding="utf-8")
-            problem = build()
-            red = "" if problem else seen_by(label)
-            path.write_text(whole, encoding="utf-8")
-            verdict = f"NOT BUILT: {problem}" if problem else f"red: {red}" if red else "NOT SEEN"
-        unseen += not verdict.startswith("red")
-        print(f"{name}: {verdict} ({time.monotonic() - start:.0f} s)", flush=True)
-    print(f"{len(chosen) - unseen} of {len(chosen)} mutations were seen")
+        seen, verdict = (True, mutation.mutated) if options.list else try_mutation(mutation)
+        unseen += not seen
+        print(f"{mutation}: {verdict} ({time.monotonic() - start:.0f} s)", flush=True)
+    if not options.list:
+        print(f"{len(chosen) - unseen} of {len(chosen)} mutations were seen")
     return 1 if unseen else 0
 
 

@@ -12,6 +12,7 @@
 #                              finds errors of memory and leaks, undefined behaviour, or races
 #                              (tests/README.md, "Sanitizers"); arguments go to ctest
 #   sh tests/run.sh mutations  breaks the product in place after place; the tests have to see each
+#                              (tests/README.md, "Coverage and mutations")
 #   sh tests/run.sh fuzz [TARGET|all] [SECONDS]   hands programs that read files and command lines what
 #                              libFuzzer makes up, 60 seconds each (tests/README.md, "Fuzzing")
 #   sh tests/run.sh bench      measures instead, and writes tests/benchmarks/RESULTS.md; about an hour on
@@ -78,7 +79,7 @@ fuzz)
     ;;
 mutations)
     shift
-    sh examples/install_dependencies.sh build test
+    sh examples/install_dependencies.sh build test mutations
     exec $python tests/mutations.py "$@"
     ;;
 coverage)
