@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counted A-buffer: every fragment goes to the next free slot of its pixel's list (Carpenter 1984; the
+// Counted A-buffer: every fragment goes to the next free entry of its pixel's list (Carpenter 1984; the
 // exact allocation from a count pass after Vasilakis & Fudos' S-buffer 2012).
 #include "shade.glsl"
 #include "stored_fragments.glsl"
-#include "slots.glsl"
+#include "list_heads.glsl"
 
 void main() {
     Gradients gradients = surfaceGradients();
@@ -12,11 +12,11 @@ void main() {
     Key key = fragmentKey();
     if (!inRange(key)) discard;
 
-    uint slot = takeSlot();
-#ifdef SLOTS_AS_KEYS
-    // Fetched slots are taken in draw order (GL_EXT_shader_framebuffer_fetch), so that they order coincident fragments as
+    uint entry = takeEntry();
+#ifdef ENTRIES_AS_KEYS
+    // With fetched list heads, entries are taken in draw order (GL_EXT_shader_framebuffer_fetch), so that they order coincident fragments as
     // primitives do. And llvmpipe, to number the triangles of a draw, copies the vertices that they share.
-    key.primitive = slot;
+    key.primitive = entry;
 #endif
-    if (hasSlot(slot)) storeFragment(slot, key.depth, key.primitive, fragmentColor(base, gradients));
+    if (hasEntry(entry)) storeFragment(entry, key.depth, key.primitive, fragmentColor(base, gradients));
 }

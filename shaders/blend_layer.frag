@@ -15,7 +15,7 @@ layout(binding = PEELER_PREVIOUS_COLOR_UNIT) uniform usampler2D layer_color;
 layout(binding = PEELER_FRONT_UNIT) uniform sampler2D composite;
 #endif
 
-layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
+layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]; };
 layout(std430, binding = PEELER_DEPTHS) writeonly buffer Depths { float depths[]; };
 layout(std430, binding = PEELER_COUNTS) readonly buffer Counts { uint counts[]; };
 
@@ -50,5 +50,5 @@ void main() {
 #else
     if (layer.x == 0) depths[pixel] = texelFetch(layer_depth, at, 0).r;
 #endif
-    slots[pixel] = slots[pixel] + 1u;
+    list_heads[pixel] = list_heads[pixel] + 1u;
 }

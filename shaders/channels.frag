@@ -6,7 +6,7 @@
 
 layout(location = 0) uniform ivec4 argument;  // x: floats a fragment
 
-layout(std430, binding = PEELER_SLOTS) readonly buffer Slots { uint slots[]; };  // where each pixel's list has ended
+layout(std430, binding = PEELER_LIST_HEADS) readonly buffer ListHeads { uint list_heads[]; };  // where each pixel's list has ended
 layout(std430, binding = PEELER_CHANNELS) writeonly buffer Channels { float channels[]; };
 
 void put(inout uint at, vec3 v) {
@@ -30,10 +30,10 @@ vec4 surfaceTangent(vec3 normal, Gradients g) {
 void main() {
     Gradients g = surfaceGradients();
     uint key = fragmentKey().primitive, pixel = pixelIndex();
-    uint slot = pixel == 0u ? 0u : slots[pixel - 1u], end = slots[pixel];
-    while (slot < end && storedPrimitive(slot) != key) ++slot;
-    if (slot == end) return;  // it does not count, or is beyond the layers that are kept
-    uint at = slot * uint(argument.x);
+    uint entry = pixel == 0u ? 0u : list_heads[pixel - 1u], end = list_heads[pixel];
+    while (entry < end && storedPrimitive(entry) != key) ++entry;
+    if (entry == end) return;  // it does not count, or is beyond the layers that are kept
+    uint at = entry * uint(argument.x);
 
 #ifdef CHANNEL_NORMAL
     put(at, world_from_view * shadingNormal(g));

@@ -4,14 +4,14 @@
 
 layout(location = 0) uniform ivec4 argument;  // x: surfaces that the buffer holds
 
-layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
+layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]; };
 layout(std430, binding = PEELER_CLIP_DEPTHS) writeonly buffer ClipDepths { float clip_depths[]; };
 
 void main() {
-    uint slot = atomicAdd(slots[pixelIndex()], 1u);
+    uint entry = atomicAdd(list_heads[pixelIndex()], 1u);
 #ifndef COUNT
     // GL clamps what lies beyond the planes, but may do so after this shader; the sign is the side's.
     float depth = clamp(gl_FragCoord.z, 0.0, 1.0);
-    if (slot < uint(argument.x)) clip_depths[slot] = gl_FrontFacing ? depth : -depth;
+    if (entry < uint(argument.x)) clip_depths[entry] = gl_FrontFacing ? depth : -depth;
 #endif
 }

@@ -5,12 +5,12 @@
 #else
 #include "fragment.glsl"
 #endif
-#include "slots.glsl"
+#include "list_heads.glsl"
 
 void main() {
 #ifdef ALPHA_TEST
     if (!passesAlphaTest(baseColor(surfaceGradients()).a)) discard;
 #endif
     if (!inRange(fragmentKey())) discard;
-    takeSlot();
+    takeEntry();
 }

@@ -4,7 +4,7 @@
 // the back over it), or all have MAX_BLENDING as in the paper: then the composite of the fronts is read from the
 // previous pass, and the back is blended by a pass of its own.
 //
-// Where two fragments coincide at a peeled depth their order would be lost. Stamps find that out: the pixel's slot is
+// Where two fragments coincide at a peeled depth their order would be lost. Stamps find that out: the pixel's list head is
 // made wrong, and it is peeled anew by other means.
 #include "shade.glsl"
 
@@ -15,7 +15,7 @@ layout(binding = PEELER_PREVIOUS_DEPTH_UNIT) uniform sampler2D previous_range;
 layout(binding = PEELER_PREVIOUS_COLOR_UNIT) uniform sampler2D previous_front;
 #endif
 
-layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
+layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]; };
 layout(std430, binding = PEELER_DEPTHS) writeonly buffer Depths { float depths[]; };
 layout(std430, binding = PEELER_STAMPS) buffer Stamps { uint stamps[]; };
 layout(std430, binding = PEELER_COUNTS) readonly buffer Counts { uint counts[]; };
@@ -66,9 +66,9 @@ void main() {
     }
     uint stamp = uint(pass.x);
     if (atomicExchange(stamps[2u * pixel + (is_front ? 0u : 1u)], stamp) == stamp)
-        atomicOr(slots[pixel], 0x80000000u);  // more than one at this depth
+        atomicOr(list_heads[pixel], 0x80000000u);  // more than one at this depth
     else
-        atomicAdd(slots[pixel], 1u);
+        atomicAdd(list_heads[pixel], 1u);
     if (index == 0u) depths[pixel] = key.depth;
 #ifdef MAX_BLENDING
     if (is_front) front_color += through * color;

@@ -4,7 +4,7 @@
 // once; so none is lost, and the lists are sorted afterwards.
 #include "shade.glsl"
 #include "stored_fragments.glsl"
-#include "slots.glsl"
+#include "list_heads.glsl"
 
 layout(binding = PEELER_PREVIOUS_DEPTH_UNIT) uniform sampler2D previous_range;
 
@@ -23,7 +23,7 @@ void main() {
         range = vec2(key.depth, -key.depth);
         return;
     }
-    uint slot = takeSlot();
-    if (hasSlot(slot)) storeFragment(slot, key.depth, key.primitive, fragmentColor(base, gradients));
+    uint entry = takeEntry();
+    if (hasEntry(entry)) storeFragment(entry, key.depth, key.primitive, fragmentColor(base, gradients));
     discard;
 }

@@ -6,7 +6,7 @@
 #include "fragment.glsl"
 #endif
 #include "stored_fragments.glsl"
-#include "slots.glsl"
+#include "list_heads.glsl"
 
 #ifdef SLOPES
 layout(location = PEELER_CLIP_DEPTH) noperspective in float clip_depth;
@@ -21,11 +21,11 @@ void main() {
 #endif
     Key key = fragmentKey();
     if (!inRange(key)) discard;
-    uint slot = takeSlot();
-    if (!hasSlot(slot)) return;
+    uint entry = takeEntry();
+    if (!hasEntry(entry)) return;
 #ifdef SLOPES
-    storeFragment(slot, key.depth, key.primitive, slopes);
+    storeFragment(entry, key.depth, key.primitive, slopes);
 #else
-    storeFragment(slot, key.depth, key.primitive);
+    storeFragment(entry, key.depth, key.primitive);
 #endif
 }

@@ -36,7 +36,7 @@ using glm::vec4;
 #define PEELER_MATERIAL_BLOCK 2
 
 // Storage blocks of a band.
-#define PEELER_SLOTS 0       // uint a pixel: where its next fragment goes (or how many it has: count pass)
+#define PEELER_LIST_HEADS 0       // uint a pixel: where its next fragment goes (or how many it has: count pass)
 #define PEELER_FRAGMENTS 1   // see stored_fragments.glsl
 // A composite instead has, of every pixel:
 #define PEELER_DEPTHS 1      // float, buffer depth (reversed Z) of the nearest fragment

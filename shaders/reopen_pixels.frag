@@ -3,7 +3,7 @@
 // KEY: the key before the first layer. Otherwise: the composite, empty.
 #include "fragment.glsl"
 
-layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
+layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]; };
 layout(std430, binding = PEELER_COUNTS) readonly buffer Counts { uint counts[]; };
 
 #ifdef KEY
@@ -19,9 +19,9 @@ layout(location = 3) out float tail_count;
 
 void main() {
     uint pixel = pixelIndex();
-    if (slots[pixel] == min(counts[pixel], frame.limits.x)) discard;
+    if (list_heads[pixel] == min(counts[pixel], frame.limits.x)) discard;
 #ifdef KEY
-    slots[pixel] = 0u;
+    list_heads[pixel] = 0u;
     primitive = 0u;
     gl_FragDepth = 1.0;
 #else

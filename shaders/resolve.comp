@@ -13,7 +13,7 @@ layout(binding = PEELER_BACK_UNIT) uniform sampler2D back_color;
 layout(binding = PEELER_TAIL_SUM_UNIT) uniform sampler2D tail_sum;
 layout(binding = PEELER_TAIL_COUNT_UNIT) uniform sampler2D tail_count;
 
-layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
+layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]; };
 layout(std430, binding = PEELER_COLORS) writeonly buffer Colors { vec4 colors[]; };
 
 #ifdef TINTED
@@ -68,7 +68,7 @@ void main() {
 #if !defined(WEIGHTED_SUM) && !defined(TINTED)
     tail = average(tail, n);
 #endif
-    slots[pixel] += uint(n);
+    list_heads[pixel] += uint(n);
 #endif
 #ifdef TINTED
 #ifndef TAIL

@@ -15,7 +15,7 @@ layout(binding = PEELER_PREVIOUS_COLOR_UNIT) uniform usampler2D layer_color;
 layout(binding = PEELER_LAYER_OPACITY_UNIT) uniform usampler2D layer_opacity;
 #endif
 
-layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
+layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]; };
 
 void main() {
     ivec2 at = area.xy + ivec2(gl_GlobalInvocationID.xy);
@@ -25,13 +25,13 @@ void main() {
     int x = frame.tile.x + at.x - frame.band.x;
     int y = frame.tile.y + frame.tile.w - 1 - at.y - frame.band.y;
     uint pixel = uint(y * frame.band.z + x);
-    uint slot = slots[pixel];
-    slots[pixel] = slot + 1u;
-    if (!hasSlot(slot)) return;
+    uint entry = list_heads[pixel];
+    list_heads[pixel] = entry + 1u;
+    if (!hasEntry(entry)) return;
     StoredColor color;
     color.color = packedTexel(texelFetch(layer_color, at, 0));
 #ifdef TINTED
     color.opacity = packedTexel(texelFetch(layer_opacity, at, 0));
 #endif
-    storeFragment(slot, texelFetch(layer_depth, at, 0).r, primitive, color);
+    storeFragment(entry, texelFetch(layer_depth, at, 0).r, primitive, color);
 }

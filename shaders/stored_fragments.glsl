@@ -24,36 +24,36 @@ layout(std430, binding = PEELER_FRAGMENTS) buffer Fragments { FRAGMENT_WORDS fra
 
 /// Whether the band has room for the fragment. Where it has not, there are more than were counted: the check after the
 /// pass reports it.
-bool hasSlot(uint slot) { return kWords * slot + kWords - 1u < uint(fragments.length()); }
+bool hasEntry(uint entry) { return kWords * entry + kWords - 1u < uint(fragments.length()); }
 
 #if defined(KEYS_ONLY)
-void storeFragment(uint slot, float depth, uint primitive) {
-    fragments[slot] = uvec2(floatBitsToUint(depth), primitive);
+void storeFragment(uint entry, float depth, uint primitive) {
+    fragments[entry] = uvec2(floatBitsToUint(depth), primitive);
 }
 #elif defined(SLOPES)
-void storeFragment(uint slot, float depth, uint primitive, vec2 slopes) {
-    fragments[slot] = uvec4(floatBitsToUint(depth), primitive, floatBitsToUint(slopes));
+void storeFragment(uint entry, float depth, uint primitive, vec2 slopes) {
+    fragments[entry] = uvec4(floatBitsToUint(depth), primitive, floatBitsToUint(slopes));
 }
 #elif defined(COLOR_FLOAT)
-void storeFragment(uint slot, float depth, uint primitive, StoredColor color) {
-    fragments[kWords * slot] = uvec2(floatBitsToUint(depth), primitive);
-    fragments[kWords * slot + 1u] = color.color.xy;
-    fragments[kWords * slot + 2u] = color.color.zw;
+void storeFragment(uint entry, float depth, uint primitive, StoredColor color) {
+    fragments[kWords * entry] = uvec2(floatBitsToUint(depth), primitive);
+    fragments[kWords * entry + 1u] = color.color.xy;
+    fragments[kWords * entry + 2u] = color.color.zw;
 #ifdef TINTED
-    fragments[kWords * slot + 3u] = color.opacity.xy;
-    fragments[kWords * slot + 4u] = color.opacity.zw;
+    fragments[kWords * entry + 3u] = color.opacity.xy;
+    fragments[kWords * entry + 4u] = color.opacity.zw;
 #endif
 }
 #elif defined(TINTED)
-void storeFragment(uint slot, float depth, uint primitive, StoredColor color) {
-    fragments[kWords * slot] = uvec2(floatBitsToUint(depth), primitive);
-    fragments[kWords * slot + 1u] = color.color;
-    fragments[kWords * slot + 2u] = color.opacity;
+void storeFragment(uint entry, float depth, uint primitive, StoredColor color) {
+    fragments[kWords * entry] = uvec2(floatBitsToUint(depth), primitive);
+    fragments[kWords * entry + 1u] = color.color;
+    fragments[kWords * entry + 2u] = color.opacity;
 }
 #else
-void storeFragment(uint slot, float depth, uint primitive, StoredColor color) {
-    fragments[slot] = uvec4(floatBitsToUint(depth), primitive, color.color);
+void storeFragment(uint entry, float depth, uint primitive, StoredColor color) {
+    fragments[entry] = uvec4(floatBitsToUint(depth), primitive, color.color);
 }
 #endif
 
-uint storedPrimitive(uint slot) { return fragments[kWords * slot].y; }
+uint storedPrimitive(uint entry) { return fragments[kWords * entry].y; }

@@ -3,7 +3,7 @@
 // output has no other target: colours, which what is behind them gets through by channel; and opacities (OPACITY).
 #include "shade.glsl"
 
-layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
+layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]; };
 layout(std430, binding = PEELER_DEPTHS) buffer Depths { uint depth_bits[]; };  // they order like the floats
 
 #ifdef OPACITY
@@ -27,7 +27,7 @@ void main() {
 #endif
 #ifndef OPACITY
     uint pixel = pixelIndex();
-    atomicAdd(slots[pixel], 1u);
+    atomicAdd(list_heads[pixel], 1u);
     atomicMax(depth_bits[pixel], floatBitsToUint(key.depth));
     color = compositedColor(stored);
 #endif

@@ -23,7 +23,7 @@ SKIPPED = 77
 SOME = 1  # of a kind; a program is a fifth of a second
 AT_ONCE = 200  # stages
 ALL = bool(os.environ.get("PEELER_TEST_ALL"))
-FETCHED = re.compile(r"\binout (uint fetched_slot;)")
+FETCHED = re.compile(r"\binout (uint fetched_head;)")
 TOOLS = {"glslangValidator": "glslang-tools", "spirv-val": "spirv-tools"}
 
 
@@ -91,7 +91,7 @@ def main():
             findings += [line for found in pool.map(of_binary, of_linked) for line in found]
     print(*findings[:100], sep="\n")
     print(
-        f"{len(stages)} stages, {fetching} of them with fetched slots, {len(linked)} of "
+        f"{len(stages)} stages, {fetching} of them with fetched list heads, {len(linked)} of "
         f"{sum(map(len, kinds.values()))} programs of {len(kinds)} kinds linked: {len(findings)} findings"
     )
     sys.exit(1 if findings else 0)

@@ -15,14 +15,14 @@ void BandBuffers::bindClip() {
 }
 
 void BandBuffers::bindForLayers() {
-    if (slots_) slots_.bindStorage(PEELER_SLOTS);
+    if (list_heads_) list_heads_.bindStorage(PEELER_LIST_HEADS);
     if (fragments_) fragments_.bindStorage(PEELER_FRAGMENTS);
     if (channels_) channels_.bindStorage(PEELER_CHANNELS);
     bindClip();
 }
 
 void BandBuffers::bindForComposite() {
-    slots_.bindStorage(PEELER_SLOTS);
+    list_heads_.bindStorage(PEELER_LIST_HEADS);
     depths_.bindStorage(PEELER_DEPTHS);
     stamps_.bindStorage(PEELER_STAMPS);
     colors_.bindStorage(PEELER_COLORS);
@@ -39,12 +39,12 @@ void BandBuffers::reserveClip(std::span<const std::uint32_t> first) {
 
 void BandBuffers::clearForComposite(std::span<const std::uint32_t> counts, bool tinted) {
     const std::size_t words = counts.size() * sizeof(std::uint32_t);
-    reserveSlots(counts.size());
+    reserveListHeads(counts.size());
     reserve(depths_, words);
     reserve(stamps_, 2 * words);
     reserve(colors_, storedComponents(tinted) * words);
     reserve(counts_, words);
-    slots_.clearToZero(words);
+    list_heads_.clearToZero(words);
     depths_.clearToZero(words);
     stamps_.clearToZero(2 * words);
     const auto mapping = counts_.overwrite(words);
@@ -61,11 +61,11 @@ std::size_t rowInBand(const Window& area, const Window& band, int row) {
 
 }  // namespace
 
-bool SlotTarget::supported(const gl::Context& context) {
+bool ListHeadTarget::supported(const gl::Context& context) {
     return context.device().limits.framebuffer_fetch;
 }
 
-void SlotTarget::reserve(const gl::Functions& gl, int tile_width, int tile_height) {
+void ListHeadTarget::reserve(const gl::Functions& gl, int tile_width, int tile_height) {
     if (texture_ && tile_width == width_ && tile_height == height_) return;
     free();
     width_ = tile_width;
@@ -74,14 +74,14 @@ void SlotTarget::reserve(const gl::Functions& gl, int tile_width, int tile_heigh
     framebuffer_ = gl::makeFramebuffer(gl, {texture_.name()}, 0);
 }
 
-void SlotTarget::free() {
+void ListHeadTarget::free() {
     framebuffer_ = {};
     texture_ = {};
     rows_ = {};
 }
 
-void SlotTarget::write(const gl::Functions& gl, const Window& tile, const Window& area,
-                       const Window& band, std::span<const std::uint32_t> values) {
+void ListHeadTarget::write(const gl::Functions& gl, const Window& tile, const Window& area,
+                           const Window& band, std::span<const std::uint32_t> values) {
     reserve(gl, tile.width(), tile.height());
     const auto width = static_cast<std::size_t>(area.width());
     rows_.resize(area.pixels());
@@ -97,8 +97,8 @@ void SlotTarget::write(const gl::Functions& gl, const Window& tile, const Window
                          area.height(), GL_RED_INTEGER, GL_UNSIGNED_INT, rows_.data());
 }
 
-void SlotTarget::read(const gl::Functions& gl, const Window& tile, const Window& area,
-                      const Window& band, std::span<std::uint32_t> values) {
+void ListHeadTarget::read(const gl::Functions& gl, const Window& tile, const Window& area,
+                          const Window& band, std::span<std::uint32_t> values) {
     const auto width = static_cast<std::size_t>(area.width());
     rows_.resize(area.pixels());
     gl.PixelStorei(GL_PACK_ALIGNMENT, 4);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a band's fragments are captured into: storage buffers, and slots as a render target.
+// What a band's fragments are captured into: storage buffers, and list heads as a render target.
 #pragma once
 
 #include <cstddef>
@@ -15,10 +15,10 @@
 
 namespace peeler {
 
-/// For layers: per pixel a slot; per fragment its key and what is stored of it, side by side
-/// (shaders/stored_fragments.glsl). For a composite: per pixel a slot, a count, a depth, two stamps
-/// and a colour in 32-bit float. Grown on demand and reused from band to band: fresh memory costs
-/// more than rasterising into it.
+/// For layers: per pixel a list head; per fragment its key and what is stored of it, side by side
+/// (shaders/stored_fragments.glsl). For a composite: per pixel a list head, a count, a depth, two
+/// stamps and a colour in 32-bit float. Grown on demand and reused from band to band: fresh memory
+/// costs more than rasterising into it.
 class BandBuffers {
   public:
     explicit BandBuffers(const gl::Functions& gl) : gl_(gl) {}
@@ -33,7 +33,9 @@ class BandBuffers {
         return 5 * sizeof(std::uint32_t) + storedComponents(tinted) * sizeof(float);
     }
 
-    void reserveSlots(std::size_t pixels) { reserve(slots_, pixels * sizeof(std::uint32_t)); }
+    void reserveListHeads(std::size_t pixels) {
+        reserve(list_heads_, pixels * sizeof(std::uint32_t));
+    }
     void reserveFragments(std::size_t words) { reserve(fragments_, words * sizeof(std::uint32_t)); }
     /// Room for what channels.frag yields, all 0.
     void clearForChannels(std::size_t floats) {
@@ -47,15 +49,15 @@ class BandBuffers {
     void clearForComposite(std::span<const std::uint32_t> counts, bool tinted);
     /// Frees all.
     void free() {
-        for (gl::Buffer* buffer : {&slots_, &fragments_, &depths_, &stamps_, &colors_, &counts_,
-                                   &clip_first_, &clip_depths_, &channels_})
+        for (gl::Buffer* buffer : {&list_heads_, &fragments_, &depths_, &stamps_, &colors_,
+                                   &counts_, &clip_first_, &clip_depths_, &channels_})
             *buffer = {};
     }
     /// Binds all at their PEELER_ binding points, for layers or for a composite.
     void bindForLayers();
     void bindForComposite();
 
-    const gl::Buffer& slots() const { return slots_; }
+    const gl::Buffer& listHeads() const { return list_heads_; }
     const gl::Buffer& fragments() const { return fragments_; }
     const gl::Buffer& depths() const { return depths_; }
     const gl::Buffer& colors() const { return colors_; }
@@ -71,16 +73,16 @@ class BandBuffers {
     void bindClip();
 
     const gl::Functions& gl_;
-    gl::Buffer slots_, fragments_, channels_;       // of layers
-    gl::Buffer depths_, stamps_, colors_, counts_;  // of a composite, and the slots
+    gl::Buffer list_heads_, fragments_, channels_;  // of layers
+    gl::Buffer depths_, stamps_, colors_, counts_;  // of a composite, and the list heads
     gl::Buffer clip_first_, clip_depths_;
 };
 
 /// Where a driver's fragment shaders can read what they are about to overwrite
-/// (GL_EXT_shader_framebuffer_fetch), a pixel's slot needs no atomic counter in a storage buffer;
-/// on llvmpipe those are the most expensive instruction there is. Values go in and out row by row,
-/// y down, like all arrays of a band.
-class SlotTarget {
+/// (GL_EXT_shader_framebuffer_fetch), a pixel's list head needs no atomic counter in a storage
+/// buffer; on llvmpipe those are the most expensive instruction there is. Values go in and out row
+/// by row, y down, like all arrays of a band.
+class ListHeadTarget {
   public:
     static bool supported(const gl::Context& context);
     /// Bytes for a raster tile of so many pixels.
@@ -90,11 +92,11 @@ class SlotTarget {
 
     void free();
 
-    /// Sets the slots of `area`, of which `values` has those of `band` around it; empty: 0.
+    /// Sets the list heads of `area`, of which `values` has those of `band` around it; empty: 0.
     /// Allocates for the tile first, if it must.
     void write(const gl::Functions& gl, const Window& tile, const Window& area, const Window& band,
                std::span<const std::uint32_t> values);
-    /// Reads the slots of `area` into those of `band`. Waits for the GPU.
+    /// Reads the list heads of `area` into those of `band`. Waits for the GPU.
     void read(const gl::Functions& gl, const Window& tile, const Window& area, const Window& band,
               std::span<std::uint32_t> values);
 

@@ -45,7 +45,7 @@ void BandCapture::setPose(const PosedScene& posed) {
 
 void BandCapture::free() {
     buffers_.free();
-    slot_target_.free();
+    list_head_target_.free();
     opaque_.free();
     opaque_pixels_ = {};
     visible_ = {};
@@ -70,33 +70,33 @@ std::uint64_t BandCapture::tilePixels() const {
     return largest;
 }
 
-void BandCapture::drawIntoSlots(const GeometryPass& pass, const Window& band) {
+void BandCapture::drawIntoLists(const GeometryPass& pass, const Window& band) {
     buffers_.bindForLayers();
     rasterizer_.setBand(band);
     forEachTile(band, [&](const Window& tile, const Window& area) {
         rasterizer_.setTile(tile);
         const auto framebuffer = gl::makeEmptyFramebuffer(gl(), tile.width(), tile.height());
-        GeometryPass into_slots = pass;
-        into_slots.framebuffer = framebuffer.name();
-        rasterizer_.draw(into_slots, area);
+        GeometryPass into_lists = pass;
+        into_lists.framebuffer = framebuffer.name();
+        rasterizer_.draw(into_lists, area);
     });
     gl::waitForGpu(gl());
     gl::checkErrors(gl(), "counting fragments");
 }
 
-void BandCapture::countInSlots(const GeometryPass& pass, const Window& band,
+void BandCapture::countInLists(const GeometryPass& pass, const Window& band,
                                std::vector<std::uint32_t>& counts) {
     const std::size_t pixels = band.pixels(), bytes = pixels * sizeof(std::uint32_t);
-    buffers_.reserveSlots(pixels);
-    buffers_.slots().clearToZero(bytes);
-    drawIntoSlots(pass, band);
-    const auto mapping = buffers_.slots().read(bytes);
-    const auto* slots = mapping.as<const std::uint32_t>();
-    counts.assign(slots, slots + pixels);
+    buffers_.reserveListHeads(pixels);
+    buffers_.listHeads().clearToZero(bytes);
+    drawIntoLists(pass, band);
+    const auto mapping = buffers_.listHeads().read(bytes);
+    const auto* list_heads = mapping.as<const std::uint32_t>();
+    counts.assign(list_heads, list_heads + pixels);
 }
 
 void BandCapture::countClip(const Window& band, std::vector<std::uint32_t>& counts) {
-    countInSlots({.fragment_shader = "clip_boundary.frag",
+    countInLists({.fragment_shader = "clip_boundary.frag",
                   .definitions = "COUNT",
                   .draws = Draws::kClipMeshes,
                   .bounded = false},
@@ -111,8 +111,8 @@ void BandCapture::prepareClip(const Window& band) {
     first.insert(first.begin(), 0);
     std::partial_sum(first.begin(), first.end(), first.begin());
     buffers_.reserveClip(first);
-    setSlots({first.data(), pixels});
-    drawIntoSlots({.fragment_shader = "clip_boundary.frag",
+    setListHeads({first.data(), pixels});
+    drawIntoLists({.fragment_shader = "clip_boundary.frag",
                    .draws = Draws::kClipMeshes,
                    .bounded = false,
                    .argument = {{static_cast<int>(first[pixels]), 0, 0, 0}}},
@@ -124,8 +124,8 @@ void BandCapture::count(const Window& band, std::vector<std::uint32_t>& counts) 
     const StageTimer timer(times_, "count");
     prepareClip(band);
     const auto gpu = gpu_timer_.span("gpuCount");
-    if (!SlotTarget::supported(context_)) {
-        countInSlots({.fragment_shader = "count.frag"}, band, counts);
+    if (!ListHeadTarget::supported(context_)) {
+        countInLists({.fragment_shader = "count.frag"}, band, counts);
         return;
     }
     counts.resize(band.pixels());
@@ -133,39 +133,39 @@ void BandCapture::count(const Window& band, std::vector<std::uint32_t>& counts) 
     rasterizer_.setBand(band);
     forEachTile(band, [&](const Window& tile, const Window& area) {
         rasterizer_.setTile(tile);
-        slot_target_.write(gl(), tile, area, band, {});
+        list_head_target_.write(gl(), tile, area, band, {});
         rasterizer_.draw({.fragment_shader = "count.frag",
-                          .definitions = kFetchedSlots,
-                          .framebuffer = slot_target_.framebuffer()},
+                          .definitions = kFetchedListHeads,
+                          .framebuffer = list_head_target_.framebuffer()},
                          area);
-        slot_target_.read(gl(), tile, area, band, counts);
+        list_head_target_.read(gl(), tile, area, band, counts);
     });
     gl::checkErrors(gl(), "counting fragments");
 }
 
-/// The completeness certificate: the capture advanced every pixel's slot from `first` exactly to
-/// `end`.
-void BandCapture::checkSlots(const std::uint32_t* slots, const Window& band,
-                             std::span<const std::uint32_t> first,
-                             std::span<const std::uint32_t> end) const {
+/// The completeness certificate: the capture advanced every pixel's list head from `first` exactly
+/// to `end`.
+void BandCapture::checkListHeads(const std::uint32_t* list_heads, const Window& band,
+                                 std::span<const std::uint32_t> first,
+                                 std::span<const std::uint32_t> end) const {
     for (std::size_t p = 0; p < band.pixels(); ++p) {
-        if (slots[p] == end[p]) continue;
+        if (list_heads[p] == end[p]) continue;
         const auto width = static_cast<std::size_t>(band.width());
         const std::string pixel = std::to_string(band.x0 + static_cast<int>(p % width)) + ", " +
                                   std::to_string(band.y0 + static_cast<int>(p / width));
         const std::uint32_t begin = first.empty() ? 0 : first[p];
         throw Error(ErrorKind::kInternal,
                     "method " + pass_context_.settings.method + " captured " +
-                        std::to_string(slots[p] - begin) + " fragments where " +
+                        std::to_string(list_heads[p] - begin) + " fragments where " +
                         std::to_string(end[p] - begin) + " were counted",
                     "pixel " + pixel, "please report this with the scene and the GL renderer");
     }
 }
 
-void BandCapture::setSlots(std::span<const std::uint32_t> slots) {
-    buffers_.reserveSlots(slots.size());
-    const auto mapping = buffers_.slots().overwrite(slots.size_bytes());
-    std::copy(slots.begin(), slots.end(), mapping.as<std::uint32_t>());
+void BandCapture::setListHeads(std::span<const std::uint32_t> list_heads) {
+    buffers_.reserveListHeads(list_heads.size());
+    const auto mapping = buffers_.listHeads().overwrite(list_heads.size_bytes());
+    std::copy(list_heads.begin(), list_heads.end(), mapping.as<std::uint32_t>());
 }
 
 int BandCapture::composite(CompositeMethod& method, const BandRequest& request,
@@ -188,8 +188,9 @@ int BandCapture::composite(CompositeMethod& method, const BandRequest& request,
         area.tail = blendsTail() && area.deepest > area.layers;
         area.layersMissing = [&] {
             gl::waitForGpu(gl());
-            const auto slots = buffers_.slots().read(band.pixels() * sizeof(std::uint32_t));
-            const auto* done = slots.as<const std::uint32_t>();
+            const auto list_heads =
+                buffers_.listHeads().read(band.pixels() * sizeof(std::uint32_t));
+            const auto* done = list_heads.as<const std::uint32_t>();
             return largestIn(band, window, [&](std::size_t p) {
                 const std::uint32_t wanted = std::min(request.counts[p], limit);
                 return done[p] == wanted ? 0 : wanted;
@@ -212,8 +213,8 @@ void BandCapture::readComposite(const BandRequest& request, CompositeImage& out)
             for (std::uint32_t& count : expected)
                 count = std::min(count, limitOf(request));
         }
-        const auto slots = buffers_.slots().read(pixels * sizeof(std::uint32_t));
-        checkSlots(slots.as<const std::uint32_t>(), request.band, {}, expected);
+        const auto list_heads = buffers_.listHeads().read(pixels * sizeof(std::uint32_t));
+        checkListHeads(list_heads.as<const std::uint32_t>(), request.band, {}, expected);
     }
     const auto depths = buffers_.depths().read(pixels * sizeof(float));
     const std::size_t records = pass_context_.settings.tinted ? 2 : 1;

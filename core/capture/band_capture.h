@@ -45,7 +45,7 @@ struct BandLists {
     int passes = 0;                    ///< geometry passes until now
     std::vector<std::uint32_t> first;  ///< where pixels' lists begin, pixels + 1 entries
     // Copies that are made while the GPU goes on with another band.
-    gl::ReadBack copied_slots, copied_fragments, copied_channels;
+    gl::ReadBack copied_heads, copied_fragments, copied_channels;
     gl::Fence copied;
 };
 
@@ -115,7 +115,8 @@ class BandCapture {
     /// at once; 0 if none are.
     std::uint64_t copiedFragmentBytes() const { return overlaps() ? 2 * fragmentBytes() : 0; }
     std::uint64_t copiedPixelBytes() const {
-        return overlaps() ? 4 * sizeof(std::uint32_t) : 0;  // slots, and the lists' first entries
+        return overlaps() ? 4 * sizeof(std::uint32_t)
+                          : 0;  // list heads, and the lists' first entries
     }
     /// Pixels of the largest raster tile that the crop touches, and bytes of the textures that
     /// every method needs for it.
@@ -130,9 +131,9 @@ class BandCapture {
         return OpaqueTarget::bytes(tilePixels(), pass_context_.settings.color_type);
     }
     std::uint64_t tileBytes() const {
-        const std::uint64_t slots =
-            SlotTarget::supported(context_) ? SlotTarget::bytes(tilePixels()) : 0;
-        return rasterizer_.boundBytes(tilePixels()) + slots;
+        const std::uint64_t list_heads =
+            ListHeadTarget::supported(context_) ? ListHeadTarget::bytes(tilePixels()) : 0;
+        return rasterizer_.boundBytes(tilePixels()) + list_heads;
     }
 
     /// Adds how long the GPU has worked since the last time, as "gpuCount" and "gpuCapture", to the
@@ -146,10 +147,10 @@ class BandCapture {
     const gl::Functions& gl() const { return context_.functions(); }
     /// Finds the boundary of the clip meshes in a band, unless that is what the buffers hold.
     void prepareClip(const Window& band);
-    /// Draws a pass without attachments that touches every pixel's slot.
-    void drawIntoSlots(const GeometryPass& pass, const Window& band);
-    /// The fragments that a pass counts in every pixel's slot. Overwrites `counts`.
-    void countInSlots(const GeometryPass& pass, const Window& band,
+    /// Draws a pass without attachments that touches every pixel's list head.
+    void drawIntoLists(const GeometryPass& pass, const Window& band);
+    /// The fragments that a pass counts in every pixel's list head. Overwrites `counts`.
+    void countInLists(const GeometryPass& pass, const Window& band,
                       std::vector<std::uint32_t>& counts);
     /// The largest value of the pixels of `area`, which lies in `band`.
     template <class Value>
@@ -172,18 +173,19 @@ class BandCapture {
             gl().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
         }
     }
-    bool takesSlotTarget(const LayerMethod& method) const {
-        return method.takesSlotTarget() && SlotTarget::supported(context_);
+    bool takesListHeadTarget(const LayerMethod& method) const {
+        return method.takesListHeadTarget() && ListHeadTarget::supported(context_);
     }
-    void checkSlots(const std::uint32_t* slots, const Window& band,
-                    std::span<const std::uint32_t> first, std::span<const std::uint32_t> end) const;
+    void checkListHeads(const std::uint32_t* list_heads, const Window& band,
+                        std::span<const std::uint32_t> first,
+                        std::span<const std::uint32_t> end) const;
     /// Draws a band's fragments, the nearest `layers` (0 = all) of every pixel at least, into
     /// lists, without waiting for the GPU where it need not.
     void drawLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers,
                    BandLists& lists);
     /// The same into `lists_`, waited for and checked. Returns the geometry passes.
     int fillLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers);
-    /// That of the slots, if they can be a render target, with the depths of the OpaqueTarget.
+    /// That of the list heads, if they can be a render target, with the depths of the OpaqueTarget.
     gl::Framebuffer framebufferInFront() const;
     /// Captures the nearest opaque fragments of `area`. Returns the geometry passes.
     int captureOpaque(const Window& tile, const Window& area);
@@ -204,7 +206,7 @@ class BandCapture {
     /// channels.frag yielded.
     void sortLists(const BandLists& lists, const std::uint32_t* stored, const float* values,
                    LayeredImage& out);
-    void setSlots(std::span<const std::uint32_t> slots);
+    void setListHeads(std::span<const std::uint32_t> list_heads);
     /// Another geometry pass, which finds what channels.frag yields of the captured fragments.
     void drawChannels(BandLists& lists);
     void addChannels(const BandLists& lists, const CapturedFragments& captured,
@@ -219,13 +221,13 @@ class BandCapture {
     GpuScene gpu_scene_;
     SceneRasterizer rasterizer_;
     BandBuffers buffers_;
-    SlotTarget slot_target_;
+    ListHeadTarget list_head_target_;
     OpaqueTarget opaque_;
     std::vector<std::uint32_t> opaque_pixels_;   ///< some rows that were read of it
     CompositeImage visible_;                     ///< some rows of a composite
     std::vector<std::uint32_t> visible_counts_;  ///< of their pixels
     BandLists lists_;                            ///< of a band that nothing overlaps
-    std::vector<std::uint32_t> ends_;            ///< where a SlotTarget has left its slots
+    std::vector<std::uint32_t> ends_;            ///< where a ListHeadTarget has left its list heads
     Window clip_band_;                           ///< whose boundary the buffers hold
     double largest_correction_ = 0;
 };

@@ -42,13 +42,14 @@ int BandCapture::layers(LayerMethod& method, const BandRequest& request, Layered
 }
 
 bool BandCapture::overlaps() const {
-    return !context_.device().software && !SlotTarget::supported(context_);
+    return !context_.device().software && !ListHeadTarget::supported(context_);
 }
 
 void BandCapture::submit(LayerMethod& method, const BandRequest& request, BandLists& lists) {
     const StageTimer timer(times_, "capture");
     drawLists(method, request, request.layers, lists);
-    lists.copied_slots.copy(gl(), buffers_.slots(), request.band.pixels() * sizeof(std::uint32_t));
+    lists.copied_heads.copy(gl(), buffers_.listHeads(),
+                            request.band.pixels() * sizeof(std::uint32_t));
     if (lists.channels) {
         drawChannels(lists);
         lists.copied_channels.copy(gl(), buffers_.channels(), shadedBytes(lists));
@@ -64,8 +65,8 @@ int BandCapture::take(BandLists& lists, LayeredImage& out) {
         gl::checkErrors(gl(), "capturing fragments");
     }
     const StageTimer timer(times_, "sort");
-    checkSlots(lists.copied_slots.as<std::uint32_t>(), lists.band, lists.first,
-               std::span(lists.first).subspan(1));
+    checkListHeads(lists.copied_heads.as<std::uint32_t>(), lists.band, lists.first,
+                   std::span(lists.first).subspan(1));
     sortLists(lists, lists.copied_fragments.as<std::uint32_t>(),
               lists.channels ? lists.copied_channels.as<float>() : nullptr, out);
     return lists.passes;
@@ -130,11 +131,12 @@ int BandCapture::fillLists(LayerMethod& method, const BandRequest& request, std:
     gl::waitForGpu(gl());
     gl::checkErrors(gl(), "capturing fragments");
     const std::span<const std::uint32_t> first(lists_.first), end = first.subspan(1);
-    if (takesSlotTarget(method)) {
-        checkSlots(ends_.data(), request.band, first, end);
+    if (takesListHeadTarget(method)) {
+        checkListHeads(ends_.data(), request.band, first, end);
     } else {
-        const auto slots = buffers_.slots().read(request.band.pixels() * sizeof(std::uint32_t));
-        checkSlots(slots.as<const std::uint32_t>(), request.band, first, end);
+        const auto list_heads =
+            buffers_.listHeads().read(request.band.pixels() * sizeof(std::uint32_t));
+        checkListHeads(list_heads.as<const std::uint32_t>(), request.band, first, end);
     }
     return lists_.passes;
 }
@@ -155,7 +157,7 @@ void BandCapture::drawLists(LayerMethod& method, const BandRequest& request, std
     for (std::size_t p = 0; p < pixels; ++p)
         first[p + 1] = first[p] + std::min(request.counts[p], limit);
     const std::size_t fragments = first[pixels];
-    const bool target = takesSlotTarget(method);
+    const bool target = takesListHeadTarget(method);
     prepareClip(band);
     const auto gpu = gpu_timer_.span("gpuCapture");
     buffers_.reserveFragments(
@@ -163,7 +165,7 @@ void BandCapture::drawLists(LayerMethod& method, const BandRequest& request, std
     if (target)
         ends_.assign(first.begin(), first.end() - 1);
     else
-        setSlots({first.data(), pixels});
+        setListHeads({first.data(), pixels});
     buffers_.bindForLayers();
     rasterizer_.setBand(band);
     lists.passes = 0;
@@ -173,17 +175,17 @@ void BandCapture::drawLists(LayerMethod& method, const BandRequest& request, std
             largestIn(band, window, [&](std::size_t p) { return first[p + 1] - first[p]; });
         if (area.layers == 0) return;
         rasterizer_.setTile(tile);
-        if (target) slot_target_.write(gl(), tile, window, band, first);
-        area.slot_target = target;
+        if (target) list_head_target_.write(gl(), tile, window, band, first);
+        area.list_head_target = target;
         area.in_front = request.in_front;
-        area.framebuffer = target ? slot_target_.framebuffer() : 0;
+        area.framebuffer = target ? list_head_target_.framebuffer() : 0;
         gl::Framebuffer with_depths;
         if (request.in_front) {
             with_depths = framebufferInFront();
             area.framebuffer = with_depths.name();
         }
         lists.passes += method.capture(rasterizer_, area);
-        if (target) slot_target_.read(gl(), tile, window, band, ends_);
+        if (target) list_head_target_.read(gl(), tile, window, band, ends_);
     });
 }
 
@@ -192,7 +194,7 @@ void BandCapture::drawChannels(BandLists& lists) {
     const std::size_t components = shadedComponents(pass_context_.settings.channels);
     const auto gpu = gpu_timer_.span("gpuCapture");
     buffers_.clearForChannels(std::max<std::size_t>(fragments, 1) * components);
-    setSlots(std::span(lists.first).subspan(1));
+    setListHeads(std::span(lists.first).subspan(1));
     buffers_.bindForLayers();
     forEachTile(lists.band, [&](const Window& tile, const Window& area) {
         rasterizer_.setTile(tile);

@@ -7,8 +7,8 @@
 namespace peeler {
 namespace {
 
-// A pixel of a band costs a slot, an offset here and in the hand-over, and what a sink composites
-// into.
+// A pixel of a band costs a list head, an offset here and in the hand-over, and what a sink
+// composites into.
 constexpr std::uint64_t kPixelBytes = 3 * sizeof(std::uint32_t) + 5 * sizeof(float);
 
 // What costs() do not count, and forecasts have to. With llvmpipe (Mesa 22.3, LLVM 15, on one and

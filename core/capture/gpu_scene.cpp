@@ -162,16 +162,16 @@ GpuGeometry::GpuGeometry(const gl::Functions& gl, const PosedScene& posed) {
     std::map<std::pair<int, std::size_t>, std::size_t> offsets;
     std::size_t fixed_bytes = sizeof kMissing, deformed_bytes = 0;
     for (const Geometry& geometry : geometries) {
-        Slot& slot = slots_.emplace_back();
+        StoredGeometry& stored = geometries_.emplace_back();
         const Primitive& p = primitiveOf(scene, geometry.mesh, geometry.primitive);
         const auto [entry, fresh] =
             offsets.try_emplace({geometry.mesh, geometry.primitive}, fixed_bytes);
-        slot.index_offset = entry->second + alignedBytes(attributes(p));
+        stored.index_offset = entry->second + alignedBytes(attributes(p));
         if (fresh)
-            fixed_bytes = slot.index_offset + aligned(p.indices.size() * sizeof(std::uint32_t));
-        slot.box.add(p.positions);
+            fixed_bytes = stored.index_offset + aligned(p.indices.size() * sizeof(std::uint32_t));
+        stored.box.add(p.positions);
         if (geometry.deformed < 0) continue;
-        slot.deformed_offset = deformed_bytes;
+        stored.deformed_offset = deformed_bytes;
         deformed_bytes += alignedBytes(attributes(deformedOf(posed, geometry)));
     }
 
@@ -191,15 +191,15 @@ GpuGeometry::GpuGeometry(const gl::Functions& gl, const PosedScene& posed) {
     }
     if (deformed_bytes) deformed_ = gl::Buffer(gl, deformed_bytes);
 
-    for (std::size_t i = 0; i < slots_.size(); ++i) {
+    for (std::size_t i = 0; i < geometries_.size(); ++i) {
         const Geometry& geometry = geometries[i];
         const std::size_t offset = offsets.at({geometry.mesh, geometry.primitive});
-        Slot& slot = slots_[i];
-        slot.vertex_array = makeVertexArray(
+        StoredGeometry& stored = geometries_[i];
+        stored.vertex_array = makeVertexArray(
             gl, primitiveOf(scene, geometry.mesh, geometry.primitive), fixed_.name(), offset);
         if (geometry.deformed >= 0)
-            point(gl, slot.vertex_array.name(), attributes(deformedOf(posed, geometry)),
-                  deformed_.name(), slot.deformed_offset);
+            point(gl, stored.vertex_array.name(), attributes(deformedOf(posed, geometry)),
+                  deformed_.name(), stored.deformed_offset);
     }
     setDeformed(posed);
 }
@@ -208,13 +208,13 @@ void GpuGeometry::setDeformed(const PosedScene& posed) {
     if (!deformed_) return;
     const auto mapping = deformed_.overwrite(deformed_.size());
     auto* memory = mapping.as<std::byte>();
-    for (std::size_t i = 0; i < slots_.size(); ++i) {
+    for (std::size_t i = 0; i < geometries_.size(); ++i) {
         const Geometry& geometry = posed.drawList().geometries()[i];
         if (geometry.deformed < 0) continue;
         const DeformedVertices& vertices = deformedOf(posed, geometry);
-        copy(attributes(vertices), memory + slots_[i].deformed_offset);
-        slots_[i].box = {};
-        slots_[i].box.add(vertices.positions);
+        copy(attributes(vertices), memory + geometries_[i].deformed_offset);
+        geometries_[i].box = {};
+        geometries_[i].box.add(vertices.positions);
     }
 }
 

@@ -38,21 +38,25 @@ class GpuGeometry {
     /// them.
     void setDeformed(const PosedScene& posed);
 
-    GLuint vertexArray(const Draw& draw) const { return slots_[draw.geometry].vertex_array.name(); }
+    GLuint vertexArray(const Draw& draw) const {
+        return geometries_[draw.geometry].vertex_array.name();
+    }
     /// Around its vertices, in mesh space.
-    const Box& box(const Draw& draw) const { return slots_[draw.geometry].box; }
+    const Box& box(const Draw& draw) const { return geometries_[draw.geometry].box; }
     /// Bytes into the element buffer.
-    std::size_t indexOffset(const Draw& draw) const { return slots_[draw.geometry].index_offset; }
+    std::size_t indexOffset(const Draw& draw) const {
+        return geometries_[draw.geometry].index_offset;
+    }
 
   private:
-    struct Slot {
+    struct StoredGeometry {
         gl::VertexArray vertex_array;
         std::size_t index_offset = 0;
         std::size_t deformed_offset = 0;
         Box box{};
     };
 
-    std::vector<Slot> slots_;  ///< of each geometry
+    std::vector<StoredGeometry> geometries_;
     gl::Buffer fixed_, deformed_;
 };
 

@@ -19,11 +19,11 @@ class SceneRasterizer;
 struct LayerArea {
     Window window;             ///< inside the rasterizer's tile
     std::uint32_t layers = 0;  ///< to capture
-    /// That of the slots, if they are a render target (takesSlotTarget()), or of the depths of
-    /// opaque fragments (takesOpaqueFirst()), or of both; 0 = there is neither.
+    /// That of the list heads, if they are a render target (takesListHeadTarget()), or of the
+    /// depths of opaque fragments (takesOpaqueFirst()), or of both; 0 = there is neither.
     unsigned framebuffer = 0;
-    bool slot_target =
-        false;  ///< whether the slots are its render target; else they are the buffer
+    bool list_head_target =
+        false;  ///< whether the list heads are its render target; else they are the buffer
     /// Nothing but what is transparent and in front of the opaque fragments (OpaqueTarget).
     bool in_front = false;
     /// Whether fragments are stored with their primitives. If not, whatever grows in draw order
@@ -40,8 +40,8 @@ class LayerMethod {
     /// delivers the nearest layers front to back, so that a layer limit saves work.
     virtual bool takesAll() const = 0;
 
-    /// Whether its one geometry pass can have the slots as its render target (SlotTarget).
-    virtual bool takesSlotTarget() const { return false; }
+    /// Whether its one geometry pass can have the list heads as its render target (ListHeadTarget).
+    virtual bool takesListHeadTarget() const { return false; }
 
     /// Whether it can leave out the opaque fragments and what they hide (LayerArea::in_front).
     virtual bool takesOpaqueFirst() const { return false; }
@@ -50,8 +50,8 @@ class LayerMethod {
     virtual std::uint64_t tileBytes(std::uint64_t tile_pixels,
                                     const CaptureSettings& settings) const = 0;
 
-    /// Captures the pixels of an area. The slot of each holds the index of its first fragment and
-    /// must be advanced by one for every fragment stored. Returns the geometry passes it took.
+    /// Captures the pixels of an area. The list head of each holds the index of its first fragment
+    /// and must be advanced by one for every fragment stored. Returns the geometry passes it took.
     virtual int capture(SceneRasterizer& rasterizer, const LayerArea& area) = 0;
 };
 
@@ -61,8 +61,8 @@ struct CompositeArea {
     std::uint32_t layers = 0;   ///< the most fragments of a pixel that are shown in order
     std::uint32_t deepest = 0;  ///< the most fragments of a pixel
     bool tail = false;          ///< whether what lies behind those in order is blended
-    /// The most fragments that a pixel should show in order whose slot does not say that it does.
-    /// Waits for the GPU.
+    /// The most fragments that a pixel should show in order whose list head does not say that it
+    /// does. Waits for the GPU.
     std::function<std::uint32_t()> layersMissing;
 };
 
@@ -77,8 +77,8 @@ class CompositeMethod {
                                     const CaptureSettings& settings) const = 0;
 
     /// Writes the colours (PEELER_COLORS) and nearest depths (PEELER_DEPTHS) of the pixels of
-    /// `area`. Slots, depths and stamps are 0 before; each fragment that has been composited adds
-    /// one to its pixel's slot. Returns the geometry passes it took.
+    /// `area`. List heads, depths and stamps are 0 before; each fragment that has been composited
+    /// adds one to its pixel's list head. Returns the geometry passes it took.
     virtual int composite(SceneRasterizer& rasterizer, const CompositeArea& area) = 0;
 };
 

@@ -31,11 +31,11 @@ enum class Draws : std::uint8_t {
     kClipMeshes  ///< the boundary of the clip volume, which no other pass shows; both faces
 };
 
-/// The definition of a pass whose render target are the slots (SlotTarget).
-inline constexpr std::string_view kFetchedSlots = "FETCHED_SLOTS";
-/// The same, with fragments that store their slots in place of their primitives
+/// The definition of a pass whose render target are the list heads (ListHeadTarget).
+inline constexpr std::string_view kFetchedListHeads = "FETCHED_LIST_HEADS";
+/// The same, with fragments that store their entries in place of their primitives
 /// (shaders/a_buffer.frag).
-inline constexpr std::string_view kSlotsAsKeys = "FETCHED_SLOTS SLOTS_AS_KEYS";
+inline constexpr std::string_view kEntriesAsKeys = "FETCHED_LIST_HEADS ENTRIES_AS_KEYS";
 
 /// A geometry pass: which fragment shader sees which draws.
 struct GeometryPass {

@@ -16,9 +16,9 @@ constexpr std::uint64_t kPixelsAtOnce = 1 << 18;
 }  // namespace
 
 gl::Framebuffer BandCapture::framebufferInFront() const {
-    std::vector<GLuint> slots;
-    if (SlotTarget::supported(context_)) slots.push_back(slot_target_.texture());
-    return gl::makeFramebuffer(gl(), slots, opaque_.depth());
+    std::vector<GLuint> list_heads;
+    if (ListHeadTarget::supported(context_)) list_heads.push_back(list_head_target_.texture());
+    return gl::makeFramebuffer(gl(), list_heads, opaque_.depth());
 }
 
 int BandCapture::captureOpaque(const Window& tile, const Window& area) {
@@ -46,25 +46,25 @@ void BandCapture::countInFront(const Window& tile, const Window& area,
     const StageTimer timer(times_, "count");
     const auto gpu = gpu_timer_.span("gpuCount");
     counts.resize(area.pixels());
-    const bool target = SlotTarget::supported(context_);
+    const bool target = ListHeadTarget::supported(context_);
     if (target) {
-        slot_target_.write(gl(), tile, area, area, {});
+        list_head_target_.write(gl(), tile, area, area, {});
     } else {
-        buffers_.reserveSlots(area.pixels());
-        buffers_.slots().clearToZero(area.pixels() * sizeof(std::uint32_t));
+        buffers_.reserveListHeads(area.pixels());
+        buffers_.listHeads().clearToZero(area.pixels() * sizeof(std::uint32_t));
         buffers_.bindForLayers();
     }
     const gl::Framebuffer framebuffer = framebufferInFront();
     opaque_.bindForReading(gl());
     GeometryPass pass{.fragment_shader = "count.frag", .framebuffer = framebuffer.name()};
-    if (target) pass.definitions = kFetchedSlots;
+    if (target) pass.definitions = kFetchedListHeads;
     rasterizer_.draw(pass.inFront(), area);
     if (target) {
-        slot_target_.read(gl(), tile, area, area, counts);
+        list_head_target_.read(gl(), tile, area, area, counts);
     } else {
         gl::waitForGpu(gl());
-        const auto slots = buffers_.slots().read(area.pixels() * sizeof(std::uint32_t));
-        std::copy_n(slots.as<const std::uint32_t>(), area.pixels(), counts.begin());
+        const auto list_heads = buffers_.listHeads().read(area.pixels() * sizeof(std::uint32_t));
+        std::copy_n(list_heads.as<const std::uint32_t>(), area.pixels(), counts.begin());
     }
     gl::checkErrors(gl(), "counting fragments");
 }

@@ -72,7 +72,7 @@ std::string examine(const Functions& gl, Device& device) {
         return "it has OpenGL " + std::to_string(major) + "." + std::to_string(minor) +
                ", and 4.5 core is needed";
     }
-    // Slots, counts, depths, stamps, lights and the two of a clip mesh: dual_composite.frag.
+    // List heads, counts, depths, stamps, lights and the two of a clip mesh: dual_composite.frag.
     constexpr int kStorageBlocks = 7;
     if (limits.fragment_storage_blocks < kStorageBlocks) {
         return "it has " + std::to_string(limits.fragment_storage_blocks) +

@@ -12,7 +12,7 @@ class ABuffer final : public LayerMethod {
     bool takesAll() const override { return true; }
     std::uint64_t tileBytes(std::uint64_t, const CaptureSettings&) const override { return 0; }
 
-    bool takesSlotTarget() const override { return true; }
+    bool takesListHeadTarget() const override { return true; }
     bool takesOpaqueFirst() const override { return true; }
 
     int capture(SceneRasterizer& rasterizer, const LayerArea& area) override {
@@ -21,7 +21,8 @@ class ABuffer final : public LayerMethod {
         const auto none = gl::makeEmptyFramebuffer(gl, tile.width(), tile.height());
         GeometryPass pass{.fragment_shader = "a_buffer.frag", .shades = true};
         if (rasterizer.hitMode() != HitMode::kNone) pass = {.fragment_shader = "hits.frag"};
-        if (area.slot_target) pass.definitions = area.keys ? kFetchedSlots : kSlotsAsKeys;
+        if (area.list_head_target)
+            pass.definitions = area.keys ? kFetchedListHeads : kEntriesAsKeys;
         pass.framebuffer = area.framebuffer ? area.framebuffer : none.name();
         rasterizer.draw(area.in_front ? pass.inFront() : pass, area.window);
         return 1;

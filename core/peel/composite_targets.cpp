@@ -123,7 +123,8 @@ int CompositeTargets::drawUnsorted(SceneRasterizer& rasterizer, const Window& ar
                          .framebuffer = framebuffer(rasterizer, part),
                          .blend = {blended ? blend : Blend::kOff}},
                         area);
-        rasterizer.functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);  // slots and depths
+        rasterizer.functions().MemoryBarrier(
+            GL_SHADER_STORAGE_BARRIER_BIT);  // list heads and depths
     };
     draw(kBack, "", tinted ? Blend::kOverByOpacity : Blend::kOver);
     if (tinted) draw(kBackOpacity, "OPACITY", Blend::kOverByItself);

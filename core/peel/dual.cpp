@@ -163,7 +163,7 @@ int DualComposite::finishShort(SceneRasterizer& rasterizer, const CompositeArea&
                                .definitions = hasTail() ? "TAIL" : "",
                                .framebuffer = targets_.framebuffer(rasterizer, parts_)},
                               area.window);
-    // The next pass writes the slots that this one reads.
+    // The next pass writes the list heads that this one reads.
     rasterizer.functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     layers_.beginFinished(rasterizer, area.window);
     rasterizer.drawFullScreen({.fragment_shader = "reopen_pixels.frag",

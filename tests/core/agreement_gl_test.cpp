@@ -45,7 +45,7 @@ TEST(Backends, AgreeBitForBitOnHardScenes) {
     }
 }
 
-// Without framebuffer fetch slots are counted by atomics.
+// Without framebuffer fetch list heads are counted by atomics.
 TEST(Extensions, DoNotChangeTheResult) {
     const View view = testView(160, 120);
     for (const auto& [name, scene] : hardScenes()) {
