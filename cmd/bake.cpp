@@ -28,7 +28,7 @@
 #include "core/bake/receivers.h"
 #include "core/base/error.h"
 #include "core/base/printable.h"
-#include "core/capture/bands.h"
+#include "core/base/process_memory.h"
 #include "formats/file/file_name.h"
 #include "formats/gltf/glb_writer.h"
 #include "formats/image/image_writer.h"

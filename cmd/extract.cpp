@@ -22,7 +22,7 @@
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "core/base/printable.h"
-#include "core/capture/bands.h"
+#include "core/base/process_memory.h"
 #include "core/image/layered_image.h"
 #include "core/image/layers.h"
 #include "formats/arrays/fragment_tables.h"

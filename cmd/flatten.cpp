@@ -17,7 +17,7 @@
 #include "cmd/session/progress_report.h"
 #include "cmd/session/session.h"
 #include "cmd/verbs.h"
-#include "core/image/filters.h"
+#include "core/image/fxaa.h"
 #include "formats/exr/layered_input.h"
 #include "formats/output_hash.h"
 #include "formats/writers.h"

@@ -29,6 +29,7 @@
 #include "core/image/statistics.h"
 #include "core/scene/view.h"
 #include "core/views/surface_cells.h"
+#include "core/views/reprojection.h"
 #include "formats/exr/layered_input.h"
 #include "formats/output_hash.h"
 #include "formats/writers.h"

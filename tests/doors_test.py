@@ -50,7 +50,7 @@ DOORS = (
         re.compile(r"\b(?:std::)?f(?:re)?open(?:64)?\s*\(|\bpopen\s*\("),
         "RegularFile of formats/file/regular_file.h",
         {
-            "core/capture/bands.cpp": "/proc/self/statm",
+            "core/base/process_memory.cpp": "/proc/self/statm",
             "formats/modules/helper_main.cpp": "/proc/self/statm",
         },
     ),

@@ -12,7 +12,9 @@
 
 #include "cmd/cli/report.h"
 #include "core/image/composite.h"
-#include "core/parts/part_check.h"
+#include "core/parts/wall_thickness.h"
+#include "core/parts/volumes.h"
+#include "core/parts/crossings.h"
 #include "core/scene/posed_scene.h"
 
 namespace peeler::cmd {

@@ -8,7 +8,7 @@
 #include "cmd/library/worker.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/capture/bands.h"
+#include "core/base/process_memory.h"
 #include "core/capture/gl_renderer.h"
 #include "core/gl/adopted_context.h"
 #include "core/gl/borrowed_state.h"

@@ -9,7 +9,7 @@
 #include <optional>
 #include <thread>
 
-#include "core/capture/hit_source.h"
+#include "core/fragments/hit_source.h"
 
 namespace peeler {
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/capture/bands.h"
+#include "core/base/process_memory.h"
 
 namespace peeler::cmd {
 

@@ -16,7 +16,7 @@
 #include "cmd/session/scene_request.h"
 #include "core/base/stage_times.h"
 #include "core/capture/gl_renderer.h"
-#include "core/capture/hit_source.h"
+#include "core/fragments/hit_source.h"
 #include "core/gl/context.h"
 
 namespace peeler::cmd {

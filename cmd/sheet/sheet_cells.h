@@ -11,7 +11,8 @@
 
 #include "core/image/composite.h"
 #include "core/image/difference.h"
-#include "core/image/filters.h"
+#include "core/image/fxaa.h"
+#include "core/image/box_filter.h"
 #include "core/image/sink.h"
 #include "formats/image/display.h"
 

@@ -4,9 +4,11 @@
 #include <algorithm>
 
 #include "core/bake/gather.h"
+#include "core/bake/bundle_gather.h"
+#include "core/bake/line_gather.h"
 #include "core/bake/integrators.h"
 #include "core/base/error.h"
-#include "core/capture/bands.h"
+#include "core/base/process_memory.h"
 #include "core/rays/bundle.h"
 
 namespace peeler {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/capture/capture_settings.h"
-#include "core/capture/hit_source.h"
+#include "core/fragments/hit_source.h"
 
 namespace peeler {
 

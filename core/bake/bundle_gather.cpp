@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Gathering from bundles of rays, which any source of hits can trace.
+#include "core/bake/bundle_gather.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "core/bake/gather.h"
 #include "core/base/parallel.h"
-#include "core/capture/bands.h"
+#include "core/base/process_memory.h"
 #include "core/rays/bundle.h"
 
 namespace peeler {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/capture/supersampling.h"
+#include "core/fragments/supersampling.h"
 #include "core/image/layered_image.h"
 #include "core/scene/elements.h"
 #include "core/shading/environment_maps.h"

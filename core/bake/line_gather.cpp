@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Gathering along lines of the receivers' own: which receivers and directions are looked at
 // together, and how their sums add up.
+#include "core/bake/line_gather.h"
+
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -8,11 +10,10 @@
 #include <numeric>
 #include <utility>
 
-#include "core/bake/gather.h"
 #include "core/bake/occluders.h"
 #include "core/bake/visibility_rays.h"
 #include "core/base/parallel.h"
-#include "core/capture/bands.h"
+#include "core/base/process_memory.h"
 
 namespace peeler {
 namespace {

@@ -9,8 +9,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/resize_anew.h"
-#include "core/capture/captured_fragments.h"
-#include "core/capture/supersampling.h"
+#include "core/fragments/supersampling.h"
 
 namespace peeler {
 namespace {

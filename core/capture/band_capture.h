@@ -12,8 +12,9 @@
 
 #include "core/base/stage_times.h"
 #include "core/capture/band_buffers.h"
-#include "core/capture/bands.h"
-#include "core/capture/captured_fragments.h"
+#include "core/fragments/bands.h"
+#include "core/fragments/depth_sort.h"
+#include "core/fragments/surface_channels.h"
 #include "core/capture/gpu_scene.h"
 #include "core/capture/method.h"
 #include "core/capture/pass_context.h"

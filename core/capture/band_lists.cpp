@@ -8,8 +8,9 @@
 #include "core/base/parallel.h"
 #include "core/base/resize_anew.h"
 #include "core/capture/band_capture.h"
-#include "core/capture/captured_fragments.h"
-#include "core/capture/supersampling.h"
+#include "core/fragments/depth_sort.h"
+#include "core/fragments/surface_channels.h"
+#include "core/fragments/supersampling.h"
 
 namespace peeler {
 namespace {

@@ -7,8 +7,9 @@
 
 #include "core/base/error.h"
 #include "core/capture/gl_renderer_state.h"
-#include "core/capture/supersampling.h"
+#include "core/fragments/supersampling.h"
 #include "core/image/layers.h"
+#include "core/base/process_memory.h"
 
 namespace peeler {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <memory>
 
-#include "core/capture/captured_fragments.h"
-#include "core/capture/hit_source.h"
+#include "core/fragments/surface_channels.h"
+#include "core/fragments/hit_source.h"
 #include "core/gl/context.h"
 
 namespace peeler {

@@ -6,7 +6,8 @@
 #include <utility>
 
 #include "core/capture/gl_renderer_state.h"
-#include "core/capture/supersampling.h"
+#include "core/fragments/supersampling.h"
+#include "core/base/process_memory.h"
 
 namespace peeler {
 

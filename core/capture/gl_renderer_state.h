@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/capture/band_capture.h"
-#include "core/capture/bands.h"
+#include "core/fragments/bands.h"
 #include "core/capture/gl_renderer.h"
 #include "core/capture/method.h"
 #include "core/image/composite.h"

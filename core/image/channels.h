@@ -40,7 +40,7 @@ struct ChannelInfo {
     /// kHalf: as precise as the colour. kFloat and kUint: always.
     PixelType type;
     /// The definition with which channels.frag yields it, a float a component; "" = it follows from
-    /// the fragment's Z and primitive (core/capture/captured_fragments.h).
+    /// the fragment's Z and primitive (core/fragments/depth_sort.h).
     std::string_view definition;
     std::string_view summary;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/image/filters.h"
+#include "core/image/fxaa.h"
 
 #include <algorithm>
 #include <cmath>

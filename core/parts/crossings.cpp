@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which triangles of a mesh go through each other.
+#include "core/parts/crossings.h"
+
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
 
-#include "core/parts/part_check.h"
 #include "core/parts/step_limit.h"
 
 namespace peeler {

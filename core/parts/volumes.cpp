@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the shells of a mesh are to each other, and how much they enclose.
+#include "core/parts/volumes.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,7 +9,7 @@
 
 #include "core/base/parallel.h"
 #include "core/parts/free_area.h"
-#include "core/parts/part_check.h"
+#include "core/parts/crossings.h"
 #include "core/parts/step_limit.h"
 
 namespace peeler {

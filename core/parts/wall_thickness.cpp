@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The thinnest wall of a part: a first bound by rays from every triangle, then every pair of faces
 // that could be nearer to each other than that.
+#include "core/parts/wall_thickness.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,7 +11,7 @@
 #include <numbers>
 #include <tuple>
 
-#include "core/parts/part_check.h"
+#include "core/parts/crossings.h"
 #include "core/parts/step_limit.h"
 
 namespace peeler {

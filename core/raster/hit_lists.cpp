@@ -9,7 +9,6 @@
 #include <limits>
 
 #include "core/base/resize_anew.h"
-#include "core/capture/captured_fragments.h"
 #include "core/raster/hit_depth.h"
 
 namespace peeler {

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <memory>
 
-#include "core/capture/hit_source.h"
+#include "core/fragments/hit_source.h"
 
 namespace peeler {
 

@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/names.h"
 #include "core/scene/framing.h"
+#include "core/scene/intrinsics.h"
 #include "core/scene/lights.h"
 #include "core/scene/posed_scene.h"
 

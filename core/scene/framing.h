@@ -83,13 +83,6 @@ struct DepthRange {
 };
 DepthRange depthRange(const Bounds& bounds, const glm::dmat4& camera_to_world);
 
-// intrinsics.cpp.
-
-/// Makes the view's picture, of the size that it has, that of these intrinsics. Throws Error
-/// (kUsage) for some that are not positive and finite, of an orthographic view, and for an axis
-/// that is too far beside the picture.
-void setIntrinsics(View& view, const Intrinsics& camera);
-
 // camera_choice.cpp.
 
 /// What the cameras of the scene are called, in draw order: by their own names, else their nodes',

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a calibrated camera sees as a crop of a larger picture, and back.
+#include "core/scene/intrinsics.h"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -8,7 +10,6 @@
 #include <optional>
 
 #include "core/base/error.h"
-#include "core/scene/framing.h"
 
 namespace peeler {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The integrands are those of shaders/lobes.glsl.
-#include "core/shading/environment_maps.h"
+#include "core/shading/albedo_table.h"
 
 #include <algorithm>
 #include <array>

@@ -8,6 +8,7 @@
 
 #include "core/shading/constants.h"
 #include "core/shading/environment_maps.h"
+#include "core/shading/albedo_table.h"
 #include "shaders/interface.glsl"
 
 namespace peeler {

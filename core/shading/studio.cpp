@@ -2,13 +2,14 @@
 // The built-in studio, in azimuths (from +Z toward +X) and elevations around the object. A viewer
 // stands in front, between +Z and +X: the key light is over the left shoulder, the dark side to the
 // right, and strips from the sides and from behind draw the edges of what is smooth.
+#include "core/shading/studio.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
 #include "core/base/parallel.h"
-#include "core/shading/environment_maps.h"
 
 namespace peeler {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cells are sorted into strips of rows, strips are rasterised side by side.
-#include "core/views/surface_cells.h"
+#include "core/views/reprojection.h"
 
 #include <algorithm>
 #include <array>
@@ -17,6 +17,7 @@
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
 #include "core/scene/view.h"
+#include "core/views/surface_cells.h"
 
 namespace peeler {
 namespace {

@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/base/names.h"
 #include "core/scene/framing.h"
+#include "core/scene/intrinsics.h"
 #include "formats/cameras/camera_formats.h"
 
 namespace peeler {

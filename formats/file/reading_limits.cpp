@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/capture/bands.h"
+#include "core/base/process_memory.h"
 
 namespace peeler {
 namespace {

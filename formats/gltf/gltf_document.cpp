@@ -13,7 +13,6 @@
 
 #include "core/base/error.h"
 #include "core/base/printable.h"
-#include "core/capture/bands.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/json_text.h"
 #include "formats/file/regular_file.h"

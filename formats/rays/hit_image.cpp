@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "core/base/parallel.h"
-#include "core/capture/supersampling.h"
+#include "core/fragments/supersampling.h"
 #include "core/rays/bundle.h"
 #include "formats/exr/exr_chunks.h"
 #include "formats/exr/exr_header.h"

@@ -5,7 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/capture/supersampling.h"
+#include "core/fragments/supersampling.h"
 #include "core/scene/draw_list.h"
 #include "formats/rays/hit_columns.h"
 

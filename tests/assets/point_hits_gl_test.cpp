@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <random>
 
-#include "core/capture/supersampling.h"
+#include "core/fragments/supersampling.h"
 #include "core/rays/point_hits.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"

@@ -66,7 +66,7 @@ def compared(ours: np.ndarray, theirs: np.ndarray) -> Measured:
 
 
 def sample_positions(count: int) -> List[Tuple[float, float]]:
-    """Where peeler's samples lie in a pixel, from its upper left corner (core/capture/supersampling.h)."""
+    """Where peeler's samples lie in a pixel, from its upper left corner (core/fragments/supersampling.h)."""
     def mirrored(n: int) -> float:
         value, digit = 0.0, 0.5
         while n:

@@ -28,7 +28,7 @@
 #include "cmd/machine/resources.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/capture/bands.h"
+#include "core/base/process_memory.h"
 #include "core/raster/hit_rasterizer.h"
 #include "core/rays/bundle.h"
 #include "core/rays/solids.h"

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
-#include "core/capture/bands.h"
+#include "core/base/process_memory.h"
 #include "formats/exr/exr_readers.h"
 #include "formats/exr/exr_writers.h"
 #include "formats/synthetic_image.h"

@@ -10,7 +10,7 @@
 
 #include "cmd/tiny_gltf.h"
 #include "core/base/parallel.h"
-#include "core/capture/bands.h"
+#include "core/base/process_memory.h"
 #include "formats/png_builder.h"
 #include "support/test_support.h"
 

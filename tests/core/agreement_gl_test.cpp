@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "core/base/error.h"
-#include "core/capture/bands.h"
+#include "core/base/process_memory.h"
 #include "core/capture/method.h"
 #include "core/capture/scene_rasterizer.h"
 #include "support/capture.h"

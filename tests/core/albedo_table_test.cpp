@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The table against the integrals that it tabulates, done in another way.
-#include "core/shading/environment_maps.h"
+#include "core/shading/albedo_table.h"
 
 #include <gtest/gtest.h>
 

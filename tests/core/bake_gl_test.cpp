@@ -13,7 +13,7 @@
 
 #include "core/bake/receivers.h"
 #include "core/base/error.h"
-#include "core/capture/bands.h"
+#include "core/base/process_memory.h"
 #include "support/capture.h"
 #include "support/numbers.h"
 #include "support/test_support.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/capture/bands.h"
+#include "core/fragments/bands.h"
+#include "core/base/process_memory.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Area averages that are known on paper.
-#include "core/image/filters.h"
+#include "core/image/box_filter.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/capture/captured_fragments.h"
+#include "core/fragments/depth_sort.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Prefiltered environments against integrals that are known.
 #include "core/shading/environment_maps.h"
+#include "core/shading/studio.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The filter between a renderer and a writer: bands, threads, memory.
-#include "core/image/filters.h"
+#include "core/image/fxaa.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Edges whose coverage is known on paper, and symmetries.
-#include "core/image/filters.h"
+#include "core/image/fxaa.h"
 
 #include <gtest/gtest.h>
 

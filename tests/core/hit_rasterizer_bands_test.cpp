@@ -10,7 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/capture/bands.h"
+#include "core/base/process_memory.h"
 #include "core/rays/bundle.h"
 #include "support/closed_meshes.h"
 #include "support/one_mesh.h"

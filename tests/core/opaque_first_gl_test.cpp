@@ -8,9 +8,9 @@
 
 #include "assets/model_files.h"
 #include "cmd/options/camera_options.h"
-#include "core/capture/bands.h"
+#include "core/base/process_memory.h"
 #include "core/capture/method.h"
-#include "core/capture/supersampling.h"
+#include "core/fragments/supersampling.h"
 #include "core/image/composite.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"

@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "core/capture/supersampling.h"
+#include "core/fragments/supersampling.h"
 #include "core/rays/ray_maps.h"
 #include "core/scene/elements.h"
 #include "support/closed_meshes.h"

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/capture/supersampling.h"
+#include "core/fragments/supersampling.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "core/capture/captured_fragments.h"
 
 namespace peeler {
 namespace {

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <random>
 
-#include "core/capture/captured_fragments.h"
-#include "core/capture/supersampling.h"
+#include "core/fragments/supersampling.h"
 #include "core/image/composite.h"
 #include "core/image/difference.h"
-#include "core/image/filters.h"
+#include "core/image/fxaa.h"
+#include "core/image/box_filter.h"
 #include "core/image/layers.h"
 #include "core/image/merge.h"
 #include "core/image/statistics.h"

@@ -17,7 +17,7 @@
 #include "core/bake/receivers.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/capture/bands.h"
+#include "core/base/process_memory.h"
 #include "core/raster/hit_rasterizer.h"
 #include "core/rays/bundle.h"
 #include "support/numbers.h"

@@ -8,7 +8,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "core/capture/captured_fragments.h"
+#include "core/fragments/depth_sort.h"
 #include "core/gl/objects.h"
 #include "gpu/gpu_choices.h"
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/capture/supersampling.h"
+#include "core/fragments/supersampling.h"
 #include "core/image/layered_image.h"
 #include "core/rays/bundle.h"
 #include "core/rays/solids.h"

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/capture/hit_source.h"
+#include "core/fragments/hit_source.h"
 #include "core/rays/bundle.h"
 
 namespace peeler::test {

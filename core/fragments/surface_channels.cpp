@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/capture/captured_fragments.h"
+#include "core/fragments/surface_channels.h"
 
 #define IMATH_HALF_NO_LOOKUP_TABLE
 #include <Imath/half.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Filters of finished pictures, as they arrive in rows or bands: stairs along edges made smooth,
-// and the whole made smaller.
+// Fast approximate anti-aliasing of finished pictures, as their bands arrive.
 #pragma once
 
 #include <array>
@@ -12,8 +11,6 @@
 #include "core/image/sink.h"
 
 namespace peeler {
-
-// fxaa.cpp.
 
 /// How far from a pixel the ends of its edge are looked for, along the edge, in pixels. Filtering a
 /// row needs as many rows above and below it. (FXAA 3.11 reaches 20.5 with quality preset 12 and
@@ -69,40 +66,6 @@ class FxaaFilter : public Sink {
     CompositeImage filtered_;
     LayeredImage layer_;
     StageTimes times_;
-};
-
-// box_filter.cpp.
-
-/// Makes a picture smaller: every pixel of the result is the average of the area it covers in the
-/// source (a box filter); a source pixel on an edge counts for both sides, by area. Give it linear
-/// light, premultiplied.
-class BoxFilter {
-  public:
-    using Pixel = TintedColor;
-
-    /// The result is no larger than the source, in either direction.
-    BoxFilter(int source_width, int source_height, int width, int height);
-
-    /// The next row of the source, top to bottom.
-    void addRow(std::span<const Pixel> row);
-
-    /// Row-major; whole after the last row.
-    const std::vector<Pixel>& pixels() const { return pixels_; }
-
-  private:
-    /// How a source index is divided between two neighbours of the result.
-    struct Split {
-        std::size_t first = 0;
-        float in_first = 0, in_next = 0;
-    };
-    static std::vector<Split> splits(int source, int result);
-    void add(const Split& row);
-
-    std::size_t width_;
-    std::vector<Split> columns_, rows_;
-    std::vector<Pixel> pixels_;
-    std::vector<Pixel> narrow_;  ///< the row being added, as wide as the result
-    std::size_t next_row_ = 0;
 };
 
 }  // namespace peeler

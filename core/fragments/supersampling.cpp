@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/capture/supersampling.h"
+#include "core/fragments/supersampling.h"
 
 #include <algorithm>
 #include <array>

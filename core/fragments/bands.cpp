@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/capture/bands.h"
-
-#include <malloc.h>
-#include <unistd.h>
+#include "core/fragments/bands.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <limits>
 #include <string>
 
@@ -21,33 +17,6 @@ constexpr std::uint64_t kReserve = 96 * kMegabyte;
 constexpr std::uint64_t kLeastBand = 8 * kMegabyte;
 
 }  // namespace
-
-std::uint64_t residentBytes() {
-    unsigned long total = 0, resident = 0;
-    if (std::FILE* file = std::fopen("/proc/self/statm", "re")) {
-        if (std::fscanf(file, "%lu %lu", &total, &resident) != 2) resident = 0;
-        std::fclose(file);
-    }
-    return static_cast<std::uint64_t>(resident) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-}
-
-std::uint64_t usedBytes(const MemoryBudget& budget) {
-    const std::uint64_t resident = residentBytes();
-    return resident - std::min(resident, budget.base);
-}
-
-std::uint64_t usedBytesWith(const MemoryBudget& budget, std::uint64_t more) {
-    const std::uint64_t bytes = usedBytes(budget) + more;
-    if (bytes <= budget) return bytes;
-    returnFreeMemory();
-    return usedBytes(budget) + more;
-}
-
-void returnFreeMemory() {
-#ifdef __GLIBC__
-    malloc_trim(0);
-#endif
-}
 
 bool isRoomy(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs) {
     if (budget == 0) return true;

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// A box filter: pictures made smaller as their rows arrive.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/image/composite.h"
+
+namespace peeler {
+
+/// Makes a picture smaller: every pixel of the result is the average of the area it covers in the
+/// source (a box filter); a source pixel on an edge counts for both sides, by area. Give it linear
+/// light, premultiplied.
+class BoxFilter {
+  public:
+    using Pixel = TintedColor;
+
+    /// The result is no larger than the source, in either direction.
+    BoxFilter(int source_width, int source_height, int width, int height);
+
+    /// The next row of the source, top to bottom.
+    void addRow(std::span<const Pixel> row);
+
+    /// Row-major; whole after the last row.
+    const std::vector<Pixel>& pixels() const { return pixels_; }
+
+  private:
+    /// How a source index is divided between two neighbours of the result.
+    struct Split {
+        std::size_t first = 0;
+        float in_first = 0, in_next = 0;
+    };
+    static std::vector<Split> splits(int source, int result);
+    void add(const Split& row);
+
+    std::size_t width_;
+    std::vector<Split> columns_, rows_;
+    std::vector<Pixel> pixels_;
+    std::vector<Pixel> narrow_;  ///< the row being added, as wide as the result
+    std::size_t next_row_ = 0;
+};
+
+}  // namespace peeler
