@@ -84,7 +84,18 @@ namespace {
 
 thread_local bool inside_loop = false;
 
-/// One loop at a time: the caller publishes it, everybody takes items until none is left.
+/// A loop that threads take items of, until none is left.
+struct Loop {
+    const std::function<void(std::size_t)>& body;
+    std::size_t items;
+    std::atomic<std::size_t> next{0};
+    std::size_t workers = 0;  ///< at it, besides its caller; the pool's to lock
+    std::exception_ptr failure;
+
+    bool hasItems() const { return next < items; }
+};
+
+/// Threads that help the callers of loops. Of several loops at a time each gets its share of them.
 class Pool {
   public:
     explicit Pool(int threads) {
@@ -110,47 +121,59 @@ class Pool {
     Pool& operator=(const Pool&) = delete;
 
     void run(std::size_t items, const std::function<void(std::size_t)>& body) {
+        Loop loop{.body = body, .items = items};
         {
             const std::lock_guard lock(mutex_);
-            body_ = &body;
-            items_ = items;
-            next_ = 0;
-            failure_ = nullptr;
-            busy_ = workers_.size();
-            ++loop_;
+            loops_.push_back(&loop);
+            ++changes_;
         }
         wake_.notify_all();
-        takeItems();
+        while (loop.hasItems())
+            takeItems(loop);
         std::unique_lock lock(mutex_);
-        idle_.wait(lock, [this] { return busy_ == 0; });
-        if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+        std::erase(loops_, &loop);
+        idle_.wait(lock, [&] { return loop.workers == 0; });
+        if (loop.failure) std::rethrow_exception(loop.failure);
     }
 
   private:
     void work() {
-        std::uint64_t seen = 0;
+        std::unique_lock lock(mutex_);
         while (true) {
-            {
-                std::unique_lock lock(mutex_);
-                wake_.wait(lock, [&] { return stop_ || loop_ != seen; });
-                if (stop_) return;
-                seen = loop_;
-            }
-            takeItems();
-            const std::lock_guard lock(mutex_);
-            if (--busy_ == 0) idle_.notify_one();
+            Loop* loop = nullptr;
+            wake_.wait(lock, [&] {
+                loop = neediest();
+                return stop_ || loop;
+            });
+            if (stop_) return;
+            ++loop->workers;
+            lock.unlock();
+            takeItems(*loop);
+            lock.lock();
+            if (--loop->workers == 0) idle_.notify_all();
         }
     }
 
-    void takeItems() {
+    /// The loop with the fewest workers of those that have items left; null if there is none.
+    Loop* neediest() const {
+        Loop* found = nullptr;
+        for (Loop* loop : loops_) {
+            if (loop->hasItems() && (!found || loop->workers < found->workers)) found = loop;
+        }
+        return found;
+    }
+
+    /// Takes items until none is left, or another loop has begun.
+    void takeItems(Loop& loop) {
+        const std::uint64_t changes = changes_;
         inside_loop = true;
         try {
-            for (std::size_t i; (i = next_.fetch_add(1)) < items_;)
-                (*body_)(i);
+            for (std::size_t i; changes == changes_ && (i = loop.next.fetch_add(1)) < loop.items;)
+                loop.body(i);
         } catch (...) {
-            next_ = items_;  // what has not begun need not begin
+            loop.next = loop.items;  // what has not begun need not begin
             const std::lock_guard lock(mutex_);
-            if (!failure_) failure_ = std::current_exception();
+            if (!loop.failure) loop.failure = std::current_exception();
         }
         inside_loop = false;
     }
@@ -158,18 +181,14 @@ class Pool {
     std::vector<std::thread> workers_;
     std::mutex mutex_;
     std::condition_variable wake_, idle_;
-    const std::function<void(std::size_t)>* body_ = nullptr;
-    std::size_t items_ = 0;
-    std::atomic<std::size_t> next_{0};
-    std::size_t busy_ = 0;  ///< workers that have not finished the current loop
-    std::uint64_t loop_ = 0;
-    std::exception_ptr failure_;
+    std::vector<Loop*> loops_;               ///< whose callers are in run()
+    std::atomic<std::uint64_t> changes_{0};  ///< loops that have begun
     bool stop_ = false;
 };
 
 std::atomic<int> wanted_threads{0};
-std::mutex pool_mutex;  ///< held for the length of a loop
-std::unique_ptr<Pool> pool;
+std::mutex pool_mutex;  ///< of the two below
+std::shared_ptr<Pool> pool;
 int pool_threads = 0;
 
 /// A child that a host forks has the pool without its threads, and the lock as it was at that
@@ -177,14 +196,21 @@ int pool_threads = 0;
 /// pool would be to wait for its threads.
 void forgetPool() {
     new (&pool_mutex) std::mutex;
-    static_cast<void>(pool.release());
+    new (&pool) std::shared_ptr<Pool>;
     pool_threads = 0;
 }
 
-std::unique_ptr<Pool> makePool(int threads) {
+/// The pool of so many threads, the caller's among them. One of another size ends with its loops.
+std::shared_ptr<Pool> poolOf(int threads) {
     static const int watches_forks = pthread_atfork(nullptr, nullptr, forgetPool);
     static_cast<void>(watches_forks);
-    return std::make_unique<Pool>(threads);
+    const std::lock_guard lock(pool_mutex);
+    if (!pool || pool_threads != threads) {
+        pool.reset();
+        pool = std::make_shared<Pool>(threads);
+        pool_threads = threads;
+    }
+    return pool;
 }
 
 }  // namespace
@@ -211,20 +237,9 @@ int threadCount() {
 }
 
 void parallelFor(std::size_t items, const std::function<void(std::size_t)>& body) {
-    std::unique_lock lock(pool_mutex, std::defer_lock);
-    // A nested loop, and one that a second thread starts meanwhile, runs on its caller alone.
-    if (items > 1 && !inside_loop && lock.try_lock()) {
-        const int threads = threadCount();
-        if (threads > 1) {
-            if (!pool || pool_threads != threads) {
-                pool.reset();
-                pool = makePool(threads);
-                pool_threads = threads;
-            }
-            pool->run(items, body);
-            return;
-        }
-    }
+    const int threads = threadCount();
+    // A nested loop runs on its caller alone.
+    if (items > 1 && threads > 1 && !inside_loop) return poolOf(threads)->run(items, body);
     for (std::size_t i = 0; i < items; ++i)
         body(i);
 }

@@ -36,8 +36,8 @@ int threadCount();
 
 /// Calls body(i) for every i in [0, items), in any order, on all threads, the caller's among them.
 /// Returns when all are done. The first exception thrown by a body is rethrown here. Not to be
-/// nested: a body that calls parallelFor runs that loop alone, as does a second thread that calls
-/// it meanwhile. A child of fork() has threads of its own; a body must not fork and go on.
+/// nested: a body that calls parallelFor runs that loop alone. Loops of several threads at a time
+/// share the others. A child of fork() has threads of its own; a body must not fork and go on.
 void parallelFor(std::size_t items, const std::function<void(std::size_t)>& body);
 
 /// Hands out one item to each thread at work, and keeps them for those that come next.

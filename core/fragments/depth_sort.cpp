@@ -149,10 +149,13 @@ void depthSort(const CapturedFragments& captured, const Projection& projection,
     const SortRow sort_row = rowSorterOf(captured.stride, out.color.stride());
     const auto width = static_cast<std::size_t>(out.window.width());
     const auto rows = static_cast<std::size_t>(out.window.height());
+    ObjectPool<ListSorter> sorters;
     parallelFor(rows, [&](std::size_t row) {
-        thread_local ListSorter sorter;
         const std::size_t first = row * width;
-        sort_row(captured, {first, width, first, out, sources ? sources->data() : nullptr}, sorter);
+        sorters.with([&](ListSorter& sorter) {
+            sort_row(captured, {first, width, first, out, sources ? sources->data() : nullptr},
+                     sorter);
+        });
         const std::uint32_t begin = out.offsets[first], end = out.offsets[first + width];
         projection.toLinearZ({out.z.data() + begin, end - begin});
     });
@@ -168,19 +171,26 @@ void depthSortComposite(const CapturedFragments& captured, const Projection& pro
     const std::uint32_t needed = tail == Tail::kBlend ? 0 : layers;
     const SortRow sort_row = rowSorterOf(captured.stride, color.stride());
     const auto width = static_cast<std::size_t>(out.window.width());
-    parallelFor(static_cast<std::size_t>(out.window.height()), [&](std::size_t row) {
-        thread_local ListSorter sorter;
-        thread_local LayeredImage lists;
+    struct Scratch {
+        ListSorter sorter;
+        LayeredImage lists;
+    };
+    ObjectPool<Scratch> scratch;
+    const auto composite_row = [&](std::size_t row, Scratch& of_row) {
+        LayeredImage& lists = of_row.lists;
         const std::size_t first = row * width;
         lists.color.type = color.type;
         lists.color.channels = color.channels;
         const std::size_t up = first * OpaqueFragments::kWords;
         const std::uint32_t* const opaque = behind ? behind->fragments - up : nullptr;
         layOut(captured, first, width, needed, lists, opaque);
-        sort_row(captured, {first, width, 0, lists, nullptr}, sorter);
+        sort_row(captured, {first, width, 0, lists, nullptr}, of_row.sorter);
         if (opaque) addBehind(opaque, behind->colors ? behind->colors - up : nullptr, lists);
         projection.toLinearZ(lists.z);
         compositeNearest(lists, layers, tail, first, out);
+    };
+    parallelFor(static_cast<std::size_t>(out.window.height()), [&](std::size_t row) {
+        scratch.with([&](Scratch& of_row) { composite_row(row, of_row); });
     });
 }
 

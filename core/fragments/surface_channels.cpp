@@ -288,10 +288,11 @@ double refineHits(const FragmentSources& sources, std::span<const Channel> chann
     const ChannelFiller filler(sources, channels, image, arrays);
     const std::vector<Window> parts = partsOf(image.window);
     std::vector<double> largest(parts.size());
+    std::vector<std::vector<RefinedHit>> hits_of(parts.size());
     forEachPixel(
         sources, true, image, parts,
         [&](std::size_t part, RecentElements& elements, std::size_t pixel, const PixelRay& ray) {
-            thread_local std::vector<RefinedHit> hits;
+            std::vector<RefinedHit>& hits = hits_of[part];
             const std::size_t begin = image.offsets[pixel], end = image.offsets[pixel + 1];
             hits.clear();
             for (std::size_t f = begin; f < end; ++f) {

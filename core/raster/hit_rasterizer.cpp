@@ -12,11 +12,11 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/base/process_memory.h"
 #include "core/base/resize_anew.h"
 #include "core/fragments/bands.h"
-#include "core/base/process_memory.h"
-#include "core/fragments/surface_channels.h"
 #include "core/fragments/supersampling.h"
+#include "core/fragments/surface_channels.h"
 #include "core/image/layers.h"
 #include "core/raster/hit_lists.h"
 #include "core/raster/scene_triangles.h"
@@ -119,8 +119,7 @@ void HitRasterizer::State::countSection(const Window& section) {
         static_cast<std::size_t>((section.height() + kRowsAtOnce - 1) / kRowsAtOnce);
     std::mutex mutex;
     parallelFor(groups, [&](std::size_t group) {
-        thread_local std::vector<std::uint32_t> counts;
-        counts.resize(width);
+        std::vector<std::uint32_t> counts(width);
         Window rows = section;
         rows.y0 += static_cast<int>(group) * kRowsAtOnce;
         rows.y1 = std::min(section.y1, rows.y0 + kRowsAtOnce);

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -77,6 +78,32 @@ TEST_P(Parallel, LoopsOfSeveralThreadsDoNotMix) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Threads, Parallel, testing::Values(1, 2, 5));
+
+TEST(ParallelThreads, ALoopThatComesSecondGetsThreads) {
+    setThreadCount(3);
+    std::atomic<bool> begun{false}, ends{false};
+    // The first loop would keep its three threads for as long as the second lasts.
+    std::thread other([&] {
+        parallelFor(1000, [&](std::size_t) {
+            begun = true;
+            for (int i = 0; !ends && i < 1000; ++i)
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        });
+    });
+    while (!begun)
+        std::this_thread::yield();
+    std::atomic<int> there{0};
+    // Each body waits for the other, so one thread alone would end with fewer.
+    parallelFor(2, [&](std::size_t) {
+        ++there;
+        for (int i = 0; there < 2 && i < 30000; ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        EXPECT_EQ(there, 2);
+    });
+    ends = true;
+    other.join();
+    setThreadCount(0);
+}
 
 /// Whether a child that is forked now has loops on several threads, and ends.
 void expectLoopsInAChild() {
