@@ -135,8 +135,10 @@ class Check {
         capture.color_type = PixelType::kFloat;
         CompositeImage picture;
         PlacesKeeper keeper(picture);
-        keeper.begin(renderer.plan(makeView(posed, SceneExtent(posed), options_.camera), capture));
-        renderer.capture(keeper);
+        const CapturePlan plan =
+            renderer.plan(makeView(posed, SceneExtent(posed), options_.camera), capture);
+        keeper.begin(plan);
+        renderer.capture(plan, keeper);
         keeper.finish();
         job_.releaseRenderer();
         OutputOptions output = options_.output.options;

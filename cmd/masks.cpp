@@ -234,9 +234,9 @@ Plan Masks::capture(std::size_t view, const View& seen, const PosedScene& posed,
     const Progress progress = [&](double share) {
         progress_->update((done + 0.9 * share) / static_cast<double>(end_ - first_));
     };
-    Plan plan = renderer.plan(seen, settings, progress);
+    const CapturePlan plan = renderer.plan(seen, settings, progress);
     sink.begin(plan);
-    passes = renderer.capture(sink, progress).passes;
+    passes = renderer.capture(plan, sink, progress).passes;
     sink.finish();
     return plan;
 }

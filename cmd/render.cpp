@@ -43,7 +43,7 @@ using Clock = std::chrono::steady_clock;
 struct Picture {
     PictureRequest asked{};
     Clock::time_point start{};
-    Plan plan{};
+    CapturePlan plan{};
     PictureResult result{};
     std::unique_ptr<Sink> writer{};
     OutputOptions written{};               ///< what the writer was told
@@ -228,7 +228,8 @@ void Render::capture(Picture& picture) {
     prepare(picture);
     GlRenderer& renderer = *job_.renderer();
     picture.writer->begin(picture.plan);
-    picture.result.passes = renderer.capture(*picture.writer, progressOf(picture)).passes;
+    picture.result.passes =
+        renderer.capture(picture.plan, *picture.writer, progressOf(picture)).passes;
     reporter_.detail("captured in " +
                      countText(static_cast<std::uint64_t>(picture.result.passes), "geometry pass") +
                      "; writes " + request_.outputFile(picture.asked.index).string());
@@ -239,7 +240,7 @@ void Render::capture(Picture& picture) {
 /// Of the whole run, as far as it has come: pictures share what they take.
 void Render::forecastMemory(const Picture& picture) {
     memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()),
-                                 job_.renderer()->forecastMemory(*picture.writer)});
+                                 job_.renderer()->forecastMemory(picture.plan, *picture.writer)});
     reporter_.detail("takes " + bytesText(memory_forecast_) + " of memory at most");
 }
 

@@ -220,9 +220,10 @@ void Renderer::State::capture(HitSource& source, const View& view, CaptureSettin
         settings.memory = options.memory;
         settings.memory.base = residentBytes();
     }
-    plan = source.plan(view, settings, progress);
+    const CapturePlan planned = source.plan(view, settings, progress);
+    plan = planned;
     sink.begin(plan);
-    source.capture(sink, progress);
+    source.capture(planned, sink, progress);
     sink.finish();
 }
 

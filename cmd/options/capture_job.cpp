@@ -225,8 +225,8 @@ float CaptureJob::meterExposure(const CaptureSettings& capture,
         const PosedScene posed = scene_->at(time);
         renderer_->setPose(posed);
         for (const std::size_t camera : some) {
-            renderer_->plan(small(makeView(posed, scene_->extent(), cameras[camera])), settings);
-            renderer_->capture(sink);
+            const View view = small(makeView(posed, scene_->extent(), cameras[camera]));
+            renderer_->capture(renderer_->plan(view, settings), sink);
         }
     }
     return sink.meter.stops();

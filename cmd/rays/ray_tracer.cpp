@@ -193,12 +193,16 @@ std::unique_ptr<RayOutput> RayTracer::makeOutput(const RayTrace& trace) {
     return makeHitOutput(path, hits);
 }
 
-/// Counts the hits of a bundle. Then is known what it takes to capture them, besides `left`.
-std::uint64_t RayTracer::plan(const RayTrace& trace, std::size_t bundle, std::uint64_t left) {
-    const Plan plan = source_->plan(trace.bundles[bundle].view, capture_);
+/// Counts the hits of a bundle.
+CapturePlan RayTracer::plan(const RayTrace& trace, std::size_t bundle) {
+    return source_->plan(trace.bundles[bundle].view, capture_);
+}
+
+/// What it takes to capture a bundle, besides `left`.
+void RayTracer::forecastMemory(const RayTrace& trace, std::size_t bundle, const CapturePlan& plan,
+                               std::uint64_t left) {
     memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()),
-                                 source_->forecastMemory(BundleSink(trace, bundle)) + left});
-    return plan.fragments_counted;
+                                 source_->forecastMemory(plan, BundleSink(trace, bundle)) + left});
 }
 
 /// Counts first where an output needs it: its header or arrays say how many hits follow, and come
@@ -208,7 +212,9 @@ void RayTracer::count(RayTrace& trace) {
     if (options_.sequence.dry_run || std::ranges::any_of(trace.outputs, needsHits)) {
         ProgressReport progress(reporter_, {"count", kCountEnd});
         for (std::size_t i = 0; i < trace.bundles.size(); ++i) {
-            trace.hits.push_back(plan(trace, i, trace.bundles.size() > 1 ? kLeftBytes : 0));
+            trace.plans.push_back(plan(trace, i));
+            forecastMemory(trace, i, trace.plans.back(), trace.bundles.size() > 1 ? kLeftBytes : 0);
+            trace.hits.push_back(trace.plans.back().fragments_counted);
             progress.update(static_cast<double>(trace.hits.size()) /
                             static_cast<double>(trace.bundles.size()));
         }
@@ -248,16 +254,15 @@ void RayTracer::trace(RayTrace& trace) {
     ProgressReport progress(reporter_, "trace");
     const auto all = static_cast<double>(trace.bundles.size());
     for (std::size_t i = 0; i < trace.bundles.size(); ++i) {
-        // The source still has the plan of a lone bundle from count().
-        if (trace.hits.size() != 1) {
-            trace.hits_found += plan(trace, i);
-        }
+        const CapturePlan plan = trace.plans.empty() ? this->plan(trace, i) : trace.plans[i];
+        if (trace.plans.size() != 1) forecastMemory(trace, i, plan);
+        trace.hits_found += plan.fragments_counted;
         BundleSink sink(trace, i);
-        const CaptureReport report = source_->capture(
-            sink, [&](double share) { progress.update((static_cast<double>(i) + share) / all); });
+        const CaptureReport report = source_->capture(plan, sink, [&](double share) {
+            progress.update((static_cast<double>(i) + share) / all);
+        });
         trace.largest_correction = std::max(trace.largest_correction, report.largest_correction);
     }
-    if (trace.hits.size() == 1) trace.hits_found = trace.hits.front();
     trace.failed = options_.parity == ParityUse::kFail && !trace.parity->holds();
     for (const auto& output : trace.outputs)
         if (!trace.failed || output.get() == trace.parity) output->finish();

@@ -29,6 +29,7 @@ struct RayTrace {
     std::vector<std::unique_ptr<RayOutput>> outputs{};
     const RayParity* parity = nullptr;           ///< one of outputs; null without --parity
     std::vector<std::filesystem::path> files{};  ///< the files that are written
+    std::vector<CapturePlan> plans{};   ///< of each bundle; empty if no output needs hits first
     std::vector<std::uint64_t> hits{};  ///< of each bundle; empty if no output needs them first
     Forecast forecast{};
     std::uint64_t hits_found = 0;
@@ -62,7 +63,9 @@ class RayTracer {
     void nameFiles(RayTrace& trace) const;
     void openOutputs(RayTrace& trace);
     std::unique_ptr<RayOutput> makeOutput(const RayTrace& trace);
-    std::uint64_t plan(const RayTrace& trace, std::size_t bundle, std::uint64_t left = 0);
+    CapturePlan plan(const RayTrace& trace, std::size_t bundle);
+    void forecastMemory(const RayTrace& trace, std::size_t bundle, const CapturePlan& plan,
+                        std::uint64_t left = 0);
     void count(RayTrace& trace);
     void describe(const RayTrace& trace);
     void trace(RayTrace& trace);

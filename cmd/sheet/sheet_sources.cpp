@@ -113,8 +113,9 @@ SheetCell captureMethod(GlRenderer& renderer, const View& view, CaptureSettings 
                         const Progress& progress) {
     settings.method = method.name;
     settings.composite = true;
-    sink.begin(renderer.plan(view, settings));
-    const int passes = renderer.capture(sink, progress).passes;
+    const CapturePlan plan = renderer.plan(view, settings);
+    sink.begin(plan);
+    const int passes = renderer.capture(plan, sink, progress).passes;
     sink.finish();
     SheetCell result = std::move(cell.cell());
     result.passes = passes;
@@ -207,14 +208,15 @@ void SceneSheet::showLayers() {
     const bool unsorted = showsUnsorted();
     if (unsorted) --settings.most_cells;
     SheetCells cells(settings);
-    const Plan plan = renderer_->plan(view_, capture_);
+    const CapturePlan plan = renderer_->plan(view_, capture_);
     CompositeKeeper keeper(exact_, cells);
     Sink& sink = unsorted ? static_cast<Sink&>(keeper) : cells;
     sink.begin(plan);
     {
         ProgressReport progress(reporter_, {"render", unsorted ? 0.6 : 1});
         describePlan(
-            plan, renderer_->capture(sink, [&](double share) { progress.update(share); }).passes);
+            plan,
+            renderer_->capture(plan, sink, [&](double share) { progress.update(share); }).passes);
     }
     sink.finish();
     content_.cells = std::move(cells.cells());

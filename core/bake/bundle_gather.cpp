@@ -132,7 +132,7 @@ RayGrid gridOf(const BakeSettings& settings, int bundle) {
 /// What a bundle leaves in the heap for those that come after it; measured.
 constexpr std::uint64_t kLeftBytes = std::uint64_t{4} << 20;
 
-/// Plans one bundle after the other, and calls take(bundle, share): what has been planned, and how
+/// Plans one bundle after the other, and calls take(bundle, plan, share): what has been planned, and how
 /// much of all bundles is done with it.
 template <class Take>
 void forEachBundle(HitSource& source, const CaptureSettings& capture, const GatherJob& job,
@@ -141,8 +141,7 @@ void forEachBundle(HitSource& source, const CaptureSettings& capture, const Gath
     for (std::size_t i = 0; i < job.directions.size(); ++i) {
         const Bundle bundle = parallelBundle("bundle", all, all, job.directions[i],
                                              gridOf(job.settings, static_cast<int>(i)));
-        source.plan(bundle.view, capture);
-        take(bundle, static_cast<double>(i + 1) / static_cast<double>(job.directions.size()));
+        take(bundle, source.plan(bundle.view, capture), static_cast<double>(i + 1) / static_cast<double>(job.directions.size()));
     }
 }
 
@@ -151,14 +150,14 @@ void forEachBundle(HitSource& source, const CaptureSettings& capture, const Gath
 void gatherByBundles(HitSource& source, const CaptureSettings& capture, const GatherJob& job,
                      std::vector<Sum>& sums, const Progress& progress) {
     std::uint64_t kept = 0;  // by captures, which serves the next ones
-    forEachBundle(source, capture, job, [&](const Bundle& bundle, double share) {
+    forEachBundle(source, capture, job, [&](const Bundle& bundle, const CapturePlan& plan, double share) {
         ReceiverSink sink(bundle, job, sums);
         if (job.tell) {
-            const std::uint64_t most = source.forecastMemory(sink) + kLeftBytes;
+            const std::uint64_t most = source.forecastMemory(plan, sink) + kLeftBytes;
             job.tell(most - std::min(most, kept));
         }
         const std::uint64_t before = residentBytes();
-        source.capture(sink);
+        source.capture(plan, sink);
         const std::uint64_t after = residentBytes();
         kept += after - std::min(before, after);
         if (progress) progress(share);
@@ -169,8 +168,8 @@ std::uint64_t forecastBundles(HitSource& source, const CaptureSettings& capture,
                               const GatherJob& job, const Progress& progress) {
     std::uint64_t most = 0;
     std::vector<Sum> none;
-    forEachBundle(source, capture, job, [&](const Bundle& bundle, double share) {
-        most = std::max(most, source.forecastMemory(ReceiverSink(bundle, job, none)) + kLeftBytes);
+    forEachBundle(source, capture, job, [&](const Bundle& bundle, const CapturePlan& plan, double share) {
+        most = std::max(most, source.forecastMemory(plan, ReceiverSink(bundle, job, none)) + kLeftBytes);
         if (progress) progress(share);
     });
     return most;

@@ -12,13 +12,13 @@
 
 #include "core/base/stage_times.h"
 #include "core/capture/band_buffers.h"
-#include "core/fragments/bands.h"
-#include "core/fragments/depth_sort.h"
-#include "core/fragments/surface_channels.h"
 #include "core/capture/gpu_scene.h"
 #include "core/capture/method.h"
 #include "core/capture/pass_context.h"
 #include "core/capture/scene_rasterizer.h"
+#include "core/fragments/bands.h"
+#include "core/fragments/depth_sort.h"
+#include "core/fragments/surface_channels.h"
 #include "core/gl/gpu_timer.h"
 #include "core/image/composite.h"
 #include "core/image/layered_image.h"
@@ -56,7 +56,7 @@ using TakeVisible = std::function<void(const CompositeImage&, std::span<const st
 /// Owns the uploaded scene and the buffers. "count", "capture" and "sort" are added to the times.
 class BandCapture {
   public:
-    /// Throws like GpuScene. The pass_context and the times must outlive it.
+    /// Throws like GpuScene. The pass context and the times must outlive it.
     BandCapture(gl::Context& context, const PosedScene& posed, const PassContext& pass_context,
                 StageTimes& times);
 
@@ -65,7 +65,7 @@ class BandCapture {
     /// What motion is measured against; must outlive its use. None: nothing moves.
     void setNextFrame(const NextFrame* next) { next_frame_ = next; }
 
-    /// Takes the pass_context as it is now.
+    /// Takes the pass context as it is now.
     void begin();
 
     /// The fragments of every pixel of the band. Overwrites `counts`.

@@ -9,8 +9,8 @@
 #include "core/base/resize_anew.h"
 #include "core/capture/band_capture.h"
 #include "core/fragments/depth_sort.h"
-#include "core/fragments/surface_channels.h"
 #include "core/fragments/supersampling.h"
+#include "core/fragments/surface_channels.h"
 
 namespace peeler {
 namespace {

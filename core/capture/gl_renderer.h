@@ -4,16 +4,11 @@
 
 #include <memory>
 
-#include "core/fragments/surface_channels.h"
 #include "core/fragments/hit_source.h"
+#include "core/fragments/surface_channels.h"
 #include "core/gl/context.h"
 
 namespace peeler {
-
-/// Throws Error (kUsage) for what contradicts itself whatever the scene is: an unknown method, one
-/// that makes composites only where layers are asked for, a limit on one that takes all at once, a
-/// blended tail of layers.
-void checkSettings(const CaptureSettings& settings);
 
 /// Owns the uploaded scene. One GlRenderer serves any number of views, pictures as well as rays.
 class GlRenderer final : public HitSource {
@@ -26,7 +21,7 @@ class GlRenderer final : public HitSource {
     GlRenderer& operator=(const GlRenderer&) = delete;
 
     /// Shows the same scene (of the file's `scenes`) in another pose from the next plan() on. Only
-    /// what has moved is uploaded anew.
+    /// what has moved is uploaded again. Plans of another pose cannot be captured any more.
     void setPose(PosedScene posed);
 
     /// What motion is measured against in the captures to come.
@@ -34,14 +29,15 @@ class GlRenderer final : public HitSource {
 
     /// Several samples have to be merged to be counted. Throws like checkSettings(), too, and Error
     /// (kDevice) if the context is lost.
-    Plan plan(const View& view, const CaptureSettings& settings,
-              const Progress& progress = {}) override;
+    CapturePlan plan(const View& view, const CaptureSettings& settings,
+                     const Progress& progress = {}) override;
 
     /// With CaptureSettings::composite a band has one fragment in every pixel that has any: the
     /// composite.
-    CaptureReport capture(Sink& sink, const Progress& progress = {}) override;
+    CaptureReport capture(const CapturePlan& plan, Sink& sink,
+                          const Progress& progress = {}) override;
 
-    std::uint64_t forecastMemory(const Sink& sink) override;
+    std::uint64_t forecastMemory(const CapturePlan& plan, const Sink& sink) override;
 
     const PosedScene& posed() const override;
     StageTimes takeTimes() override;

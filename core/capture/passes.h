@@ -81,7 +81,7 @@ struct FullScreenPass {
 /// eyes of a pass share a program; programs are compiled when they are first asked for, and stay.
 class ShaderVariants {
   public:
-    /// All must outlive it; the programs are for the pass_context as it is when they are asked for.
+    /// All must outlive it; the programs are for the pass context as it is when asked for.
     ShaderVariants(const gl::Functions& gl, const GpuScene& scene, const PassContext& pass_context)
         : gl_(gl), scene_(scene), pass_context_(pass_context) {}
 

@@ -30,7 +30,7 @@ class SceneRasterizer {
     SceneRasterizer(const gl::Context& context, const GpuScene& scene,
                     const PassContext& pass_context);
 
-    /// Takes the pass_context as it is now. The view of its lighting is the caller's to set.
+    /// Takes the pass context as it is now. The view of its lighting is the caller's to set.
     void begin();
     /// The tiles of the view that touch `area`, row by row.
     std::vector<Window> tilesOf(const Window& area) const;

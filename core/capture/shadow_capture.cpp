@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Midpoint shadow maps: what the lights see, captured with the renderer's own layers.
+#include "core/capture/shadow_capture.h"
+
 #include <string>
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/capture/gl_renderer_state.h"
 #include "core/image/statistics.h"
-#include "core/scene/lights.h"
 
 namespace peeler {
 namespace {
@@ -89,8 +88,9 @@ ShadowMaps captureShadowMaps(GlRenderer& renderer, const gl::Context& context,
     for (const ShadowMaps::Map& map : shadows.maps) {
         if (map.layer < 0) continue;
         MapSink sink(gl, shadows.texture.name(), map.layer);
-        sink.begin(renderer.plan(map.view, opaque));
-        renderer.capture(sink);
+        const CapturePlan plan = renderer.plan(map.view, opaque);
+        sink.begin(plan);
+        renderer.capture(plan, sink);
         sink.finish();
     }
     gl::checkErrors(gl, "making shadow maps");

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the hits of rays come from: GL (core/capture/gl_renderer.h) or the CPU (core/raster).
+// Sources of the hits of rays: GL (core/capture/gl_renderer.h) or the CPU (core/raster).
 #pragma once
+
+#include <cstdint>
+#include <memory>
 
 #include "core/base/stage_times.h"
 #include "core/base/work.h"
@@ -18,6 +21,15 @@ struct CaptureReport {
     double largest_correction = 0;  ///< of a hit's Z by refining, scene units
 };
 
+/// A Plan, and what the HitSource that has made it needs to capture it.
+struct CapturePlan : Plan {
+    /// What a source keeps of a plan.
+    struct Details {
+        virtual ~Details() = default;
+    };
+    std::shared_ptr<Details> details{};
+};
+
 /// A scene in a pose whose hits are counted and captured bundle by bundle; any number of them. What
 /// needs hits alone (rays, maps, parity, voxels, next hits of points, baking) takes a HitSource and
 /// works with every one of them, with or without GL; what needs pictures takes a GlRenderer. All
@@ -29,24 +41,26 @@ class HitSource {
   public:
     virtual ~HitSource() = default;
 
-    /// The count pass: what capture() will deliver for these arguments. `settings.hit_mode` must
-    /// ask for hits; nothing but a GlRenderer takes HitMode::kNone, a picture. `progress` is called
-    /// with the share of the work, plan() and capture() together, that is done; capture() goes on
-    /// from there. Throws Error (kMemory) if one row does not fit the budget, and (kInternal) for
-    /// settings that do not go with hits.
-    virtual Plan plan(const View& view, const CaptureSettings& settings,
-                      const Progress& progress = {}) = 0;
+    /// The count pass. `settings.hit_mode` must ask for hits; nothing but a GlRenderer takes
+    /// HitMode::kNone, a picture. `progress` is called with the share of the work, plan() and
+    /// capture() together, that is done; capture() goes on from there. Throws Error (kMemory) if
+    /// one row does not fit the budget, and (kInternal) for settings that do not go with hits.
+    ///
+    /// The latest plan is captured soonest: what planning has found may be kept for it.
+    virtual CapturePlan plan(const View& view, const CaptureSettings& settings,
+                             const Progress& progress = {}) = 0;
 
-    /// Captures what the last plan() promised and hands each band to the sink; once per plan().
-    /// begin() and finish() of the sink are the caller's. Throws what the sink throws, and Error
-    /// (kInternal) if any ray's hits differ in number from the count.
-    virtual CaptureReport capture(Sink& sink, const Progress& progress = {}) = 0;
+    /// Captures what the plan promises and hands each band to the sink. begin() and finish() of the
+    /// sink are the caller's. Throws what the sink throws, and Error (kInternal) if any ray's hits
+    /// differ in number from the count, or the plan is another source's.
+    virtual CaptureReport capture(const CapturePlan& plan, Sink& sink,
+                                  const Progress& progress = {}) = 0;
 
     /// How many bytes the process will have resident at most, as far as it is known, while
-    /// capture() hands what the last plan() promised to such a sink (whose begin() need not have
-    /// been called): what is resident now, and what its bands and the sink take. Throws like
-    /// capture() if the budget does not allow it.
-    virtual std::uint64_t forecastMemory(const Sink& sink) = 0;
+    /// capture() hands the plan's bands to such a sink (whose begin() need not have been called):
+    /// what is resident now, and what its bands and the sink take. Throws like capture() if the
+    /// budget does not allow it.
+    virtual std::uint64_t forecastMemory(const CapturePlan& plan, const Sink& sink) = 0;
 
     /// What is captured, and what the keys of hits stand for.
     virtual const PosedScene& posed() const = 0;

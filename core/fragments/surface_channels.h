@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Channels and exact depths of fragments: what follows from Z, the primitive, and what shaders said.
+// Channels and exact depths of fragments: what follows from Z, the primitive, and what shaders
+// said.
 #pragma once
 
 #include <cstdint>

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <mutex>
 #include <numeric>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -59,15 +59,33 @@ struct BandSize {
 
 }  // namespace
 
+namespace {
+
+/// A plan, and what counting its hits has found.
+struct HitPlan final : CapturePlan::Details {
+    HitPlan(const View& view, const CaptureSettings& asked)
+        : settings(asked), seen(view, asked), complexity(view.crop) {}
+
+    CaptureSettings settings;
+    HitView seen;
+    DepthComplexity complexity;
+    std::vector<Window> sections{};  ///< of rows, top to bottom, whose spans are held at a time
+    std::uint64_t span_limit = kSpanBytes;
+    double share = 0;  ///< of a bundle's work, as progress counts it
+};
+
+}  // namespace
+
 struct HitRasterizer::State {
     explicit State(PosedScene shown) : posed(std::move(shown)), triangles(posed) {}
 
+    HitPlan& show(const CapturePlan& plan);
     bool findSpans(const Window& section, std::vector<Window>& to_do);
     void findSections();
     void countSection(const Window& section);
-    void fillPlan();
+    Plan plan() const;
     void freeBands();
-    BandCosts costs(const Sink& sink) const;
+    BandCosts costs(const Plan& plan, const Sink& sink) const;
     std::uint64_t spansToCome() const;
     BandLimits limits(const BandCosts& costs) const;
     BandSize largest(std::span<const Window> bands) const;
@@ -79,16 +97,10 @@ struct HitRasterizer::State {
     SceneTriangles triangles;
     SpanStore store;
     StageTimes times;
-    CaptureSettings settings;
-    std::optional<HitView> seen;
-    Plan plan;
-    std::optional<DepthComplexity> complexity;
-    std::vector<Window> sections;  // of rows, top to bottom, whose spans are held at a time
-    Window held;                   // the section whose spans the store has
-    std::uint64_t span_limit = 0;
+    std::shared_ptr<HitPlan> shown;  // what is planned or captured
+    Window held;                     // the section whose spans the store has
     ObjectPool<HitSorter> sorters;
     LayeredImage image;
-    double plan_share = 0;
 };
 
 HitRasterizer::HitRasterizer(PosedScene posed)
@@ -105,11 +117,22 @@ StageTimes HitRasterizer::takeTimes() {
 }
 
 int HitRasterizer::gridBits() const {
-    return state_->seen ? state_->seen->grid.bits() : 0;
+    return state_->shown ? state_->shown->seen.grid.bits() : 0;
 }
 
 std::size_t HitRasterizer::sections() const {
-    return state_->sections.size();
+    return state_->shown ? state_->shown->sections.size() : 0;
+}
+
+/// What is captured from now on: the spans of another plan are of no use.
+HitPlan& HitRasterizer::State::show(const CapturePlan& plan) {
+    auto details = std::dynamic_pointer_cast<HitPlan>(plan.details);
+    if (!details) throw Error(ErrorKind::kInternal, "the plan is another source's");
+    if (details != shown) {
+        shown = std::move(details);
+        held = {};
+    }
+    return *shown;
 }
 
 /// Counts the hits of a section whose spans are in the store.
@@ -129,7 +152,7 @@ void HitRasterizer::State::countSection(const Window& section) {
             part.addRow(rows.x0, y, counts);
         }
         const std::lock_guard lock(mutex);
-        complexity->add(part);
+        shown->complexity.add(part);
     });
 }
 
@@ -137,7 +160,7 @@ void HitRasterizer::State::countSection(const Window& section) {
 /// the section are to be done in its place.
 bool HitRasterizer::State::findSpans(const Window& section, std::vector<Window>& to_do) {
     if (section == held) return true;
-    triangles.findSpans(*seen, section, span_limit, store);
+    triangles.findSpans(shown->seen, section, shown->span_limit, store);
     if (!store.overflowed()) {
         held = section;
         return true;
@@ -147,8 +170,9 @@ bool HitRasterizer::State::findSpans(const Window& section, std::vector<Window>&
     if (middle == section.y0) {
         throw Error(ErrorKind::kMemory,
                     "what the scene's triangles cover of one row does not fit the memory budget",
-                    settings.memory.where(),
-                    settings.memory.hint(usedBytes(settings.memory) + kSpanShare * span_limit));
+                    shown->settings.memory.where(),
+                    shown->settings.memory.hint(usedBytes(shown->settings.memory) +
+                                                kSpanShare * shown->span_limit));
     }
     to_do.push_back({section.x0, middle, section.x1, section.y1});
     to_do.push_back({section.x0, section.y0, section.x1, middle});
@@ -157,32 +181,33 @@ bool HitRasterizer::State::findSpans(const Window& section, std::vector<Window>&
 
 /// Cuts the picture into sections whose spans fit, and counts the hits of each.
 void HitRasterizer::State::findSections() {
-    sections.clear();
     held = {};
-    complexity.emplace(plan.view.crop);
-    std::vector<Window> to_do{plan.view.crop};
+    std::vector<Window> to_do{shown->seen.view.crop};
     while (!to_do.empty()) {
         const Window section = to_do.back();
         to_do.pop_back();
         if (section.empty() || !findSpans(section, to_do)) continue;
-        sections.push_back(section);
+        shown->sections.push_back(section);
         countSection(section);
     }
 }
 
-void HitRasterizer::State::fillPlan() {
-    plan.color_type = settings.color_type;
+Plan HitRasterizer::State::plan() const {
+    Plan plan;
+    plan.view = shown->seen.view;
+    plan.color_type = shown->settings.color_type;
     plan.channel_bytes =
-        channelBytes(settings.channels, settings.color_type) + sizeof(std::uint32_t);
-    plan.layers = complexity->layers();
-    plan.fragments_counted = plan.fragments_stored = complexity->counted();
+        channelBytes(shown->settings.channels, plan.color_type) + sizeof(std::uint32_t);
+    plan.layers = shown->complexity.layers();
+    plan.fragments_counted = plan.fragments_stored = shown->complexity.counted();
+    return plan;
 }
 
 /// What the last bundle has left is resident, and must not be counted a second time.
 void HitRasterizer::State::freeBands() {
     BandCosts costs;
     costs.band_bytes = kBandBytes + store.bytes();
-    if (isRoomy(settings.memory, usedBytes(settings.memory), costs)) return;
+    if (isRoomy(shown->settings.memory, usedBytes(shown->settings.memory), costs)) return;
     image = {};
     sorters.free();
     store.free();
@@ -190,16 +215,13 @@ void HitRasterizer::State::freeBands() {
     returnFreeMemory();
 }
 
-Plan HitRasterizer::plan(const View& view, const CaptureSettings& settings,
-                         const Progress& progress) {
+CapturePlan HitRasterizer::plan(const View& view, const CaptureSettings& settings,
+                                const Progress& progress) {
     State& s = *state_;
     checkHitSettings(view, settings);
-    s.settings = settings;
-    s.plan = {};
-    s.plan.view = view;
-    s.seen.emplace(view, settings);
+    s.shown = std::make_shared<HitPlan>(view, settings);
+    HitPlan& plan = *s.shown;
     s.freeBands();
-    s.span_limit = kSpanBytes;
     if (settings.memory != 0) {
         // As bands have it: what is left besides a reserve.
         BandCosts costs;
@@ -209,16 +231,17 @@ Plan HitRasterizer::plan(const View& view, const CaptureSettings& settings,
         costs.fixed_bytes = s.triangles.mostBytes() + kLeastBandBytes;
         const std::uint64_t left =
             bandLimits(settings.memory, usedBytes(settings.memory), costs).row_fragments / 3 * 4;
-        s.span_limit = std::clamp(left / kSpanShare, kLeastSpanBytes, kSpanBytes);
+        plan.span_limit = std::clamp(left / kSpanShare, kLeastSpanBytes, kSpanBytes);
     }
     timed(s.times, "count", [&] { s.findSections(); });
-    s.fillPlan();
-    s.plan_share = progress ? kPlanShare : 0;
-    if (progress) progress(s.plan_share);
-    return s.plan;
+    plan.share = progress ? kPlanShare : 0;
+    if (progress) progress(plan.share);
+    return {s.plan(), s.shown};
 }
 
-BandCosts HitRasterizer::State::costs(const Sink& sink) const {
+BandCosts HitRasterizer::State::costs(const Plan& plan, const Sink& sink) const {
+    const CaptureSettings& settings = shown->settings;
+    const DepthComplexity& complexity = shown->complexity;
     const SinkMemory memory = sink.memory(plan);
     const std::uint64_t width = static_cast<std::uint64_t>(plan.view.crop.width());
     const std::uint64_t hit = sizeof(float) + settings.colorBytes() + plan.channel_bytes;
@@ -232,8 +255,8 @@ BandCosts HitRasterizer::State::costs(const Sink& sink) const {
     costs.band_bytes =
         std::max(std::min(settings.band_bytes, kBandBytes), 4 * width * costs.pixel_bytes);
     costs.fixed_bytes = static_cast<std::uint64_t>(threadCount()) *
-                            HitSorter::bytes(width, complexity->mostFragments(1)) +
-                        memory.bytes + 2 * complexity->mostFragments(memory.rows) * hit;
+                            HitSorter::bytes(width, complexity.mostFragments(1)) +
+                        memory.bytes + 2 * complexity.mostFragments(memory.rows) * hit;
     // Offsets are 32 bits wide.
     costs.largest_array_bytes = 1;
     costs.storage_block_bytes = std::numeric_limits<std::uint32_t>::max();
@@ -248,10 +271,10 @@ void HitRasterizer::State::captureRow(const Window& band, int section_top, int y
     // The entry behind the row's last is the next row's to write; it has the same.
     const std::span<std::uint32_t> counts = sorter.counts(width);
     const std::uint64_t found = countHits(store, row, counts);
-    if (found != complexity->rowFragments(y)) {
+    if (found != shown->complexity.rowFragments(y)) {
         throw Error(ErrorKind::kInternal,
                     std::to_string(found) + " hits were found where " +
-                        std::to_string(complexity->rowFragments(y)) + " were counted",
+                        std::to_string(shown->complexity.rowFragments(y)) + " were counted",
                     "row " + std::to_string(y), "please report this with the scene");
     }
     std::uint32_t at = first;
@@ -263,14 +286,14 @@ void HitRasterizer::State::captureRow(const Window& band, int section_top, int y
     hits.row = row;
     hits.x0 = band.x0;
     hits.y = y;
-    hits.perspective = seen->view.projection.perspective;
+    hits.perspective = shown->seen.view.projection.perspective;
     hits.offsets = {offsets, width};
     hits.end = at;
     hits.z = image.z.data() + first;
     hits.keys = image.extra.front().as<std::uint32_t>().data() + first;
-    if (settings.hit_mode == HitMode::kSloped) {
+    if (shown->settings.hit_mode == HitMode::kSloped) {
         hits.slopes = image.color.as<float>().data() + 2 * std::size_t{first};
-        hits.slope_scale = slopeScale(seen->view.projection);
+        hits.slope_scale = slopeScale(shown->seen.view.projection);
     }
     if (!sorter.sortRow(store, hits)) {
         throw Error(ErrorKind::kInternal, "a ray has not the hits that were counted",
@@ -279,10 +302,11 @@ void HitRasterizer::State::captureRow(const Window& band, int section_top, int y
 }
 
 void HitRasterizer::State::captureBand(const Window& band, int section_top, const BandSize& most) {
+    const CaptureSettings& settings = shown->settings;
     std::vector<std::uint32_t> first(static_cast<std::size_t>(band.height()) + 1);
     for (int y = band.y0; y < band.y1; ++y) {
         const auto row = static_cast<std::size_t>(y - band.y0);
-        first[row + 1] = first[row] + static_cast<std::uint32_t>(complexity->rowFragments(y));
+        first[row + 1] = first[row] + static_cast<std::uint32_t>(shown->complexity.rowFragments(y));
     }
     const std::size_t hits = first.back();
     image.window = band;
@@ -313,11 +337,11 @@ void HitRasterizer::State::captureBand(const Window& band, int section_top, cons
     });
     if (settings.channels.empty()) return;
     const std::span<const std::uint32_t> keys = image.extra.front().as<std::uint32_t>();
-    FragmentSources sources{posed, seen->view, nullptr, keys, {}, nullptr};
+    FragmentSources sources{posed, shown->seen.view, nullptr, keys, {}, nullptr};
     std::vector<float> values;
     std::vector<std::uint32_t> places;
     if (shadedComponents(settings.channels) > 0) {
-        values = surfaceValues(posed, seen->view, image, keys, settings.channels);
+        values = surfaceValues(posed, shown->seen.view, image, keys, settings.channels);
         places.resize(hits);
         std::iota(places.begin(), places.end(), 0U);
         sources.shaded = places;
@@ -333,7 +357,7 @@ BandSize HitRasterizer::State::largest(std::span<const Window> bands) const {
     for (const Window& band : bands) {
         std::size_t hits = 0;
         for (int y = band.y0; y < band.y1; ++y)
-            hits += complexity->rowFragments(y);
+            hits += shown->complexity.rowFragments(y);
         most = {std::max<std::size_t>(most.pixels, band.pixels()), std::max(most.hits, hits)};
     }
     return most;
@@ -341,34 +365,40 @@ BandSize HitRasterizer::State::largest(std::span<const Window> bands) const {
 
 /// What spans of other sections may add to those that are held.
 std::uint64_t HitRasterizer::State::spansToCome() const {
-    return sections.size() > 1 ? span_limit - std::min(span_limit, store.bytes()) : 0;
+    return shown->sections.size() > 1
+               ? shown->span_limit - std::min(shown->span_limit, store.bytes())
+               : 0;
 }
 
 BandLimits HitRasterizer::State::limits(const BandCosts& costs) const {
-    return bandLimits(settings.memory, usedBytes(settings.memory) + spansToCome(), costs);
+    return bandLimits(shown->settings.memory, usedBytes(shown->settings.memory) + spansToCome(),
+                      costs);
 }
 
-std::uint64_t HitRasterizer::forecastMemory(const Sink& sink) {
-    const State& s = *state_;
-    const BandCosts costs = s.costs(sink);
+std::uint64_t HitRasterizer::forecastMemory(const CapturePlan& planned, const Sink& sink) {
+    State& s = *state_;
+    const HitPlan& plan = s.show(planned);
+    const BandCosts costs = s.costs(planned, sink);
     const BandLimits limits = s.limits(costs);
-    const auto row_hits = [&](int y) { return s.complexity->rowFragments(y); };
+    const auto row_hits = [&](int y) { return plan.complexity.rowFragments(y); };
     std::uint64_t most = 0;
-    for (const Window& section : s.sections)
+    for (const Window& section : plan.sections)
         most =
             std::max(most, largestBandBytes(cutBands(section, limits, row_hits), costs, row_hits));
     return residentBytes() + s.spansToCome() + costs.fixed_bytes + most;
 }
 
-CaptureReport HitRasterizer::capture(Sink& sink, const Progress& progress) {
+CaptureReport HitRasterizer::capture(const CapturePlan& planned, Sink& sink,
+                                     const Progress& progress) {
     State& s = *state_;
+    const HitPlan& plan = s.show(planned);
     CaptureReport report;
     report.passes = 1;
-    const Window& crop = s.plan.view.crop;
+    const Window& crop = plan.seen.view.crop;
     std::uint64_t stored = 0;
     // Looked at once, so that whatever does not fit is said before the first band.
-    const BandLimits limits = s.limits(s.costs(sink));
-    std::vector<Window> to_do(s.sections.rbegin(), s.sections.rend());
+    const BandLimits limits = s.limits(s.costs(planned, sink));
+    std::vector<Window> to_do(plan.sections.rbegin(), plan.sections.rend());
     while (!to_do.empty()) {
         const Window section = to_do.back();
         to_do.pop_back();
@@ -378,7 +408,7 @@ CaptureReport HitRasterizer::capture(Sink& sink, const Progress& progress) {
             if (!s.findSpans(section, to_do)) continue;
         }
         const std::vector<Window> bands =
-            cutBands(section, limits, [&](int y) { return s.complexity->rowFragments(y); });
+            cutBands(section, limits, [&](int y) { return plan.complexity.rowFragments(y); });
         const BandSize most = s.largest(bands);
         for (const Window& band : bands) {
             s.captureBand(band, section.y0, most);
@@ -387,13 +417,14 @@ CaptureReport HitRasterizer::capture(Sink& sink, const Progress& progress) {
             sink.write(std::move(s.image));
             if (progress) {
                 const double share = static_cast<double>(band.y1 - crop.y0) / crop.height();
-                progress(s.plan_share + (1 - s.plan_share) * share);
+                progress(plan.share + (1 - plan.share) * share);
             }
         }
     }
-    if (stored != s.plan.fragments_stored) {
+    if (stored != planned.fragments_stored) {
         throw Error(ErrorKind::kInternal, std::to_string(stored) + " hits were captured and " +
-                                              std::to_string(s.plan.fragments_stored) + " planned");
+                                              std::to_string(planned.fragments_stored) +
+                                              " planned");
     }
     return report;
 }

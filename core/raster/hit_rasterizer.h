@@ -34,18 +34,21 @@ class HitRasterizer final : public HitSource {
     /// Throws Error (kInternal) for settings that ask for a picture, or for what only pictures have
     /// (clip volumes, hidden surfaces, composites, samples, a limit of layers), and (kUsage) if a
     /// bundle has more than 65,536 rays on a side.
-    Plan plan(const View& view, const CaptureSettings& settings,
-              const Progress& progress = {}) override;
-    CaptureReport capture(Sink& sink, const Progress& progress = {}) override;
-    std::uint64_t forecastMemory(const Sink& sink) override;
+    CapturePlan plan(const View& view, const CaptureSettings& settings,
+                     const Progress& progress = {}) override;
+    CaptureReport capture(const CapturePlan& plan, Sink& sink,
+                          const Progress& progress = {}) override;
+    std::uint64_t forecastMemory(const CapturePlan& plan, const Sink& sink) override;
     const PosedScene& posed() const override;
     bool prefersLines() const override { return true; }
     StageTimes takeTimes() override;
 
-    /// Of the last plan: 2^gridBits() steps of the grid lie between two rays.
+    /// Of the plan that was made or captured last: 2^gridBits() steps of the grid lie between two
+    /// rays.
     int gridBits() const;
-    /// Of the last plan: into how many sections of rows the picture was cut so that what triangles
-    /// cover of one fits the budget. Of a single one it is found once, for plan() and capture().
+    /// Likewise: into how many sections of rows the picture was cut so that what triangles
+    /// cover of one fits the budget. Of a single one it is found once, for plan() and the
+    /// capture() that follows.
     std::size_t sections() const;
 
   private:

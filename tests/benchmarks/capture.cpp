@@ -52,9 +52,9 @@ Contender Measurement::captured(const std::string& name) {
     settings.composite = name == "composite";
     if (!settings.composite) settings.method = name;
     return {name, [this, name, settings] {
-                const Plan plan = renderer->plan(scene.view, settings);
+                const CapturePlan plan = renderer->plan(scene.view, settings);
                 CountingSink sink;
-                renderer->capture(sink);
+                renderer->capture(plan, sink);
                 result["layers"] = plan.layers.size();
                 if (!settings.composite) result["fragments"] = sink.fragments;
                 result["stages"][name] = renderer->takeTimes();

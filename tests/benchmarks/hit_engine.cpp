@@ -132,9 +132,10 @@ class HitEngine {
         HitRasterizer source(scene_.posed);
         std::uint64_t hits = 0;
         for (std::size_t i = 0; i < bundles.size(); ++i) {
-            hits += source.plan(bundles[i].view, settings_).fragments_counted;
+            const CapturePlan plan = source.plan(bundles[i].view, settings_);
+            hits += plan.fragments_counted;
             BandSink sink([&](LayeredImage&& band) { take(i, std::move(band)); });
-            source.capture(sink);
+            source.capture(plan, sink);
         }
         return hits;
     }

@@ -78,9 +78,8 @@ class Hits {
     template <class MakeSink>
     void trace(MakeSink&& make_sink) {
         for (std::size_t i = 0; i < bundles_.size(); ++i) {
-            source_.plan(bundles_[i].view, settings_);
             auto sink = make_sink(i);
-            source_.capture(sink);
+            source_.capture(source_.plan(bundles_[i].view, settings_), sink);
         }
     }
 

@@ -68,9 +68,10 @@ struct Picture {
         const MeasuredScene scene(options);
         const auto context = gl::createContext({.backend = test::testBackend()});
         GlRenderer renderer(*context, scene.posed);
-        plan = renderer.plan(scene.view, {});
+        const CapturePlan planned = renderer.plan(scene.view, {});
+        plan = planned;
         KeepingSink sink;
-        renderer.capture(sink);
+        renderer.capture(planned, sink);
         bands = std::move(sink.bands);
     }
     Plan plan;

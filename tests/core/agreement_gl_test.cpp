@@ -171,11 +171,11 @@ TEST(Bands, LeaveRoomForWhatTheSinksHold) {
     // What earlier tests have left free here would be room that the budget does not name.
     returnFreeMemory();
     s.memory = residentBytes() + (512ULL << 20);
-    renderer.plan(testView(64, 64), s);
-    EXPECT_NO_THROW(renderer.capture(sink));
+    const CapturePlan plan = renderer.plan(testView(64, 64), s);
+    EXPECT_NO_THROW(renderer.capture(plan, sink));
     sink.bytes = 512ULL << 20;
     try {
-        renderer.capture(sink);
+        renderer.capture(plan, sink);
         FAIL();
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kMemory);

@@ -69,10 +69,10 @@ class SameBytes : public testing::Test {
     }
     /// Returns the number of bands.
     std::size_t compare(HitRasterizer& source) {
-        const Plan plan = source.plan(view, settings);
+        const CapturePlan plan = source.plan(view, settings);
         EXPECT_EQ(plan.layers.size(), expected.plan.layers.size());
         ComparingSink sink(expected.image);
-        const CaptureReport report = source.capture(sink);
+        const CaptureReport report = source.capture(plan, sink);
         EXPECT_EQ(sink.fragments, expected.image.fragments());
         EXPECT_EQ(static_cast<std::size_t>(report.bands), sink.bands);
         return sink.bands;
@@ -134,10 +134,10 @@ TEST(HitRasterizer, TheSameBytesUnderABudget) {
         settings.memory = residentBytes() + more;
         ComparingSink sink(expected.image);
         try {
-            const Plan plan = source.plan(view, settings);
+            const CapturePlan plan = source.plan(view, settings);
             EXPECT_EQ(plan.fragments_counted, expected.plan.fragments_counted);
             EXPECT_GT(source.sections(), 1U);
-            source.capture(sink);
+            source.capture(plan, sink);
         } catch (const Error& error) {
             ASSERT_EQ(error.kind(), ErrorKind::kMemory);
             EXPECT_EQ(sink.fragments, 0U);
@@ -292,9 +292,9 @@ TEST(HitRasterizer, AsManyRaysOnBothSides) {
     };
     View view = parallelView(kSide, kSide);
     if (!exhaustive()) view.crop = {0, 39990, kSide, 40010};  // all of them take some seconds
-    const Plan plan = source.plan(view, hitSettings());
+    const CapturePlan plan = source.plan(view, hitSettings());
     Counting sink;
-    source.capture(sink);
+    source.capture(plan, sink);
     EXPECT_EQ(sink.rays, view.crop.pixels());
     EXPECT_EQ(sink.hits, exhaustive() ? 17U : 15U);
     EXPECT_EQ(plan.fragments_counted, sink.hits);
@@ -315,9 +315,9 @@ TEST(HitRasterizer, WideRowsOfSinksThatHoldMuchFit) {
     };
     const Scene scene = oneMesh({square(-10, -10, 70000, 70000, -1)});
     HitRasterizer source{PosedScene(scene)};
-    source.plan(parallelView(65536, 2), hitSettings());
+    const CapturePlan plan = source.plan(parallelView(65536, 2), hitSettings());
     Holding sink;
-    source.capture(sink);
+    source.capture(plan, sink);
     EXPECT_EQ(sink.fragments, 2U * 65536);
 }
 

@@ -207,14 +207,16 @@ TEST(HitSources, SayTheSameOfTheSameHits) {
 class BundlesOf final : public HitSource {
   public:
     explicit BundlesOf(HitSource& source) : source_(source) {}
-    Plan plan(const View& view, const CaptureSettings& settings,
-              const Progress& progress) override {
+    CapturePlan plan(const View& view, const CaptureSettings& settings,
+                     const Progress& progress) override {
         return source_.plan(view, settings, progress);
     }
-    CaptureReport capture(Sink& sink, const Progress& progress) override {
-        return source_.capture(sink, progress);
+    CaptureReport capture(const CapturePlan& plan, Sink& sink, const Progress& progress) override {
+        return source_.capture(plan, sink, progress);
     }
-    std::uint64_t forecastMemory(const Sink& sink) override { return source_.forecastMemory(sink); }
+    std::uint64_t forecastMemory(const CapturePlan& plan, const Sink& sink) override {
+        return source_.forecastMemory(plan, sink);
+    }
     const PosedScene& posed() const override { return source_.posed(); }
     StageTimes takeTimes() override { return source_.takeTimes(); }
 

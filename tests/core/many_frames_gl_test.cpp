@@ -66,9 +66,9 @@ void renderManyFrames() {
         settings.memory = frame % 3 == 0 ? kTight : 0;
         renderer.setPose(at(frame));
         renderer.setNextFrame({at(frame + 1), view});
-        const Plan plan = renderer.plan(view, settings);
+        const CapturePlan plan = renderer.plan(view, settings);
         CollectSink sink;
-        renderer.capture(sink);
+        renderer.capture(plan, sink);
         ASSERT_GT(plan.fragments_stored, 0U);
         ASSERT_EQ(sink.image.fragments(), plan.fragments_stored);
         if (frame == 10) after_ten = objects();

@@ -33,9 +33,10 @@ Found masksOf(const Scene& scene, const View& view, int canvas = 1, float see_th
     GlRenderer renderer(sharedContext(), PosedScene(scene));
     ObjectMaskSink sink(table, options);
     Found found;
-    found.plan = renderer.plan(seen, settings);
-    sink.begin(found.plan);
-    found.bands = renderer.capture(sink).bands;
+    const CapturePlan plan = renderer.plan(seen, settings);
+    found.plan = plan;
+    sink.begin(plan);
+    found.bands = renderer.capture(plan, sink).bands;
     sink.finish();
     found.objects = sink.objects();
     return found;

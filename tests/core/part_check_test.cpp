@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parts as bodies: how their triangles hang together, what they enclose, how thin they are.
-#include "core/parts/wall_thickness.h"
-#include "core/parts/volumes.h"
 #include "core/parts/crossings.h"
+#include "core/parts/volumes.h"
+#include "core/parts/wall_thickness.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Views from layers whose answer is known on paper.
-#include "core/views/surface_cells.h"
 #include "core/views/reprojection.h"
+#include "core/views/surface_cells.h"
 
 #include <gtest/gtest.h>
 

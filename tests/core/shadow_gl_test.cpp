@@ -345,8 +345,7 @@ TEST(Shadows, MapsServeEveryViewOfTheScene) {
     for (const int size : {200, 200, 100}) {
         view.camera_to_world[3].x += 0.25;
         CollectSink collect;
-        renderer.plan(view, withShadows(size));
-        renderer.capture(collect);
+        renderer.capture(renderer.plan(view, withShadows(size)), collect);
         EXPECT_EQ(difference(collect.image, capture(scene, view, withShadows(size)).image), "");
     }
 }
@@ -361,8 +360,7 @@ TEST(Shadows, MapsAreMadeAnewForAnotherClipVolume) {
         s.clip.half_spaces = {{{0, 0, -1}, -offset}};
         s.clip.keep_inside = false;
         CollectSink collect;
-        renderer.plan(view, s);
-        renderer.capture(collect);
+        renderer.capture(renderer.plan(view, s), collect);
         EXPECT_EQ(difference(collect.image, capture(scene, view, s).image), "") << offset;
     }
 }

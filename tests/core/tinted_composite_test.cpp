@@ -7,10 +7,10 @@
 #include <random>
 
 #include "core/fragments/supersampling.h"
+#include "core/image/box_filter.h"
 #include "core/image/composite.h"
 #include "core/image/difference.h"
 #include "core/image/fxaa.h"
-#include "core/image/box_filter.h"
 #include "core/image/layers.h"
 #include "core/image/merge.h"
 #include "core/image/statistics.h"

@@ -291,13 +291,16 @@ TEST(VisibilityRays, AreNotStoppedByWhatIsNowhere) {
 class Bundled final : public HitSource {
   public:
     explicit Bundled(const PosedScene& posed) : hits_(posed) {}
-    Plan plan(const View& view, const CaptureSettings& settings, const Progress& told) override {
+    CapturePlan plan(const View& view, const CaptureSettings& settings,
+                     const Progress& told) override {
         return hits_.plan(view, settings, told);
     }
-    CaptureReport capture(Sink& sink, const Progress& told) override {
-        return hits_.capture(sink, told);
+    CaptureReport capture(const CapturePlan& plan, Sink& sink, const Progress& told) override {
+        return hits_.capture(plan, sink, told);
     }
-    std::uint64_t forecastMemory(const Sink& sink) override { return hits_.forecastMemory(sink); }
+    std::uint64_t forecastMemory(const CapturePlan& plan, const Sink& sink) override {
+        return hits_.forecastMemory(plan, sink);
+    }
     const PosedScene& posed() const override { return hits_.posed(); }
     StageTimes takeTimes() override { return hits_.takeTimes(); }
 

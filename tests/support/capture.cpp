@@ -175,9 +175,10 @@ std::unique_ptr<HitSource> openHits(const std::string& engine, const PosedScene&
 
 Captured capture(HitSource& source, const View& view, const CaptureSettings& settings) {
     Captured result;
-    result.plan = source.plan(view, settings);
+    const CapturePlan plan = source.plan(view, settings);
+    result.plan = plan;
     CollectSink collect;
-    result.report = source.capture(collect);
+    result.report = source.capture(plan, collect);
     result.image = std::move(collect.image);
     result.bands = std::move(collect.bands);
     return result;

@@ -66,9 +66,10 @@ inline CaptureSettings hitSettings(HitMode hit_mode = HitMode::kRefined) {
 inline TracedHits trace(HitSource& source, const View& view,
                         const CaptureSettings& settings = hitSettings()) {
     TracedHits traced;
-    traced.plan = source.plan(view, settings);
+    const CapturePlan plan = source.plan(view, settings);
+    traced.plan = plan;
     JoiningSink sink(traced);
-    traced.report = source.capture(sink);
+    traced.report = source.capture(plan, sink);
     return traced;
 }
 

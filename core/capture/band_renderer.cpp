@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/capture/band_renderer.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/process_memory.h"
+#include "core/fragments/supersampling.h"
+#include "core/image/layers.h"
+
+namespace peeler {
+namespace {
+
+// Of a composite, which is handed over in parts whose memory is soon used again.
+constexpr int kRowsHandedOver = 128;
+
+/// Prefiltering an environment of a file takes its time.
+Lighting timedLighting(gl::Context& context, const PosedScene& posed, StageTimes& times) {
+    const StageTimer timer(times, "upload");
+    return {context.functions(), posed};
+}
+
+PlanMethods methodsOf(const GlPlan& plan) {
+    PlanMethods methods;
+    if (plan.method->exact()) methods.layers = plan.method->layers();
+    // With coloured opacity layers are composited on the CPU: blending knows one alpha.
+    const bool on_the_fly = plan.settings.composite && plan.method->composite &&
+                            !(plan.settings.tinted && plan.method->exact());
+    if (on_the_fly) methods.composite = plan.method->composite();
+    return methods;
+}
+
+}  // namespace
+
+BandRenderer::BandRenderer(gl::Context& context, const PosedScene& posed, StageTimes& times)
+    : context_(context),
+      times_(times),
+      capture_(context, posed, pass_context_, times),
+      lighting_(timedLighting(context, posed, times)) {
+    pass_context_.lighting = &lighting_;
+}
+
+void BandRenderer::begin(const GlPlan& plan) {
+    plan_ = &plan;
+    pass_context_.settings = plan.settings;
+    lighting_.setView(plan.view.camera_to_world);
+    methods_ = methodsOf(plan);
+    showSample(0);
+}
+
+void BandRenderer::showSample(std::size_t i) {
+    pass_context_.view = plan_->view;
+    pass_context_.view.sample = plan_->positions[i];
+    capture_.begin();
+}
+
+bool BandRenderer::overlapsBands() const {
+    return capture_.overlaps() && !plan_->opaque_first && !plan_->settings.composite &&
+           !plan_->mergesLayers();
+}
+
+BandBudget BandRenderer::budget() const {
+    return {*plan_, methods_, capture_, overlapsBands(),
+            static_cast<std::uint64_t>(context_.device().limits.shader_storage_block_size)};
+}
+
+void BandRenderer::freeBands() {
+    const MemoryBudget& memory = plan_->settings.memory;
+    if (isRoomy(memory, usedBytes(memory), budget().costs())) return;
+    capture_.free();
+    lists_ = {};
+    image_ = {};
+    composite_ = {};
+    methods_ = methodsOf(*plan_);
+    returnFreeMemory();
+}
+
+/// The fragments of every pixel of a band of the current view.
+std::span<const std::uint32_t> BandRenderer::countsOf(const Window& band) {
+    if (plan_->kept_counts.empty()) {
+        capture_.count(band, counts_);
+        return counts_;
+    }
+    const Window& crop = plan_->view.crop;
+    const auto first =
+        static_cast<std::size_t>(band.y0 - crop.y0) * static_cast<std::size_t>(crop.width());
+    return std::span(plan_->kept_counts).subspan(first, band.pixels());
+}
+
+void BandRenderer::captureLayers(const Window& band, std::uint32_t most, LayeredImage& out) {
+    passes_ += capture_.layers(
+        *methods_.layers,
+        {.band = band, .counts = countsOf(band), .layers = most, .keys = plan_->mergesLayers()},
+        out);
+}
+
+void BandRenderer::compositeView(const Window& band, CompositeImage& out) {
+    const BandRequest request{.band = band, .counts = countsOf(band), .layers = plan_->limit};
+    passes_ += methods_.composite ? capture_.composite(*methods_.composite, request, out)
+                                  : capture_.composite(*methods_.layers, request, out);
+}
+
+void BandRenderer::renderMerged(const Window& band, LayeredImage& out) {
+    std::vector<LayeredImage> images(plan_->positions.size());
+    for (std::size_t i = 0; i < images.size(); ++i) {
+        showSample(i);
+        captureLayers(band, 0, images[i]);
+    }
+    const StageTimer timer(times_, "sort");
+    mergeSamples(
+        images, [&](std::uint32_t primitive) { return capture_.surfaceOf(primitive); },
+        plan_->settings.color_type, out);
+}
+
+void BandRenderer::render(const Window& band, const BandLimits& limits, const TakeBand& take,
+                          const TakeCounts& visible) {
+    if (plan_->opaque_first) return renderVisible(band, limits, take, visible);
+    if (!plan_->settings.composite) {
+        if (plan_->mergesLayers()) {
+            renderMerged(band, image_);
+            keepLayers(image_, {.nearest = plan_->limit});
+        } else {
+            captureLayers(band, plan_->limit, image_);
+        }
+        return take(image_);
+    }
+    const std::size_t samples = plan_->positions.size();
+    if (samples > 1) beginMean(band, composite_, plan_->settings.tinted);
+    CompositeImage sample;
+    for (std::size_t i = 0; i < samples; ++i) {
+        if (samples > 1) showSample(i);
+        compositeView(band, samples > 1 ? sample : composite_);
+        if (samples > 1) addToMean(sample, plan_->settings.samples, composite_);
+    }
+    {
+        const StageTimer timer(times_, "composite");
+        toSingleLayer(composite_, image_);
+    }
+    take(image_);
+}
+
+void BandRenderer::renderOverlapping(std::span<const Window> bands, const TakeBand& take) {
+    for (std::size_t i = 0; i <= bands.size(); ++i) {
+        if (i < bands.size()) {
+            const Window& band = bands[i];
+            capture_.submit(*methods_.layers,
+                            {.band = band, .counts = countsOf(band), .layers = plan_->limit},
+                            lists_[i % 2]);
+        }
+        if (i == 0) continue;
+        passes_ += capture_.take(lists_[(i - 1) % 2], image_);
+        take(image_);
+    }
+}
+
+/// Only where the scene is: many a picture is empty around it.
+void BandRenderer::renderVisible(const Window& band, const BandLimits& limits, const TakeBand& take,
+                                 const TakeCounts& visible) {
+    const bool tinted = plan_->settings.tinted;
+    const auto handOver = [&](const CompositeImage& rows) {
+        {
+            const StageTimer timer(times_, "composite");
+            toSingleLayer(rows, {band.x0, rows.window.y0, band.x1, rows.window.y1}, image_);
+        }
+        take(image_);
+    };
+    const auto handOverEmpty = [&](int y0, int y1) {
+        for (int y = y0; y < y1; y += kRowsHandedOver) {
+            image_ = {};
+            image_.window = {band.x0, y, band.x1, std::min(y + kRowsHandedOver, y1)};
+            image_.offsets.resize(image_.window.pixels() + 1);
+            image_.color = {colorNames(tinted), PixelType::kFloat, {}};
+            take(image_);
+        }
+    };
+    const Window seen = intersect(band, plan_->drawn);
+    if (seen.empty()) return handOverEmpty(band.y0, band.y1);
+    handOverEmpty(band.y0, seen.y0);
+    // Several samples are to be averaged, and the parts of several raster tiles put side by side.
+    const std::size_t samples = plan_->positions.size();
+    const bool whole = samples > 1 || capture_.tilesAcross(seen) > 1;
+    if (whole) beginMean(seen, composite_, tinted);
+    for (std::size_t i = 0; i < samples; ++i) {
+        if (samples > 1) showSample(i);
+        passes_ += capture_.compositeVisible(
+            *methods_.layers, seen, limits,
+            [&](const CompositeImage& rows, std::span<const std::uint32_t> counts) {
+                visible(rows.window, counts);
+                if (!whole) return handOver(rows);
+                const StageTimer timer(times_, "composite");
+                addToMean(rows, static_cast<int>(samples), composite_);
+            });
+    }
+    CompositeImage part;
+    for (int y = seen.y0; whole && y < seen.y1; y += kRowsHandedOver) {
+        part.setRows(composite_, y, std::min(y + kRowsHandedOver, seen.y1));
+        handOver(part);
+    }
+    handOverEmpty(seen.y1, band.y1);
+}
+
+}  // namespace peeler

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/capture/gl_planner.h"
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/base/process_memory.h"
+#include "core/fragments/supersampling.h"
+
+namespace peeler {
+namespace {
+
+// How much of a picture's time planning takes, roughly: one cheap pass of two or three and the
+// writing, or with several samples the whole capture once.
+constexpr double kCountShare = 0.2, kMergeShare = 0.6, kCompositeShare = 0.8;
+
+std::uint64_t imageBytes(const LayeredImage& image) {
+    return image.offsets.size() * sizeof(std::uint32_t) + image.z.size() * sizeof(float) +
+           image.color.data.size() +
+           std::accumulate(
+               image.extra.begin(), image.extra.end(), std::size_t{0},
+               [](std::size_t sum, const FragmentArray& array) { return sum + array.data.size(); });
+}
+
+}  // namespace
+
+void checkSettings(const CaptureSettings& settings) {
+    const MethodInfo* method = findPeelMethod(settings.method);
+    const std::string where = "`method` " + settings.method;
+    if (!method)
+        throw Error(ErrorKind::kUsage, "there is no method '" + settings.method + "'", where);
+    if (!method->exact() && !settings.composite) {
+        throw Error(ErrorKind::kUsage,
+                    settings.method + " finds no layers: it approximates their composite", where,
+                    "add `composite` or write a .png, or choose another method");
+    }
+    if (!method->exact() && (settings.max_layers != 0 || settings.occlusion_ratio > 0)) {
+        throw Error(ErrorKind::kUsage,
+                    settings.method + " takes all layers at once and can keep no few", where,
+                    "leave `max_layers` and `occlusion_ratio` out, or choose another method");
+    }
+    if (settings.tail == Tail::kBlend && !settings.composite) {
+        throw Error(ErrorKind::kUsage, "layers are stored as they are found, never blended",
+                    "`tail` blend", "add `composite` or write a .png, or leave `tail` out");
+    }
+    if (settings.hit_mode != HitMode::kNone &&
+        (!method->layers()->takesAll() || settings.composite || settings.samples > 1 ||
+         settings.max_layers != 0)) {
+        throw Error(ErrorKind::kInternal, "all hits of rays are found at once, and as they are",
+                    where);
+    }
+    if (settings.composite && !settings.channels.empty()) {
+        throw Error(ErrorKind::kUsage, "a composite that is found on the fly has no channels",
+                    "`channels`", "leave `channels` out, or capture layers");
+    }
+}
+
+GlPlanner::GlPlanner(BandRenderer& renderer, const DrawList& draws, StageTimes& times, GlPlan& plan,
+                     const Progress& progress)
+    : renderer_(renderer), draws_(draws), times_(times), plan_(plan), progress_(progress) {
+    plan_.method = findPeelMethod(plan_.settings.method);
+    plan_.positions = {plan_.view.sample};
+    if (plan_.settings.samples == 1) return;
+    plan_.positions = samplePositions(plan_.settings.samples);
+    for (glm::dvec2& position : plan_.positions)
+        position += plan_.view.sample - 0.5;
+}
+
+void GlPlanner::count() {
+    renderer_.begin(plan_);
+    chooseSurfaces();
+    if (progress_) plan_.share = plan_.mergesLayers() ? kMergeShare : kCountShare;
+    if (!compositeViews()) {
+        countViews();
+        mergeViews();
+    }
+    limitLayers();
+}
+
+/// Reports progress in a stage of the planning that goes from one share of it to another.
+void GlPlanner::report(double from, double to, double share) const {
+    if (progress_) progress_(plan_.share * (from + (to - from) * share));
+}
+
+/// No fragment behind an opaque one changes an exact composite of all layers: its alpha is 1, so
+/// that nothing gets through. Such composites are captured without them. Approximations average
+/// all fragments, and limits count them.
+void GlPlanner::chooseSurfaces() {
+    CaptureSettings& settings = plan_.settings;
+    if (!settings.composite || !plan_.method->exact() || settings.max_layers != 0 ||
+        settings.occlusion_ratio > 0 || settings.surfaces == Surfaces::kTransparent ||
+        std::ranges::none_of(draws_.draws(), &Draw::opaque))
+        return;
+    settings.surfaces = Surfaces::kVisible;
+    renderer_.takeSurfaces();
+    const PlanMethods& methods = renderer_.methods();
+    if (methods.composite || !methods.layers->takesOpaqueFirst() || !settings.clip.nodes.empty() ||
+        settings.depth_clamp)
+        return;
+    plan_.opaque_first = true;  // which its costs depend on
+    plan_.opaque_first =
+        hasRoom(settings.memory, usedBytes(settings.memory), renderer_.budget().costs());
+    if (plan_.opaque_first) plan_.drawn = renderer_.capture().drawnWindow();
+}
+
+/// To count what is visible is most of the work of compositing it. So where there is room to keep
+/// composites they are made at once, and true is returned.
+bool GlPlanner::compositeViews() {
+    const Window& crop = plan_.view.crop;
+    const std::uint64_t composite_bytes = CompositeImage::pixelBytes(plan_.settings.tinted);
+    if (!plan_.opaque_first ||
+        !plan_.fitsKept(crop.pixels() * (composite_bytes + sizeof(std::uint32_t))))
+        return false;
+    plan_.samples.emplace(crop);
+    if (progress_) plan_.share = kCompositeShare;
+    const auto count_visible = [&](const Window& rows, std::span<const std::uint32_t> counts) {
+        const auto width = static_cast<std::size_t>(rows.width());
+        for (int y = rows.y0; y < rows.y1; ++y) {
+            const auto row = static_cast<std::size_t>(y - rows.y0) * width;
+            plan_.samples->addRow(rows.x0, y, counts.subspan(row, width));
+        }
+    };
+    renderer_.takePasses();
+    renderer_.freeBands();
+    const BandBudget budget = renderer_.budget();
+    const BandLimits limits = budget.limits();
+    for (const Window& band : budget.cut(limits)) {
+        renderer_.renderVisible(
+            band, limits, [&](LayeredImage& rows) { plan_.kept_bands.push_back(std::move(rows)); },
+            count_visible);
+        plan_.kept_passes = std::max(plan_.kept_passes, renderer_.takePasses());
+        report(0, 1, static_cast<double>(band.y1 - crop.y0) / crop.height());
+    }
+    return true;
+}
+
+/// Clip meshes have lists of their own in every band, which have to fit, too.
+void GlPlanner::countClip() {
+    if (plan_.settings.clip.nodes.empty()) return;
+    const Window& crop = plan_.view.crop;
+    const auto width = static_cast<std::ptrdiff_t>(crop.width());
+    const BandLimits limits = renderer_.budget().limits();
+    std::vector<std::uint64_t> most_of(static_cast<std::size_t>(crop.height()));
+    std::vector<std::uint32_t> counts;
+    plan_.clip_rows.clear();
+    for (std::size_t i = 0; i < plan_.positions.size(); ++i) {
+        renderer_.showSample(i);
+        for (const Window& band : cutBands(crop, limits, [](int) { return 0; })) {
+            renderer_.capture().countClip(band, counts);
+            for (int y = band.y0; y < band.y1; ++y) {
+                const auto first = counts.begin() + (y - band.y0) * width;
+                std::uint64_t& most = most_of[static_cast<std::size_t>(y - crop.y0)];
+                most = std::max(most, std::accumulate(first, first + width, std::uint64_t{0}));
+            }
+        }
+    }
+    plan_.clip_rows = std::move(most_of);
+}
+
+/// Carries out the count pass of every view.
+void GlPlanner::countViews() {
+    const Window& crop = plan_.view.crop;
+    const auto width = static_cast<std::size_t>(crop.width());
+    plan_.samples.emplace(crop);
+    renderer_.freeBands();
+    countClip();
+    if (plan_.positions.size() == 1 && plan_.fitsKept(crop.pixels() * sizeof(std::uint32_t)))
+        plan_.kept_counts.resize(crop.pixels());
+
+    BandBudget counting = renderer_.budget();
+    counting.costs().pixel_bytes = 2 * sizeof(std::uint32_t);
+    if (!plan_.clip_rows.empty()) counting.costs().pixel_bytes += 3 * sizeof(std::uint32_t);
+    const BandLimits limits = counting.limits();
+    const double counted = plan_.mergesLayers() ? kCountShare : 1;
+    std::uint64_t rows = 0;
+    const std::uint64_t all_rows =
+        plan_.positions.size() * static_cast<std::uint64_t>(crop.height());
+    std::vector<std::uint32_t> counts;
+    for (std::size_t i = 0; i < plan_.positions.size(); ++i) {
+        renderer_.showSample(i);
+        // No fragments are stored while counting.
+        for (const Window& band : counting.cutForCounting(limits)) {
+            renderer_.capture().count(band, counts);
+            const StageTimer timer(times_, "count");
+            const auto first = static_cast<std::size_t>(band.y0 - crop.y0) * width;
+            for (int y = band.y0; y < band.y1; ++y) {
+                const auto row = static_cast<std::size_t>(y - band.y0) * width;
+                plan_.samples->addRow(crop.x0, y, {counts.data() + row, width});
+            }
+            if (!plan_.kept_counts.empty())
+                std::copy(counts.begin(), counts.end(),
+                          plan_.kept_counts.begin() + static_cast<std::ptrdiff_t>(first));
+            rows += static_cast<std::uint64_t>(band.height());
+            report(0, counted, static_cast<double>(rows) / static_cast<double>(all_rows));
+        }
+    }
+}
+
+/// How many layers several views have together is known only when they are merged.
+void GlPlanner::mergeViews() {
+    if (!plan_.mergesLayers()) return;
+    const Window& crop = plan_.view.crop;
+    plan_.merged.emplace(crop);
+    std::uint64_t kept = 0;
+    bool keeps = true;
+    LayeredImage image;
+    renderer_.takePasses();
+    renderer_.freeBands();
+    const BandBudget budget = renderer_.budget();
+    for (const Window& band : budget.cut(budget.limits())) {
+        renderer_.renderMerged(band, image);
+        plan_.merged->addBand(image);
+        plan_.kept_passes = std::max(plan_.kept_passes, renderer_.takePasses());
+        kept += imageBytes(image);
+        keeps = keeps && plan_.fitsKept(kept);
+        if (keeps) plan_.kept_bands.push_back(image);
+        report(kCountShare, 1, static_cast<double>(band.y1 - crop.y0) / crop.height());
+    }
+    if (!keeps) plan_.kept_bands.clear();
+}
+
+/// max_layers and occlusion_ratio of the settings: the first layer that touches fewer pixels than
+/// the ratio is the last one, as if a pass had found it out.
+void GlPlanner::limitLayers() {
+    plan_.limit = plan_.settings.max_layers;
+    if (!(plan_.settings.occlusion_ratio > 0)) return;
+    const auto layers = found().layers();
+    const std::uint64_t views_counted = plan_.merged ? 1 : plan_.positions.size();
+    const double enough = plan_.settings.occlusion_ratio *
+                          static_cast<double>(plan_.view.crop.pixels() * views_counted);
+    const auto few = std::find_if(layers.begin(), layers.end(), [&](const LayerPlan& layer) {
+        return static_cast<double>(layer.pixels) < enough;
+    });
+    if (few == layers.end()) return;
+    const auto last = static_cast<std::uint32_t>(few - layers.begin()) + 1;
+    plan_.limit = plan_.limit ? std::min(plan_.limit, last) : last;
+}
+
+Plan GlPlanner::plan() const {
+    const CaptureSettings& settings = plan_.settings;
+    Plan plan;
+    plan.view = plan_.view;
+    plan.color_type = settings.color_type;
+    plan.tinted = settings.tinted;
+    plan.channel_bytes = channelBytes(settings.channels, settings.color_type);
+    if (settings.hit_mode != HitMode::kNone) plan.channel_bytes += sizeof(std::uint32_t);
+    for (const Channel channel : settings.channels)
+        plan.channels.push_back(emptyArray(channel, settings.color_type));
+    plan.samples = settings.samples;
+    plan.layers = found().layers(plan_.method->exact() ? plan_.limit : 0);
+    plan.fragments_counted = found().counted();
+    for (const LayerPlan& layer : plan.layers)
+        plan.fragments_stored += layer.pixels;
+    if (settings.composite && settings.tail == Tail::kBlend)
+        plan.fragments_blended = plan.fragments_counted - plan.fragments_stored;
+    return plan;
+}
+
+}  // namespace peeler
