@@ -75,7 +75,7 @@ struct RendererOptions {
 
 /// Which rasteriser finds the hits of rays.
 enum class RayEngine : std::uint8_t {
-    kAuto,  ///< GL on a GPU, else the CPU
+    kAuto,  ///< GL on a GPU, or where RendererOptions choose a device; else the CPU
     kCpu,   ///< needs no GL
     kGl
 };

@@ -174,7 +174,7 @@ void CaptureJob::closeContext() {
 Engine CaptureJob::chooseEngine() {
     if (engine_) return *engine_;
     if (options_.engine != Engine::kAuto) return engine_.emplace(options_.engine);
-    if (asksForDevice(options_.device)) return engine_.emplace(Engine::kGl);
+    if (options_.device.choosesDevice()) return engine_.emplace(Engine::kGl);
     const StageTimer timer(times_, "context");
     std::string reasons;
     if (session_.findGpu(reasons)) return engine_.emplace(Engine::kGl);

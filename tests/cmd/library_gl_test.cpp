@@ -108,6 +108,18 @@ TEST(Library, FindsTheSameHitsWithAndWithoutGl) {
     EXPECT_EQ(difference(cpu, gl), "");
 }
 
+TEST(Library, FindsNoHitsOnTheCpuWhereItMustHaveAGpu) {
+    if (!sharedContext().device().software) GTEST_SKIP() << "there is a GPU";
+    const Shown shown{twoSquares()};
+    const Bounds box = *boundsOf(shown);
+    const Bundle bundle = parallelBundle("down", box, box, {0, 0, -1}, {.resolution = 4});
+    RendererOptions options;
+    options.require_gpu = true;
+    Renderer renderer(options);
+    EXPECT_EQ(kindOf([&] { renderer.rays(shown, bundle, raySettings()); }), ErrorKind::kDevice);
+    EXPECT_EQ(renderer.rays(shown, bundle, raySettings(), RayEngine::kCpu).fragments(), 32U);
+}
+
 TEST(Library, CanBeUsedOnAfterErrors) {
     const Shown shown{twoSquares()};
     Renderer renderer(ofTests());
