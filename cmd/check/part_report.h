@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/composite.h>
 #include "cmd/cli/report.h"
-#include "core/image/composite.h"
 #include "core/parts/part_check.h"
 #include "core/scene/posed_scene.h"
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/library/renderer.h"
+#include <peeler/renderer.h>
 
 #include <optional>
 #include <utility>
 
+#include <peeler/error.h>
+#include <peeler/image_sink.h>
 #include "cmd/library/worker.h"
-#include "core/base/error.h"
 #include "core/capture/bands.h"
 #include "core/capture/gl_session.h"
-#include "core/image/image_sink.h"
 #include "core/raster/hit_rasterizer.h"
 #include "core/scene/framing.h"
 #include "core/scene/posed_scene.h"

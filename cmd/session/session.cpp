@@ -5,7 +5,7 @@
 #include <chrono>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/capture/bands.h"
 
 namespace peeler::cmd {

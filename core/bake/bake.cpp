@@ -3,11 +3,12 @@
 
 #include <algorithm>
 
+#include <peeler/bundle.h>
+#include <peeler/error.h>
 #include "core/bake/gather.h"
 #include "core/bake/integrators.h"
-#include "core/base/error.h"
+#include "core/base/memory_budget.h"
 #include "core/capture/bands.h"
-#include "core/rays/bundle.h"
 
 namespace peeler {
 

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numbers>
 
+#include <peeler/bundle.h>
 #include "core/bake/gather.h"
 #include "core/base/parallel.h"
 #include "core/capture/bands.h"
-#include "core/rays/bundle.h"
 
 namespace peeler {
 namespace {

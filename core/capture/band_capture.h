@@ -10,7 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "core/base/stage_times.h"
+#include <peeler/composite.h>
+#include <peeler/layered_image.h>
+#include <peeler/stage_times.h>
+#include <peeler/view.h>
 #include "core/capture/band_buffers.h"
 #include "core/capture/bands.h"
 #include "core/capture/captured_fragments.h"
@@ -19,9 +22,6 @@
 #include "core/capture/pass_context.h"
 #include "core/capture/scene_rasterizer.h"
 #include "core/gl/gpu_timer.h"
-#include "core/image/composite.h"
-#include "core/image/layered_image.h"
-#include "core/scene/view.h"
 
 namespace peeler {
 

@@ -7,9 +7,11 @@
 
 #include "core/base/parallel.h"
 #include "core/base/resize_anew.h"
+#include "core/base/stage_times.h"
 #include "core/capture/band_capture.h"
 #include "core/capture/captured_fragments.h"
 #include "core/capture/supersampling.h"
+#include "core/image/channels.h"
 
 namespace peeler {
 namespace {

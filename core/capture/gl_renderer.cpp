@@ -5,9 +5,12 @@
 #include <numeric>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
+#include "core/base/stage_times.h"
 #include "core/capture/gl_renderer_state.h"
 #include "core/capture/supersampling.h"
+#include "core/image/channels.h"
+#include "core/image/composite.h"
 #include "core/image/layers.h"
 
 namespace peeler {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/capture/gl_renderer_state.h"
+#include "core/image/channels.h"
 
 namespace peeler {
 namespace {

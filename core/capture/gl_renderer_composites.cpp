@@ -5,8 +5,10 @@
 #include <numeric>
 #include <utility>
 
+#include "core/base/stage_times.h"
 #include "core/capture/gl_renderer_state.h"
 #include "core/capture/supersampling.h"
+#include "core/image/composite.h"
 
 namespace peeler {
 

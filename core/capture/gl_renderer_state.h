@@ -11,11 +11,12 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/composite.h>
+#include "core/base/stage_times.h"
 #include "core/capture/band_capture.h"
 #include "core/capture/bands.h"
 #include "core/capture/gl_renderer.h"
 #include "core/capture/method.h"
-#include "core/image/composite.h"
 #include "core/image/layers.h"
 #include "core/shading/lighting.h"
 

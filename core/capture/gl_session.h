@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/scene.h>
 #include "core/capture/gl_renderer.h"
 #include "core/gl/context.h"
-#include "core/scene/scene.h"
 
 namespace peeler {
 

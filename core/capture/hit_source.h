@@ -2,12 +2,12 @@
 // Where the hits of rays come from: GL (core/capture/gl_renderer.h) or the CPU (core/raster).
 #pragma once
 
-#include "core/base/stage_times.h"
-#include "core/base/work.h"
-#include "core/capture/capture_settings.h"
-#include "core/image/sink.h"
+#include <peeler/capture_settings.h>
+#include <peeler/sink.h>
+#include <peeler/stage_times.h>
+#include <peeler/view.h>
+#include <peeler/work.h>
 #include "core/scene/posed_scene.h"
-#include "core/scene/view.h"
 
 namespace peeler {
 

@@ -3,7 +3,8 @@
 #include <string>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
+#include "core/base/memory_budget.h"
 #include "core/capture/gl_renderer_state.h"
 #include "core/image/statistics.h"
 #include "core/scene/lights.h"

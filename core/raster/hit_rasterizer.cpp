@@ -10,12 +10,14 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "core/base/resize_anew.h"
+#include "core/base/stage_times.h"
 #include "core/capture/bands.h"
 #include "core/capture/captured_fragments.h"
 #include "core/capture/supersampling.h"
+#include "core/image/channels.h"
 #include "core/image/layers.h"
 #include "core/raster/hit_lists.h"
 #include "core/raster/scene_triangles.h"

@@ -7,7 +7,8 @@
 #include <limits>
 #include <optional>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
+#include "core/scene/camera_choice.h"
 #include "core/scene/framing.h"
 
 namespace peeler {

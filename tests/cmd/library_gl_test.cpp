@@ -8,10 +8,10 @@
 #include <stdexcept>
 #include <thread>
 
-#include "cmd/library/files.h"
-#include "cmd/library/renderer.h"
-#include "core/base/error.h"
-#include "formats/gltf/gltf_reader.h"
+#include <peeler/error.h>
+#include <peeler/files.h>
+#include <peeler/gltf_options.h>
+#include <peeler/renderer.h>
 #include "support/capture.h"
 #include "support/test_support.h"
 
