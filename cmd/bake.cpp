@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/error.h>
 #include "cmd/bake/bake_options.h"
 #include "cmd/bake/bake_values.h"
 #include "cmd/bake/write_memory.h"
@@ -26,9 +27,10 @@
 #include "cmd/session/progress_report.h"
 #include "cmd/verbs.h"
 #include "core/bake/receivers.h"
-#include "core/base/error.h"
+#include "core/base/memory_budget.h"
 #include "core/base/printable.h"
 #include "core/base/process_memory.h"
+#include "core/base/stage_times.h"
 #include "formats/file/file_name.h"
 #include "formats/gltf/glb_writer.h"
 #include "formats/image/image_writer.h"

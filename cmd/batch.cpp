@@ -16,6 +16,7 @@
 #include <set>
 #include <sstream>
 
+#include <peeler/error.h>
 #include "cmd/batch/batch_jobs.h"
 #include "cmd/batch/batch_report.h"
 #include "cmd/cli/arguments.h"
@@ -29,7 +30,7 @@
 #include "cmd/session/progress_report.h"
 #include "cmd/session/session.h"
 #include "cmd/verbs.h"
-#include "core/base/error.h"
+#include "core/base/memory_budget.h"
 #include "formats/file/file_name.h"
 #include "formats/file/regular_file.h"
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include <peeler/error.h>
 #include "cmd/check/check_parts.h"
 #include "cmd/check/check_text.h"
 #include "cmd/check/part_report.h"
@@ -19,7 +20,7 @@
 #include "cmd/options/output_options.h"
 #include "cmd/session/progress_report.h"
 #include "cmd/verbs.h"
-#include "core/base/error.h"
+#include "core/base/stage_times.h"
 #include "formats/image/legend.h"
 #include "formats/writers.h"
 

@@ -10,6 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/composite.h>
+#include <peeler/error.h>
+#include <peeler/layered_image.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
@@ -22,9 +25,6 @@
 #include "cmd/session/session.h"
 #include "cmd/verbs.h"
 #include "core/base/color.h"
-#include "core/base/error.h"
-#include "core/image/composite.h"
-#include "core/image/layered_image.h"
 #include "core/image/merge.h"
 #include "formats/exr/layered_input.h"
 #include "formats/file/file_name.h"

@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
@@ -15,7 +16,7 @@
 #include "cmd/session/progress_report.h"
 #include "cmd/session/session.h"
 #include "cmd/verbs.h"
-#include "core/base/error.h"
+#include "core/base/stage_times.h"
 #include "core/image/layers.h"
 #include "formats/exr/layered_input.h"
 #include "formats/output_hash.h"

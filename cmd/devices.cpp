@@ -4,13 +4,14 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/limits.h"
 #include "cmd/machine/resources.h"
 #include "cmd/session/session.h"
 #include "cmd/verbs.h"
-#include "core/base/error.h"
+#include "core/base/memory_budget.h"
 #include "core/gl/context.h"
 
 namespace peeler::cmd {

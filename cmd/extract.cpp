@@ -10,6 +10,8 @@
 #include <span>
 #include <vector>
 
+#include <peeler/error.h>
+#include <peeler/layered_image.h>
 #include "cmd/cli/report.h"
 #include "cmd/extract/band_memory.h"
 #include "cmd/extract/extract_options.h"
@@ -20,10 +22,9 @@
 #include "cmd/session/progress_report.h"
 #include "cmd/session/session.h"
 #include "cmd/verbs.h"
-#include "core/base/error.h"
 #include "core/base/printable.h"
 #include "core/base/process_memory.h"
-#include "core/image/layered_image.h"
+#include "core/base/stage_times.h"
 #include "core/image/layers.h"
 #include "formats/arrays/fragment_tables.h"
 #include "formats/exr/exr_plane_writer.h"

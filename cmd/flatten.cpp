@@ -17,6 +17,7 @@
 #include "cmd/session/progress_report.h"
 #include "cmd/session/session.h"
 #include "cmd/verbs.h"
+#include "core/base/stage_times.h"
 #include "core/image/fxaa.h"
 #include "formats/exr/layered_input.h"
 #include "formats/output_hash.h"

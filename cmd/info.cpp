@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/info/info_image.h"
 #include "cmd/info/info_options.h"
@@ -10,7 +11,6 @@
 #include "cmd/options/scene_options.h"
 #include "cmd/session/session.h"
 #include "cmd/verbs.h"
-#include "core/base/error.h"
 #include "formats/file/file_name.h"
 
 namespace peeler::cmd {

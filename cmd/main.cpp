@@ -12,9 +12,9 @@
 #include <string_view>
 #include <vector>
 
+#include <peeler/error.h>
 #include "cmd/cli/command_line.h"
 #include "cmd/cli/console.h"
-#include "core/base/error.h"
 #include "formats/file/regular_file.h"
 #include "formats/file/temporary_files.h"
 

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
@@ -25,8 +26,8 @@
 #include "cmd/options/view_options.h"
 #include "cmd/session/progress_report.h"
 #include "cmd/verbs.h"
-#include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/base/stage_times.h"
 #include "core/image/object_masks.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/json_text.h"

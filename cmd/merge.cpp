@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
@@ -17,7 +18,7 @@
 #include "cmd/session/progress_report.h"
 #include "cmd/session/session.h"
 #include "cmd/verbs.h"
-#include "core/base/error.h"
+#include "core/base/stage_times.h"
 #include "core/image/layers.h"
 #include "formats/exr/exr_integrity.h"
 #include "formats/exr/exr_layout.h"

@@ -7,6 +7,7 @@
 #include <tuple>
 #include <vector>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/report.h"
@@ -17,7 +18,6 @@
 #include "cmd/rays/ray_tracer.h"
 #include "cmd/rays/rays_options.h"
 #include "cmd/verbs.h"
-#include "core/base/error.h"
 #include "formats/file/file_name.h"
 #include "formats/output_hash.h"
 

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/report.h"
@@ -24,9 +25,9 @@
 #include "cmd/render/used_cameras.h"
 #include "cmd/session/progress_report.h"
 #include "cmd/verbs.h"
-#include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/process_memory.h"
+#include "core/base/stage_times.h"
 #include "core/image/background_sink.h"
 #include "core/image/fxaa.h"
 #include "formats/file/file_name.h"

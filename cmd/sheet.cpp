@@ -9,6 +9,7 @@
 #include <tuple>
 #include <vector>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
@@ -21,7 +22,7 @@
 #include "cmd/sheet/sheet_layout.h"
 #include "cmd/sheet/sheet_sources.h"
 #include "cmd/verbs.h"
-#include "core/base/error.h"
+#include "core/base/stage_times.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
 #include "formats/file/json_text.h"

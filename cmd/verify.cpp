@@ -8,6 +8,7 @@
 #include <set>
 #include <vector>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
@@ -18,7 +19,6 @@
 #include "cmd/session/session.h"
 #include "cmd/verbs.h"
 #include "cmd/verify/verified_file.h"
-#include "core/base/error.h"
 #include "core/base/printable.h"
 
 namespace peeler::cmd {

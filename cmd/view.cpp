@@ -11,6 +11,8 @@
 #include <optional>
 #include <string>
 
+#include <peeler/error.h>
+#include <peeler/view.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
@@ -24,12 +26,12 @@
 #include "cmd/session/progress_report.h"
 #include "cmd/session/session.h"
 #include "cmd/verbs.h"
-#include "core/base/error.h"
+#include "core/base/stage_times.h"
 #include "core/image/layers.h"
 #include "core/image/statistics.h"
-#include "core/scene/view.h"
-#include "core/views/surface_cells.h"
+#include "core/scene/camera_choice.h"
 #include "core/views/reprojection.h"
+#include "core/views/surface_cells.h"
 #include "formats/exr/layered_input.h"
 #include "formats/output_hash.h"
 #include "formats/writers.h"

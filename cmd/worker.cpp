@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/machine/resources.h"
@@ -11,7 +12,7 @@
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "cmd/worker/dispatcher.h"
-#include "core/base/error.h"
+#include "core/base/memory_budget.h"
 
 namespace peeler::cmd {
 

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/image/merge.h"
 #include "formats/arrays/table_writers.h"
 #include "formats/exr/exr_files.h"

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "core/scene/view.h"
+#include <peeler/view.h>
 #include "formats/exr/exr_files.h"
 #include "formats/writers.h"
 

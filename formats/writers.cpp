@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/arrays/fragment_tables.h"
 #include "formats/exr/exr_plane_writer.h"
 #include "formats/exr/exr_writers.h"

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""JSON is written and parsed, files are looked for and opened to be read, and strings are escaped in one place each.
+"""JSON is written and parsed, files are looked for and opened to be read, strings are escaped, and contexts of GL are
+opened in one place each.
 
 What else could throw, wait for a pipe or print what a file says is looked for in every source of the product.
 """
@@ -108,6 +109,16 @@ DOORS = (
             "cmd/manual/write_manual.cpp": "a program of the build",
         },
     ),
+    (
+        "a context of GL, or a scene uploaded to one",
+        re.compile(r"\b(?:createContext|findGpuContext|make_unique<(?:peeler::)?GlRenderer>)\s*\("),
+        "GlSession of core/capture/gl_session.h, which keeps both",
+        {
+            "core/capture/gl_session.cpp": "it is that place",
+            "core/gl/context.h": "what that place calls",
+            "core/gl/context.cpp": "likewise",
+        },
+    ),
 )
 
 
@@ -160,6 +171,7 @@ class PlantedDoors(unittest.TestCase):
             "if (std::filesystem::exists(path, failure)) return;",
             "for (const auto& entry : fs::directory_iterator(folder, failure))",
             'std::cerr << "text";',
+            "context = gl::createContext(request);",
         )
         self.assertEqual(len(planted), len(DOORS))
         for code, (what, pattern, _, _) in zip(planted, DOORS):

@@ -9,10 +9,12 @@ import unittest
 SOURCE = pathlib.Path(__file__).resolve().parents[1]
 LIBRARIES = ("core", "formats", "cmd")  # each may include itself and those before it
 FROM_THE_ROOT = ("core/", "formats/", "cmd/", "shaders/")
+PUBLIC = "cmd/library/include/"  # included in angle brackets, from there
 CODE = (".h", ".cpp")
 
-ROW = re.compile(r"^\| `((?:core|formats|cmd)(?:/\w+)?)` \|", re.MULTILINE)
-INCLUDE = re.compile(r'^ *# *include "([^"]+)"')
+ROW = re.compile(r"^\| `((?:core|formats|cmd)(?:/\w+)*)` \|", re.MULTILINE)
+INCLUDE = re.compile(r'^ *# *include (?:"([^"]+)"|<(peeler/[^>]+)>)')
+EXPORTS = "#pragma GCC visibility push(default)\n"
 
 
 def files(source, folders, suffixes):
@@ -39,8 +41,9 @@ def includes(source):
         name = path.relative_to(source).as_posix()
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
             included = INCLUDE.match(line)
-            if included and included[1].partition("/")[0] in LIBRARIES:
-                found.append((name, number, included[1]))
+            target = included and (included[1] or PUBLIC + included[2])
+            if target and target.partition("/")[0] in LIBRARIES:
+                found.append((name, number, target))
     return found
 
 
@@ -50,9 +53,20 @@ def not_from_the_root(source):
     for path in files(source, LIBRARIES, CODE):
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
             included = INCLUDE.match(line)
-            if included and not included[1].startswith(FROM_THE_ROOT):
+            if included and included[1] and not included[1].startswith(FROM_THE_ROOT):
                 name = path.relative_to(source).as_posix()
                 errors.append(f"{name}:{number}: \"{included[1]}\" is no path from the root")
+    return errors
+
+
+def exports(source):
+    """Public headers that share nothing, and other files that share something."""
+    errors = []
+    for path in files(source, LIBRARIES, CODE):
+        name = path.relative_to(source).as_posix()
+        shares = EXPORTS in path.read_text(encoding="utf-8")
+        if shares != name.startswith(PUBLIC):
+            errors.append(f"{name}: {'is not public, but shares names' if shares else 'is public, but shares nothing'}")
     return errors
 
 
@@ -138,6 +152,9 @@ class Rooms(unittest.TestCase):
     def test_includes_are_paths_from_the_root(self):
         self.assertNone(not_from_the_root(SOURCE))
 
+    def test_public_headers_alone_share_names(self):
+        self.assertNone(exports(SOURCE))
+
     def test_no_arrow_points_back(self):
         arrows = includes(SOURCE)
         self.assertGreater(len(arrows), 500)
@@ -152,7 +169,7 @@ class PlantedIncludes(unittest.TestCase):
 
     ORDER = ["core/base", "core/gl", "formats/exr", "formats", "cmd/cli", "cmd/bake", "cmd/rays", "cmd"]
     ARROWS = [
-        ("core/gl/context.h", 3, "core/base/error.h"),
+        ("core/gl/context.h", 3, "core/base/names.h"),
         ("core/gl/context.h", 4, "core/gl/objects.h"),
         ("formats/exr/files.cpp", 3, "core/gl/context.h"),
         ("cmd/rays/hits.cpp", 5, "cmd/cli/parse.h"),
@@ -168,9 +185,9 @@ class PlantedIncludes(unittest.TestCase):
 
     def test_an_arrow_to_a_room_below(self):
         self.assertEqual(
-            self.arrows(("core/base/error.h", 7, "core/gl/context.h")),
+            self.arrows(("core/base/names.h", 7, "core/gl/context.h")),
             [
-                "core/base/error.h:7: core/base -> core/gl (core/gl/context.h)"
+                "core/base/names.h:7: core/base -> core/gl (core/gl/context.h)"
                 " points back: core/gl stands below core/base"
             ],
         )
@@ -254,6 +271,24 @@ class PlantedFiles(unittest.TestCase):
             [
                 'cmd/a/b.cpp:2: "a.h" is no path from the root',
                 'cmd/a/b.cpp:3: "../a/a.h" is no path from the root',
+            ],
+        )
+
+    def test_includes_of_public_headers(self):
+        self.write("cmd/a/c.cpp", "#include <peeler/a.h>\n#include <vector>\n")
+        self.assertIn(("cmd/a/c.cpp", 1, "cmd/library/include/peeler/a.h"), includes(self.source))
+        self.assertEqual(not_from_the_root(self.source), [])
+
+    def test_exports(self):
+        self.write(PUBLIC + "peeler/a.h", "#pragma once\n" + EXPORTS)
+        self.assertEqual(exports(self.source), [])
+        self.write(PUBLIC + "peeler/b.h", "#pragma once\n")
+        self.write("core/a/b.h", EXPORTS)
+        self.assertEqual(
+            exports(self.source),
+            [
+                "cmd/library/include/peeler/b.h: is public, but shares nothing",
+                "core/a/b.h: is not public, but shares names",
             ],
         )
 

@@ -22,7 +22,7 @@ import time
 
 SOURCE = pathlib.Path(__file__).resolve().parents[1]
 FOLDERS = ("core", "formats", "cmd", "tests")
-INCLUDE = re.compile(r'^ *# *include "([^"]+)"', re.MULTILINE)
+INCLUDE = re.compile(r'^ *# *include ["<]([^">]+)[">]', re.MULTILINE)
 SECONDS = 60
 MOST_DIFFERENT = 16
 COMMITS = 30
@@ -51,7 +51,8 @@ def commands(build):
 
 def includes(source, file):
     """The files of ours that it includes, in their order."""
-    roots = [source / "tests", source] if source / "tests" in file.parents else [source]
+    roots = [source / "tests"] if source / "tests" in file.parents else []
+    roots += [source, source / "cmd/library/include"]
     found = []
     for name in INCLUDE.findall(file.read_text(encoding="utf-8")):
         found += [root / name for root in roots if (root / name).is_file()][:1]

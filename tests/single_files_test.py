@@ -26,11 +26,11 @@ class SingleFiles(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             source = pathlib.Path(folder).resolve()
             for name, text in {**FILES, **changes}.items():
-                (source / name).parent.mkdir(exist_ok=True)
+                (source / name).parent.mkdir(parents=True, exist_ok=True)
                 (source / name).write_text(text)
             unit = source / "unity_0.cxx"
             unit.write_text("".join(f'#include "{file}"\n' for file in sorted(source.glob("core/*.cpp"))))
-            command = f"c++ -std=c++20 -I{source} -o unity_0.o -c {unit}"
+            command = f"c++ -std=c++20 -I{source} -I{source}/cmd/library/include -o unity_0.o -c {unit}"
             entry = {"directory": str(source), "command": command, "file": str(unit)}
             (source / "compile_commands.json").write_text(json.dumps([entry]))
             answers = {"merge-base": ["0123456789ab"], "rev-parse": ["another"], "diff": list(differ)}
@@ -56,6 +56,14 @@ class SingleFiles(unittest.TestCase):
         bad = {"core/shape.h": "#pragma once\nstruct Shape { Color color; };\n"}
         code, printed = self.run_on(bad, bad)
         self.assertEqual(code, 1)
+        self.assertIn("draw.cpp: does not compile by itself", printed)
+
+    def test_sees_it_in_what_includes_a_public_header_that_differs(self):
+        public = {"cmd/library/include/peeler/size.h": "#pragma once\n"}
+        bad = {**public, "core/draw.cpp": "#include <peeler/size.h>\nint draw() { return Size{1}.width; }\n"}
+        code, printed = self.run_on(bad, public)
+        self.assertEqual(code, 1)
+        self.assertIn("1 that differ", printed)
         self.assertIn("draw.cpp: does not compile by itself", printed)
 
     def test_sees_it_in_a_header_that_no_file_includes_first(self):

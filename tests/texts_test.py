@@ -6,7 +6,7 @@ import re
 import unittest
 
 SOURCE = pathlib.Path(__file__).resolve().parents[1]
-LIBRARIES = ("core", "formats")
+LIBRARIES = ("core", "formats", "cmd/library/include")
 TABLE = SOURCE / "cmd/cli/api_names.cpp"
 
 TOKEN = re.compile(
@@ -41,7 +41,7 @@ def texts(code):
 
 
 def texts_of(source):
-    """[(place, text)] of core and formats"""
+    """[(place, text)] of core and formats, and of the public headers"""
     return [
         (f"{path.relative_to(source).as_posix()}:{line}", text)
         for library in LIBRARIES

@@ -10,11 +10,11 @@
 #include <string_view>
 #include <vector>
 
+#include <peeler/capture_settings.h>
 #include "cmd/options/scene_options.h"
 #include "cmd/session/choices.h"
 #include "core/bake/bake.h"
 #include "core/bake/receivers.h"
-#include "core/capture/capture_settings.h"
 #include "core/scene/posed_scene.h"
 #include "formats/exr/texture_files.h"
 

@@ -9,11 +9,11 @@
 #include <sstream>
 #include <utility>
 
+#include <peeler/error.h>
 #include "cmd/cli/job_line.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/parsed_verb.h"
 #include "cmd/options/frames.h"
-#include "core/base/error.h"
 #include "core/base/printable.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"

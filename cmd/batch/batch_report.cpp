@@ -16,8 +16,8 @@
 #include <sstream>
 #include <utility>
 
+#include <peeler/error.h>
 #include "cmd/cli/report.h"
-#include "core/base/error.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/json_text.h"
 #include "formats/file/regular_file.h"

@@ -7,8 +7,8 @@
 #include <numeric>
 #include <span>
 
+#include <peeler/error.h>
 #include "cmd/check/part_report.h"
-#include "core/base/error.h"
 
 namespace peeler::cmd {
 

@@ -10,11 +10,11 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/composite.h>
 #include "cmd/cli/report.h"
-#include "core/image/composite.h"
-#include "core/parts/wall_thickness.h"
-#include "core/parts/volumes.h"
 #include "core/parts/crossings.h"
+#include "core/parts/volumes.h"
+#include "core/parts/wall_thickness.h"
 #include "core/scene/posed_scene.h"
 
 namespace peeler::cmd {

@@ -4,8 +4,8 @@
 
 #include <vector>
 
+#include <peeler/scene.h>
 #include "cmd/check/part_report.h"
-#include "core/scene/scene.h"
 #include "formats/image/legend.h"
 
 namespace peeler::cmd {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/regular_file.h"
 
 namespace peeler::cmd {

@@ -7,9 +7,9 @@
 #include <string>
 #include <string_view>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
-#include "core/base/error.h"
 
 namespace peeler::cmd {
 

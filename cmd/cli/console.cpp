@@ -5,10 +5,10 @@
 #include <cstring>
 #include <ostream>
 
+#include <peeler/error.h>
 #include "cmd/cli/api_names.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/report.h"
-#include "core/base/error.h"
 #include "core/base/printable.h"
 
 namespace peeler::cmd {

@@ -7,10 +7,10 @@
 #include <new>
 #include <string>
 
+#include <peeler/error.h>
+#include <peeler/work.h>
 #include "cmd/cli/api_names.h"
 #include "cmd/cli/console.h"
-#include "core/base/error.h"
-#include "core/base/work.h"
 
 namespace peeler::cmd {
 

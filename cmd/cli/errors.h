@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include <peeler/error.h>
 #include "cmd/session/reporter.h"
-#include "core/base/error.h"
 
 namespace peeler::cmd {
 

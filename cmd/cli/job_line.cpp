@@ -5,8 +5,8 @@
 #include <set>
 #include <utility>
 
+#include <peeler/error.h>
 #include "cmd/session/choices.h"
-#include "core/base/error.h"
 #include "core/base/printable.h"
 #include "formats/file/json_text.h"
 

@@ -9,9 +9,10 @@
 #include <string>
 #include <vector>
 
+#include <peeler/error.h>
 #include "cmd/cli/errors.h"
 #include "core/base/color.h"
-#include "core/base/error.h"
+#include "core/scene/camera_choice.h"
 
 namespace peeler::cmd {
 

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <utility>
 
-#include "core/base/window.h"
-#include "core/scene/camera_choice.h"
+#include <peeler/camera_choice.h>
+#include <peeler/window.h>
 
 namespace peeler::cmd {
 

@@ -3,8 +3,8 @@
 
 #include <string_view>
 
+#include <peeler/error.h>
 #include "cmd/session/choices.h"
-#include "core/base/error.h"
 
 namespace peeler::cmd {
 

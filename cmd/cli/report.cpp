@@ -9,10 +9,10 @@
 #include <system_error>
 #include <utility>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/machine/resources.h"
 #include "cmd/session/choices.h"
-#include "core/base/error.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/json_text.h"
 

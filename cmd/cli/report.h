@@ -10,10 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/sink.h>
+#include <peeler/stage_times.h>
 #include "cmd/cli/progress_lines.h"
 #include "cmd/session/reporter.h"
-#include "core/base/stage_times.h"
-#include "core/image/sink.h"
 #include "core/views/many_cameras.h"
 
 namespace peeler::cmd {

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <functional>
 
-#include "core/base/memory_budget.h"
-#include "core/image/layered_image.h"
+#include <peeler/layered_image.h>
+#include <peeler/memory_budget.h>
 #include "core/image/layers.h"
 #include "formats/exr/layered_input.h"
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <string>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/extract/layer_files.h"
@@ -12,7 +13,6 @@
 #include "cmd/options/forecast.h"
 #include "cmd/options/frames.h"
 #include "cmd/options/output_checks.h"
-#include "core/base/error.h"
 #include "formats/file/file_name.h"
 
 namespace peeler::cmd {

@@ -7,11 +7,11 @@
 #include <optional>
 #include <vector>
 
+#include <peeler/memory_budget.h>
 #include "cmd/cli/report.h"
 #include "cmd/options/layered_options.h"
 #include "cmd/options/object_options.h"
 #include "cmd/options/output_options.h"
-#include "core/base/memory_budget.h"
 
 namespace peeler::cmd {
 

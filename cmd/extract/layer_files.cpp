@@ -5,8 +5,9 @@
 #include <set>
 #include <string>
 
+#include <peeler/error.h>
 #include "cmd/options/output_checks.h"
-#include "core/base/error.h"
+#include "core/base/stage_times.h"
 #include "core/image/layers.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/file/file_name.h"

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/sink.h>
 #include "cmd/options/output_options.h"
-#include "core/image/sink.h"
 
 namespace peeler::cmd {
 

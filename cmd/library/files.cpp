@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/library/files.h"
+#include <peeler/files.h>
 
 #include <utility>
 

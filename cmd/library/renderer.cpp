@@ -1,19 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/library/renderer.h"
+#include <peeler/renderer.h>
 
-#include <algorithm>
 #include <optional>
 #include <utility>
 
+#include <peeler/error.h>
+#include <peeler/image_sink.h>
 #include "cmd/library/worker.h"
-#include "core/base/error.h"
-#include "core/base/parallel.h"
 #include "core/base/process_memory.h"
-#include "core/capture/gl_renderer.h"
-#include "core/gl/adopted_context.h"
-#include "core/gl/borrowed_state.h"
-#include "core/gl/context.h"
-#include "core/image/image_sink.h"
+#include "core/capture/gl_session.h"
 #include "core/raster/hit_rasterizer.h"
 #include "core/scene/framing.h"
 #include "core/scene/posed_scene.h"
@@ -21,11 +16,15 @@
 namespace peeler::inline v0 {
 namespace {
 
+int indexOf(const Shown& shown) {
+    return shown.index < 0 ? shown.scene->default_scene : shown.index;
+}
+
 PosedScene posed(const Shown& shown) {
     if (!shown.scene) throw Error(ErrorKind::kUsage, "there is no scene to show");
     const Scene& scene = *shown.scene;
     checkScene(scene);
-    const int index = shown.index < 0 ? scene.default_scene : shown.index;
+    const int index = indexOf(shown);
     if (shown.animations.empty()) return {scene, index};
     for (const int animation : shown.animations)
         if (animation < 0 || static_cast<std::size_t>(animation) >= scene.animations.size())
@@ -69,8 +68,7 @@ View viewOf(const Shown& shown, const CameraChoice& camera) {
     const PosedScene scene = posed(shown);
     if (shown.animations.empty()) return makeView(scene, SceneExtent(scene), camera);
     // What moves is framed once for all times.
-    const int index = shown.index < 0 ? shown.scene->default_scene : shown.index;
-    return makeView(scene, SceneExtent(*shown.scene, index, shown.animations), camera);
+    return makeView(scene, SceneExtent(*shown.scene, indexOf(shown), shown.animations), camera);
 }
 
 CaptureSettings raySettings() {
@@ -82,103 +80,46 @@ CaptureSettings raySettings() {
     return settings;
 }
 
-/// What lives on the worker's thread. The context outlives what needs it.
+/// What lives on the worker's thread.
 struct Renderer::State {
-    explicit State(const RendererOptions& wanted) : options(wanted), worker(!wanted.adopt) {
-        if (options.adopt) adopt();
-    }
+    explicit State(const RendererOptions& wanted)
+        : options(wanted), gl(std::in_place, wanted.adopt), worker(!wanted.adopt) {}
     ~State() {
-        worker.run(
-            [this](const Progress&) {
-                if (adopted && !adopted->current()) adopted->abandonObjects();
-                close();
-            },
-            {});
+        worker.run([this](const Progress&) { gl.reset(); }, {});
     }
 
-    void adopt();
-    /// The adopted context, its state peeler's until the call ends.
-    gl::Context& borrow();
-    gl::Context& openContext();
+    /// Throws Error (kUsage) for a device that is named in no way there is.
+    gl::ContextRequest request() const;
     GlRenderer& openRenderer(const Shown& shown, const PosedScene& posed);
     HitSource& openHits(const Shown& shown, const PosedScene& posed, RayEngine engine);
-    void close() {
-        gl.reset();
-        gl_scene.reset();
-        borrowed.reset();
-        adopted = nullptr;
-        context.reset();
-    }
-    /// Ends a call that has thrown.
-    void giveUp(bool device_lost);
     /// Does the work; what it throws may have left the scene's GL objects in any state.
     void run(const Worker::Work& work, const Progress& progress);
     void capture(HitSource& source, const View& view, CaptureSettings settings, Sink& sink,
                  Plan& plan, const Progress& progress) const;
 
     RendererOptions options;
-    std::unique_ptr<gl::Context> context;
-    gl::AdoptedContext* adopted = nullptr;      ///< the context, if it is one
-    std::optional<gl::BorrowedState> borrowed;  ///< during a call that uses an adopted context
-    std::vector<unsigned> pending_errors;       ///< its owner's
-    std::shared_ptr<const Scene> gl_scene;      ///< what `gl` has uploaded
-    int gl_index = 0;
-    std::optional<GlRenderer> gl;
-    std::shared_ptr<const Scene> cpu_scene;
+    std::optional<GlSession> gl;
     std::unique_ptr<HitRasterizer> rasterizer;  ///< of the call at hand
     Worker worker;                              // last: it ends first
 };
 
-void Renderer::State::adopt() {
-    auto found = std::make_unique<gl::AdoptedContext>(options.adopt);
-    adopted = found.get();
-    context = std::move(found);
-}
-
-gl::Context& Renderer::State::borrow() {
-    if (borrowed) return *context;
-    if (!context) adopt();  // it was lost
-    adopted->requireCurrent();
-    const gl::Functions& functions = adopted->functions();
-    for (const unsigned code : gl::takeErrors(functions))
-        if (std::ranges::find(pending_errors, code) == pending_errors.end())
-            pending_errors.push_back(code);
-    gl::requireNothingBegun(functions);
-    borrowed.emplace(functions);
-    return *context;
-}
-
-gl::Context& Renderer::State::openContext() {
-    if (options.adopt) return borrow();
-    if (context) return *context;
-    gl::ContextRequest request;
-    request.backend = options.backend;
-    if (!options.device.empty()) request.device = gl::parseDeviceChoice(options.device);
-    request.require_gpu = options.require_gpu;
-    context = gl::createContext(request);
-    return *context;
+gl::ContextRequest Renderer::State::request() const {
+    gl::ContextRequest asked;
+    asked.backend = options.backend;
+    if (!options.device.empty()) asked.device = gl::parseDeviceChoice(options.device);
+    asked.require_gpu = options.require_gpu;
+    return asked;
 }
 
 GlRenderer& Renderer::State::openRenderer(const Shown& shown, const PosedScene& posed) {
-    gl::Context& opened = openContext();
-    const int index = shown.index < 0 ? shown.scene->default_scene : shown.index;
-    if (gl && gl_scene == shown.scene && gl_index == index) {
-        gl->setPose(posed);
-        return *gl;
-    }
-    gl.reset();
-    gl_scene = shown.scene;
-    gl_index = index;
-    return gl.emplace(opened, posed);
+    return gl->renderer(request(), shown.scene, indexOf(shown), posed);
 }
 
 HitSource& Renderer::State::openHits(const Shown& shown, const PosedScene& posed,
                                      RayEngine engine) {
     if (engine == RayEngine::kAuto) {
-        if (!context && !options.adopt && options.device.empty() && options.backend == "auto")
-            context = gl::findGpuContext();
-        const bool on_gpu = options.adopt || (context && !context->device().software) ||
-                            !options.device.empty() || options.backend != "auto";
+        std::string reasons;
+        const bool on_gpu = options.adopt || request().choosesDevice() || gl->findGpu(reasons);
         engine = on_gpu ? RayEngine::kGl : RayEngine::kCpu;
     }
     if (engine == RayEngine::kGl) return openRenderer(shown, posed);
@@ -186,28 +127,22 @@ HitSource& Renderer::State::openHits(const Shown& shown, const PosedScene& posed
     return *rasterizer;
 }
 
-void Renderer::State::giveUp(bool device_lost) {
-    rasterizer.reset();
-    // Where nothing was borrowed, the scene's objects are as they were, and may not be those of the
-    // context that is current.
-    if (options.adopt && !borrowed) return;
-    gl.reset();
-    borrowed.reset();
-    if (device_lost) close();
-}
-
 void Renderer::State::run(const Worker::Work& work, const Progress& progress) {
     worker.run(
         [&](const Progress& report) {
+            const auto discard = [this](bool device_lost) {
+                rasterizer.reset();
+                gl->giveUp(device_lost);
+            };
             try {
                 work(report);
                 rasterizer.reset();
-                borrowed.reset();
+                gl->giveBack();
             } catch (const Error& error) {
-                giveUp(error.kind() == ErrorKind::kDevice);
+                discard(error.kind() == ErrorKind::kDevice);
                 throw;
             } catch (...) {
-                giveUp(false);
+                discard(false);
                 throw;
             }
         },
@@ -234,13 +169,15 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 std::string Renderer::device() {
     std::string name;
-    state_->run([&](const Progress&) { name = state_->openContext().device().renderer; }, {});
+    state_->run(
+        [&](const Progress&) { name = state_->gl->context(state_->request()).device().renderer; },
+        {});
     return name;
 }
 
 std::vector<unsigned> Renderer::takePendingErrors() {
     std::vector<unsigned> errors;
-    state_->worker.run([&](const Progress&) { errors.swap(state_->pending_errors); }, {});
+    state_->worker.run([&](const Progress&) { errors = state_->gl->takePendingErrors(); }, {});
     return errors;
 }
 

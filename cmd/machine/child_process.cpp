@@ -13,7 +13,7 @@
 #include <cstring>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler::cmd {
 

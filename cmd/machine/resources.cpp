@@ -10,6 +10,7 @@
 #include <string>
 
 #include "cmd/machine/limits.h"
+#include "core/base/memory_budget.h"
 #include "core/base/parallel.h"
 #include "core/gl/cuda_devices.h"
 #include "formats/image/image_library.h"

@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
+#include <peeler/memory_budget.h>
 #include "cmd/machine/limits.h"
-#include "core/base/memory_budget.h"
 
 namespace peeler::cmd {
 

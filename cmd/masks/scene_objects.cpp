@@ -8,10 +8,10 @@
 #include <string_view>
 #include <utility>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/options/scene_options.h"
 #include "cmd/session/choices.h"
-#include "core/base/error.h"
 #include "core/base/names.h"
 
 namespace peeler::cmd {

@@ -5,10 +5,10 @@
 #include <set>
 #include <span>
 
+#include <peeler/error.h>
 #include "cmd/cli/parse.h"
 #include "cmd/options/differences.h"
 #include "cmd/options/layered_options.h"
-#include "core/base/error.h"
 #include "core/image/composite.h"
 #include "core/image/merge.h"
 

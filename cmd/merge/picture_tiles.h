@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include <peeler/layered_image.h>
 #include "cmd/session/reporter.h"
-#include "core/image/layered_image.h"
 #include "formats/exr/layered_input.h"
 
 namespace peeler::cmd {

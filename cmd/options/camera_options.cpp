@@ -2,9 +2,9 @@
 // Options of camera and picture, and the View they make.
 #include "cmd/options/camera_options.h"
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/options/scene_options.h"
-#include "core/base/error.h"
 #include "core/scene/framing.h"
 
 namespace peeler::cmd {

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include <peeler/camera_choice.h>
+#include <peeler/view.h>
 #include "cmd/cli/parse.h"
-#include "core/scene/camera_choice.h"
 #include "core/scene/framing.h"
 #include "core/scene/posed_scene.h"
-#include "core/scene/view.h"
 #include "formats/meshes/scene_reader.h"
 
 namespace peeler::cmd {

@@ -12,8 +12,10 @@
 #include "cmd/machine/resources.h"
 #include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
+#include "core/base/stage_times.h"
 #include "core/capture/method.h"
 #include "core/raster/hit_rasterizer.h"
+#include "core/scene/camera_choice.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/json_text.h"
 #include "formats/image/display.h"
@@ -174,7 +176,7 @@ void CaptureJob::closeContext() {
 Engine CaptureJob::chooseEngine() {
     if (engine_) return *engine_;
     if (options_.engine != Engine::kAuto) return engine_.emplace(options_.engine);
-    if (asksForDevice(options_.device)) return engine_.emplace(Engine::kGl);
+    if (options_.device.choosesDevice()) return engine_.emplace(Engine::kGl);
     const StageTimer timer(times_, "context");
     std::string reasons;
     if (session_.findGpu(reasons)) return engine_.emplace(Engine::kGl);

@@ -7,13 +7,14 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/output_options.h"
-#include "core/base/error.h"
 #include "core/capture/method.h"
+#include "core/scene/camera_choice.h"
 
 namespace peeler::cmd {
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include <peeler/capture_settings.h>
 #include "cmd/session/capture_choices.h"
-#include "core/capture/capture_settings.h"
 #include "core/gl/context.h"
 
 namespace peeler::cmd {

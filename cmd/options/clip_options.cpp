@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/session/choices.h"
-#include "core/base/error.h"
 
 namespace peeler::cmd {
 

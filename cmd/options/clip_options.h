@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/scene/clip.h"
+#include <peeler/clip.h>
 #include "core/scene/posed_scene.h"
 
 namespace peeler::cmd {

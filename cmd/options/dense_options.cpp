@@ -3,12 +3,12 @@
 
 #include <limits>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/options/output_options.h"
 #include "cmd/session/choices.h"
-#include "core/base/error.h"
 
 namespace peeler::cmd {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/image/sink.h"
-#include "core/scene/view.h"
+#include <peeler/sink.h>
+#include <peeler/view.h>
 
 namespace peeler::cmd {
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
-#include "core/base/error.h"
 #include "formats/file/regular_file.h"
 
 namespace peeler::cmd {

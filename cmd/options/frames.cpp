@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <unordered_set>
 
+#include <peeler/error.h>
 #include "cmd/cli/parse.h"
-#include "core/base/error.h"
 
 namespace peeler::cmd {
 

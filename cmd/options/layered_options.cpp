@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <utility>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/options/scene_options.h"
-#include "core/base/error.h"
 #include "formats/file/file_name.h"
 
 namespace peeler::cmd {

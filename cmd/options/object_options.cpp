@@ -6,13 +6,13 @@
 #include <optional>
 #include <utility>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/options/differences.h"
 #include "cmd/options/layered_bands.h"
 #include "cmd/options/layered_options.h"
 #include "cmd/options/scene_options.h"
-#include "core/base/error.h"
 #include "core/image/layers.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/json_text.h"

@@ -7,10 +7,10 @@
 #include <cerrno>
 #include <system_error>
 
+#include <peeler/error.h>
 #include "cmd/cli/errors.h"
 #include "cmd/options/output_options.h"
 #include "cmd/options/sequence_options.h"
-#include "core/base/error.h"
 #include "formats/exr/exr_files.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/file_name.h"

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include <peeler/scene.h>
 #include "cmd/cli/report.h"
 #include "cmd/options/output_options.h"
-#include "core/scene/scene.h"
 
 namespace peeler::cmd {
 

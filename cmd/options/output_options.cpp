@@ -7,11 +7,11 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/options/dense_options.h"
-#include "core/base/error.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/exr/layered_input.h"

@@ -9,11 +9,11 @@
 #include <string_view>
 #include <vector>
 
+#include <peeler/scene.h>
+#include <peeler/sink.h>
 #include "cmd/cli/report.h"
 #include "cmd/session/choices.h"
 #include "cmd/session/reporter.h"
-#include "core/image/sink.h"
-#include "core/scene/scene.h"
 #include "formats/exr/exr_files.h"
 #include "formats/writers.h"
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cmd/options/scene_options.h"
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/session/choices.h"
-#include "core/base/error.h"
 
 namespace peeler::cmd {
 

@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/error.h>
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
 #include "cmd/session/reporter.h"
-#include "core/base/error.h"
 
 namespace peeler::cmd {
 

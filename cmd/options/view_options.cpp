@@ -10,11 +10,11 @@
 #include <set>
 #include <utility>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
-#include "core/base/error.h"
 #include "formats/file/file_name.h"
 
 namespace peeler::cmd {

@@ -17,13 +17,13 @@
 #include <string>
 #include <vector>
 
+#include <peeler/bundle.h>
+#include <peeler/composite.h>
+#include <peeler/layered_image.h>
+#include <peeler/sink.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/options/camera_options.h"
 #include "cmd/options/scene_options.h"
-#include "core/image/composite.h"
-#include "core/image/layered_image.h"
-#include "core/image/sink.h"
-#include "core/rays/bundle.h"
 #include "core/scene/framing.h"
 #include "core/scene/posed_scene.h"
 

@@ -3,6 +3,7 @@
 // around them.
 #include <nlohmann/json.hpp>
 
+#include <peeler/error.h>
 #include "cmd/bake/bake_options.h"
 #include "cmd/check/check_parts.h"
 #include "cmd/check/check_text.h"
@@ -10,7 +11,6 @@
 #include "cmd/options/animation_options.h"
 #include "cmd/options/capture_options.h"
 #include "cmd/python/binding.h"
-#include "core/base/error.h"
 #include "core/raster/hit_rasterizer.h"
 
 namespace peeler::python {

@@ -7,13 +7,14 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include <peeler/channels.h>
+#include <peeler/error.h>
 #include "cmd/compare/compare_result.h"
 #include "cmd/options/layered_options.h"
 #include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
 #include "cmd/python/binding.h"
-#include "core/base/error.h"
-#include "core/image/channels.h"
+#include "core/image/composite.h"
 #include "core/image/layers.h"
 #include "core/image/merge.h"
 #include "formats/arrays/fragment_tables.h"

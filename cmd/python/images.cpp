@@ -6,11 +6,12 @@
 #include <cstring>
 #include <limits>
 
+#include <peeler/channels.h>
+#include <peeler/error.h>
 #include "cmd/cli/errors.h"
 #include "cmd/options/capture_options.h"
 #include "cmd/python/binding.h"
-#include "core/base/error.h"
-#include "core/image/channels.h"
+#include "core/image/composite.h"
 #include "core/image/layers.h"
 
 namespace peeler::python {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <regex>
 
+#include <peeler/error.h>
 #include "cmd/python/binding.h"
-#include "core/base/error.h"
 #include "core/base/names.h"
 
 namespace peeler::python {

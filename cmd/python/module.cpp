@@ -3,13 +3,13 @@
 #include <sstream>
 #include <streambuf>
 
+#include <peeler/error.h>
 #include "cmd/cli/api_names.h"
 #include "cmd/cli/command_line.h"
 #include "cmd/cli/console.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/report.h"
 #include "cmd/python/binding.h"
-#include "core/base/error.h"
 #include "core/base/parallel.h"
 
 namespace peeler::python {

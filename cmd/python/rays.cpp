@@ -2,10 +2,10 @@
 // Hits of Python: the columns of `peeler rays`, made of what was captured when they are asked for.
 #include <numeric>
 
+#include <peeler/error.h>
 #include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
 #include "cmd/python/binding.h"
-#include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/image/layers.h"
 #include "core/rays/point_hits.h"

@@ -3,6 +3,8 @@
 // keywords.
 #include <algorithm>
 
+#include <peeler/error.h>
+#include <peeler/image_sink.h>
 #include "cmd/machine/resources.h"
 #include "cmd/options/animation_options.h"
 #include "cmd/options/capture_job.h"
@@ -11,9 +13,7 @@
 #include "cmd/python/renderer_object.h"
 #include "cmd/render/channel_options.h"
 #include "cmd/render/render_request.h"
-#include "core/base/error.h"
 #include "core/gl/context.h"
-#include "core/image/image_sink.h"
 #include "formats/file/content_hash.h"
 
 namespace peeler::python {

@@ -9,9 +9,9 @@
 #include <mutex>
 #include <thread>
 
-#include "cmd/library/renderer.h"
+#include <peeler/error.h>
+#include <peeler/renderer.h>
 #include "cmd/python/binding.h"
-#include "core/base/error.h"
 
 #pragma GCC visibility push(hidden)
 

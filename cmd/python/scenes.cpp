@@ -7,12 +7,13 @@
 #include <string_view>
 #include <type_traits>
 
+#include <peeler/error.h>
 #include "cmd/cli/errors.h"
 #include "cmd/options/appearance_options.h"
 #include "cmd/options/capture_options.h"
 #include "cmd/python/binding.h"
-#include "core/base/error.h"
 #include "core/scene/elements.h"
+#include "core/scene/view.h"
 #include "formats/file/content_hash.h"
 
 namespace peeler::python {

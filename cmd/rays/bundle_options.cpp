@@ -6,11 +6,12 @@
 #include <iterator>
 #include <sstream>
 
+#include <peeler/bundle.h>
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
-#include "core/base/error.h"
-#include "core/rays/bundle.h"
+#include "core/scene/camera_choice.h"
 #include "formats/file/regular_file.h"
 
 namespace peeler::cmd {

@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
+#include <peeler/bundle.h>
 #include "cmd/options/camera_options.h"
 #include "cmd/options/view_options.h"
-#include "core/rays/bundle.h"
 #include "core/scene/posed_scene.h"
 
 namespace peeler::cmd {

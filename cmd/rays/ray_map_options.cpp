@@ -5,11 +5,11 @@
 
 #include <algorithm>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/options/scene_options.h"
-#include "core/base/error.h"
 
 namespace peeler::cmd {
 

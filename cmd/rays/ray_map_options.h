@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/scene.h>
 #include "core/rays/ray_maps.h"
-#include "core/scene/scene.h"
 #include "formats/rays/ray_output.h"
 
 namespace peeler::cmd {

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include <peeler/error.h>
 #include "cmd/cli/report.h"
-#include "core/base/error.h"
 
 namespace peeler::cmd {
 

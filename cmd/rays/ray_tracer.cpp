@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include <peeler/error.h>
 #include "cmd/cli/errors.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
@@ -13,7 +14,6 @@
 #include "cmd/rays/ray_map_options.h"
 #include "cmd/rays/ray_results.h"
 #include "cmd/session/progress_report.h"
-#include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/printable.h"
 #include "formats/arrays/point_reader.h"

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
@@ -14,7 +15,6 @@
 #include "cmd/rays/bundle_options.h"
 #include "cmd/rays/ray_map_options.h"
 #include "cmd/session/choices.h"
-#include "core/base/error.h"
 #include "core/rays/voxels.h"
 #include "formats/file/file_name.h"
 #include "formats/output_hash.h"

@@ -11,13 +11,13 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/bundle.h>
+#include <peeler/memory_budget.h>
 #include "cmd/options/capture_job.h"
 #include "cmd/options/output_options.h"
 #include "cmd/options/sequence_options.h"
 #include "cmd/rays/bundle_options.h"
 #include "cmd/rays/ray_map_options.h"
-#include "core/base/memory_budget.h"
-#include "core/rays/bundle.h"
 #include "core/scene/posed_scene.h"
 #include "formats/rays/ray_output.h"
 

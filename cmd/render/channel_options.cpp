@@ -5,10 +5,10 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/report.h"
 #include "cmd/session/choices.h"
-#include "core/base/error.h"
 #include "formats/exr/cryptomatte.h"
 
 namespace peeler::cmd {

@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
+#include <peeler/channels.h>
+#include <peeler/scene.h>
 #include "cmd/options/output_options.h"
-#include "core/image/channels.h"
-#include "core/scene/scene.h"
 
 namespace peeler::cmd {
 

@@ -8,8 +8,8 @@
 #include "cmd/render/presets.h"
 #include "cmd/render/render_request.h"
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
-#include "core/base/error.h"
 #include "core/capture/method.h"
 #include "formats/writers.h"
 

@@ -7,11 +7,11 @@
 #include <tuple>
 #include <utility>
 
+#include <peeler/error.h>
 #include "cmd/options/clip_options.h"
 #include "cmd/options/differences.h"
 #include "cmd/options/output_checks.h"
 #include "cmd/render/render_options.h"
-#include "core/base/error.h"
 #include "core/image/merge.h"
 #include "formats/exr/exr_integrity.h"
 #include "formats/exr/exr_layout.h"

@@ -8,12 +8,12 @@
 #include <optional>
 #include <vector>
 
+#include <peeler/scene.h>
+#include <peeler/sink.h>
 #include "cmd/options/capture_job.h"
 #include "cmd/options/output_options.h"
 #include "cmd/options/view_options.h"
 #include "cmd/render/render_options.h"
-#include "core/image/sink.h"
-#include "core/scene/scene.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {

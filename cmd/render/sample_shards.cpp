@@ -7,13 +7,13 @@
 #include <system_error>
 #include <vector>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/options/output_checks.h"
 #include "cmd/render/render_options.h"
 #include "cmd/render/render_request.h"
-#include "core/base/error.h"
 #include "formats/exr/exr_files.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/file_name.h"

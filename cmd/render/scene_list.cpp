@@ -10,10 +10,10 @@
 #include <string_view>
 #include <utility>
 
+#include <peeler/error.h>
 #include "cmd/cli/errors.h"
 #include "cmd/render/render_options.h"
 #include "cmd/render/render_request.h"
-#include "core/base/error.h"
 #include "formats/file/regular_file.h"
 #include "formats/meshes/scene_reader.h"
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/image/composite.h"
-#include "core/image/layered_image.h"
+#include <peeler/composite.h>
+#include <peeler/layered_image.h>
 #include "formats/image/display.h"
 
 namespace peeler::cmd {

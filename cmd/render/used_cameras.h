@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/image/sink.h"
+#include <peeler/sink.h>
 #include "formats/cameras/camera_file.h"
 
 namespace peeler::cmd {

@@ -4,8 +4,8 @@
 
 #include <cstdint>
 
+#include <peeler/capture_settings.h>
 #include "cmd/session/choices.h"
-#include "core/capture/capture_settings.h"
 
 namespace peeler::cmd {
 

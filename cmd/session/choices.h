@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/names.h"
 
 namespace peeler::cmd {

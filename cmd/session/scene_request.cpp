@@ -9,7 +9,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/content_hash.h"
 #include "formats/image/environment_file.h"
 

@@ -10,9 +10,9 @@
 #include <string_view>
 #include <vector>
 
+#include <peeler/scene.h>
 #include "cmd/session/choices.h"
 #include "core/scene/posed_scene.h"
-#include "core/scene/scene.h"
 #include "core/views/many_cameras.h"
 #include "formats/meshes/scene_reader.h"
 

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/process_memory.h"
 
 namespace peeler::cmd {
@@ -47,12 +47,8 @@ std::uint64_t grownBy(std::uint64_t before) {
 
 }  // namespace
 
-bool asksForDevice(const gl::ContextRequest& device) {
-    return device.backend != "auto" || device.device.given() || device.require_gpu;
-}
-
 void checkEngine(Engine engine, const gl::ContextRequest& device) {
-    if (engine != Engine::kCpu || !asksForDevice(device)) return;
+    if (engine != Engine::kCpu || !device.choosesDevice()) return;
     std::string options;
     if (device.backend != "auto") options += ", --backend " + device.backend;
     if (device.device.given()) options += ", --device " + device.device.text();
@@ -61,11 +57,8 @@ void checkEngine(Engine engine, const gl::ContextRequest& device) {
                 "--engine cpu" + options, "leave out one or the other, or choose --engine gl");
 }
 
-Session::Session(Reporter& reporter, std::uint64_t keep) : reporter_(&reporter), keep_(keep) {}
-
-Session::~Session() {
-    close();
-}
+Session::Session(Reporter& reporter, std::uint64_t keep)
+    : reporter_(&reporter), keep_(keep), gl_(keep > 0) {}
 
 SharedScene Session::open(const SceneRequest& request) {
     const auto known = std::ranges::find(scenes_, request, &KeptScene::request);
@@ -89,83 +82,37 @@ SharedScene Session::open(const SceneRequest& request) {
     return scene;
 }
 
-gl::Context& Session::context(const gl::ContextRequest& device) {
-    if (context_ && request_ == device) return *context_;
-    close();
-    context_ = gl::createContext(device);
-    request_ = device;
-    return *context_;
-}
-
-bool Session::findGpu(std::string& reasons) {
-    const gl::ContextRequest any;  // which comes to the first GPU, where there is one
-    if (context_ && request_ == any && !context_->device().software) return true;
-    reasons = no_gpu_;
-    if (!no_gpu_.empty()) return false;
-    std::vector<std::string> attempts;
-    std::unique_ptr<gl::Context> found = gl::findGpuContext(&attempts);
-    if (!found) {
-        for (const std::string& attempt : attempts)
-            no_gpu_ += (no_gpu_.empty() ? "" : "; ") + attempt;
-        reasons = no_gpu_;
-        return false;
-    }
-    close();
-    context_ = std::move(found);
-    request_ = any;
-    return true;
-}
-
 GlRenderer& Session::renderer(const gl::ContextRequest& device, const SharedScene& scene,
                               const PosedScene& posed) {
-    gl::Context& context = this->context(device);
-    const auto known = std::ranges::find_if(
-        renderers_, [&](const KeptRenderer& kept) { return scene && kept.scene == scene; });
-    if (known != renderers_.end()) {
-        renderers_.splice(renderers_.begin(), renderers_, known);
-        known->renderer->setPose(posed);
-        return *known->renderer;
-    }
-    if (keep_ == 0) renderers_.clear();
-    const std::uint64_t before = residentBytes();
-    renderers_.push_front({scene, std::make_unique<GlRenderer>(context, posed), 0});
-    renderers_.front().bytes = grownBy(before);
+    // It owns all that was opened.
+    const std::shared_ptr<const Scene> shown(scene, scene ? &scene->scene() : nullptr);
+    GlRenderer& renderer = gl_.renderer(device, shown, scene ? scene->index() : 0, posed);
     evict();
-    return *renderers_.front().renderer;
+    return renderer;
 }
 
 /// The scene and the renderer that were used last always stay: a run is using them.
 void Session::evict() {
     const auto bytes = [this] {
-        std::uint64_t sum = 0;
+        std::uint64_t sum = gl_.uploadedBytes();
         for (const KeptScene& scene : scenes_)
             sum += scene.bytes;
-        for (const KeptRenderer& renderer : renderers_)
-            sum += renderer.bytes;
         return sum;
     };
     while (bytes() > keep_) {
-        if (renderers_.size() > 1)
-            renderers_.pop_back();
-        else if (scenes_.size() > 1)
-            scenes_.pop_back();
-        else
-            return;
+        if (gl_.closeOldest()) continue;
+        if (scenes_.size() < 2) return;
+        scenes_.pop_back();
     }
 }
 
 void Session::release() {
     if (keep_ == 0) return close();
-    std::erase_if(renderers_, [](const KeptRenderer& kept) { return !kept.scene; });
-}
-
-void Session::close() {
-    renderers_.clear();
-    context_.reset();
+    gl_.closeUnowned();
 }
 
 bool Session::forget() {
-    const bool had = context_ || !scenes_.empty();
+    const bool had = hasContext() || !scenes_.empty();
     close();
     scenes_.clear();
     return had;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one place that opens scenes and devices, and keeps them for the runs that follow.
+// The one place that opens scenes and devices for runs, and keeps them for those that follow.
 #pragma once
 
 #include <cstdint>
@@ -14,17 +14,11 @@
 #include "cmd/session/opened_scene.h"
 #include "cmd/session/reporter.h"
 #include "cmd/session/scene_request.h"
-#include "core/base/stage_times.h"
-#include "core/capture/gl_renderer.h"
-#include "core/fragments/hit_source.h"
-#include "core/gl/context.h"
+#include "core/capture/gl_session.h"
 
 namespace peeler::cmd {
 
 using SharedScene = std::shared_ptr<const OpenedScene>;
-
-/// Whether the request says anything of which device it is.
-bool asksForDevice(const gl::ContextRequest& device);
 
 /// Throws Error (kUsage) if an engine without GL is asked for as well as a device of GL.
 void checkEngine(Engine engine, const gl::ContextRequest& device);
@@ -38,7 +32,6 @@ class Session {
     /// `keep`: most bytes that scenes and what is uploaded of them may take between runs; 0 =
     /// nothing is kept, contexts included. The reporter must outlive the session, or be replaced.
     explicit Session(Reporter& reporter, std::uint64_t keep = 0);
-    ~Session();
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
 
@@ -50,18 +43,14 @@ class Session {
     /// Throws like OpenedScene().
     SharedScene open(const SceneRequest& request);
 
-    /// The context of such a device, current on this thread; one of another device is closed.
-    /// Throws like gl::createContext().
-    gl::Context& context(const gl::ContextRequest& device);
-    /// Whether there is one.
-    bool hasContext() const { return context_ != nullptr; }
-    /// Opens a context of the first GPU that can be used, unless one is open; whether there is one.
-    /// `reasons` says why each device was not used.
-    bool findGpu(std::string& reasons);
+    /// As GlSession has them.
+    gl::Context& context(const gl::ContextRequest& device) { return gl_.context(device); }
+    bool hasContext() const { return gl_.hasContext(); }
+    bool findGpu(std::string& reasons) { return gl_.findGpu(reasons); }
 
     /// The scene uploaded to the context of such a device, in this pose, which must be one of it. A
     /// scene that is null, which the session does not own, has to outlive the run. Throws like
-    /// context() and GlRenderer().
+    /// GlSession::renderer().
     GlRenderer& renderer(const gl::ContextRequest& device, const SharedScene& scene,
                          const PosedScene& posed);
 
@@ -69,7 +58,7 @@ class Session {
     void release();
     /// Closes the context and what is uploaded to it. For a context that was lost, and after a run
     /// that failed: what it has drawn with may be in any state.
-    void close();
+    void close() { gl_.close(); }
     /// Forgets everything that is kept; whether there was anything.
     bool forget();
 
@@ -80,21 +69,13 @@ class Session {
         std::vector<FileState> files;  ///< as they were when they were read
         std::uint64_t bytes = 0;       ///< resident, roughly
     };
-    struct KeptRenderer {
-        SharedScene scene;  ///< null: of a scene that the session does not own
-        std::unique_ptr<GlRenderer> renderer;
-        std::uint64_t bytes = 0;
-    };
 
     void evict();
 
     Reporter* reporter_;
     std::uint64_t keep_;
-    gl::ContextRequest request_;            // of the context
-    std::unique_ptr<gl::Context> context_;  // before the renderers, which need it to the end
-    std::string no_gpu_;                    ///< why; "" = not known
-    std::list<KeptScene> scenes_;           ///< used last comes first
-    std::list<KeptRenderer> renderers_;     ///< likewise
+    std::list<KeptScene> scenes_;  ///< used last comes first
+    GlSession gl_;
 };
 
 }  // namespace peeler::cmd

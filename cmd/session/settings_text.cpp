@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cmd/session/settings_text.h"
 
+#include <peeler/channels.h>
 #include "cmd/session/capture_choices.h"
 #include "core/capture/method.h"
-#include "core/image/channels.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/json_text.h"
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/base/window.h"
-#include "core/capture/capture_settings.h"
+#include <peeler/capture_settings.h>
+#include <peeler/window.h>
 
 namespace peeler::cmd {
 

@@ -9,6 +9,8 @@
 #include "cmd/cli/report.h"
 #include "core/base/color.h"
 #include "core/base/parallel.h"
+#include "core/base/stage_times.h"
+#include "core/image/composite.h"
 
 namespace peeler::cmd {
 

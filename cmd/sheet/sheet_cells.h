@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "core/image/composite.h"
+#include <peeler/composite.h>
+#include <peeler/sink.h>
+#include "core/image/box_filter.h"
 #include "core/image/difference.h"
 #include "core/image/fxaa.h"
-#include "core/image/box_filter.h"
-#include "core/image/sink.h"
 #include "formats/image/display.h"
 
 namespace peeler::cmd {

@@ -5,10 +5,11 @@
 #include <cmath>
 #include <limits>
 
+#include <peeler/error.h>
 #include "cmd/cli/parse.h"
 #include "core/base/color.h"
-#include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/scene/camera_choice.h"
 #include "formats/image/display.h"
 #include "formats/image/legend.h"
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <peeler/composite.h>
 #include "cmd/sheet/sheet_cells.h"
-#include "core/image/composite.h"
 
 namespace peeler::cmd {
 

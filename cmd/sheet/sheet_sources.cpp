@@ -11,6 +11,7 @@
 #include "cmd/options/clip_options.h"
 #include "cmd/options/layered_bands.h"
 #include "cmd/session/progress_report.h"
+#include "core/base/stage_times.h"
 #include "core/capture/method.h"
 #include "formats/exr/layered_input.h"
 

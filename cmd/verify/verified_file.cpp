@@ -5,13 +5,13 @@
 #include <memory>
 #include <utility>
 
+#include <peeler/error.h>
 #include "cmd/cli/api_names.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/layered_bands.h"
 #include "cmd/session/reporter.h"
 #include "cmd/verify/verified_layers.h"
-#include "core/base/error.h"
 #include "core/base/printable.h"
 #include "core/image/statistics.h"
 #include "formats/exr/exr_layout.h"

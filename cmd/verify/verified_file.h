@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/image/sink.h"
+#include <peeler/sink.h>
 #include "core/image/statistics.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_integrity.h"

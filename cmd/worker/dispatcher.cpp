@@ -15,8 +15,8 @@
 #include <cstring>
 #include <utility>
 
+#include <peeler/error.h>
 #include "cmd/cli/errors.h"
-#include "core/base/error.h"
 #include "formats/file/json_text.h"
 
 namespace peeler::cmd {

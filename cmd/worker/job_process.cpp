@@ -14,14 +14,14 @@
 #include <cstring>
 #include <utility>
 
+#include <peeler/error.h>
+#include <peeler/work.h>
 #include "cmd/cli/api_names.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parsed_verb.h"
 #include "cmd/options/output_checks.h"
 #include "cmd/session/session.h"
 #include "cmd/worker/worker_job.h"
-#include "core/base/error.h"
-#include "core/base/work.h"
 #include "formats/file/temporary_files.h"
 
 namespace peeler::cmd {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
+#include <peeler/error.h>
 #include "cmd/session/reporter.h"
-#include "core/base/error.h"
 
 namespace peeler::cmd {
 

@@ -3,13 +3,14 @@
 
 #include <algorithm>
 
-#include "core/bake/gather.h"
+#include <peeler/bundle.h>
+#include <peeler/error.h>
 #include "core/bake/bundle_gather.h"
-#include "core/bake/line_gather.h"
+#include "core/bake/gather.h"
 #include "core/bake/integrators.h"
-#include "core/base/error.h"
+#include "core/bake/line_gather.h"
+#include "core/base/memory_budget.h"
 #include "core/base/process_memory.h"
-#include "core/rays/bundle.h"
 
 namespace peeler {
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include <peeler/bundle.h>
 #include "core/base/parallel.h"
 #include "core/base/process_memory.h"
-#include "core/rays/bundle.h"
 
 namespace peeler {
 namespace {
@@ -132,8 +132,8 @@ RayGrid gridOf(const BakeSettings& settings, int bundle) {
 /// What a bundle leaves in the heap for those that come after it; measured.
 constexpr std::uint64_t kLeftBytes = std::uint64_t{4} << 20;
 
-/// Plans one bundle after the other, and calls take(bundle, plan, share): what has been planned, and how
-/// much of all bundles is done with it.
+/// Plans one bundle after the other, and calls take(bundle, plan, share): what has been planned,
+/// and how much of all bundles is done with it.
 template <class Take>
 void forEachBundle(HitSource& source, const CaptureSettings& capture, const GatherJob& job,
                    const Take& take) {
@@ -141,7 +141,8 @@ void forEachBundle(HitSource& source, const CaptureSettings& capture, const Gath
     for (std::size_t i = 0; i < job.directions.size(); ++i) {
         const Bundle bundle = parallelBundle("bundle", all, all, job.directions[i],
                                              gridOf(job.settings, static_cast<int>(i)));
-        take(bundle, source.plan(bundle.view, capture), static_cast<double>(i + 1) / static_cast<double>(job.directions.size()));
+        take(bundle, source.plan(bundle.view, capture),
+             static_cast<double>(i + 1) / static_cast<double>(job.directions.size()));
     }
 }
 
@@ -150,28 +151,31 @@ void forEachBundle(HitSource& source, const CaptureSettings& capture, const Gath
 void gatherByBundles(HitSource& source, const CaptureSettings& capture, const GatherJob& job,
                      std::vector<Sum>& sums, const Progress& progress) {
     std::uint64_t kept = 0;  // by captures, which serves the next ones
-    forEachBundle(source, capture, job, [&](const Bundle& bundle, const CapturePlan& plan, double share) {
-        ReceiverSink sink(bundle, job, sums);
-        if (job.tell) {
-            const std::uint64_t most = source.forecastMemory(plan, sink) + kLeftBytes;
-            job.tell(most - std::min(most, kept));
-        }
-        const std::uint64_t before = residentBytes();
-        source.capture(plan, sink);
-        const std::uint64_t after = residentBytes();
-        kept += after - std::min(before, after);
-        if (progress) progress(share);
-    });
+    forEachBundle(source, capture, job,
+                  [&](const Bundle& bundle, const CapturePlan& plan, double share) {
+                      ReceiverSink sink(bundle, job, sums);
+                      if (job.tell) {
+                          const std::uint64_t most = source.forecastMemory(plan, sink) + kLeftBytes;
+                          job.tell(most - std::min(most, kept));
+                      }
+                      const std::uint64_t before = residentBytes();
+                      source.capture(plan, sink);
+                      const std::uint64_t after = residentBytes();
+                      kept += after - std::min(before, after);
+                      if (progress) progress(share);
+                  });
 }
 
 std::uint64_t forecastBundles(HitSource& source, const CaptureSettings& capture,
                               const GatherJob& job, const Progress& progress) {
     std::uint64_t most = 0;
     std::vector<Sum> none;
-    forEachBundle(source, capture, job, [&](const Bundle& bundle, const CapturePlan& plan, double share) {
-        most = std::max(most, source.forecastMemory(plan, ReceiverSink(bundle, job, none)) + kLeftBytes);
-        if (progress) progress(share);
-    });
+    forEachBundle(
+        source, capture, job, [&](const Bundle& bundle, const CapturePlan& plan, double share) {
+            most = std::max(
+                most, source.forecastMemory(plan, ReceiverSink(bundle, job, none)) + kLeftBytes);
+            if (progress) progress(share);
+        });
     return most;
 }
 

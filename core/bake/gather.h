@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
+#include <peeler/capture_settings.h>
 #include "core/bake/bake.h"
 #include "core/bake/integrators.h"
-#include "core/capture/capture_settings.h"
 #include "core/fragments/hit_source.h"
 
 namespace peeler {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <peeler/layered_image.h>
 #include "core/fragments/supersampling.h"
-#include "core/image/layered_image.h"
 #include "core/scene/elements.h"
 #include "core/shading/environment_maps.h"
 

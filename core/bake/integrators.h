@@ -9,9 +9,9 @@
 #include <span>
 #include <vector>
 
+#include <peeler/channels.h>
+#include <peeler/layered_image.h>
 #include "core/bake/bake.h"
-#include "core/image/channels.h"
-#include "core/image/layered_image.h"
 
 namespace peeler {
 

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "core/capture/capture_settings.h"
+#include <peeler/capture_settings.h>
 #include "core/raster/alpha_test.h"
 #include "core/scene/posed_scene.h"
 

@@ -8,9 +8,9 @@
 #include <limits>
 #include <string>
 
+#include <peeler/error.h>
 #include "core/bake/gather.h"
 #include "core/bake/texel_coverage.h"
-#include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/scene/elements.h"
 

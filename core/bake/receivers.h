@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
+#include <peeler/memory_budget.h>
 #include "core/bake/bake.h"
-#include "core/base/memory_budget.h"
 #include "core/scene/posed_scene.h"
 
 namespace peeler {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler {
 namespace {

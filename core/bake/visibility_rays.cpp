@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/rays/bundle.h"
+#include <peeler/bundle.h>
 
 namespace peeler {
 namespace {

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/base/memory_budget.h"
 
-namespace peeler::inline v0 {
+#include <peeler/memory_budget.h>
 
-std::string mebibytesText(std::uint64_t bytes) {
-    constexpr std::uint64_t kMebibyte = 1ULL << 20;
-    return std::to_string(bytes / kMebibyte + (bytes % kMebibyte != 0 ? 1 : 0)) + "M";
-}
+namespace peeler::inline v0 {
 
 std::string MemoryBudget::where() const {
     return source.empty() ? "`memory` " + mebibytesText(bytes) : source;
@@ -19,3 +16,12 @@ std::string MemoryBudget::hint(std::uint64_t needed) const {
 }
 
 }  // namespace peeler::inline v0
+
+namespace peeler {
+
+std::string mebibytesText(std::uint64_t bytes) {
+    constexpr std::uint64_t kMebibyte = 1ULL << 20;
+    return std::to_string(bytes / kMebibyte + (bytes % kMebibyte != 0 ? 1 : 0)) + "M";
+}
+
+}  // namespace peeler

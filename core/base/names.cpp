@@ -6,7 +6,7 @@
 #include <charconv>
 #include <system_error>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/printable.h"
 
 namespace peeler {

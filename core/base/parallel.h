@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/work.h"
+#include <peeler/work.h>
 
 namespace peeler {
 

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "core/base/memory_budget.h"
+#include <peeler/memory_budget.h>
 
 namespace peeler {
 

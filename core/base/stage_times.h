@@ -1,17 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the time goes.
+// Timers of stages.
 #pragma once
 
 #include <chrono>
-#include <map>
-#include <string>
 
-#pragma GCC visibility push(default)
+#include <peeler/stage_times.h>
 
-namespace peeler::inline v0 {
-
-/// Milliseconds by stage ("upload", "count", "capture", "sort", "composite", "encode", "write", …).
-using StageTimes = std::map<std::string, double>;
+namespace peeler {
 
 /// Adds the time from construction to destruction to one stage.
 class StageTimer {
@@ -43,6 +38,4 @@ inline void add(StageTimes& to, const StageTimes& from) {
         to[stage] += milliseconds;
 }
 
-}  // namespace peeler::inline v0
-
-#pragma GCC visibility pop
+}  // namespace peeler

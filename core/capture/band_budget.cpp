@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/base/process_memory.h"
+#include "core/image/channels.h"
 
 namespace peeler {
 namespace {

@@ -6,12 +6,12 @@
 #include <memory>
 #include <vector>
 
-#include "core/base/window.h"
+#include <peeler/sink.h>
+#include <peeler/window.h>
 #include "core/capture/band_capture.h"
 #include "core/capture/gl_plan.h"
 #include "core/capture/method.h"
 #include "core/fragments/bands.h"
-#include "core/image/sink.h"
 
 namespace peeler {
 

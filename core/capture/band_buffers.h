@@ -7,11 +7,11 @@
 #include <span>
 #include <vector>
 
-#include "core/base/window.h"
-#include "core/capture/capture_settings.h"
+#include <peeler/capture_settings.h>
+#include <peeler/layered_image.h>
+#include <peeler/window.h>
 #include "core/gl/context.h"
 #include "core/gl/objects.h"
-#include "core/image/layered_image.h"
 
 namespace peeler {
 

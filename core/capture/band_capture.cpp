@@ -6,10 +6,13 @@
 #include <limits>
 #include <numeric>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "core/base/resize_anew.h"
+#include "core/base/stage_times.h"
 #include "core/fragments/supersampling.h"
+#include "core/image/channels.h"
+#include "core/image/composite.h"
 
 namespace peeler {
 namespace {

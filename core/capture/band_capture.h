@@ -10,7 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "core/base/stage_times.h"
+#include <peeler/composite.h>
+#include <peeler/layered_image.h>
+#include <peeler/stage_times.h>
+#include <peeler/view.h>
 #include "core/capture/band_buffers.h"
 #include "core/capture/gpu_scene.h"
 #include "core/capture/method.h"
@@ -20,9 +23,6 @@
 #include "core/fragments/depth_sort.h"
 #include "core/fragments/surface_channels.h"
 #include "core/gl/gpu_timer.h"
-#include "core/image/composite.h"
-#include "core/image/layered_image.h"
-#include "core/scene/view.h"
 
 namespace peeler {
 

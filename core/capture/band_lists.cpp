@@ -7,10 +7,12 @@
 
 #include "core/base/parallel.h"
 #include "core/base/resize_anew.h"
+#include "core/base/stage_times.h"
 #include "core/capture/band_capture.h"
 #include "core/fragments/depth_sort.h"
 #include "core/fragments/supersampling.h"
 #include "core/fragments/surface_channels.h"
+#include "core/image/channels.h"
 
 namespace peeler {
 namespace {

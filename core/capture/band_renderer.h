@@ -9,14 +9,14 @@
 #include <span>
 #include <vector>
 
-#include "core/base/stage_times.h"
+#include <peeler/composite.h>
+#include <peeler/stage_times.h>
 #include "core/capture/band_budget.h"
 #include "core/capture/band_capture.h"
 #include "core/capture/gl_plan.h"
 #include "core/capture/pass_context.h"
 #include "core/fragments/bands.h"
 #include "core/gl/context.h"
-#include "core/image/composite.h"
 #include "core/scene/posed_scene.h"
 #include "core/shading/lighting.h"
 

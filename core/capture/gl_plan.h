@@ -7,13 +7,13 @@
 #include <optional>
 #include <vector>
 
-#include "core/base/window.h"
-#include "core/capture/capture_settings.h"
+#include <peeler/capture_settings.h>
+#include <peeler/layered_image.h>
+#include <peeler/view.h>
+#include <peeler/window.h>
 #include "core/capture/method.h"
 #include "core/fragments/hit_source.h"
-#include "core/image/layered_image.h"
 #include "core/image/layers.h"
-#include "core/scene/view.h"
 
 namespace peeler {
 

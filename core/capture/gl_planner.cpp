@@ -5,9 +5,11 @@
 #include <numeric>
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/process_memory.h"
+#include "core/base/stage_times.h"
 #include "core/fragments/supersampling.h"
+#include "core/image/channels.h"
 
 namespace peeler {
 namespace {

@@ -2,11 +2,11 @@
 // The count pass of a view, and what follows from it: a GlPlan.
 #pragma once
 
-#include "core/base/work.h"
+#include <peeler/sink.h>
+#include <peeler/work.h>
 #include "core/capture/band_renderer.h"
 #include "core/capture/gl_plan.h"
 #include "core/gl/context.h"
-#include "core/image/sink.h"
 #include "core/scene/draw_list.h"
 
 namespace peeler {

@@ -5,8 +5,9 @@
 #include <numeric>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/process_memory.h"
+#include "core/base/stage_times.h"
 #include "core/capture/band_renderer.h"
 #include "core/capture/gl_plan.h"
 #include "core/capture/gl_planner.h"

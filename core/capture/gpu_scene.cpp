@@ -11,7 +11,8 @@
 #include <tuple>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
+#include "core/scene/material.h"
 #include "core/shading/materials.h"
 #include "shaders/interface.glsl"
 

@@ -7,9 +7,10 @@
 #include <span>
 #include <vector>
 
-#include "core/base/window.h"
+#include <peeler/window.h>
 #include "core/gl/context.h"
 #include "core/gl/objects.h"
+#include "core/scene/material.h"
 #include "core/scene/posed_scene.h"
 
 namespace peeler {

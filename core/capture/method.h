@@ -8,8 +8,8 @@
 #include <span>
 #include <string_view>
 
-#include "core/base/window.h"
-#include "core/capture/capture_settings.h"
+#include <peeler/capture_settings.h>
+#include <peeler/window.h>
 
 namespace peeler {
 

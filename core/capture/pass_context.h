@@ -2,8 +2,8 @@
 // The context of a pass over the scene.
 #pragma once
 
-#include "core/capture/capture_settings.h"
-#include "core/scene/view.h"
+#include <peeler/capture_settings.h>
+#include <peeler/view.h>
 
 namespace peeler {
 

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <span>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/gl/program.h"
 #include "core/shading/lighting.h"
 #include "shaders/interface.glsl"

@@ -5,7 +5,7 @@
 #include <sstream>
 #include <utility>
 
-#include "core/image/channels.h"
+#include <peeler/channels.h>
 #include "core/shading/lighting.h"
 #include "core/shading/materials.h"
 #include "shaders/interface.glsl"

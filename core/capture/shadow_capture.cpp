@@ -4,7 +4,8 @@
 #include <string>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
+#include "core/base/memory_budget.h"
 #include "core/image/statistics.h"
 
 namespace peeler {

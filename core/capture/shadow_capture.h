@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "core/capture/capture_settings.h"
+#include <peeler/capture_settings.h>
 #include "core/capture/gl_renderer.h"
 #include "core/gl/context.h"
 #include "core/scene/lights.h"

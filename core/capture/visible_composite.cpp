@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/base/stage_times.h"
 #include "core/capture/band_capture.h"
 
 namespace peeler {

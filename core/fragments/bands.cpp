@@ -5,7 +5,8 @@
 #include <limits>
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
+#include "core/base/memory_budget.h"
 
 namespace peeler {
 namespace {

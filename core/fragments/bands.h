@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "core/base/memory_budget.h"
-#include "core/base/window.h"
+#include <peeler/memory_budget.h>
+#include <peeler/window.h>
 
 namespace peeler {
 

@@ -8,6 +8,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/resize_anew.h"
+#include "core/image/composite.h"
 
 namespace peeler {
 namespace {

@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "core/image/composite.h"
-#include "core/image/layered_image.h"
-#include "core/scene/view.h"
+#include <peeler/composite.h>
+#include <peeler/layered_image.h>
+#include <peeler/view.h>
 
 namespace peeler {
 

@@ -5,12 +5,12 @@
 #include <cstdint>
 #include <memory>
 
-#include "core/base/stage_times.h"
-#include "core/base/work.h"
-#include "core/capture/capture_settings.h"
-#include "core/image/sink.h"
+#include <peeler/capture_settings.h>
+#include <peeler/sink.h>
+#include <peeler/stage_times.h>
+#include <peeler/view.h>
+#include <peeler/work.h>
 #include "core/scene/posed_scene.h"
-#include "core/scene/view.h"
 
 namespace peeler {
 

@@ -7,6 +7,7 @@
 #include <cstddef>
 
 #include "core/base/parallel.h"
+#include "core/image/composite.h"
 
 namespace peeler {
 namespace {

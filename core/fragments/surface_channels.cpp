@@ -12,6 +12,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/resize_anew.h"
+#include "core/image/channels.h"
 #include "core/scene/elements.h"
 #include "core/scene/view.h"
 

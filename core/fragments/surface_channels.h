@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <span>
 
-#include "core/image/channels.h"
-#include "core/image/layered_image.h"
+#include <peeler/channels.h>
+#include <peeler/layered_image.h>
+#include <peeler/view.h>
 #include "core/scene/posed_scene.h"
-#include "core/scene/view.h"
 
 namespace peeler {
 

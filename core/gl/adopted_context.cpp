@@ -5,7 +5,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler::gl {
 namespace {

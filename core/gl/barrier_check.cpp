@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler::gl {
 namespace {

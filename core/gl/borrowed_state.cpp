@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "shaders/interface.glsl"
 
 namespace peeler::gl {

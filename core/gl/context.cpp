@@ -10,7 +10,7 @@
 #include <cstdlib>
 #include <thread>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "core/gl/backend.h"
 #include "core/gl/functions.h"

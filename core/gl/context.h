@@ -76,6 +76,8 @@ struct ContextRequest {
     bool require_gpu = false;      ///< refuse software renderers
     bool core_only = false;        ///< use nothing beyond OpenGL 4.5 core, whatever the driver has
 
+    /// Whether anything says which device it is to be.
+    bool choosesDevice() const { return backend != "auto" || device.given() || require_gpu; }
     bool operator==(const ContextRequest&) const = default;
 };
 

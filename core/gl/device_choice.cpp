@@ -4,7 +4,7 @@
 #include <charconv>
 #include <string_view>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/gl/context.h"
 #include "core/gl/cuda_devices.h"
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/stage_times.h"
+#include <peeler/stage_times.h>
 #include "core/gl/context.h"
 #include "core/gl/objects.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/gl/objects.h"
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler::gl {
 

@@ -11,7 +11,7 @@
 #include <sstream>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/gl/objects.h"
 
 namespace peeler::gl {

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 
 namespace peeler {

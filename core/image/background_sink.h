@@ -10,7 +10,7 @@
 #include <mutex>
 #include <thread>
 
-#include "core/image/sink.h"
+#include <peeler/sink.h>
 
 namespace peeler {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "core/image/composite.h"
+#include <peeler/composite.h>
 
 namespace peeler {
 

@@ -58,6 +58,10 @@ std::span<const ChannelInfo> channelTable() {
     return kChannels;
 }
 
+}  // namespace peeler::inline v0
+
+namespace peeler {
+
 FragmentArray emptyArray(Channel channel, PixelType color_type) {
     const ChannelInfo& info = infoOf(channel);
     FragmentArray array;
@@ -83,4 +87,4 @@ std::size_t shadedComponents(std::span<const Channel> channels) {
     return components;
 }
 
-}  // namespace peeler::inline v0
+}  // namespace peeler

@@ -1,56 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a fragment can be asked for besides colour and Z.
+// Room for the channels of fragments.
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <span>
-#include <string_view>
-#include <vector>
 
-#include "core/image/layered_image.h"
+#include <peeler/channels.h>
 
-#pragma GCC visibility push(default)
-
-namespace peeler::inline v0 {
-
-/// A channel; the table has its components and a sentence on each.
-enum class Channel : std::uint8_t {
-    kNormal,
-    kGeometricNormal,
-    kPosition,
-    kUv,
-    kTangent,
-    kBaseColor,
-    kEmissive,
-    kRoughnessMetallic,
-    kFacing,
-    kMotion,
-    kId,
-    kBarycentric,
-    kDistance
-};
-
-/// One row of the table. Components are called as they are in files (formats/README.md,
-/// "Channels").
-struct ChannelInfo {
-    Channel channel;
-    std::string_view name;  ///< as on the command line
-    std::span<const std::string_view> components;
-    /// kHalf: as precise as the colour. kFloat and kUint: always.
-    PixelType type;
-    /// The definition with which channels.frag yields it, a float a component; "" = it follows from
-    /// the fragment's Z and primitive (core/fragments/depth_sort.h).
-    std::string_view definition;
-    std::string_view summary;
-};
-
-/// In the order of the enumeration, which is that of the arrays in a LayeredImage.
-std::span<const ChannelInfo> channelTable();
-
-inline const ChannelInfo& infoOf(Channel channel) {
-    return channelTable()[static_cast<std::size_t>(channel)];
-}
+namespace peeler {
 
 /// The array of a channel, still without fragments. `color_type` is that of the colours.
 FragmentArray emptyArray(Channel channel, PixelType color_type);
@@ -61,6 +18,4 @@ std::size_t channelBytes(std::span<const Channel> channels, PixelType color_type
 /// How many floats channels.frag yields for a fragment.
 std::size_t shadedComponents(std::span<const Channel> channels);
 
-}  // namespace peeler::inline v0
-
-#pragma GCC visibility pop
+}  // namespace peeler

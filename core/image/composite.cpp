@@ -217,6 +217,10 @@ TintedColor tintedColorOf(const LayeredImage& image, std::size_t fragment) {
                : load<TintedColor>(image.color.as<std::uint16_t>().data() + first);
 }
 
+}  // namespace peeler::inline v0
+
+namespace peeler {
+
 void storeColor(const TintedColor& color, FragmentArray& colors, std::size_t fragment) {
     const std::size_t components = colors.components();
     for (std::size_t c = 0; c < components; ++c) {
@@ -306,4 +310,4 @@ void toSingleLayer(const CompositeImage& composite, const Window& window, Layere
     });
 }
 
-}  // namespace peeler::inline v0
+}  // namespace peeler

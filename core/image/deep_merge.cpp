@@ -9,12 +9,12 @@
 #include <sstream>
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
+#include <peeler/layered_image.h>
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
-#include "core/image/layered_image.h"
 
-namespace peeler::inline v0 {
+namespace peeler {
 namespace {
 
 FragmentChannel idsToMergeBy(const LayeredImage& image, const std::string& name) {
@@ -137,4 +137,4 @@ void mergeDeepSamples(const LayeredImage& image, int y0, int y1, const DeepMerge
     });
 }
 
-}  // namespace peeler::inline v0
+}  // namespace peeler

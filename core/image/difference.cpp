@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 
 namespace peeler {

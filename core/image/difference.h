@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "core/image/composite.h"
-#include "core/image/layered_image.h"
+#include <peeler/composite.h>
+#include <peeler/layered_image.h>
 
 namespace peeler {
 

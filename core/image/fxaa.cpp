@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "core/base/parallel.h"
+#include "core/base/stage_times.h"
+#include "core/image/composite.h"
 
 namespace peeler {
 namespace {

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "core/image/composite.h"
-#include "core/image/sink.h"
+#include <peeler/composite.h>
+#include <peeler/sink.h>
 
 namespace peeler {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/image/image_sink.h"
+#include <peeler/image_sink.h>
 
 #include <limits>
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler::inline v0 {
 

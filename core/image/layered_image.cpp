@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/image/layered_image.h"
+#include <peeler/layered_image.h>
 
 #define IMATH_HALF_NO_LOOKUP_TABLE
 #include <Imath/half.h>

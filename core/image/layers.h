@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "core/image/layered_image.h"
-#include "core/image/sink.h"
+#include <peeler/layered_image.h>
+#include <peeler/sink.h>
 
 namespace peeler {
 

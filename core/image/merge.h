@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is merged: the tiles of one picture, its elements, and samples of a deep image that need not
-// be apart.
+// What is merged: the tiles of one picture, its elements, and samples of a deep image.
 #pragma once
 
 #include <optional>
 #include <span>
 #include <string>
 
-#include "core/base/window.h"
-#include "core/image/layered_image.h"
+#include <peeler/deep_merge.h>
+#include <peeler/layered_image.h>
+#include <peeler/window.h>
 
-#pragma GCC visibility push(default)
-
-namespace peeler::inline v0 {
+namespace peeler {
 
 // tiles.cpp.
 
@@ -38,22 +36,6 @@ void mergeByDepth(std::span<const LayeredImage> elements, const Window& window,
 
 // deep_merge.cpp: fewer samples with the same composite.
 
-/// Which neighbours in a pixel's list become one sample.
-enum class DeepMerge {
-    kOff,
-    kExact,  ///< those at the very same Z
-    kById,   ///< those of one object and material, near in Z and alike in alpha
-    kByZ     ///< those near in Z, whatever they are of
-};
-
-/// How much may differ from the nearest sample of a group: Z in scene units, alpha in 0–1. A group
-/// is never deeper than `z_tolerance`: near is measured from its first sample, not from the last.
-struct DeepMergeSettings {
-    DeepMerge mode = DeepMerge::kOff;
-    float z_tolerance = 0;      ///< by-id, by-z
-    float alpha_tolerance = 1;  ///< by-id
-};
-
 /// In words, such as "by-z z 0.1"; "" if samples are not merged.
 std::string deepMergeText(const DeepMergeSettings& settings);
 
@@ -66,6 +48,4 @@ std::string deepMergeText(const DeepMergeSettings& settings);
 void mergeDeepSamples(const LayeredImage& image, int y0, int y1, const DeepMergeSettings& settings,
                       LayeredImage& out);
 
-}  // namespace peeler::inline v0
-
-#pragma GCC visibility pop
+}  // namespace peeler

@@ -7,7 +7,8 @@
 #include <cstring>
 #include <limits>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
+#include "core/base/stage_times.h"
 #include "core/scene/camera_choice.h"
 
 namespace peeler {

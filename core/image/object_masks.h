@@ -8,9 +8,9 @@
 #include <optional>
 #include <vector>
 
-#include "core/image/layered_image.h"
-#include "core/image/sink.h"
-#include "core/scene/view.h"
+#include <peeler/layered_image.h>
+#include <peeler/sink.h>
+#include <peeler/view.h>
 
 namespace peeler {
 

@@ -6,9 +6,9 @@
 #include <limits>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
-namespace peeler::inline v0 {
+namespace peeler {
 namespace {
 
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
@@ -187,4 +187,4 @@ void mergeByDepth(std::span<const LayeredImage> elements, const Window& window,
     }
 }
 
-}  // namespace peeler::inline v0
+}  // namespace peeler

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/work.h"
+#include <peeler/work.h>
 #include "core/parts/triangle_tree.h"
 
 namespace peeler {

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "core/base/work.h"
+#include <peeler/work.h>
 
 namespace peeler {
 

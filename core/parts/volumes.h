@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/base/work.h"
+#include <peeler/work.h>
 #include "core/parts/crossings.h"
 #include "core/parts/part_mesh.h"
 #include "core/parts/triangle_tree.h"

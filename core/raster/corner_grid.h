@@ -8,7 +8,7 @@
 #include <glm/glm.hpp>
 #include <span>
 
-#include "core/scene/view.h"
+#include <peeler/view.h>
 
 namespace peeler {
 

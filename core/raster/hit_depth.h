@@ -8,11 +8,11 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 
+#include <peeler/view.h>
 #include "core/raster/alpha_test.h"
 #include "core/raster/corner_grid.h"
 #include "core/raster/lanes.h"
 #include "core/raster/span_store.h"
-#include "core/scene/view.h"
 
 namespace peeler {
 

@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
+#include <peeler/view.h>
 #include "core/raster/list_sorter.h"
 #include "core/raster/span_store.h"
-#include "core/scene/view.h"
 
 namespace peeler {
 

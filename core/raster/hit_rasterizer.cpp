@@ -10,13 +10,15 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "core/base/process_memory.h"
 #include "core/base/resize_anew.h"
+#include "core/base/stage_times.h"
 #include "core/fragments/bands.h"
 #include "core/fragments/supersampling.h"
 #include "core/fragments/surface_channels.h"
+#include "core/image/channels.h"
 #include "core/image/layers.h"
 #include "core/raster/hit_lists.h"
 #include "core/raster/scene_triangles.h"

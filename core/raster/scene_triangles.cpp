@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "core/raster/hit_depth.h"
 #include "core/scene/elements.h"

@@ -8,7 +8,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-#include "core/capture/capture_settings.h"
+#include <peeler/capture_settings.h>
 #include "core/raster/alpha_test.h"
 #include "core/raster/corner_grid.h"
 #include "core/raster/span_store.h"

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include <peeler/error.h>
 #include "core/base/color.h"
-#include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/scene/elements.h"
 

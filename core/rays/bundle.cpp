@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/rays/bundle.h"
+#include <peeler/bundle.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <numbers>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler::inline v0 {
 namespace {

@@ -8,8 +8,8 @@
 #include <optional>
 #include <span>
 
-#include "core/image/layered_image.h"
-#include "core/rays/bundle.h"
+#include <peeler/bundle.h>
+#include <peeler/layered_image.h>
 #include "core/scene/posed_scene.h"
 
 namespace peeler {

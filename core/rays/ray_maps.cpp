@@ -7,9 +7,9 @@
 #include <set>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
+#include <peeler/scene.h>
 #include "core/base/parallel.h"
-#include "core/scene/scene.h"
 
 namespace peeler {
 

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/layered_image.h>
 #include "core/base/parallel.h"
 #include "core/base/sparse_set.h"
-#include "core/image/layered_image.h"
 #include "core/scene/draw_list.h"
 #include "core/scene/posed_scene.h"
 

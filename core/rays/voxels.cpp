@@ -11,7 +11,7 @@
 #include <new>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 
 namespace peeler {

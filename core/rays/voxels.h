@@ -9,9 +9,9 @@
 #include <span>
 #include <vector>
 
+#include <peeler/bundle.h>
+#include <peeler/layered_image.h>
 #include "core/base/parallel.h"
-#include "core/image/layered_image.h"
-#include "core/rays/bundle.h"
 #include "core/rays/solids.h"
 
 namespace peeler {

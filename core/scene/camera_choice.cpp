@@ -7,12 +7,13 @@
 #include <numbers>
 #include <string_view>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/names.h"
 #include "core/scene/framing.h"
 #include "core/scene/intrinsics.h"
 #include "core/scene/lights.h"
 #include "core/scene/posed_scene.h"
+#include "core/scene/view.h"
 
 namespace peeler::inline v0 {
 namespace {
@@ -234,41 +235,6 @@ std::string cropText(const Window& crop) {
 
 }  // namespace
 
-void checkPixels(const Size& size) {
-    if (size.width > kMostPictureSide || size.height > kMostPictureSide)
-        throw Error(ErrorKind::kUsage, "the picture is more than " +
-                                           std::to_string(kMostPictureSide) +
-                                           " pixels wide or high");
-    if (static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height) >
-        kMostPixels)
-        throw Error(ErrorKind::kUsage,
-                    "the picture has more than " + std::to_string(kMostPixels) + " pixels");
-}
-
-bool namesLight(const std::string& camera) {
-    return camera.starts_with(kLightPrefix);
-}
-
-Size sizeWithAspect(Size size, double aspect) {
-    if (size.height != 0) return size;
-    const double height = std::round(size.width / aspect);
-    if (!(height <= kMostPictureSide)) {
-        throw Error(ErrorKind::kUsage, "the camera's aspect ratio makes the picture too high",
-                    "`size` " + std::to_string(size.width), "give the height too: `size` WxH");
-    }
-    size.height = std::max(1, static_cast<int>(height));
-    checkPixels(size);
-    return size;
-}
-
-void checkCrop(const Window& crop, int width, int height) {
-    if (crop.x1 <= width && crop.y1 <= height) return;
-    throw Error(ErrorKind::kUsage, "the crop reaches outside the picture",
-                "`crop` " + cropText(crop),
-                "the picture is " + std::to_string(width) + " x " + std::to_string(height) +
-                    " pixels; `crop` takes x,y,width,height");
-}
-
 void checkCamera(const CameraChoice& choice) {
     if (choice.camera && choice.buildsCamera()) {
         throw Error(ErrorKind::kUsage,
@@ -320,6 +286,41 @@ void checkCamera(const CameraChoice& choice) {
 }  // namespace peeler::inline v0
 
 namespace peeler {
+
+void checkPixels(const Size& size) {
+    if (size.width > kMostPictureSide || size.height > kMostPictureSide)
+        throw Error(ErrorKind::kUsage, "the picture is more than " +
+                                           std::to_string(kMostPictureSide) +
+                                           " pixels wide or high");
+    if (static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height) >
+        kMostPixels)
+        throw Error(ErrorKind::kUsage,
+                    "the picture has more than " + std::to_string(kMostPixels) + " pixels");
+}
+
+bool namesLight(const std::string& camera) {
+    return camera.starts_with(kLightPrefix);
+}
+
+Size sizeWithAspect(Size size, double aspect) {
+    if (size.height != 0) return size;
+    const double height = std::round(size.width / aspect);
+    if (!(height <= kMostPictureSide)) {
+        throw Error(ErrorKind::kUsage, "the camera's aspect ratio makes the picture too high",
+                    "`size` " + std::to_string(size.width), "give the height too: `size` WxH");
+    }
+    size.height = std::max(1, static_cast<int>(height));
+    checkPixels(size);
+    return size;
+}
+
+void checkCrop(const Window& crop, int width, int height) {
+    if (crop.x1 <= width && crop.y1 <= height) return;
+    throw Error(ErrorKind::kUsage, "the crop reaches outside the picture",
+                "`crop` " + cropText(crop),
+                "the picture is " + std::to_string(width) + " x " + std::to_string(height) +
+                    " pixels; `crop` takes x,y,width,height");
+}
 
 std::vector<std::string> cameraNames(const PosedScene& posed) {
     const Scene& scene = posed.scene();

@@ -6,8 +6,9 @@
 #include <map>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/scene/elements.h"
+#include "core/scene/material.h"
 #include "core/scene/posed_scene.h"
 #include "shaders/interface.glsl"
 

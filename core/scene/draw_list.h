@@ -11,7 +11,7 @@
 #include <tuple>
 #include <vector>
 
-#include "core/scene/scene.h"
+#include <peeler/scene.h>
 
 namespace peeler {
 

@@ -9,8 +9,8 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include <peeler/scene.h>
 #include "core/scene/posed_scene.h"
-#include "core/scene/scene.h"
 
 namespace peeler {
 

@@ -8,7 +8,7 @@
 #include <limits>
 #include <set>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/scene/elements.h"
 
 namespace peeler {

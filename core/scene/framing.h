@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "core/scene/camera_choice.h"
+#include <peeler/camera_choice.h>
+#include <peeler/view.h>
 #include "core/scene/posed_scene.h"
-#include "core/scene/view.h"
 
 namespace peeler {
 

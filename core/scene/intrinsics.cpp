@@ -9,7 +9,7 @@
 #include <limits>
 #include <optional>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler {
 namespace {

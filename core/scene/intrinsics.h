@@ -2,8 +2,8 @@
 // Calibrated cameras: views whose pictures have given intrinsics.
 #pragma once
 
-#include "core/scene/camera_choice.h"
-#include "core/scene/view.h"
+#include <peeler/camera_choice.h>
+#include <peeler/view.h>
 
 namespace peeler {
 

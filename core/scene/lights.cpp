@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/error.h"
-#include "core/scene/view.h"
+#include <peeler/error.h>
+#include <peeler/view.h>
 #include "shaders/interface.glsl"
 
 namespace peeler {

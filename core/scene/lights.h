@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <peeler/view.h>
 #include "core/scene/posed_scene.h"
-#include "core/scene/view.h"
 
 namespace peeler {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/scene/material.h"
 
-namespace peeler::inline v0 {
+namespace peeler {
 
 std::array<MaterialTexture, kMaterialTextures> texturesOf(Material& m) {
     MaterialTexture reflectance{&m.metallic_roughness_texture, false};
@@ -47,4 +47,4 @@ bool isTintedGlass(const Material& material) {
            (volume && !isGrey(t.attenuation_color));
 }
 
-}  // namespace peeler::inline v0
+}  // namespace peeler

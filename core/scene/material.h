@@ -1,124 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// A material as plain data: glTF 2.0 §3.9 and the KHR_materials extensions. Factors are linear.
+// What follows from a material: its textures, its reflectance, what passes through it.
 #pragma once
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
-#include <glm/glm.hpp>
-#include <optional>
-#include <string>
 
-#pragma GCC visibility push(default)
+#include <peeler/material.h>
 
-namespace peeler::inline v0 {
-
-enum class AlphaMode : std::uint8_t { kOpaque, kMask, kBlend };
-
-/// Filters and wraps carry OpenGL's (and glTF's) numbers, e.g. 9729 = GL_LINEAR, 10497 = GL_REPEAT.
-struct Sampler {
-    int mag_filter = 9729;
-    int min_filter = 9987;
-    int wrap_s = 10497;
-    int wrap_t = 10497;
-    bool operator==(const Sampler&) const = default;
-};
-
-/// One use of a texture by a material. uv' = transform · (u, v, 1) (KHR_texture_transform).
-struct TextureRef {
-    int image = -1;  ///< index into Scene::images, −1 = none
-    Sampler sampler;
-    int texcoord = 0;
-    glm::mat3 transform{1};
-
-    explicit operator bool() const { return image >= 0; }
-};
-
-/// KHR_materials_specular: scales and tints what a dielectric reflects.
-struct Specular {
-    float factor = 1;
-    TextureRef texture;  ///< linear; A
-    glm::vec3 color{1};
-    TextureRef color_texture;  ///< sRGB
-};
-
-/// KHR_materials_clearcoat: a thin varnish of index of refraction 1.5.
-struct Clearcoat {
-    float factor = 0, roughness = 0;
-    TextureRef texture;            ///< linear; R
-    TextureRef roughness_texture;  ///< linear; G
-    TextureRef normal_texture;     ///< linear; none: the surface's own normal, without its map
-    float normal_scale = 1;
-};
-
-/// KHR_materials_sheen: the back-scattering of fibres.
-struct Sheen {
-    glm::vec3 color{0};
-    float roughness = 0;
-    TextureRef color_texture;      ///< sRGB
-    TextureRef roughness_texture;  ///< linear; A
-};
-
-/// KHR_materials_anisotropy: highlights stretched along a direction.
-struct Anisotropy {
-    float strength = 0;
-    float rotation = 0;  ///< radians, from the tangent toward the bitangent
-    TextureRef texture;  ///< linear; RG direction from −1 to 1, B strength
-};
-
-/// KHR_materials_iridescence: a thin film.
-struct Iridescence {
-    float factor = 0, ior = 1.3F;
-    float thickness_min = 100, thickness_max = 400;  ///< nanometres
-    TextureRef texture;                              ///< linear; R
-    TextureRef thickness_texture;                    ///< linear; G from min to max
-};
-
-/// KHR_materials_transmission and KHR_materials_volume: light that passes, and what it loses.
-struct Transmission {
-    float factor = 0;
-    TextureRef texture;            ///< linear; R
-    float thickness = 0;           ///< of the volume behind the surface, in mesh space; 0 = a sheet
-    TextureRef thickness_texture;  ///< linear; G
-    float attenuation_distance = 0;  ///< world units; 0 = infinite
-    glm::vec3 attenuation_color{1};  ///< what white light has become after that distance
-};
-
-/// KHR_materials_pbrSpecularGlossiness, in place of metallic-roughness. Its diffuse colour, texture
-/// and alpha stand in base_color and base_color_texture.
-struct SpecularGlossiness {
-    glm::vec3 specular{1};
-    float glossiness = 1;
-    TextureRef texture;  ///< RGB sRGB specular, A linear glossiness
-};
-
-/// glTF 2.0 §3.9: metallic-roughness. What an extension adds does nothing at its default.
-struct Material {
-    std::string name;
-    glm::vec4 base_color{1};
-    TextureRef base_color_texture;  ///< sRGB, alpha linear
-    float metallic = 1, roughness = 1;
-    TextureRef metallic_roughness_texture;  ///< linear; G roughness, B metallic
-    TextureRef normal_texture;              ///< linear
-    float normal_scale = 1;
-    TextureRef occlusion_texture;  ///< linear; R
-    float occlusion_strength = 1;
-    TextureRef emissive_texture;  ///< sRGB
-    glm::vec3 emissive{0};
-    AlphaMode alpha_mode = AlphaMode::kOpaque;
-    float alpha_cutoff = 0.5F;
-    bool double_sided = false;
-    bool unlit = false;
-
-    float ior = 1.5F;  ///< KHR_materials_ior; 0 = infinite
-    Specular specular;
-    Clearcoat clearcoat;
-    Sheen sheen;
-    Anisotropy anisotropy;
-    Iridescence iridescence;
-    Transmission transmission;
-    std::optional<SpecularGlossiness> specular_glossiness;
-};
+namespace peeler {
 
 /// One of the textures that a material may use.
 struct MaterialTexture {
@@ -141,6 +30,4 @@ bool isTransmissive(const Material& material);
 /// texture, or the volume may tint one channel otherwise than another.
 bool isTintedGlass(const Material& material);
 
-}  // namespace peeler::inline v0
-
-#pragma GCC visibility pop
+}  // namespace peeler

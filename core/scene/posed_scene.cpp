@@ -8,9 +8,10 @@
 #include <map>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
+#include <peeler/view.h>
 #include "core/base/parallel.h"
-#include "core/scene/view.h"
+#include "core/scene/material.h"
 
 namespace peeler {
 

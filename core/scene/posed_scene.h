@@ -13,8 +13,8 @@
 #include <span>
 #include <vector>
 
+#include <peeler/scene.h>
 #include "core/scene/draw_list.h"
-#include "core/scene/scene.h"
 
 namespace peeler {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/scene/scene.h"
+#include <peeler/scene.h>
 
 namespace peeler::inline v0 {
 glm::dmat4 Trs::matrix() const {

@@ -5,8 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.h"
-#include "core/scene/scene.h"
+#include <peeler/error.h>
+#include <peeler/scene.h>
+#include "core/scene/material.h"
 
 namespace peeler::inline v0 {
 namespace {

@@ -40,19 +40,6 @@ std::optional<glm::dmat4> rigid(const glm::dmat4& world) {
     return lookAlong(glm::dvec3(world[3]), -glm::dvec3(world[2]), glm::dvec3(world[1]));
 }
 
-double distanceFromRigid(const glm::dmat4& matrix) {
-    const glm::dmat3 turn(matrix);
-    const glm::dmat3 square = glm::transpose(turn) * turn;
-    double off = std::abs(glm::determinant(turn) - 1);
-    for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) {
-            const double error = std::abs(square[i][j] - (i == j ? 1 : 0));
-            if (!(error <= off) && !std::isnan(off)) off = error;
-        }
-    }
-    return off;
-}
-
 glm::dmat4 Projection::matrix(double u0, double v0, double u1, double v1) const {
     const double left = half_width * (2 * u0 - 1), right = half_width * (2 * u1 - 1);
     const double top = half_height * (1 - 2 * v0), bottom = half_height * (1 - 2 * v1);
@@ -110,3 +97,20 @@ glm::dvec3 worldPosition(const View& view, double x, double y, double z) {
 }
 
 }  // namespace peeler::inline v0
+
+namespace peeler {
+
+double distanceFromRigid(const glm::dmat4& matrix) {
+    const glm::dmat3 turn(matrix);
+    const glm::dmat3 square = glm::transpose(turn) * turn;
+    double off = std::abs(glm::determinant(turn) - 1);
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+            const double error = std::abs(square[i][j] - (i == j ? 1 : 0));
+            if (!(error <= off) && !std::isnan(off)) off = error;
+        }
+    }
+    return off;
+}
+
+}  // namespace peeler

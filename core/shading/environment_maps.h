@@ -6,7 +6,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-#include "core/scene/scene.h"
+#include <peeler/scene.h>
 
 namespace peeler {
 

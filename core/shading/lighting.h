@@ -4,12 +4,12 @@
 
 #include <vector>
 
+#include <peeler/clip.h>
+#include <peeler/scene.h>
+#include <peeler/view.h>
 #include "core/gl/objects.h"
-#include "core/scene/clip.h"
 #include "core/scene/lights.h"
 #include "core/scene/posed_scene.h"
-#include "core/scene/scene.h"
-#include "core/scene/view.h"
 
 namespace peeler {
 

@@ -5,9 +5,10 @@
 #include <array>
 #include <cmath>
 
+#include <peeler/error.h>
 #include "core/base/color.h"
-#include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/scene/material.h"
 
 namespace peeler {
 namespace {

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "core/scene/material.h"
-#include "core/scene/scene.h"
+#include <peeler/material.h>
+#include <peeler/scene.h>
 #include "shaders/interface.glsl"
 
 namespace peeler {

@@ -2,7 +2,7 @@
 // The built-in studio as an environment.
 #pragma once
 
-#include "core/scene/scene.h"
+#include <peeler/scene.h>
 
 namespace peeler {
 

@@ -7,8 +7,8 @@
 #include <numbers>
 #include <random>
 
-#include "core/base/error.h"
-#include "core/rays/bundle.h"
+#include <peeler/bundle.h>
+#include <peeler/error.h>
 
 namespace peeler {
 namespace {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/scene/camera_choice.h"
+#include <peeler/camera_choice.h>
 #include "core/scene/framing.h"
 #include "core/scene/posed_scene.h"
 

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
 #include "core/scene/view.h"

@@ -4,8 +4,8 @@
 
 #include <functional>
 
-#include "core/image/layered_image.h"
-#include "core/scene/view.h"
+#include <peeler/layered_image.h>
+#include <peeler/view.h>
 
 namespace peeler {
 

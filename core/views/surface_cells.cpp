@@ -7,8 +7,8 @@
 #include <span>
 #include <string_view>
 
+#include <peeler/layered_image.h>
 #include "core/base/parallel.h"
-#include "core/image/layered_image.h"
 #include "core/scene/view.h"
 
 namespace peeler {

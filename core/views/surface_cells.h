@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/image/layered_image.h"
-#include "core/scene/view.h"
+#include <peeler/layered_image.h>
+#include <peeler/view.h>
 
 namespace peeler {
 

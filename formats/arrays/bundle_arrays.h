@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "core/rays/bundle.h"
+#include <peeler/bundle.h>
 #include "formats/arrays/table_writers.h"
 
 namespace peeler {

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/layered_image.h>
 #include "core/base/parallel.h"
 #include "core/base/resize_anew.h"
-#include "core/image/layered_image.h"
 #include "core/image/layers.h"
 #include "formats/arrays/bundle_arrays.h"
 #include "formats/arrays/fragment_columns.h"

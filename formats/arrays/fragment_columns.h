@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/image/layered_image.h"
+#include <peeler/layered_image.h>
 #include "formats/arrays/table_writers.h"
 
 namespace peeler {

@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/composite.h>
+#include <peeler/layered_image.h>
 #include "core/base/parallel.h"
 #include "core/base/resize_anew.h"
-#include "core/image/composite.h"
-#include "core/image/layered_image.h"
 #include "formats/arrays/fragment_columns.h"
 #include "formats/arrays/fragment_tables.h"
 #include "formats/arrays/table_writers.h"

@@ -8,7 +8,7 @@
 #include <glm/glm.hpp>
 #include <optional>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/arrays/fragment_tables.h"
 #include "formats/arrays/table_writers.h"
 #include "formats/file/atomic_file.h"

@@ -2,7 +2,7 @@
 // Finds the array of points in a .npz.
 #include <algorithm>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/arrays/array_reader.h"
 #include "formats/arrays/point_reader.h"
 

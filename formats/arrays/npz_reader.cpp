@@ -8,7 +8,7 @@
 #include <cstring>
 #include <memory>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/arrays/array_reader.h"
 
 namespace peeler {

@@ -11,7 +11,7 @@
 #include <set>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler {
 namespace {

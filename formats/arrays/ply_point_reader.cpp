@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/arrays/ply_file.h"
 #include "formats/arrays/point_reader.h"
 

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler {
 namespace {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <string_view>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/reading_limits.h"
 #include "formats/file/regular_file.h"
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/memory_budget.h"
+#include <peeler/memory_budget.h>
 
 namespace peeler {
 

@@ -15,9 +15,9 @@
 #include <string_view>
 #include <vector>
 
+#include <peeler/output_options.h>
 #include "formats/file/atomic_file.h"
 #include "formats/file/byte_buffer.h"
-#include "formats/file/output_options.h"
 
 namespace peeler {
 

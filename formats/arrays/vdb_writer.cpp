@@ -9,7 +9,7 @@
 #include <ostream>
 #include <streambuf>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "formats/file/module.h"
 

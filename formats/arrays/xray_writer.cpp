@@ -10,8 +10,8 @@
 #include <numeric>
 #include <optional>
 
+#include <peeler/error.h>
 #include "core/base/color.h"
-#include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "formats/arrays/fragment_tables.h"
 #include "formats/arrays/table_writers.h"

@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/cameras/camera_formats.h"
 #include "formats/file/file_name.h"
 #include "formats/file/json_text.h"

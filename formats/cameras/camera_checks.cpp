@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
+#include "core/scene/camera_choice.h"
 #include "core/scene/view.h"
 #include "formats/cameras/camera_formats.h"
 #include "formats/file/json_text.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/names.h"
 #include "core/scene/framing.h"
 #include "core/scene/intrinsics.h"

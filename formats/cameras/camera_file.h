@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/scene/camera_choice.h"
+#include <peeler/camera_choice.h>
 #include "formats/file/read_warnings.h"
 
 namespace peeler {

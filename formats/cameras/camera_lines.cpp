@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/base/error.h"
-#include "core/scene/view.h"
+#include <peeler/error.h>
+#include <peeler/view.h>
 #include "formats/cameras/camera_formats.h"
 #include "formats/file/file_name.h"
 #include "formats/file/json_text.h"

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/cameras/camera_formats.h"
 #include "formats/file/json_text.h"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <glm/gtc/quaternion.hpp>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/cameras/camera_formats.h"
 #include "formats/cameras/colmap_model.h"
 #include "formats/file/regular_file.h"

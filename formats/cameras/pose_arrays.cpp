@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/arrays/array_reader.h"
 #include "formats/cameras/camera_formats.h"
 #include "formats/file/file_name.h"

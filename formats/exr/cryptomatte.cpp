@@ -10,9 +10,10 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
+#include <peeler/layered_image.h>
 #include "core/base/parallel.h"
-#include "core/image/layered_image.h"
+#include "core/image/composite.h"
 #include "formats/file/json_text.h"
 
 namespace peeler {

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/image/composite.h"
-#include "core/image/layered_image.h"
-#include "core/scene/scene.h"
+#include <peeler/composite.h>
+#include <peeler/layered_image.h>
+#include <peeler/scene.h>
 
 namespace peeler {
 

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler {
 namespace {

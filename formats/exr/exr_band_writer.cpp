@@ -9,8 +9,10 @@
 #include <algorithm>
 #include <atomic>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
+#include "core/base/stage_times.h"
+#include "core/image/composite.h"
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/exr/exr_rows.h"

@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "core/image/composite.h"
-#include "core/image/sink.h"
+#include <peeler/composite.h>
+#include <peeler/output_options.h>
+#include <peeler/sink.h>
 #include "formats/exr/cryptomatte.h"
 #include "formats/exr/exr_chunks.h"
 #include "formats/file/atomic_file.h"
-#include "formats/file/output_options.h"
 
 namespace peeler {
 

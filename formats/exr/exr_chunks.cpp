@@ -19,7 +19,7 @@
 #include <new>
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/exr/exr_integrity.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/file/content_hash.h"

@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-#include "core/image/layered_image.h"
+#include <peeler/layered_image.h>
 #include "formats/exr/exr_layout.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/byte_buffer.h"

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/exr/exr_chunks.h"
 #include "formats/exr/exr_stream.h"
 

@@ -8,8 +8,8 @@
 #include <span>
 #include <string>
 
-#include "core/base/window.h"
-#include "core/image/layered_image.h"
+#include <peeler/layered_image.h>
+#include <peeler/window.h>
 #include "formats/file/regular_file.h"
 
 namespace peeler {

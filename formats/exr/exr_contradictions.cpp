@@ -13,7 +13,7 @@
 #include <new>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_integrity.h"
 #include "formats/exr/exr_stream.h"

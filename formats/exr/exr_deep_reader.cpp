@@ -12,7 +12,7 @@
 #include <numeric>
 #include <set>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "core/base/resize_anew.h"
 #include "core/image/composite.h"

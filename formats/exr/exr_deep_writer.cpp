@@ -14,8 +14,10 @@
 #include <string_view>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
+#include "core/base/stage_times.h"
+#include "core/image/merge.h"
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_rows.h"
 

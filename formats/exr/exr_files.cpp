@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/exr/exr_layout.h"
 #include "formats/file/file_name.h"
 

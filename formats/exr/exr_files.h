@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "core/image/sink.h"
+#include <peeler/layered_read_options.h>
+#include <peeler/sink.h>
 #include "formats/exr/exr_input.h"
-#include "formats/exr/layered_read_options.h"
 #include "formats/file/read_warnings.h"
 
 namespace peeler {

@@ -17,7 +17,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/printable.h"
 #include "formats/exr/exr_attributes.h"
 #include "formats/file/json_text.h"

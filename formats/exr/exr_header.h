@@ -9,8 +9,8 @@
 #include <span>
 #include <string>
 
-#include "core/image/sink.h"
-#include "core/scene/scene.h"
+#include <peeler/scene.h>
+#include <peeler/sink.h>
 #include "formats/exr/exr_files.h"
 
 namespace peeler {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/file/file_name.h"

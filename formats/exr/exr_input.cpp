@@ -18,7 +18,7 @@
 #include <system_error>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/exr/exr_classes.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/image/exr_headers.h"

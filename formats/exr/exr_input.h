@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
-#include "core/base/window.h"
-#include "core/image/layered_image.h"
-#include "core/image/sink.h"
+#include <peeler/layered_image.h>
+#include <peeler/sink.h>
+#include <peeler/window.h>
 #include "formats/file/byte_buffer.h"
 #include "formats/file/regular_file.h"
 

@@ -11,7 +11,7 @@
 #include <span>
 #include <string_view>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/exr/exr_files.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/regular_file.h"

@@ -12,9 +12,10 @@
 #include <limits>
 #include <map>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "core/base/resize_anew.h"
+#include "core/image/composite.h"
 #include "formats/exr/exr_attributes.h"
 #include "formats/exr/exr_layout.h"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/exr/exr_chunks.h"
 #include "formats/exr/exr_files.h"
 

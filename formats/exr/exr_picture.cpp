@@ -9,7 +9,7 @@
 #include <set>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/names.h"
 
 namespace peeler {

@@ -9,8 +9,9 @@
 #include <numeric>
 #include <utility>
 
+#include <peeler/error.h>
 #include "core/base/color.h"
-#include "core/base/error.h"
+#include "core/base/stage_times.h"
 #include "core/image/statistics.h"
 #include "formats/exr/exr_chunks.h"
 #include "formats/exr/exr_header.h"

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "core/image/sink.h"
-#include "formats/file/output_options.h"
+#include <peeler/output_options.h>
+#include <peeler/sink.h>
 #include "formats/file/size_forecast.h"
 
 namespace peeler {

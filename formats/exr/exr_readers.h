@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "core/image/composite.h"
-#include "core/image/layered_image.h"
+#include <peeler/composite.h>
+#include <peeler/layered_image.h>
 #include "core/image/layers.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_picture.h"

@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "core/image/composite.h"
-#include "core/image/layered_image.h"
+#include <peeler/composite.h>
+#include <peeler/layered_image.h>
 #include "formats/exr/exr_band_writer.h"
 #include "formats/exr/exr_chunks.h"
 

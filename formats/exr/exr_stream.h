@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/regular_file.h"
 
 namespace peeler {

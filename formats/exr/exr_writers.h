@@ -10,12 +10,12 @@
 #include <string>
 #include <vector>
 
-#include "core/image/merge.h"
-#include "core/image/sink.h"
+#include <peeler/deep_merge.h>
+#include <peeler/output_options.h>
+#include <peeler/sink.h>
 #include "formats/exr/exr_band_writer.h"
 #include "formats/exr/exr_chunks.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/file/output_options.h"
 
 namespace peeler {
 

@@ -17,7 +17,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/exr/exr_chunks.h"
 #include "formats/exr/exr_input.h"
 #include "formats/exr/exr_layout.h"

@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/exr/exr_readers.h"
 
 namespace peeler {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/image/composite.h"
-#include "core/image/layered_image.h"
+#include <peeler/composite.h>
+#include <peeler/layered_image.h>
 #include "formats/exr/exr_files.h"
 
 namespace peeler {

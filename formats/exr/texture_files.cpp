@@ -13,7 +13,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "formats/exr/exr_chunks.h"
 #include "formats/file/atomic_file.h"

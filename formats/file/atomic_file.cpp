@@ -17,7 +17,7 @@
 #include <system_error>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/regular_file.h"
 #include "formats/file/temporary_files.h"
 

@@ -15,7 +15,7 @@
 #include <string>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler {
 namespace {

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/printable.h"
 
 namespace peeler {

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/regular_file.h"
 
 namespace peeler {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler {
 

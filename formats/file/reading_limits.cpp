@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
+#include "core/base/memory_budget.h"
 #include "core/base/process_memory.h"
 
 namespace peeler {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "core/base/memory_budget.h"
+#include <peeler/memory_budget.h>
 
 namespace peeler {
 

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler {
 

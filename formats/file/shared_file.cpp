@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/helper_process.h"
 #include "formats/file/regular_file.h"
 

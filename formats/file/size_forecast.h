@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "core/scene/scene.h"
+#include <peeler/scene.h>
 
 namespace peeler {
 

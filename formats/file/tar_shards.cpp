@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/file_name.h"
 #include "formats/file/json_text.h"
 #include "formats/file/regular_file.h"

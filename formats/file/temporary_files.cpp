@@ -20,7 +20,7 @@
 #include <system_error>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/regular_file.h"
 
 namespace peeler {

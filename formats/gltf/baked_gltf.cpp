@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/gltf/gltf_schema.h"
 
 namespace peeler {

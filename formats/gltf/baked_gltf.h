@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/scene/scene.h"
+#include <peeler/scene.h>
 #include "formats/gltf/glb_writer.h"
 
 namespace peeler {

@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/helper_process.h"
 #include "formats/file/module.h"
 #include "formats/gltf/gltf_decoders.h"

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/atomic_file.h"
 #include "formats/file/json_text.h"
 #include "formats/file/regular_file.h"

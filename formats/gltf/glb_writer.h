@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
+#include <peeler/gltf_options.h>
 #include "formats/file/read_warnings.h"
 #include "formats/gltf/gltf_files.h"
-#include "formats/gltf/gltf_reader.h"
 
 namespace peeler {
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/gltf/gltf_accessor.h"
 #include "formats/gltf/gltf_schema.h"
 

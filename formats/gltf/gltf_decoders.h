@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "core/scene/scene.h"
+#include <peeler/scene.h>
 
 namespace peeler {
 

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/printable.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/json_text.h"

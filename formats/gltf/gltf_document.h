@@ -14,11 +14,11 @@
 #include <string_view>
 #include <vector>
 
-#include "core/scene/scene.h"
+#include <peeler/gltf_options.h>
+#include <peeler/scene.h>
 #include "formats/file/read_warnings.h"
 #include "formats/file/reading_limits.h"
 #include "formats/gltf/gltf_files.h"
-#include "formats/gltf/gltf_reader.h"
 
 namespace peeler {
 

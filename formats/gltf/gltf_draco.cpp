@@ -9,7 +9,7 @@
 #include <optional>
 #include <tuple>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/memory_budget.h"
 #include "core/base/parallel.h"
 #include "formats/gltf/gltf_accessor.h"

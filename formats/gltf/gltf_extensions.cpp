@@ -4,7 +4,7 @@
 
 #include "formats/gltf/gltf_reader.h"
 
-namespace peeler::inline v0 {
+namespace peeler {
 
 const std::vector<GltfExtension>& gltfExtensions() {
     static const std::vector<GltfExtension> extensions = {
@@ -59,4 +59,4 @@ std::vector<std::string> undecodedImageExtensions() {
     return names;
 }
 
-}  // namespace peeler::inline v0
+}  // namespace peeler

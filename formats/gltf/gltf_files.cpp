@@ -8,7 +8,7 @@
 #include <new>
 #include <system_error>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/printable.h"
 #include "formats/file/regular_file.h"
 #include "formats/file/text_words.h"

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <limits>
 
+#include <peeler/gltf_options.h>
 #include "formats/gltf/gltf_document.h"
-#include "formats/gltf/gltf_reader.h"
 
 namespace peeler {
 namespace {

@@ -7,11 +7,13 @@
 #include <cmath>
 #include <optional>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "core/base/process_memory.h"
+#include "core/scene/material.h"
 #include "formats/gltf/gltf_accessor.h"
 #include "formats/gltf/gltf_decoders.h"
+#include "formats/gltf/gltf_reader.h"
 #include "formats/gltf/gltf_schema.h"
 
 namespace peeler {

@@ -8,7 +8,8 @@
 #include <cstring>
 #include <map>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
+#include "core/scene/material.h"
 #include "formats/gltf/gltf_accessor.h"
 #include "formats/gltf/gltf_schema.h"
 

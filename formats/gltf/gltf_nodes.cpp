@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/json_text.h"
 #include "formats/gltf/gltf_accessor.h"
 #include "formats/gltf/gltf_schema.h"

@@ -14,10 +14,10 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/error.h"
-#include "core/scene/scene.h"
+#include <peeler/error.h>
+#include <peeler/gltf_options.h>
+#include <peeler/scene.h>
 #include "formats/gltf/gltf_document.h"
-#include "formats/gltf/gltf_reader.h"
 
 namespace peeler {
 

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/gltf/gltf_document.h"
 #include "formats/gltf/gltf_parts.h"
 #include "formats/gltf/gltf_schema.h"
 
-namespace peeler::inline v0 {
+namespace peeler {
 namespace {
 
 void readScenes(const tinygltf::Model& model, Scene& scene) {
@@ -95,4 +95,4 @@ Scene readGltf(const std::filesystem::path& path, const GltfOptions& options) {
     }
 }
 
-}  // namespace peeler::inline v0
+}  // namespace peeler

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/json_text.h"
 
 namespace peeler {

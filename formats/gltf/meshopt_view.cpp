@@ -10,7 +10,7 @@
 #include <limits>
 #include <string_view>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/gltf/glb_writer.h"
 
 namespace peeler {

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/image/image_codecs.h"
 #include "formats/image/image_metadata.h"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include <peeler/error.h>
 #include "core/base/color.h"
-#include "core/base/error.h"
 
 namespace peeler {
 namespace {

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/image/composite.h"
-#include "core/scene/view.h"
+#include <peeler/composite.h>
+#include <peeler/view.h>
 
 namespace peeler {
 

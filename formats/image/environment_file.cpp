@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/shading/constants.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"

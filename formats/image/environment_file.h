@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "core/scene/scene.h"
+#include <peeler/scene.h>
 #include "formats/file/read_warnings.h"
 
 namespace peeler {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/printable.h"
 
 namespace peeler {

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/error.h>
 #include "core/base/color.h"
-#include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "formats/file/file_name.h"
 #include "formats/file/regular_file.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/image/composite.h"
+#include <peeler/composite.h>
 
 namespace peeler {
 

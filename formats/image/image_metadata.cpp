@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler {
 namespace {

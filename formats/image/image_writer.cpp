@@ -14,9 +14,10 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/error.h>
 #include "core/base/color.h"
-#include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/base/stage_times.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"

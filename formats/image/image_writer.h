@@ -12,9 +12,9 @@
 #include <string_view>
 #include <vector>
 
-#include "core/image/composite.h"
-#include "core/image/sink.h"
-#include "formats/file/output_options.h"
+#include <peeler/composite.h>
+#include <peeler/output_options.h>
+#include <peeler/sink.h>
 #include "formats/file/size_forecast.h"
 #include "formats/image/display.h"
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/image/composite.h"
+#include <peeler/composite.h>
 
 namespace peeler {
 

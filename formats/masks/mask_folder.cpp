@@ -9,7 +9,7 @@
 #include <system_error>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/json_text.h"

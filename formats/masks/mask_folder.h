@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include <peeler/view.h>
 #include "core/image/object_masks.h"
-#include "core/scene/view.h"
 
 namespace peeler {
 

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "core/scene/camera_choice.h"
+#include <peeler/camera_choice.h>
 #include "formats/file/json_text.h"
 
 namespace peeler {

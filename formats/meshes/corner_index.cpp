@@ -4,7 +4,7 @@
 #include <random>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/meshes/mesh_parts.h"
 
 namespace peeler {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include <peeler/error.h>
 #include "core/base/color.h"
-#include "core/base/error.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/regular_file.h"
 #include "formats/file/text_words.h"

@@ -17,8 +17,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/error.h"
-#include "core/scene/scene.h"
+#include <peeler/error.h>
+#include <peeler/scene.h>
 #include "formats/file/read_warnings.h"
 #include "formats/file/reading_limits.h"
 #include "formats/gltf/gltf_files.h"

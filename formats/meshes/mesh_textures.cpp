@@ -2,7 +2,7 @@
 // The textures that PLY and MTL files name.
 #include <algorithm>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/gltf/gltf_decoders.h"
 #include "formats/meshes/mesh_parts.h"
 

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <string_view>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/text_words.h"
 #include "formats/meshes/mesh_parts.h"
 

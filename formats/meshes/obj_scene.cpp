@@ -12,7 +12,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/text_words.h"
 #include "formats/meshes/mesh_parts.h"
 

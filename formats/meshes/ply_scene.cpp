@@ -6,7 +6,7 @@
 #include <memory>
 #include <optional>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/arrays/ply_file.h"
 #include "formats/file/text_words.h"
 #include "formats/meshes/mesh_parts.h"

@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/meshes/mesh_parts.h"
 
 namespace peeler {

@@ -5,10 +5,11 @@
 #include <array>
 #include <cmath>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/file_name.h"
 #include "formats/file/regular_file.h"
 #include "formats/file/text_words.h"
+#include "formats/gltf/gltf_reader.h"
 #include "formats/meshes/mesh_parts.h"
 
 namespace peeler {

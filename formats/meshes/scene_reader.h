@@ -9,8 +9,8 @@
 #include <string>
 #include <string_view>
 
-#include "core/scene/scene.h"
-#include "formats/meshes/scene_read_options.h"
+#include <peeler/scene.h>
+#include <peeler/scene_read_options.h>
 
 namespace peeler {
 

@@ -6,7 +6,7 @@
 #include <bit>
 #include <cstring>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/text_words.h"
 #include "formats/meshes/mesh_parts.h"
 

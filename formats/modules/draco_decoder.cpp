@@ -13,7 +13,7 @@
 #include <string>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/gltf/gltf_decoders.h"
 #include "formats/modules/helper_main.h"
 

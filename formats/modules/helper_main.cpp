@@ -13,7 +13,7 @@
 #include <span>
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/regular_file.h"
 
 namespace peeler {

@@ -13,7 +13,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/regular_file.h"
 
 namespace peeler {

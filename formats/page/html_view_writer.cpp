@@ -18,10 +18,11 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/composite.h>
+#include <peeler/error.h>
 #include "core/base/color.h"
-#include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/image/composite.h"
+#include "core/base/stage_times.h"
 #include "core/image/statistics.h"
 #include "core/scene/view.h"
 #include "core/views/surface_cells.h"

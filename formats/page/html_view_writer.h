@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "core/image/layered_image.h"
-#include "core/image/sink.h"
+#include <peeler/layered_image.h>
+#include <peeler/sink.h>
 #include "formats/image/image_writer.h"
 
 namespace peeler {

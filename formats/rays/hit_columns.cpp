@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/byte_buffer.h"
 
 namespace peeler {

@@ -13,9 +13,9 @@
 #include <string_view>
 #include <vector>
 
-#include "core/image/channels.h"
-#include "core/image/layered_image.h"
-#include "core/rays/bundle.h"
+#include <peeler/bundle.h>
+#include <peeler/channels.h>
+#include <peeler/layered_image.h>
 #include "core/scene/posed_scene.h"
 #include "formats/arrays/table_writers.h"
 #include "formats/rays/ray_output.h"

@@ -12,9 +12,10 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/bundle.h>
 #include "core/base/parallel.h"
 #include "core/fragments/supersampling.h"
-#include "core/rays/bundle.h"
+#include "core/image/channels.h"
 #include "formats/exr/exr_chunks.h"
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_rows.h"

@@ -2,7 +2,7 @@
 // The table of formats that hold hits, and the choice among them by extension.
 #include <string_view>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/file_name.h"
 #include "formats/rays/hit_columns.h"
 #include "formats/rays/ray_output.h"

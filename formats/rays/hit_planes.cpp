@@ -3,7 +3,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/arrays/bundle_arrays.h"
 #include "formats/arrays/table_writers.h"
 #include "formats/file/byte_buffer.h"

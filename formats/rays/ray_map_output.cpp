@@ -6,8 +6,8 @@
 #include <bit>
 #include <cmath>
 
-#include "core/base/error.h"
-#include "core/rays/bundle.h"
+#include <peeler/bundle.h>
+#include <peeler/error.h>
 #include "formats/exr/exr_plane_writer.h"
 #include "formats/file/file_name.h"
 #include "formats/image/image_writer.h"

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include <peeler/error.h>
 #include "core/base/color.h"
-#include "core/base/error.h"
 #include "formats/file/file_name.h"
 #include "formats/image/image_writer.h"
 #include "formats/image/legend.h"

@@ -12,14 +12,14 @@
 #include <utility>
 #include <vector>
 
-#include "core/image/channels.h"
-#include "core/image/layered_image.h"
-#include "core/image/sink.h"
-#include "core/rays/bundle.h"
+#include <peeler/bundle.h>
+#include <peeler/channels.h>
+#include <peeler/layered_image.h>
+#include <peeler/output_options.h>
+#include <peeler/sink.h>
 #include "core/rays/ray_maps.h"
 #include "core/rays/solids.h"
 #include "core/scene/posed_scene.h"
-#include "formats/file/output_options.h"
 #include "formats/file/size_forecast.h"
 
 namespace peeler {

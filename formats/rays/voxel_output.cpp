@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/rays/voxels.h"
 #include "formats/arrays/table_writers.h"
 #include "formats/arrays/vdb_writer.h"

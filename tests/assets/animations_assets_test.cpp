@@ -7,7 +7,7 @@
 #include <functional>
 #include <set>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/scene/posed_scene.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/test_support.h"

@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <map>
 
+#include <peeler/error.h>
 #include "assets/model_files.h"
 #include "cmd/options/camera_options.h"
-#include "core/base/error.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
 #include "support/test_support.h"

@@ -11,8 +11,8 @@
 #include <random>
 #include <string>
 
+#include <peeler/error.h>
 #include "cmd/verbs.h"
-#include "core/base/error.h"
 #include "formats/deep_file.h"
 #include "formats/exr/layered_input.h"
 #include "support/test_support.h"

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
+#include <peeler/error.h>
 #include "assets/model_files.h"
-#include "core/base/error.h"
 #include "core/scene/posed_scene.h"
 #include "formats/file/content_hash.h"
 #include "formats/gltf/gltf_reader.h"
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What the renderer relies on without looking again (core/scene/scene.h).
+/// What the renderer relies on without looking again (peeler/scene.h).
 void expectSound(const Scene& scene) {
     ASSERT_FALSE(scene.scenes.empty());
     ASSERT_FALSE(scene.materials.empty());

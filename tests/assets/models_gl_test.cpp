@@ -6,11 +6,11 @@
 #include <cstdio>
 #include <cstring>
 
+#include <peeler/composite.h>
 #include "assets/model_files.h"
 #include "assets/models.h"
 #include "cmd/options/camera_options.h"
 #include "core/capture/method.h"
-#include "core/image/composite.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
 #include "support/test_support.h"

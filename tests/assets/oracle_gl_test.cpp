@@ -16,7 +16,7 @@
 #include <map>
 #include <span>
 
-#include "core/scene/scene.h"
+#include <peeler/scene.h>
 #include "formats/gltf/gltf_reader.h"
 #include "support/edge_distance.h"
 #include "support/embree_oracle.h"

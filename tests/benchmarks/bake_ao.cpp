@@ -26,14 +26,14 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/bundle.h>
+#include <peeler/error.h>
 #include "benchmarks/measured_scene.h"
 #include "core/bake/bake.h"
 #include "core/bake/receivers.h"
-#include "core/base/error.h"
 #include "core/capture/gl_renderer.h"
 #include "core/gl/context.h"
 #include "core/raster/hit_rasterizer.h"
-#include "core/rays/bundle.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/occlusion_oracle.h"
 #include "support/test_support.h"

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "core/capture/capture_settings.h"
+#include <peeler/capture_settings.h>
+#include <peeler/view.h>
 #include "core/scene/posed_scene.h"
-#include "core/scene/view.h"
 
 namespace peeler::benchmark {
 

@@ -18,9 +18,9 @@
 #include <string>
 #include <vector>
 
+#include <peeler/error.h>
 #include "benchmarks/embree_layers.h"
 #include "benchmarks/measured_scene.h"
-#include "core/base/error.h"
 #include "core/scene/framing.h"
 #include "formats/arrays/table_writers.h"
 #include "formats/cameras/camera_file.h"

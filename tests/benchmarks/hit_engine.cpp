@@ -23,14 +23,14 @@
 #include <optional>
 #include <utility>
 
+#include <peeler/bundle.h>
+#include <peeler/error.h>
 #include "benchmarks/embree_layers.h"
 #include "benchmarks/measured_scene.h"
 #include "cmd/machine/resources.h"
-#include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/process_memory.h"
 #include "core/raster/hit_rasterizer.h"
-#include "core/rays/bundle.h"
 #include "core/rays/solids.h"
 #include "core/rays/voxels.h"
 #include "formats/rays/ray_map_output.h"

@@ -12,11 +12,11 @@
 #include <filesystem>
 #include <numeric>
 
+#include <peeler/bundle.h>
+#include <peeler/error.h>
 #include "benchmarks/measured_scene.h"
-#include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/raster/hit_rasterizer.h"
-#include "core/rays/bundle.h"
 #include "formats/rays/ray_output.h"
 
 namespace peeler::benchmark {

@@ -10,10 +10,10 @@
 #include <numbers>
 #include <sstream>
 
+#include <peeler/error.h>
 #include "cmd/machine/resources.h"
 #include "cmd/options/camera_options.h"
 #include "cmd/session/scene_request.h"
-#include "core/base/error.h"
 
 namespace peeler::benchmark {
 namespace {

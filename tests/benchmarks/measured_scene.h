@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include <peeler/view.h>
 #include "core/capture/gl_renderer.h"
 #include "core/scene/posed_scene.h"
-#include "core/scene/view.h"
 
 namespace peeler::benchmark {
 

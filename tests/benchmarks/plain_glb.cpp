@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/scene/posed_scene.h"
 #include "formats/gltf/gltf_reader.h"
 

@@ -23,10 +23,10 @@
 #include <limits>
 #include <optional>
 
+#include <peeler/composite.h>
 #include "benchmarks/measured_scene.h"
 #include "core/base/parallel.h"
 #include "core/gl/context.h"
-#include "core/image/composite.h"
 #include "formats/exr/exr_writers.h"
 #include "support/capture.h"
 #include "support/test_support.h"

@@ -7,13 +7,13 @@
 #include <string>
 #include <vector>
 
+#include <peeler/error.h>
+#include <peeler/memory_budget.h>
 #include "cmd/cli/api_names.h"
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/command_line.h"
 #include "cmd/cli/console.h"
 #include "cmd/cli/errors.h"
-#include "core/base/error.h"
-#include "core/base/memory_budget.h"
 
 namespace peeler::cmd {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/process_memory.h"
 #include "formats/exr/exr_readers.h"
 #include "formats/exr/exr_writers.h"

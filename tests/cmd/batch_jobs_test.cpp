@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler::cmd {
 namespace {

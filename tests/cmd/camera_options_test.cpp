@@ -11,7 +11,7 @@
 #include <random>
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/scene/framing.h"
 
 namespace peeler::cmd {

@@ -17,7 +17,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "core/image/channels.h"
+#include <peeler/channels.h>
 #include "formats/exr/cryptomatte.h"
 #include "formats/exr/layered_input.h"
 #include "support/test_support.h"

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "support/test_support.h"
 
 namespace peeler::cmd {

@@ -6,7 +6,7 @@
 
 #include <optional>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/file_name.h"
 
 namespace peeler::cmd {

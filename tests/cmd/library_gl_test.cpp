@@ -8,10 +8,10 @@
 #include <stdexcept>
 #include <thread>
 
-#include "cmd/library/files.h"
-#include "cmd/library/renderer.h"
-#include "core/base/error.h"
-#include "formats/gltf/gltf_reader.h"
+#include <peeler/error.h>
+#include <peeler/files.h>
+#include <peeler/gltf_options.h>
+#include <peeler/renderer.h>
 #include "support/capture.h"
 #include "support/test_support.h"
 
@@ -106,6 +106,18 @@ TEST(Library, FindsTheSameHitsWithAndWithoutGl) {
     const LayeredImage gl = renderer.rays(shown, bundle, raySettings(), RayEngine::kGl);
     EXPECT_EQ(cpu.fragments(), 2U * 64 * 64);
     EXPECT_EQ(difference(cpu, gl), "");
+}
+
+TEST(Library, FindsNoHitsOnTheCpuWhereItMustHaveAGpu) {
+    if (!sharedContext().device().software) GTEST_SKIP() << "there is a GPU";
+    const Shown shown{twoSquares()};
+    const Bounds box = *boundsOf(shown);
+    const Bundle bundle = parallelBundle("down", box, box, {0, 0, -1}, {.resolution = 4});
+    RendererOptions options;
+    options.require_gpu = true;
+    Renderer renderer(options);
+    EXPECT_EQ(kindOf([&] { renderer.rays(shown, bundle, raySettings()); }), ErrorKind::kDevice);
+    EXPECT_EQ(renderer.rays(shown, bundle, raySettings(), RayEngine::kCpu).fragments(), 32U);
 }
 
 TEST(Library, CanBeUsedOnAfterErrors) {

@@ -12,13 +12,13 @@
 #include <string>
 #include <vector>
 
+#include <peeler/error.h>
 #include "cmd/cli/console.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/progress_lines.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/capture_job.h"
 #include "cmd/session/progress_report.h"
-#include "core/base/error.h"
 #include "formats/file/content_hash.h"
 
 namespace peeler::cmd {

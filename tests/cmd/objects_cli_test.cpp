@@ -10,10 +10,10 @@
 #include <sstream>
 #include <tuple>
 
+#include <peeler/error.h>
 #include "cmd/cli/console.h"
 #include "cmd/options/object_options.h"
 #include "cmd/tiny_gltf.h"
-#include "core/base/error.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

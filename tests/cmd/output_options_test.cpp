@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/exr/exr_layout.h"
 
 namespace peeler::cmd {

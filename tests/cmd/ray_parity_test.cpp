@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include <peeler/bundle.h>
+#include <peeler/error.h>
 #include "cmd/cli/report.h"
 #include "cmd/rays/ray_parity.h"
 #include "cmd/rays/ray_results.h"
 #include "cmd/rays/rays_options.h"
-#include "core/base/error.h"
-#include "core/rays/bundle.h"
 #include "core/rays/voxels.h"
 #include "support/ray_hits.h"
 

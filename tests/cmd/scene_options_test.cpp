@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/scene/posed_scene.h"
 
 namespace peeler::cmd {

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include <peeler/error.h>
 #include "cmd/session/session.h"
-#include "core/base/error.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler::cmd {
 namespace {

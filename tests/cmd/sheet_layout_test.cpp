@@ -6,8 +6,8 @@
 
 #include <set>
 
+#include <peeler/error.h>
 #include "cmd/sheet/sheet_layout.h"
-#include "core/base/error.h"
 #include "formats/image/legend.h"
 
 namespace peeler::cmd {

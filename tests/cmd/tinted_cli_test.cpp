@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <peeler/composite.h>
 #include "cmd/tiny_gltf.h"
-#include "core/image/composite.h"
 #include "formats/exr/exr_readers.h"
 #include "formats/image/flat_image.h"
 #include "support/python.h"

@@ -6,10 +6,10 @@
 #include <limits>
 #include <string>
 
+#include <peeler/error.h>
 #include "cmd/cli/parse.h"
 #include "cmd/options/capture_options.h"
 #include "cmd/session/choices.h"
-#include "core/base/error.h"
 
 namespace peeler::cmd {
 namespace {

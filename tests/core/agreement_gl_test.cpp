@@ -4,7 +4,7 @@
 
 #include <cstdio>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/process_memory.h"
 #include "core/capture/method.h"
 #include "core/capture/scene_rasterizer.h"

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
+#include <peeler/error.h>
 #include "core/bake/receivers.h"
-#include "core/base/error.h"
 #include "core/base/process_memory.h"
 #include "support/capture.h"
 #include "support/numbers.h"

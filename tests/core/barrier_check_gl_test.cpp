@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/gl/context.h"
 #include "core/gl/objects.h"
 #include "support/capture.h"

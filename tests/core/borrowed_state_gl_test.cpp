@@ -16,9 +16,9 @@
 #include <thread>
 #include <vector>
 
-#include "cmd/library/renderer.h"
-#include "core/base/error.h"
-#include "core/image/image_sink.h"
+#include <peeler/error.h>
+#include <peeler/image_sink.h>
+#include <peeler/renderer.h>
 #include "support/capture.h"
 #include "support/method_names.h"
 #include "support/test_support.h"

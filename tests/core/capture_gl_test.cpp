@@ -5,9 +5,9 @@
 #include <cmath>
 #include <map>
 
-#include "core/base/error.h"
+#include <peeler/composite.h>
+#include <peeler/error.h>
 #include "core/capture/method.h"
-#include "core/image/composite.h"
 #include "support/capture.h"
 #include "support/method_names.h"
 

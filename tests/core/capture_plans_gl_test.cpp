@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/bundle.h>
+#include <peeler/error.h>
 #include "core/capture/gl_renderer.h"
-#include "core/rays/bundle.h"
 #include "support/capture.h"
 #include "support/closed_meshes.h"
 #include "support/traced_hits.h"

@@ -8,8 +8,8 @@
 #include <numbers>
 #include <set>
 
+#include <peeler/channels.h>
 #include "core/capture/method.h"
-#include "core/image/channels.h"
 #include "core/scene/posed_scene.h"
 #include "support/capture.h"
 

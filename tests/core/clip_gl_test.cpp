@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Clip volumes: half-spaces against the positions of fragments, meshes against analysis and Embree.
-#include "core/scene/clip.h"
+#include <peeler/clip.h>
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <map>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/capture/method.h"
 #include "core/image/layers.h"
 #include "support/capture.h"

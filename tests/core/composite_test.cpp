@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // "Over" where the answer is known on paper.
-#include "core/image/composite.h"
+#include <peeler/composite.h>
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/gl/functions.h"
 #include "support/capture.h"
 #include "support/test_support.h"

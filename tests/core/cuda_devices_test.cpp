@@ -6,7 +6,7 @@
 
 #include <cstdlib>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/gl/context.h"
 
 namespace peeler::gl {

@@ -10,8 +10,8 @@
 #include <locale>
 #include <string>
 
-#include "core/base/error.h"
-#include "core/image/composite.h"
+#include <peeler/composite.h>
+#include <peeler/error.h>
 #include "formats/synthetic_image.h"
 
 namespace peeler {

@@ -10,6 +10,7 @@
 #include <random>
 #include <tuple>
 
+#include "core/image/composite.h"
 #include "formats/synthetic_image.h"
 
 namespace peeler {

@@ -6,7 +6,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/scene/posed_scene.h"
 
 namespace peeler {

@@ -8,10 +8,10 @@
 #include <algorithm>
 #include <span>
 
-#include "core/base/error.h"
+#include <peeler/bundle.h>
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "core/base/process_memory.h"
-#include "core/rays/bundle.h"
 #include "support/closed_meshes.h"
 #include "support/one_mesh.h"
 #include "support/test_support.h"

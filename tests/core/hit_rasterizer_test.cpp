@@ -8,8 +8,9 @@
 #include <cmath>
 #include <limits>
 
-#include "core/rays/bundle.h"
+#include <peeler/bundle.h>
 #include "core/scene/elements.h"
+#include "core/scene/view.h"
 #include "support/closed_meshes.h"
 #include "support/edge_distance.h"
 #include "support/numbers.h"

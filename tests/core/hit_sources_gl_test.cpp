@@ -9,10 +9,11 @@
 #include <numeric>
 #include <vector>
 
+#include <peeler/bundle.h>
 #include "core/bake/receivers.h"
 #include "core/raster/hit_rasterizer.h"
-#include "core/rays/bundle.h"
 #include "core/scene/elements.h"
+#include "core/scene/view.h"
 #include "support/capture.h"
 #include "support/edge_distance.h"
 #include "support/hard_scenes.h"

@@ -4,10 +4,11 @@
 
 #include <cmath>
 
-#include "core/base/error.h"
-#include "core/scene/camera_choice.h"
+#include <peeler/camera_choice.h>
+#include <peeler/error.h>
 #include "core/scene/framing.h"
 #include "core/scene/posed_scene.h"
+#include "core/scene/view.h"
 
 namespace peeler {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/image/layered_image.h"
+#include <peeler/layered_image.h>
 #include "formats/synthetic_image.h"
 
 namespace peeler {

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "core/scene/view.h"
+#include <peeler/view.h>
 
 namespace peeler::test {
 namespace {

@@ -6,9 +6,9 @@
 #include <functional>
 #include <numbers>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
+#include <peeler/view.h>
 #include "core/scene/lights.h"
-#include "core/scene/view.h"
 #include "support/capture.h"
 #include "support/lights.h"
 

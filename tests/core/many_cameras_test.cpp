@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "tests/support/capture.h"
 
 namespace peeler {

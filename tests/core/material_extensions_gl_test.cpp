@@ -9,6 +9,8 @@
 #include "support/lit_wall.h"
 #include "support/numbers.h"
 
+#include "core/scene/material.h"
+
 namespace peeler::test {
 namespace {
 

@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
+#include "core/scene/material.h"
 
 namespace peeler::test {
 namespace {

@@ -7,7 +7,7 @@
 #include <array>
 #include <span>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "support/fragment_lists.h"
 
 namespace peeler::test {

@@ -6,12 +6,12 @@
 #include <cstring>
 #include <string>
 
+#include <peeler/composite.h>
 #include "assets/model_files.h"
 #include "cmd/options/camera_options.h"
 #include "core/base/process_memory.h"
 #include "core/capture/method.h"
 #include "core/fragments/supersampling.h"
-#include "core/image/composite.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
 #include "support/flat.h"

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "support/capture.h"
 #include "support/method_names.h"
 #include "support/one_mesh.h"

@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler::test {
 namespace {

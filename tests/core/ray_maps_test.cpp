@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/rays/bundle.h"
+#include <peeler/bundle.h>
 #include "support/numbers.h"
 #include "support/ray_hits.h"
 

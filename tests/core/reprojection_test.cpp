@@ -9,8 +9,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
+#include <peeler/composite.h>
 #include "core/base/parallel.h"
-#include "core/image/composite.h"
 #include "core/image/layers.h"
 #include "support/fragment_lists.h"
 

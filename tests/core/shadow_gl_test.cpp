@@ -6,10 +6,10 @@
 #include <functional>
 #include <numbers>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
+#include <peeler/view.h>
 #include "core/capture/method.h"
 #include "core/image/composite.h"
-#include "core/scene/view.h"
 #include "support/capture.h"
 #include "support/lights.h"
 #include "support/test_support.h"

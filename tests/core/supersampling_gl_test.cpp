@@ -5,10 +5,10 @@
 #include <cmath>
 #include <cstdio>
 
+#include <peeler/composite.h>
 #include "assets/model_files.h"
 #include "cmd/options/camera_options.h"
 #include "core/capture/method.h"
-#include "core/image/composite.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
 #include "support/flat.h"

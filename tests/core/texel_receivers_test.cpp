@@ -7,8 +7,8 @@
 #include <cmath>
 #include <random>
 
+#include <peeler/error.h>
 #include "core/bake/texel_coverage.h"
-#include "core/base/error.h"
 #include "support/one_mesh.h"
 
 namespace peeler {

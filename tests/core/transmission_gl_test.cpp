@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "core/base/error.h"
+#include <peeler/composite.h>
+#include <peeler/error.h>
 #include "core/capture/method.h"
-#include "core/image/composite.h"
 #include "support/capture.h"
 #include "support/hard_scenes.h"
 #include "support/lights.h"

@@ -14,12 +14,12 @@
 #include <span>
 #include <vector>
 
+#include <peeler/bundle.h>
+#include <peeler/error.h>
 #include "core/bake/receivers.h"
-#include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/process_memory.h"
 #include "core/raster/hit_rasterizer.h"
-#include "core/rays/bundle.h"
 #include "support/numbers.h"
 #include "support/one_mesh.h"
 

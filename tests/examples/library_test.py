@@ -12,7 +12,7 @@ from peeler_command import EXAMPLES, PEELER, PeelerTest, main, peeler, skip
 
 BUILD = pathlib.Path(os.environ.get("PEELER_BUILD", pathlib.Path(PEELER).parent))
 SCENE = EXAMPLES / "scenes" / "engine.glb"
-PUBLIC = {"error", "files", "layered_image", "rays", "renderer", "scene", "view"}
+PUBLIC = EXAMPLES.parent / "cmd" / "library" / "include"
 
 
 def run(*arguments, **options):
@@ -92,9 +92,21 @@ class Library(PeelerTest):
         ]
         self.assertEqual(flags, [f"-I{self.prefix}/include", f"-L{self.libraries}", "-lpeeler"])
 
+    def test_each_header_compiles_by_itself(self):
+        for header in sorted((self.prefix / "include").rglob("*.h")):
+            name = header.relative_to(self.prefix / "include")
+            done = run(
+                os.environ.get("CXX", "c++"), "-std=c++20", "-Wall", "-Wextra", "-Werror", "-fsyntax-only",
+                f"-I{self.prefix}/include", "-x", "c++", "-", input=f"#include <{name}>\n",
+            )
+            self.assertEqual(done.returncode, 0, f"{name}\n{done.stderr}")
+
     def test_only_what_is_public_is_installed(self):
-        headers = {path.stem for path in (self.prefix / "include" / "peeler").iterdir()}
-        self.assertEqual(headers, PUBLIC)
+        def texts(folder):
+            return {path.relative_to(folder): path.read_text() for path in folder.rglob("*") if path.is_file()}
+
+        self.assertIn(pathlib.Path("peeler/renderer.h"), texts(PUBLIC))
+        self.assertEqual(texts(self.prefix / "include"), texts(PUBLIC))
         symbols = run("nm", "-DC", "--defined-only", self.libraries / "libpeeler.so").stdout
         ours = re.findall(r" [A-Z] (?:vtable for |typeinfo (?:name )?for |VTT for )?(peeler::\S+)", symbols)
         self.assertGreater(len(ours), 20)

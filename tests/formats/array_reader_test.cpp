@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "support/python.h"
 #include "support/test_support.h"
 

@@ -18,7 +18,7 @@
 #include <functional>
 #include <iterator>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/temporary_files.h"
 #include "formats/synthetic_image.h"
 #include "formats/writers.h"

@@ -10,6 +10,7 @@
 #include "formats/exr/texture_files.h"
 #include "formats/file/read_warnings.h"
 #include "formats/gltf/gltf_container.h"
+#include "formats/gltf/gltf_reader.h"
 #include "formats/gltf_builder.h"
 #include "formats/meshopt_gltf.h"
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include <peeler/error.h>
 #include "cmd/batch/batch_report.h"
-#include "core/base/error.h"
 #include "core/scene/framing.h"
 #include "core/scene/posed_scene.h"
 #include "formats/cameras/camera_file.h"

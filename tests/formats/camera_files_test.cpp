@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "cmd/batch/batch_report.h"
+#include "core/scene/view.h"
 #include "formats/camera_files.h"
 #include "support/python.h"
 

@@ -10,7 +10,7 @@
 #include <random>
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/exr/exr_readers.h"
 #include "support/test_support.h"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "formats/arrays/fragment_tables.h"
 #include "formats/arrays/table_writers.h"

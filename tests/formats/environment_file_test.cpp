@@ -11,7 +11,7 @@
 #include <functional>
 #include <limits>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/flat_file.h"
 #include "support/test_support.h"
 

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/damaged_exr.h"
 #include "formats/deep_file.h"
 #include "formats/exr/exr_layout.h"

@@ -9,9 +9,9 @@
 #include <cmath>
 #include <functional>
 
-#include "core/base/error.h"
+#include <peeler/composite.h>
+#include <peeler/error.h>
 #include "core/base/parallel.h"
-#include "core/image/composite.h"
 #include "formats/cut_window.h"
 #include "formats/damaged_exr.h"
 #include "formats/deep_file.h"

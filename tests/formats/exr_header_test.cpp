@@ -10,7 +10,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/exr/exr_header.h"
 
 namespace peeler::test {

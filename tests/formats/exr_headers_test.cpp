@@ -7,7 +7,7 @@
 #include <fstream>
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/image/exr_headers.h"
 #include "support/test_support.h"
 

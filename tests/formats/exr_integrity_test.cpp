@@ -18,7 +18,7 @@
 #include <fstream>
 #include <functional>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/exr/texture_files.h"
 #include "formats/file/content_hash.h"
 #include "formats/output_hash.h"

@@ -7,7 +7,7 @@
 
 #include <fstream>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/image/layers.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_layout.h"

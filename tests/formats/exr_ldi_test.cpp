@@ -10,9 +10,9 @@
 #include <cstring>
 #include <string_view>
 
-#include "core/base/error.h"
+#include <peeler/composite.h>
+#include <peeler/error.h>
 #include "core/base/parallel.h"
-#include "core/image/composite.h"
 #include "formats/damaged_exr.h"
 #include "formats/exr/exr_input.h"
 #include "formats/exr/exr_readers.h"

@@ -10,8 +10,8 @@
 #include <cfloat>
 #include <cmath>
 
-#include "core/base/error.h"
-#include "core/image/composite.h"
+#include <peeler/composite.h>
+#include <peeler/error.h>
 #include "formats/damaged_exr.h"
 #include "formats/deep_file.h"
 #include "formats/exr/exr_writers.h"

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/gltf_builder.h"
 #include "support/test_support.h"
 

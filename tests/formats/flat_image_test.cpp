@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/error.h>
 #include "core/base/color.h"
-#include "core/base/error.h"
 #include "formats/writers.h"
 #include "support/test_support.h"
 

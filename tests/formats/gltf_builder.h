@@ -14,7 +14,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/gltf/gltf_reader.h"
 #include "support/test_support.h"
 

@@ -5,6 +5,7 @@
 
 #include <set>
 
+#include "formats/gltf/gltf_reader.h"
 #include "formats/gltf_builder.h"
 
 namespace peeler::test {

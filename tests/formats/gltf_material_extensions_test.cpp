@@ -2,6 +2,8 @@
 // The KHR_materials extensions and variants of a glTF file.
 #include <gtest/gtest.h>
 
+#include "core/scene/material.h"
+#include "formats/gltf/gltf_reader.h"
 #include "formats/gltf_builder.h"
 #include "formats/material_gltf.h"
 #include "formats/png_builder.h"

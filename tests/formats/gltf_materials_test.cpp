@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "formats/gltf/gltf_reader.h"
 #include "formats/gltf_builder.h"
 #include "formats/ktx2_builder.h"
 #include "formats/material_gltf.h"

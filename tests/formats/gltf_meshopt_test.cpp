@@ -2,6 +2,7 @@
 // Compressed buffer views in glTF files: what reads them need not know, fallbacks, false promises.
 #include <gtest/gtest.h>
 
+#include "formats/gltf/gltf_reader.h"
 #include "formats/gltf_builder.h"
 #include "formats/meshopt_gltf.h"
 #include "formats/meshopt_stream.h"

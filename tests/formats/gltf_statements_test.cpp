@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "formats/file_statements.h"
+#include "formats/gltf/gltf_reader.h"
 #include "formats/material_gltf.h"
 
 namespace peeler::test {

@@ -9,7 +9,7 @@
 #include <csignal>
 #include <string_view>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "formats/lying_helper.h"
 #include "support/test_support.h"

@@ -13,7 +13,7 @@
 #include <cstring>
 #include <random>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_writers.h"
 #include "support/test_support.h"

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "formats/image/image_codecs.h"
 #include "formats/image/image_library.h"

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/content_hash.h"
 #include "formats/image/flat_image.h"
 #include "formats/output_hash.h"

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler::test {
 namespace {

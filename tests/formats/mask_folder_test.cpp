@@ -9,7 +9,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <nlohmann/json.hpp>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/atomic_file.h"
 #include "formats/image/image_library.h"
 #include "formats/image/image_writer.h"

@@ -12,7 +12,7 @@
 #include <random>
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/meshopt_stream.h"
 #include "support/test_support.h"
 

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "support/test_support.h"
 
 namespace peeler::test {

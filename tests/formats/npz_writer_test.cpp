@@ -9,7 +9,7 @@
 #include <numeric>
 #include <random>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/base/parallel.h"
 #include "support/python.h"
 #include "support/test_support.h"

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <set>
 
+#include "core/image/channels.h"
 #include "formats/synthetic_image.h"
 #include "support/test_support.h"
 

@@ -5,7 +5,7 @@
 
 #include <cstring>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "support/test_support.h"
 
 namespace peeler {

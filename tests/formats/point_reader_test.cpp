@@ -10,7 +10,7 @@
 #include <fstream>
 #include <random>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/arrays/table_writers.h"
 #include "support/python.h"
 #include "support/test_support.h"

@@ -10,8 +10,8 @@
 #include <bit>
 #include <numbers>
 
-#include "core/base/error.h"
-#include "core/rays/bundle.h"
+#include <peeler/bundle.h>
+#include <peeler/error.h>
 #include "formats/exr/exr_header.h"
 #include "formats/image/flat_image.h"
 #include "formats/image/image_writer.h"

@@ -16,7 +16,7 @@
 #include <optional>
 #include <thread>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/exr/exr_input.h"
 #include "formats/file/file_name.h"
 #include "formats/gltf/gltf_reader.h"

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/image/layered_image.h"
+#include <peeler/layered_image.h>
 
 namespace peeler::test {
 

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "core/image/sink.h"
+#include <peeler/sink.h>
 
 namespace peeler::test {
 

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/temporary_files.h"
 #include "support/python.h"
 #include "support/test_support.h"

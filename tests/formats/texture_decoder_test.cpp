@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/bitmap_builder.h"
 #include "formats/image/image_metadata.h"
 #include "formats/png_builder.h"

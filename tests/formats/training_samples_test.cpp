@@ -5,7 +5,8 @@
 
 #include <cmath>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
+#include "core/image/channels.h"
 #include "formats/arrays/fragment_tables.h"
 #include "formats/image/display.h"
 #include "formats/image/flat_image.h"

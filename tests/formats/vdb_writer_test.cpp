@@ -10,7 +10,7 @@
 #include <csignal>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "support/python.h"
 #include "support/test_support.h"
 

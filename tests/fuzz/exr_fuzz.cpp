@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // An OpenEXR file of any kind, read in every way that commands have.
+#include <peeler/camera_choice.h>
+#include <peeler/composite.h>
 #include "cmd/verify/verified_file.h"
-#include "core/image/composite.h"
 #include "core/image/statistics.h"
-#include "core/scene/camera_choice.h"
 #include "formats/exr/layered_input.h"
 #include "formats/output_hash.h"
 #include "fuzz/fuzz_target.h"

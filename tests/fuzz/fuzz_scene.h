@@ -2,7 +2,7 @@
 // A scene of one triangle and one camera, for targets that need any.
 #pragma once
 
-#include "core/scene/scene.h"
+#include <peeler/scene.h>
 
 namespace peeler::fuzz {
 

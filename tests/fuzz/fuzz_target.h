@@ -13,7 +13,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 
 namespace peeler::fuzz {
 
@@ -76,7 +76,7 @@ class Taker {
 // Under libFuzzer a program has one target, and one thread: inputs are small, and what is found is
 // to be found again. The regression tests have all targets in a table.
 #ifdef PEELER_LIBFUZZER
-#include "core/base/work.h"
+#include <peeler/work.h>
 #include "formats/image/image_library.h"
 
 #define PEELER_FUZZ_TARGET(name, function)                                             \

@@ -2,6 +2,7 @@
 // A PLY, an STL or an OBJ, which may name itself as its materials, becomes a scene.
 #include "core/scene/posed_scene.h"
 #include "formats/gltf/glb_writer.h"
+#include "formats/gltf/gltf_reader.h"
 #include "formats/meshes/scene_reader.h"
 #include "fuzz/fuzz_target.h"
 

@@ -16,8 +16,8 @@
 #include <type_traits>
 #include <vector>
 
+#include <peeler/bundle.h>
 #include "core/raster/hit_rasterizer.h"
-#include "core/rays/bundle.h"
 #include "support/closed_meshes.h"
 #include "support/traced_hits.h"
 

@@ -2,7 +2,7 @@
 // The picture of layers, or of a composite made on the fly, which is the only layer that it has.
 #pragma once
 
-#include "core/image/composite.h"
+#include <peeler/composite.h>
 
 namespace peeler::test {
 

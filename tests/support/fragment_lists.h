@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "core/image/layered_image.h"
+#include <peeler/layered_image.h>
 
 namespace peeler::test {
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "core/scene/scene.h"
+#include <peeler/scene.h>
 
 namespace peeler::test {
 

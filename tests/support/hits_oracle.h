@@ -14,8 +14,9 @@
 #include <string>
 #include <vector>
 
+#include <peeler/bundle.h>
 #include "core/base/parallel.h"
-#include "core/rays/bundle.h"
+#include "core/scene/view.h"
 #include "support/closed_meshes.h"
 #include "support/edge_distance.h"
 #include "support/embree_oracle.h"

@@ -4,7 +4,7 @@
 
 #include <glm/glm.hpp>
 
-#include "core/scene/scene.h"
+#include <peeler/scene.h>
 
 namespace peeler::test {
 

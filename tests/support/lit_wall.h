@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "core/scene/view.h"
+#include <peeler/view.h>
 #include "support/capture.h"
 #include "support/numbers.h"
 

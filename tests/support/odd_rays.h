@@ -7,8 +7,8 @@
 #include <memory>
 #include <string>
 
+#include <peeler/bundle.h>
 #include "core/base/parallel.h"
-#include "core/rays/bundle.h"
 #include "support/capture.h"
 #include "support/embree_oracle.h"
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/scene/scene.h"
+#include <peeler/scene.h>
 
 namespace peeler::test {
 

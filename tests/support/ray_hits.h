@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
+#include <peeler/bundle.h>
+#include <peeler/layered_image.h>
+#include <peeler/scene.h>
 #include "core/fragments/supersampling.h"
-#include "core/image/layered_image.h"
-#include "core/rays/bundle.h"
 #include "core/rays/solids.h"
 #include "core/scene/posed_scene.h"
-#include "core/scene/scene.h"
 #include "formats/rays/ray_output.h"
 
 namespace peeler::test {

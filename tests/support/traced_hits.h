@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <peeler/bundle.h>
 #include "core/fragments/hit_source.h"
-#include "core/rays/bundle.h"
 
 namespace peeler::test {
 

@@ -5,7 +5,7 @@
 
 #include <cstddef>
 
-#include "core/scene/scene.h"
+#include <peeler/scene.h>
 
 namespace peeler::test {
 

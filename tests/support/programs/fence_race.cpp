@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "core/gl/context.h"
 #include "core/gl/functions.h"
 

@@ -3,7 +3,7 @@
 #include <cstring>
 #include <string>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/file/module.h"
 
 /// Writes the path of the module, or what is wrong and where.

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/error.h"
+#include <peeler/error.h>
 #include "formats/modules/helper_main.h"
 
 namespace peeler {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is read of an OpenEXR file.
+// The options of reading an OpenEXR file.
 #pragma once
 
 #include <string>
@@ -8,15 +8,15 @@
 
 namespace peeler::inline v0 {
 
-/// What is read of an OpenEXR file. Peeler's own files are one picture; files of other programs may
-/// hold several, in parts, in layers of channels (beauty.R, beauty.G, …) and as views (left,
-/// right).
+/// Chooses the picture that is read of an OpenEXR file. Peeler's own files are one picture; files
+/// of other programs may hold several, in parts, in layers of channels (beauty.R, beauty.G, …) and
+/// as views (left, right).
 struct LayeredReadOptions {
     bool strict = false;  ///< a warning is an Error (kInput)
     std::string part{};   ///< the name of a part, or of a layer; "" = the first that has colours
     std::string view{};   ///< "" = the file's default
-    /// What is made of the picture has neither a header nor pixels outside the display window:
-    /// those are not read, and what the header says of the others is a warning.
+    /// The result has neither a header nor pixels outside the display window: those pixels are not
+    /// read, and what the header says of the others is a warning.
     bool pixels_only = false;
 
     bool choosesPicture() const { return !part.empty() || !view.empty(); }

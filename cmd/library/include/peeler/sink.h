@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the count pass promises, and whoever takes the bands that follow.
+// The capture plan, and the interface that consumes bands.
 #pragma once
 
 #include <cstddef>
@@ -8,16 +8,16 @@
 #include <string>
 #include <vector>
 
-#include "core/base/stage_times.h"
-#include "core/image/layered_image.h"
-#include "core/scene/scene.h"
-#include "core/scene/view.h"
+#include <peeler/layered_image.h>
+#include <peeler/scene.h>
+#include <peeler/stage_times.h>
+#include <peeler/view.h>
 
 #pragma GCC visibility push(default)
 
 namespace peeler::inline v0 {
 
-/// What is known of one layer before it is captured.
+/// The extent of one layer, known before it is captured.
 struct LayerPlan {
     Window data_window;        ///< bounding box of the pixels that have this layer
     std::uint64_t pixels = 0;  ///< how many of them
@@ -47,13 +47,13 @@ struct StoredAttribute {
     std::vector<std::byte> value;
 };
 
-/// Where a picture comes from: what the `peeler:` attributes say besides plan and view.
+/// The origin of a picture: the `peeler:` attributes besides plan and view.
 struct Provenance {
     std::string version{}, method{}, surfaces{};
     std::string scene{};  ///< file name without folder
     std::string scene_hash{}, settings_hash{};
-    /// What was asked for and changes pixels, as a JSON object whose hash is settings_hash; "" = it
-    /// is not known.
+    /// The settings that change pixels, as a JSON object whose hash is settings_hash; "" = not
+    /// known.
     std::string settings{};
     /// Of everything that decides what is in the file, so that it can be left alone when it would
     /// be made again; "" = it cannot be made again by one command.
@@ -66,12 +66,12 @@ struct Provenance {
     double time = 0;               ///< seconds
     double frames_per_second = 0;  ///< 0 = does not apply
     IdNames ids{};                 ///< if fragments have ids
-    /// What the header of another program's OpenEXR file says besides; OpenEXR files that are
-    /// written say it, too.
+    /// Other attributes of another program's OpenEXR file; OpenEXR files that are written carry
+    /// them.
     std::vector<StoredAttribute> carried{};
 };
 
-/// What a sink holds besides the band it is given; the capture leaves room for it under a budget.
+/// Memory of a sink besides the band it is given; the capture leaves room for it under a budget.
 struct SinkMemory {
     int rows = 0;                   ///< of fragments, kept from one band to the next
     std::uint64_t bytes = 0;        ///< whatever the bands
@@ -89,12 +89,12 @@ class Sink {
     /// The band is the sink's to keep or to change. What it leaves there is storage that the caller
     /// may fill again: the band itself, or what it kept of an earlier one.
     virtual void write(LayeredImage&& band) = 0;
-    /// Called once, after the last band: what the sink makes is whole then.
+    /// Called once, after the last band: the output is complete then.
     virtual void finish() = 0;
-    /// What it will hold of such a picture; of the plan alone, so that it can be asked before
-    /// begin(), which may create a file.
+    /// Memory that it will hold for such a picture; it depends on the plan alone, so that it can be
+    /// asked before begin(), which may create a file.
     virtual SinkMemory memory(const Plan&) const { return {}; }
-    /// Where its time went: "composite", "encode", "write".
+    /// Times of its stages: "composite", "encode", "write".
     virtual StageTimes times() const { return {}; }
 };
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// What to capture, and with how much memory.
+// The settings of a capture: method, surfaces, shading, channels, samples, memory.
 #pragma once
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
-#include "core/base/memory_budget.h"
-#include "core/image/channels.h"
-#include "core/image/composite.h"
-#include "core/image/layered_image.h"
-#include "core/scene/clip.h"
+#include <peeler/channels.h>
+#include <peeler/clip.h>
+#include <peeler/composite.h>
+#include <peeler/layered_image.h>
+#include <peeler/memory_budget.h>
 
 #pragma GCC visibility push(default)
 
@@ -31,7 +31,7 @@ enum class Faces : std::uint8_t {
     kBoth
 };
 
-/// What colours fragments: the lights of the scene on its materials, or the base colour alone.
+/// Colours of fragments: the lights of the scene on its materials, or the base colour alone.
 enum class Shading : std::uint8_t { kPbr, kUnlit };
 
 /// Rays instead of a picture: fragments have no colour, and their keys (kKeyChannel) are the first
@@ -49,8 +49,9 @@ inline constexpr std::size_t storedComponents(bool tinted) {
     return tinted ? 8 : 4;
 }
 
+/// The settings of a capture; the defaults capture every fragment of a picture.
 struct CaptureSettings {
-    std::string method = "a-buffer";  ///< a name of the method table (core/capture/method.h)
+    std::string method = "a-buffer";  ///< as `peeler render --method` takes it
     Surfaces surfaces = Surfaces::kAll;
     Faces faces = Faces::kGltf;
     Shading shading = Shading::kPbr;

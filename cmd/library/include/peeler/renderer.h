@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Captures scenes into memory or into sinks: the library's way to layers, composites and hits.
+// Captures layers, composites and hits of scenes into memory or into sinks.
 #pragma once
 
 #include <cstdint>
@@ -8,15 +8,15 @@
 #include <string>
 #include <vector>
 
-#include "core/base/work.h"
-#include "core/capture/capture_settings.h"
-#include "core/image/composite.h"
-#include "core/image/layered_image.h"
-#include "core/image/sink.h"
-#include "core/rays/bundle.h"
-#include "core/scene/camera_choice.h"
-#include "core/scene/scene.h"
-#include "core/scene/view.h"
+#include <peeler/bundle.h>
+#include <peeler/camera_choice.h>
+#include <peeler/capture_settings.h>
+#include <peeler/composite.h>
+#include <peeler/layered_image.h>
+#include <peeler/scene.h>
+#include <peeler/sink.h>
+#include <peeler/view.h>
+#include <peeler/work.h>
 
 #pragma GCC visibility push(default)
 
@@ -42,7 +42,7 @@ std::optional<Bounds> boundsOf(const Shown& shown);
 /// no direction or no extent.
 View viewOf(const Shown& shown, const CameraChoice& camera = {});
 
-/// What asks for hits: refined, of both faces, without ends.
+/// Settings that capture hits: refined, of both faces, without ends.
 CaptureSettings raySettings();
 
 /// Where a Renderer captures.
@@ -75,7 +75,7 @@ struct RendererOptions {
 
 /// Which rasteriser finds the hits of rays.
 enum class RayEngine : std::uint8_t {
-    kAuto,  ///< GL on a GPU, else the CPU
+    kAuto,  ///< GL on a GPU, or where RendererOptions choose a device; else the CPU
     kCpu,   ///< needs no GL
     kGl
 };

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What callers say and hear of work that takes a while: how many threads it may have, how far it
-// is.
+// Progress, cancellation and threads of work.
 #pragma once
 
 #include <functional>
@@ -9,12 +8,12 @@
 
 namespace peeler::inline v0 {
 
-/// Thrown through work that was cancelled. Not an Error: nothing went wrong, and nothing is to go
-/// on with the rest.
+/// Thrown through work that was cancelled. Not an Error: nothing went wrong, and the rest is not to
+/// be done.
 struct Cancelled {};
 
-/// Called with the share of the work that is done, 0 to 1, never falling within a picture. What it
-/// throws gives the work up, and is thrown on.
+/// Called with the share of the work that is done, 0 to 1, never falling within a picture. An
+/// exception that it throws ends the work and is passed on.
 using Progress = std::function<void(double)>;
 
 /// Sets how many threads all work of this process uses together; 0 = as many as it may run on. No

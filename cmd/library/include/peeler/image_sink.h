@@ -2,8 +2,8 @@
 // A sink that keeps the whole picture.
 #pragma once
 
-#include "core/image/layered_image.h"
-#include "core/image/sink.h"
+#include <peeler/layered_image.h>
+#include <peeler/sink.h>
 
 #pragma GCC visibility push(default)
 

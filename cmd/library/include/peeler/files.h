@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes and layers in files: the library's way to what `peeler` reads and writes.
+// Reads and writes scenes, layers and pictures in files.
 #pragma once
 
 #include <filesystem>
@@ -7,19 +7,19 @@
 #include <string>
 #include <vector>
 
-#include "core/image/layered_image.h"
-#include "core/image/sink.h"
-#include "core/scene/scene.h"
-#include "formats/exr/layered_read_options.h"
-#include "formats/file/output_options.h"
-#include "formats/meshes/scene_read_options.h"
+#include <peeler/layered_image.h>
+#include <peeler/layered_read_options.h>
+#include <peeler/output_options.h>
+#include <peeler/scene.h>
+#include <peeler/scene_read_options.h>
+#include <peeler/sink.h>
 
 #pragma GCC visibility push(default)
 
 namespace peeler::inline v0 {
 
-/// Reads the scene of a file (glTF, PLY, STL or OBJ, as its content says) for whoever shows it
-/// (Shown::scene). Throws Error (kInput).
+/// Reads the scene of a file (glTF, PLY, STL or OBJ, by its content) for Shown::scene. Throws Error
+/// (kInput).
 std::shared_ptr<const Scene> readScene(const std::filesystem::path& path,
                                        const SceneReadOptions& options = {});
 
@@ -34,7 +34,7 @@ struct StoredLayers {
     Plan plan;  ///< view, layers, how many fragments there were
     LayeredImage image;
     Provenance provenance;
-    std::vector<std::string> warnings{};  ///< of what was read and is not as the file says
+    std::vector<std::string> warnings{};  ///< what was read otherwise than the file says
 };
 
 /// Reads layered files in any layout, deep files, and flat pictures as one layer. Throws Error

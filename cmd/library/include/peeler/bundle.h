@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bundles of rays: which rays are traced together, as one picture is rendered.
+// Bundles of rays that are traced together, as one picture is rendered.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "core/scene/scene.h"
-#include "core/scene/view.h"
+#include <peeler/scene.h>
+#include <peeler/view.h>
 
 #pragma GCC visibility push(default)
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the file of a scene is read, whatever its format.
+// The options of reading a scene in any format.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 
-#include "formats/gltf/gltf_reader.h"
+#include <peeler/gltf_options.h>
 
 #pragma GCC visibility push(default)
 
@@ -13,8 +13,8 @@ namespace peeler::inline v0 {
 
 enum class Axis : std::uint8_t { kX, kY, kZ };
 
-/// What GltfOptions say holds for every format, where it has such things. The rest is for PLY, STL
-/// and OBJ, which do not say it; a glTF, which does, is read as it is, with a warning.
+/// GltfOptions hold for every format, where it has such things. The rest is for PLY, STL and OBJ,
+/// which do not say it; a glTF, which does, is read as it is, with a warning.
 struct SceneReadOptions : GltfOptions {
     std::optional<Axis> up;                 ///< which axis of the file is +Y of the scene; none: y
     std::optional<double> metres_per_unit;  ///< the scene has metres then; none: 1, as they stand

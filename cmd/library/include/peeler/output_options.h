@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is asked for of an output file, from the command line to whoever writes it.
+// The options of writing a file: kind, layout, compression, display, provenance.
 #pragma once
 
 #include <array>
@@ -8,17 +8,17 @@
 #include <memory>
 #include <string>
 
-#include "core/image/merge.h"
-#include "core/image/sink.h"
+#include <peeler/deep_merge.h>
+#include <peeler/sink.h>
 
 #pragma GCC visibility push(default)
 
 namespace peeler::inline v0 {
 
-/// What became of light on its way to a picture for eyes; a writer fills it in until its finish().
+/// Exposure and alpha of a picture for display, as they were written; complete after finish().
 struct DisplayOutcome {
     float exposure = 0;               ///< stops
-    std::uint64_t raised_pixels = 0;  ///< whose alpha was raised (formats/image/display.h)
+    std::uint64_t raised_pixels = 0;  ///< whose alpha was raised to hold their colour
 };
 
 /// Lists of fragments as planes: plane k has the k-th fragment of every pixel.

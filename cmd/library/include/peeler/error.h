@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one error type: what went wrong, where, and what to try.
+// The one error type: kind, message, place and hint.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A part of the world that decides which fragments count.
+// Clip volumes: half-spaces and closed meshes that decide which fragments count.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene as plain data: what a reader hands to the renderer. No file format's types here.
+// A scene as plain data: nodes, meshes, images, cameras, lights, skins, animations.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/scene/material.h"
+#include <peeler/material.h>
 
 #pragma GCC visibility push(default)
 
@@ -45,7 +45,7 @@ struct Environment {
     std::vector<glm::vec3> radiance;  ///< finite, not negative
     double rotation = 0;  ///< radians about +Y; a positive one turns what is along +Z toward +X
     std::uint64_t content_hash = 0;
-    /// The built-in one, whose maps are part of the program (core/shading/constants.h).
+    /// The built-in one, whose maps are part of the program.
     bool is_studio = false;
 };
 
@@ -161,10 +161,10 @@ struct Keyframes {
     std::vector<float> values;  ///< a value a time; kCubicSpline: in-tangent, value, out-tangent
 };
 
-/// What of a node changes with time.
+/// The property of a node that an animation changes.
 enum class AnimatedProperty : std::uint8_t { kTranslation, kRotation, kScale, kWeights };
 
-/// Which keyframes change which property of which node.
+/// Keyframes, and the node and property that they change.
 struct AnimationChannel {
     std::size_t keyframes = 0;  ///< index into Animation::keyframes
     int node = 0;

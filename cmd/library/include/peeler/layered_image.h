@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/window.h"
+#include <peeler/window.h>
 
 #pragma GCC visibility push(default)
 
