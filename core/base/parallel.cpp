@@ -90,7 +90,7 @@ struct Loop {
     std::size_t items;
     std::atomic<std::size_t> next{0};
     std::size_t workers = 0;  ///< at it, besides its caller; the pool's to lock
-    std::exception_ptr failure;
+    std::exception_ptr failure{};
 
     bool hasItems() const { return next < items; }
 };
