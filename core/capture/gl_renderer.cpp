@@ -28,8 +28,8 @@ constexpr std::uint64_t kHandOverBytes = std::uint64_t{24} << 20;
 }  // namespace
 
 struct GlRenderer::State {
-    State(gl::Context& ctx, PosedScene shown)
-        : context(ctx), posed(std::move(shown)), bands(ctx, posed, times) {}
+    State(gl::Context& ctx, PosedScene in_pose)
+        : context(ctx), posed(std::move(in_pose)), bands(ctx, posed, times) {}
 
     void castShadows(GlRenderer& renderer, const CaptureSettings& asked);
     GlPlan& show(GlRenderer& renderer, const CapturePlan& planned);

@@ -79,7 +79,7 @@ struct HitPlan final : CapturePlan::Details {
 }  // namespace
 
 struct HitRasterizer::State {
-    explicit State(PosedScene shown) : posed(std::move(shown)), triangles(posed) {}
+    explicit State(PosedScene in_pose) : posed(std::move(in_pose)), triangles(posed) {}
 
     HitPlan& show(const CapturePlan& plan);
     bool findSpans(const Window& section, std::vector<Window>& to_do);

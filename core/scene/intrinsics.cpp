@@ -10,6 +10,7 @@
 #include <optional>
 
 #include <peeler/error.h>
+#include "core/scene/camera_choice.h"
 
 namespace peeler {
 namespace {
