@@ -10,6 +10,7 @@
 
 #include <peeler/error.h>
 #include "cmd/cli/arguments.h"
+#include "core/capture/gl_planner.h"
 #include "core/capture/method.h"
 #include "formats/writers.h"
 

@@ -27,8 +27,8 @@ class GlRenderer final : public HitSource {
     /// What motion is measured against in the captures to come.
     void setNextFrame(NextFrame next);
 
-    /// Several samples have to be merged to be counted. Throws like checkSettings(), too, and Error
-    /// (kDevice) if the context is lost.
+    /// Several samples have to be merged to be counted. Throws like checkSettings() (gl_planner.h),
+    /// too, and Error (kDevice) if the context is lost.
     CapturePlan plan(const View& view, const CaptureSettings& settings,
                      const Progress& progress = {}) override;
 
