@@ -236,12 +236,16 @@ def chunk(kind, data):
     return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
 
+def packed(size):
+    """So many zeros by DEFLATE, which makes a thousandth of them: the same MiB again and again."""
+    packer = zlib.compressobj(9, zlib.DEFLATED, -15)
+    mebibyte = packer.compress(bytes(1 << 20)) + packer.flush(zlib.Z_FULL_FLUSH)
+    return mebibyte * (size >> 20) + packer.compress(bytes(size % (1 << 20))) + packer.flush()
+
+
 def deflated(size):
-    """So many zeros, which DEFLATE makes a thousandth of."""
-    packer = zlib.compressobj(9)
-    block = bytes(1 << 20)
-    parts = [packer.compress(block[: min(len(block), size - done)]) for done in range(0, size, len(block))]
-    return b"".join(parts) + packer.flush()
+    """The same as zlib has it."""
+    return b"\x78\xda" + packed(size) + struct.pack(">I", size % 65521 << 16 | 1)
 
 
 def png(width, height, *before, color=0, pixels=b""):
@@ -644,14 +648,10 @@ def zip_of(path, name, size):
     text += " " * (-(len(text) + 11) % 64) + "\n"
     npy = b"\x93NUMPY\x01\0" + struct.pack("<H", len(text)) + text.encode()
     packer = zlib.compressobj(9, zlib.DEFLATED, -15)
-    packed, crc, block = [packer.compress(npy)], zlib.crc32(npy), bytes(24 << 16)
-    total, left = len(npy), 24 * values
-    while left:
-        piece = block[: min(left, len(block))]
-        packed.append(packer.compress(piece))
-        crc = zlib.crc32(piece, crc)
-        total, left = total + len(piece), left - len(piece)
-    data = b"".join(packed) + packer.flush()
+    data = packer.compress(npy) + packer.flush(zlib.Z_FULL_FLUSH) + packed(24 * values)
+    crc, block, total = zlib.crc32(npy), bytes(24 << 16), len(npy) + 24 * values
+    for left in range(24 * values, 0, -len(block)):
+        crc = zlib.crc32(block[:left], crc)
     shared = struct.pack("<HHHHHIIIHH", 20, 0, 8, 0, 33, crc, len(data), total, len(name), 0)
     local = b"PK\3\4" + shared + name
     entry = b"PK\1\2" + struct.pack("<H", 20) + shared + struct.pack("<HHHII", 0, 0, 0, 0, 0) + name
