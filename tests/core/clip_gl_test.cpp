@@ -12,6 +12,7 @@
 #include "support/capture.h"
 #include "support/embree_oracle.h"
 #include "support/hard_scenes.h"
+#include "support/test_support.h"
 
 namespace peeler::test {
 namespace {
@@ -91,6 +92,8 @@ CaptureSettings clippedBy(int node, bool inside = true) {
 }
 
 TEST(Clip, MethodsBandsAndSurfacesAgreeUnderAMesh) {
+    const int scale = exhaustive() ? 2 : 1;
+    const View view = testView(80 * scale, 60 * scale);
     for (auto& [name, hard] : hardScenes()) {
         SceneBuilder builder;
         builder.scene() = hard;
@@ -101,13 +104,13 @@ TEST(Clip, MethodsBandsAndSurfacesAgreeUnderAMesh) {
             for (const bool inside : {true, false}) {
                 CaptureSettings settings = clippedBy(ball, inside);
                 settings.surfaces = surfaces;
-                const auto reference = capture(builder.scene(), testView(160, 120), settings);
+                const auto reference = capture(builder.scene(), view, settings);
                 EXPECT_GT(reference.image.fragments(), 0U);
                 for (const auto& method : peelMethods()) {
                     if (!method.exact()) continue;
                     settings.method = method.name;
-                    settings.band_bytes = 1 << 20;
-                    const auto other = capture(builder.scene(), testView(160, 120), settings);
+                    settings.band_bytes = (1U << 18) * static_cast<unsigned>(scale * scale);
+                    const auto other = capture(builder.scene(), view, settings);
                     EXPECT_GT(other.bands.size(), 1U);
                     EXPECT_EQ(difference(reference.image, other.image), "")
                         << name << ", " << method.name;

@@ -72,7 +72,7 @@ CompositeImage reference(const Scene& scene, const View& view) {
 }
 
 TEST(Supersampling, ConvergesToAGridOf16By16Samples) {
-    const View view = testView(80, 60);
+    const View view = exhaustive() ? testView(80, 60) : testView(48, 36);
     for (const auto& [name, scene] : hardScenes()) {
         // Its edges are level, and of those a grid of 16 rows knows no more than 16 samples do.
         if (name == std::string("grazing quads")) continue;
@@ -90,7 +90,7 @@ TEST(Supersampling, ConvergesToAGridOf16By16Samples) {
 }
 
 TEST(Supersampling, LayersCompositeToTheSupersampledComposite) {
-    const View view = testView(160, 120);
+    const View view = exhaustive() ? testView(160, 120) : testView(80, 60);
     for (const auto& [name, scene] : hardScenes()) {
         for (const int samples : {2, 4, 9}) {
             const auto composite = capture(scene, view, samplesAPixel(samples, true));
@@ -108,7 +108,7 @@ TEST(Supersampling, LayersOfTheExampleScenesCompositeToTheSupersampledComposite)
         ++scenes;
         const Scene scene = readGltf(path);
         cmd::CameraOptions camera;
-        camera.size = {240, 135};
+        camera.size = exhaustive() ? Size{240, 135} : Size{120, 68};
         const PosedScene contained(scene, 0);
         const View view = cmd::makeView(contained, SceneExtent(contained), camera);
         const CompositeImage composite = flat(capture(scene, view, samplesAPixel(4, true)).image);

@@ -204,4 +204,4 @@ if __name__ == "__main__":
     for missing, what in ((not cv2, "python3-opencv"), (not COLMAP, "colmap")):
         if missing:
             print(f"left out, for want of {what}")
-    main()
+    raise SystemExit(main())

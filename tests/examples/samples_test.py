@@ -87,4 +87,4 @@ class Samples(PeelerTest):
 if __name__ == "__main__":
     if not torch:
         print("without python3-torch: the same by numpy")
-    main()
+    raise SystemExit(main())
