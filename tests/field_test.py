@@ -20,7 +20,7 @@ FIELD = pathlib.Path(os.environ.get("PEELER_FIELD", REPOSITORY.parent / "shared/
 ELSEWHERE = {  # folder: the test that carries it out
     "18-python-fork-hang": "a process that forks is not tested yet",
     "19-python-arrays": "tests/python/errors_test.py",
-    "21-no-threads-hang": "tests/cmd/resources_process_test.cpp",
+    "21-no-threads-hang": "tests/cmd/machine/resources_process_test.cpp",
 }
 RED, GREEN, BLUE, YELLOW = (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0)
 FROM_THE_FRONT = ("--eye", "0.5,0.5,3", "--target", "0.5,0.5,0", "--size", "64x64", "--shading", "unlit")

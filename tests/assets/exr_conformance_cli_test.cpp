@@ -13,7 +13,7 @@
 
 #include <peeler/error.h>
 #include "cmd/verbs.h"
-#include "formats/deep_file.h"
+#include "formats/exr/deep_file.h"
 #include "formats/exr/layered_input.h"
 #include "support/test_support.h"
 

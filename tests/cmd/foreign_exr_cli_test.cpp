@@ -7,11 +7,11 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "formats/deep_file.h"
-#include "formats/flat_file.h"
-#include "formats/gltf_builder.h"
+#include "formats/exr/deep_file.h"
+#include "formats/exr/flat_file.h"
+#include "formats/exr/read_all.h"
+#include "formats/gltf/gltf_builder.h"
 #include "formats/image/flat_image.h"
-#include "formats/read_all.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "formats/exr/exr_writers.h"
-#include "formats/synthetic_image.h"
+#include "formats/exr/synthetic_image.h"
 #include "support/python.h"
 #include "support/test_support.h"
 

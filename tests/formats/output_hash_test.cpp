@@ -8,7 +8,7 @@
 #include <set>
 
 #include "core/image/channels.h"
-#include "formats/synthetic_image.h"
+#include "formats/exr/synthetic_image.h"
 #include "support/test_support.h"
 
 namespace peeler {

@@ -5,9 +5,9 @@
 
 #include <memory>
 
-#include "formats/basis_builder.h"
-#include "formats/ktx2_builder.h"
-#include "formats/uastc_builder.h"
+#include "formats/image/basis_builder.h"
+#include "formats/image/ktx2_builder.h"
+#include "formats/image/uastc_builder.h"
 #include "fuzz/seeds.h"
 
 namespace peeler::fuzz {

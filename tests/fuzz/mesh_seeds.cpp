@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A PLY, an STL and an OBJ of every kind.
-#include "formats/camera_files.h"
+#include "formats/cameras/camera_files.h"
 #include "fuzz/seeds.h"
 
 namespace peeler::fuzz {

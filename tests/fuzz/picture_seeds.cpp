@@ -7,12 +7,12 @@
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfTiledOutputFile.h>
 
-#include "formats/bitmap_builder.h"
-#include "formats/deep_file.h"
+#include "formats/exr/deep_file.h"
 #include "formats/exr/exr_layout.h"
+#include "formats/exr/synthetic_image.h"
+#include "formats/image/bitmap_builder.h"
 #include "formats/image/image_library.h"
-#include "formats/png_builder.h"
-#include "formats/synthetic_image.h"
+#include "formats/image/png_builder.h"
 #include "formats/writers.h"
 #include "fuzz/fuzz_target.h"
 #include "fuzz/seeds.h"

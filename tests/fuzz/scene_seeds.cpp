@@ -3,9 +3,9 @@
 #include <draco/compression/expert_encode.h>
 #include <draco/mesh/mesh.h>
 
-#include "formats/gltf_builder.h"
-#include "formats/meshopt_gltf.h"
-#include "formats/png_builder.h"
+#include "formats/gltf/gltf_builder.h"
+#include "formats/gltf/meshopt_gltf.h"
+#include "formats/image/png_builder.h"
 #include "fuzz/seeds.h"
 
 namespace peeler::fuzz {

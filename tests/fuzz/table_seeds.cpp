@@ -7,7 +7,7 @@
 
 #include "cmd/batch/batch_report.h"
 #include "formats/arrays/table_writers.h"
-#include "formats/camera_files.h"
+#include "formats/cameras/camera_files.h"
 #include "fuzz/fuzz_target.h"
 #include "fuzz/seeds.h"
 

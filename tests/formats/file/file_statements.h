@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// What becomes of everything that a format can say: the tables of formats/README.md as tests.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <peeler/error.h>
+#include "formats/gltf/gltf_builder.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+
+/// One thing that a file can say, in the smallest file that says it.
+struct Statement {
+    std::string says;     ///< the first cell of its row in formats/README.md
+    std::string becomes;  ///< the second: "read", "warned" or "refused"
+    std::string name;     ///< of the file
+    std::string bytes;
+    std::map<std::string, std::string> beside{};  ///< other files of its folder, by name
+};
+
+/// Reads a file, or throws Error (kInput), and returns its warnings.
+using ReadStatement =
+    std::function<std::vector<std::string>(const std::filesystem::path& file, bool strict)>;
+
+/// The rows of the table below "### FORMAT" in formats/README.md: what is said, what it becomes.
+inline std::map<std::string, std::string> statementRows(const std::string& format) {
+    std::istringstream text(bytesOf(sourceDir() / "formats/README.md"));
+    std::map<std::string, std::string> rows;
+    bool inside = false;
+    for (std::string line; std::getline(text, line);) {
+        if (line.starts_with('#')) inside = line == "### " + format;
+        if (!inside || !line.starts_with("| ")) continue;
+        const std::size_t first = line.find(" | "), second = line.find(" |", first + 3);
+        if (first == std::string::npos || second == std::string::npos) continue;
+        rows.emplace(line.substr(2, first - 2), line.substr(first + 3, second - first - 3));
+    }
+    rows.erase("it says");
+    rows.erase("---");
+    return rows;
+}
+
+/// What becomes of a statement: "read", "warned" or "refused". Fails if --strict would not refuse
+/// just what is warned or refused.
+inline std::string outcomeOf(const std::filesystem::path& file, const ReadStatement& read) {
+    std::string outcome;
+    try {
+        outcome = read(file, false).empty() ? "read" : "warned";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kInput) << error.what();
+        outcome = "refused";
+    }
+    bool refused = false;
+    try {
+        EXPECT_TRUE(read(file, true).empty());
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kInput) << error.what();
+        refused = true;
+    }
+    EXPECT_EQ(refused, outcome != "read") << "strict";
+    return outcome;
+}
+
+/// Expects every statement to become what it says here, and the table of the format to have the
+/// same rows.
+inline void expectStatements(const std::string& format, const std::vector<Statement>& statements,
+                             const ReadStatement& read) {
+    std::map<std::string, std::string> tested;
+    for (const Statement& statement : statements) {
+        SCOPED_TRACE(format + ": " + statement.says);
+        const ScratchDir folder;
+        for (const auto& [name, bytes] : statement.beside)
+            writeFile(folder / name, bytes);
+        writeFile(folder / statement.name, statement.bytes);
+        EXPECT_EQ(outcomeOf(folder / statement.name, read), statement.becomes);
+        tested.emplace(statement.says, statement.becomes);
+    }
+    EXPECT_EQ(tested, statementRows(format)) << "formats/README.md, ### " << format;
+}
+
+}  // namespace peeler::test
