@@ -27,7 +27,7 @@ SharedFile ask(std::string_view wish, const Bytes& bytes = {}, std::uint64_t num
     return runHelper({testHelper(), cpu_seconds, "a hint"}, request);
 }
 
-Error errorOf(std::string_view wish, std::uint64_t number = 0, int cpu_seconds = 10) {
+Error errorOfHelper(std::string_view wish, std::uint64_t number = 0, int cpu_seconds = 10) {
     try {
         ask(wish, Bytes(1000), number, cpu_seconds);
     } catch (const Error& error) {
@@ -59,28 +59,29 @@ TEST(HelperProcess, ResultsAreNoLongerThanTheyAre) {
 }
 
 TEST(HelperProcess, ThrowsTheErrorOfTheHelper) {
-    const Error error = errorOf("error");
+    const Error error = errorOfHelper("error");
     EXPECT_EQ(error.kind(), ErrorKind::kMemory);
     EXPECT_STREQ(error.what(), "what");
     EXPECT_EQ(error.where(), "");
     EXPECT_EQ(error.hint(), "hint");
-    EXPECT_EQ(errorOf("throw").kind(), ErrorKind::kInput);
-    EXPECT_STREQ(errorOf("half an answer").what(), "and no more");
+    EXPECT_EQ(errorOfHelper("throw").kind(), ErrorKind::kInput);
+    EXPECT_STREQ(errorOfHelper("half an answer").what(), "and no more");
 }
 
 TEST(HelperProcess, SurvivesACrash) {
-    const Error error = errorOf("abort");
+    const Error error = errorOfHelper("abort");
     EXPECT_EQ(error.kind(), ErrorKind::kInput);
     EXPECT_NE(std::string(error.what()).find("signal 6"), std::string::npos) << error.what();
     EXPECT_EQ(error.hint(), "a hint");
     for (const std::uint64_t code : {0, 7}) {
-        EXPECT_EQ(errorOf("exit", code).kind(), ErrorKind::kInput);
-        EXPECT_STREQ(errorOf("exit", code).what(), "the decoder ends without a result on the data");
+        EXPECT_EQ(errorOfHelper("exit", code).kind(), ErrorKind::kInput);
+        EXPECT_STREQ(errorOfHelper("exit", code).what(),
+                     "the decoder ends without a result on the data");
     }
 }
 
 TEST(HelperProcess, EndsWhatTakesTooLong) {
-    const Error error = errorOf("loop", 0, 1);
+    const Error error = errorOfHelper("loop", 0, 1);
     EXPECT_EQ(error.kind(), ErrorKind::kInput);
     EXPECT_NE(std::string(error.what()).find("longer than 1 s"), std::string::npos) << error.what();
 }
@@ -100,8 +101,8 @@ TEST(HelperProcess, GivesNoMoreMemoryThanAllowed) {
     if (kShadowMemory) GTEST_SKIP() << "sanitizers reserve all address space";
     constexpr std::uint64_t kFits = 16U << 20U, kDoesNot = 256U << 20U;
     EXPECT_EQ(ask("memory", {}, kFits).takeOne<std::uint64_t>(), kFits);
-    EXPECT_EQ(errorOf("memory", kDoesNot).kind(), ErrorKind::kInput);
-    EXPECT_EQ(errorOf("unlimited memory", 2 * kDoesNot).kind(), ErrorKind::kInput)
+    EXPECT_EQ(errorOfHelper("memory", kDoesNot).kind(), ErrorKind::kInput);
+    EXPECT_EQ(errorOfHelper("unlimited memory", 2 * kDoesNot).kind(), ErrorKind::kInput)
         << "nor before it is told what is promised";
 }
 
@@ -136,12 +137,12 @@ TEST(HelperProcess, EndsWhatAsksForWhatNoDecoderNeeds) {
     if (!filtersCalls()) GTEST_SKIP() << "there is no filter of system calls here";
     constexpr std::uint64_t kKinds = 10;
     for (std::uint64_t kind = 0; kind < kKinds; ++kind) {
-        const Error error = errorOf("transgression", kind);
+        const Error error = errorOfHelper("transgression", kind);
         EXPECT_EQ(error.kind(), ErrorKind::kInput);
         EXPECT_NE(std::string(error.what()).find("asks the system"), std::string::npos)
             << kind << ": " << error.what();
     }
-    EXPECT_STREQ(errorOf("transgression", kKinds).what(),
+    EXPECT_STREQ(errorOfHelper("transgression", kKinds).what(),
                  "the decoder ends without a result on the data");
 }
 
@@ -188,7 +189,7 @@ TEST(HelperProcess, BelievesNoLieAboutAnError) {
 TEST(HelperProcess, WorksWhereChildrenAreIgnored) {
     const auto action = std::signal(SIGCHLD, SIG_IGN);
     EXPECT_EQ(ask("echo", {1, 2}).take<std::uint8_t>(), (Bytes{1, 2}));
-    EXPECT_EQ(errorOf("abort").kind(), ErrorKind::kInput);
+    EXPECT_EQ(errorOfHelper("abort").kind(), ErrorKind::kInput);
     std::signal(SIGCHLD, action);
 }
 

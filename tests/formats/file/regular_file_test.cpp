@@ -32,7 +32,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string errorOf(const std::function<void()>& action) {
+std::string messageOf(const std::function<void()>& action) {
     try {
         action();
     } catch (const Error& error) {
@@ -48,7 +48,7 @@ TEST(RegularFile, IsReadInPartsAndAtOnce) {
     writeFile(scratch / "a", "0123456789");
     EXPECT_EQ(readRegularText(scratch / "a"), "0123456789");
     EXPECT_EQ(readRegularFile(scratch / "a", 10).size(), 10U);
-    EXPECT_EQ(errorOf([&] { readRegularFile(scratch / "a", 9); }),
+    EXPECT_EQ(messageOf([&] { readRegularFile(scratch / "a", 9); }),
               "the file has 10 bytes, the limit is 9");
     const RegularFile file(scratch / "a");
     ASSERT_TRUE(file.isOpen());
@@ -83,7 +83,7 @@ TEST(RegularFile, PipesDevicesAndFoldersAreRefused) {
     };
     for (const auto& [path, words] : places) {
         if (path == "/dev/tty" && !RegularFile(path).isOpen() &&
-            errorOf([&] { readRegularText(path); }).find(words) == std::string::npos)
+            messageOf([&] { readRegularText(path); }).find(words) == std::string::npos)
             continue;  // without a terminal it cannot be opened at all
         const std::function<void()> ways[] = {
             [&] { readRegularText(path); },
@@ -99,8 +99,8 @@ TEST(RegularFile, PipesDevicesAndFoldersAreRefused) {
             [&] { imageDecoder("png", path); },
         };
         for (const auto& way : ways)
-            EXPECT_NE(errorOf(way).find(words), std::string::npos)
-                << path << " " << &way - ways << ": " << errorOf(way);
+            EXPECT_NE(messageOf(way).find(words), std::string::npos)
+                << path << " " << &way - ways << ": " << messageOf(way);
         EXPECT_EQ(outputHashOf(path), "") << path;
         EXPECT_FALSE(RegularFile(path).isOpen());
     }
