@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/image/channels.h"
 
+#include <algorithm>
 #include <string>
 
 namespace peeler::inline v0 {
@@ -56,6 +57,14 @@ PixelType typeOf(const ChannelInfo& info, PixelType color_type) {
 
 std::span<const ChannelInfo> channelTable() {
     return kChannels;
+}
+
+std::string nameOf(const FragmentArray& array) {
+    for (const ChannelInfo& info : kChannels)
+        if (std::ranges::equal(array.channels, info.components)) return std::string(info.name);
+    const std::string& first = array.channels.front();
+    const std::size_t dot = first.rfind('.');
+    return array.components() == 1 || dot == std::string::npos ? first : first.substr(0, dot);
 }
 
 FragmentArray emptyArray(Channel channel, PixelType color_type) {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -51,6 +52,10 @@ std::span<const ChannelInfo> channelTable();
 inline const ChannelInfo& infoOf(Channel channel) {
     return channelTable()[static_cast<std::size_t>(channel)];
 }
+
+/// What an array is called: the name of the channel that has its components, else what these have
+/// in common up to a dot, else that of its only one.
+std::string nameOf(const FragmentArray& array);
 
 /// The array of a channel, still without fragments. `color_type` is that of the colours.
 FragmentArray emptyArray(Channel channel, PixelType color_type);

@@ -12,7 +12,7 @@
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/exr/exr_writers.h"
-#include "formats/exr/layered_input.h"
+#include "formats/layered/opened_picture.h"
 #include "formats/read_all.h"
 #include "formats/same_image.h"
 #include "formats/synthetic_image.h"

@@ -15,8 +15,8 @@
 #include "formats/damaged_exr.h"
 #include "formats/deep_file.h"
 #include "formats/exr/exr_writers.h"
-#include "formats/exr/layered_input.h"
 #include "formats/flat_file.h"
+#include "formats/layered/opened_picture.h"
 #include "support/test_support.h"
 
 namespace peeler {

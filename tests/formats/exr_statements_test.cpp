@@ -9,9 +9,9 @@
 #include <limits>
 
 #include "formats/deep_file.h"
-#include "formats/exr/layered_input.h"
 #include "formats/file_statements.h"
 #include "formats/flat_file.h"
+#include "formats/layered/opened_picture.h"
 
 namespace peeler::test {
 namespace {
