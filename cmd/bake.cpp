@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <peeler/error.h>
+#include "cmd/bake/bake_arrays.h"
 #include "cmd/bake/bake_options.h"
 #include "cmd/bake/bake_values.h"
 #include "cmd/bake/write_memory.h"
@@ -86,6 +87,7 @@ class Bake {
     std::unique_ptr<GlbWriter> openPackage() const;
     void showWhatWasBaked(GlbWriter& package) const;
     void writePackage(GlbWriter& package) const;
+    void writeArrays();
     void writeVertices();
     void writeTextures();
     std::string materialName(int material) const;
@@ -208,8 +210,15 @@ void Bake::forecast() {
         forecast_.files = {{outputs_.front(), sceneForecast(), contents}};
         return;
     }
-    const auto size = static_cast<std::uint64_t>(texels_->settings().size);
     const std::size_t components = componentsOf(options_.bake.settings.quantity);
+    if (options_.bake.file() == BakeFile::kArrays) {
+        const std::vector<NamedArray> arrays =
+            texels_ ? texelArrays(*texels_, components) : vertexArrays(*vertices_, components);
+        const fs::path& output = outputs_.front();
+        forecast_.files = {{output, {ArrayWriter::fileBytes(output.string(), arrays)}, contents}};
+        return;
+    }
+    const auto size = static_cast<std::uint64_t>(texels_->settings().size);
     if (options_.bake.file() == BakeFile::kPng) {
         for (const fs::path& output : outputs_)
             forecast_.files.push_back({output, imageForecast(output.string(), 2 * size * size)});
@@ -316,7 +325,9 @@ void Bake::gather() {
 
 void Bake::write() {
     const StageTimer timer(job_.times(), "write");
-    if (texels_)
+    if (options_.bake.file() == BakeFile::kArrays)
+        writeArrays();
+    else if (texels_)
         writeTextures();
     else
         writeVertices();
@@ -339,6 +350,15 @@ void Bake::writePackage(GlbWriter& package) const {
     for (const std::string& warning : package.warnings())
         reporter_.warning(warning);
     package.write(outputs_.front().string());
+}
+
+void Bake::writeArrays() {
+    const std::size_t components = componentsOf(options_.bake.settings.quantity);
+    const std::string path = outputs_.front().string();
+    if (texels_)
+        writeTexelArrays(path, *texels_, values_, components, options_.bake.texelPadding());
+    else
+        writeVertexArrays(path, *posed_, *vertices_, values_, components);
 }
 
 void Bake::writeVertices() {
@@ -429,7 +449,12 @@ constexpr const char* kBakeFooter =
     "holds\n"
     "what is in COLOR_0, times no other colour, an .exr the numbers. Normals and distances are\n"
     "those of the world. A mesh that nodes show differently is copied for each; the instances of\n"
-    "one node (EXT_mesh_gpu_instancing) get their mean. Surfaces are asked on their front.";
+    "one node (EXT_mesh_gpu_instancing) get their mean. Surfaces are asked on their front.\n"
+    "Arrays of n vertices: values (n, 1 or 3), positions and normals (n, 3; world space), "
+    "float32,\n"
+    "and ranges (r, 5; int64): node, instance (among all that are drawn), primitive of its mesh,\n"
+    "and which of the n are its vertices, the first and how many. With --target texture there is\n"
+    "material_M (size, size, 1 or 3; v = 0 first) for each material M; arrays_version.";
 
 }  // namespace
 

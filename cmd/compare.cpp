@@ -26,10 +26,10 @@
 #include "cmd/verbs.h"
 #include "core/base/color.h"
 #include "core/image/merge.h"
-#include "formats/exr/layered_input.h"
 #include "formats/file/file_name.h"
 #include "formats/file/read_warnings.h"
 #include "formats/image/flat_image.h"
+#include "formats/layered/opened_picture.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -96,7 +96,7 @@ std::string comparedSizeText(const Window& window) {
 ComparedImage::ComparedImage(const std::string& path, const LayeredReadOptions& reading,
                              Reporter& reporter)
     : path_(path) {
-    if (fileKind(path) != FileKind::kExr) {
+    if (!isPictureFile(path)) {
         flat_ = readFlatImage(path);
         ReadWarnings warnings(reading.strict, path);
         const std::string image = "The image \"" + path + "\": ";
@@ -106,9 +106,9 @@ ComparedImage::ComparedImage(const std::string& path, const LayeredReadOptions& 
             reporter.warning(warning);
         return;
     }
-    OpenedExr opened(path, reading);
-    const bool composite = isLoneComposite(opened.info) && !reading.choosesPicture();
-    const bool layers = isLayered(opened.info) && !reading.choosesPicture();
+    OpenedPicture opened(path, reading);
+    const bool composite = isLoneComposite(opened.info()) && !reading.choosesPicture();
+    const bool layers = isLayered(opened.info()) && !reading.choosesPicture();
     reader_ = composite ? openComposite(std::move(opened)) : openInput(std::move(opened), reporter);
     layered_ = layers || !reader_->info().deep.empty();
 }
@@ -384,7 +384,7 @@ constexpr const char* kCompareFooter =
 
 VerbAction declareCompare(VerbOptions& verb) {
     const auto options = std::make_shared<CompareOptions>();
-    constexpr const char* kImages = ".exr .png .jpg .tif";
+    constexpr const char* kImages = ".exr .safetensors .png .jpg .tif";
     addFile(verb, "A", "", options->a, "an image").files(kImages).required();
     addFile(verb, "B", "", options->b, "another of the same size and crop")
         .files(kImages)

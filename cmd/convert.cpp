@@ -82,7 +82,7 @@ void Convert::checkOptions() {
     }
     if (format.holds(OutputContent::kComposite) || format.holds(OutputContent::kShadowMap)) {
         throw Error(ErrorKind::kUsage, "convert writes layers", options_.output.path.string(),
-                    "use --as ldi or --as deep; peeler flatten makes composites");
+                    "use --as ldi, deep or layers; peeler flatten makes composites");
     }
     checkOutput(options_.output, {options_.input});
     checkReport(options_.report, {options_.input, options_.output.path});
@@ -146,8 +146,8 @@ constexpr const char* kConvertFooter =
 
 VerbAction declareConvert(VerbOptions& verb) {
     const auto options = std::make_shared<ConvertOptions>();
-    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)")
-        .files(".exr")
+    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr, .safetensors)")
+        .files(".exr .safetensors")
         .required();
     addLayeredOptions(verb, options->reading);
     addOutputFile(verb, options->output, true);

@@ -210,8 +210,9 @@ void Extract::addProducts() {
         arrays.layers_listed = !options_.layers.empty();
         products_.push_back(
             {"arrays", *options_.arrays, makeFragmentArrays(options_.arrays->string(), arrays),
-             [arrays](const Plan& plan, const LayeredImage& band) {
-                 return forecastFragmentArrays(plan, band, arrays);
+             [arrays, path = options_.arrays->string()](const Plan& plan,
+                                                        const LayeredImage& band) {
+                 return forecastFragmentArrays(path, plan, band, arrays);
              },
              [arrays](const LayeredImage& band) { return fragmentArrayBytes(band, arrays); }});
     }
@@ -250,7 +251,7 @@ BandUse Extract::useOf(int rows) const {
     }
     // Then no array becomes larger, or there is room elsewhere.
     const bool alone = rows >= whole_.view.crop.height();
-    if (products_.empty() && (alone || !options_.writesExrLayers())) use.array_bytes = 0;
+    if (products_.empty() && (alone || !options_.writesFragments())) use.array_bytes = 0;
     if (products_.size() > 1) {  // the band itself goes to one of them
         use.fragment_bytes += use.list_bytes;
         use.pixel_bytes += sizeof(std::uint32_t);
@@ -270,7 +271,7 @@ void Extract::chooseBands() {
 /// them.
 void Extract::count() {
     const bool partial_counts = options_.counts && !selection_.all();
-    if (options_.arrays || options_.writesExrLayers() || partial_counts) countAll();
+    if (options_.arrays || options_.writesFragments() || partial_counts) countAll();
 }
 
 void Extract::countAll() {

@@ -142,8 +142,8 @@ void Flatten::report() {
 VerbAction declareFlatten(VerbOptions& verb) {
     const auto options = std::make_shared<FlattenOptions>();
     options->output.options.as = "composite";
-    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)")
-        .files(".exr")
+    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr, .safetensors)")
+        .files(".exr .safetensors")
         .required();
     addLayeredOptions(verb, options->reading);
     addOutputOptions(verb, options->output);

@@ -12,6 +12,7 @@
 #include "cmd/session/session.h"
 #include "cmd/verbs.h"
 #include "formats/file/file_name.h"
+#include "formats/layered/opened_picture.h"
 
 namespace peeler::cmd {
 
@@ -20,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 int printInfo(const InfoOptions& options, Reporter& reporter) {
-    if (fileKind(options.file.string()) == FileKind::kExr) {
+    if (isPictureFile(options.file.string())) {
         printImageInfo(options, reporter);
         return 0;
     }
@@ -29,7 +30,7 @@ int printInfo(const InfoOptions& options, Reporter& reporter) {
     if (!sceneFormatOf(options.file) && !isSceneName(options.file))
         throw Error(ErrorKind::kInput, "neither a scene nor an OpenEXR image",
                     options.file.string(),
-                    "info reads glTF, PLY, STL, OBJ and the .exr files that peeler writes");
+                    "info reads glTF, PLY, STL, OBJ, arrays and the .exr files that peeler writes");
     printSceneInfo(options, reporter);
     return 0;
 }
@@ -39,7 +40,7 @@ int printInfo(const InfoOptions& options, Reporter& reporter) {
 VerbAction declareInfo(VerbOptions& verb) {
     const auto options = std::make_shared<InfoOptions>();
     addFile(verb, "FILE", "", options->file,
-            "a scene (glTF, PLY, STL, OBJ) or a layered or deep image (.exr)")
+            "a scene (glTF, PLY, STL, OBJ, arrays) or a layered or deep image (.exr, .safetensors)")
         .files(sceneExtensions() + " .exr")
         .required();
     addSandboxOption(verb, options->reading.allow_outside);

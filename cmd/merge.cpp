@@ -22,6 +22,7 @@
 #include "core/image/layers.h"
 #include "formats/exr/exr_integrity.h"
 #include "formats/exr/exr_layout.h"
+#include "formats/file/file_name.h"
 #include "formats/output_hash.h"
 #include "formats/writers.h"
 
@@ -107,7 +108,7 @@ void Merge::open() {
                    options_.elements ? PictureTiles::Parts::kElements : PictureTiles::Parts::kTiles,
                    readingFor(options_.reading, {{output_.path}}), composites_wanted, reporter_);
     for (const fs::path& input : options_.inputs)
-        requireUnchanged(input.string());
+        if (fileKind(input.string()) == FileKind::kExr) requireUnchanged(input.string());
 }
 
 /// Chooses the kind of the output: that of the tiles, unless another is asked for. Composites are
@@ -269,10 +270,11 @@ void Merge::report() {
 VerbAction declareMerge(VerbOptions& verb) {
     const auto options = std::make_shared<MergeOptions>();
     verb.addFiles("TILES", options->inputs,
-                  "layered, deep or composite images (.exr) of one scene, view and settings, "
+                  "layered, deep or composite images (.exr, .safetensors) of one scene, view and "
+                  "settings, "
                   "rendered with "
                   "--tile or --crop")
-        .files(".exr");
+        .files(".exr .safetensors");
     addLayeredOptions(verb, options->reading);
     addOutputOptions(verb, options->output);
     addLayerOutputOptions(verb, options->output);

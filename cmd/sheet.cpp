@@ -99,7 +99,7 @@ int Sheets::run() {
     checkOptions();
     int code = 0;
     try {
-        if (fileKind(request_.scene.file.string()) == FileKind::kExr) {
+        if (isPictureFile(request_.scene.file.string())) {
             refuseSceneOptions();
             ofFile();
         } else if (sceneFormatOf(request_.scene.file)) {
@@ -345,7 +345,9 @@ VerbAction declareSheet(VerbOptions& verb) {
     const auto options = std::make_shared<SheetOptions>();
     options->output.options.as = "composite";
     addFile(verb, "IN", "", options->request.scene.file,
-            "a layered or deep image (.exr) or a scene: glTF (.gltf, .glb), PLY, STL or OBJ")
+            "a layered or deep image (.exr, .safetensors) or a scene: glTF (.gltf, .glb), PLY, "
+            "STL, OBJ or "
+            "arrays")
         .files(".exr " + sceneExtensions())
         .required();
     addOutputOptions(verb, options->output);

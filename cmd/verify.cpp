@@ -179,8 +179,10 @@ int verifyAll(const VerifyOptions& options, Reporter& reporter) {
 
 VerbAction declareVerify(VerbOptions& verb) {
     const auto options = std::make_shared<VerifyOptions>();
-    verb.addFiles("FILES", options->inputs, "OpenEXR files; those of peeler as one sequence")
-        .files(".exr");
+    verb.addFiles("FILES", options->inputs,
+                  "OpenEXR files, and pictures in arrays (.safetensors); those of peeler as one "
+                  "sequence")
+        .files(".exr .safetensors");
     verb.addFlag("--any-settings", options->any_settings,
                  "scene, settings and size may differ from file to file");
     addThreadsOption(verb, options->threads);

@@ -353,8 +353,8 @@ void ViewRun::report() {
 
 VerbAction declareView(VerbOptions& verb) {
     const auto options = std::make_shared<ViewOptions>();
-    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)")
-        .files(".exr")
+    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr, .safetensors)")
+        .files(".exr .safetensors")
         .required();
     addLayeredOptions(verb, options->reading);
     addViewCameraOptions(verb, options->camera);

@@ -8,7 +8,7 @@
 
 #include <peeler/error.h>
 #include "core/image/merge.h"
-#include "formats/arrays/table_writers.h"
+#include "formats/arrays/array_writer.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_integrity.h"
@@ -53,18 +53,17 @@ std::string ofImage(const std::string& path) {
 }
 
 std::string ofArrays(const std::string& path) {
-    return npzText(path, "output_hash");
+    const std::string hash = arrayText(path, "output_hash");
+    return hash.empty() ? arrayText(path, "peeler:outputHash") : hash;
 }
 
 struct HashedKind {
     std::string_view extension;
     std::string (*hash)(const std::string& path);
 };
-constexpr HashedKind kKinds[] = {{".exr", ofExr},
-                                 {".html", ofPage},
-                                 {".htm", ofPage},
-                                 {".npz", ofArrays},
-                                 {"", ofImage}};  // "": any other
+constexpr HashedKind kKinds[] = {
+    {".exr", ofExr},    {".html", ofPage},          {".htm", ofPage},
+    {".npz", ofArrays}, {".safetensors", ofArrays}, {"", ofImage}};  // "": any other
 
 }  // namespace
 

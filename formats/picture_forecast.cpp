@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <iterator>
 
-#include "formats/arrays/fragment_tables.h"
 #include "formats/image/image_writer.h"
 #include "formats/writers.h"
 
@@ -83,44 +82,12 @@ constexpr ContentBytes kContents[] = {
     {OutputContent::kPage, pageBytes},
 };
 
-/// A picture without fragments that has the channels of the plan's.
-LayeredImage emptyBand(const Plan& plan) {
-    LayeredImage band;
-    band.color = {colorNames(plan.tinted), plan.color_type, {}};
-    band.extra = plan.channels;
-    return band;
-}
-
-/// Of formats whose writers know it better.
-struct WriterForecast {
-    OutputContent content;
-    SizeForecast (*forecast)(const std::string& path, const Plan& plan,
-                             const OutputOptions& options);
-};
-
-SizeForecast arraysForecast(const std::string&, const Plan& plan, const OutputOptions& options) {
-    return forecastFragmentArrays(plan, emptyBand(plan), arrayOptions(options));
-}
-
-constexpr WriterForecast kWriters[] = {
-    {OutputContent::kArrays, arraysForecast},
-    {OutputContent::kPlanes, arraysForecast},
-    {OutputContent::kLari, [](const std::string& path, const Plan& plan,
-                              const OutputOptions&) { return forecastLariSample(path, plan); }},
-    {OutputContent::kXray,
-     [](const std::string&, const Plan& plan, const OutputOptions& options) {
-         return forecastXray(plan, options.provenance.output_hash);
-     }},
-};
-
 }  // namespace
 
 SizeForecast forecastPicture(const std::string& path, const Plan& plan,
                              const OutputOptions& options) {
     const OutputFormat& format = findOutputFormat(path, options.as);
-    const auto* const writer =
-        std::ranges::find(kWriters, format.content, &WriterForecast::content);
-    if (writer != std::end(kWriters)) return writer->forecast(path, plan, options);
+    if (format.forecast) return format.forecast(path, plan, options);
     if (findImageFormat(path)) return imageForecast(path, plan.view.crop.pixels());
     const auto* const row = std::ranges::find(kContents, format.content, &ContentBytes::content);
     return {row->bytes(PlannedBytes(plan, options), options), Certainty::kAtMost};

@@ -6,7 +6,9 @@
 #include <cstring>
 
 #include <peeler/error.h>
+#include "formats/arrays/array_writer.h"
 #include "formats/arrays/fragment_tables.h"
+#include "formats/arrays/picture_arrays.h"
 #include "formats/exr/exr_plane_writer.h"
 #include "formats/exr/exr_writers.h"
 #include "formats/file/file_name.h"
@@ -27,6 +29,22 @@ std::unique_ptr<Sink> makeArrays(const std::string& path, const OutputOptions& o
 
 std::unique_ptr<Sink> makeXrayMatrix(const std::string& path, const OutputOptions& options) {
     return makeXray(path, options.provenance.output_hash);
+}
+
+SizeForecast arraysForecast(const std::string& path, const Plan& plan,
+                            const OutputOptions& options) {
+    LayeredImage band;  // without fragments, with the channels of the plan
+    band.color = {colorNames(plan.tinted), plan.color_type, {}};
+    band.extra = plan.channels;
+    return forecastFragmentArrays(path, plan, band, arrayOptions(options));
+}
+
+SizeForecast xrayForecast(const std::string& path, const Plan& plan, const OutputOptions& options) {
+    return forecastXray(path, plan, options.provenance.output_hash);
+}
+
+SizeForecast lariForecast(const std::string& path, const Plan& plan, const OutputOptions&) {
+    return forecastLariSample(path, plan);
 }
 
 std::vector<OutputFormat> makeTable() {
@@ -68,31 +86,50 @@ std::vector<OutputFormat> makeTable() {
                     .make = make<HtmlViewWriter>,
                     .content = OutputContent::kPage,
                     .for_display = true});
-    rows.push_back({.extensions = {".npz"},
+    const std::vector<std::string_view> arrays(arrayExtensions().begin(), arrayExtensions().end());
+    rows.push_back({.extensions = {".safetensors"},
+                    .kind = "layers",
+                    .summary = "every fragment in arrays as they are in memory, to be read again",
+                    .make = makeLayerArrays,
+                    .content = OutputContent::kLists,
+                    .channels = true,
+                    .forecast = forecastLayerArrays});
+    rows.push_back({.extensions = arrays,
                     .kind = "arrays",
                     .summary = "every fragment in arrays for numpy, in a list a pixel",
                     .make = makeArrays,
                     .content = OutputContent::kArrays,
-                    .channels = true});
-    rows.push_back({.extensions = {".npz"},
+                    .channels = true,
+                    .forecast = arraysForecast});
+    rows.push_back({.extensions = arrays,
                     .kind = "dense",
                     .summary = "the nearest fragments in planes for numpy: (h, w, planes, ...)",
                     .make = makeArrays,
                     .content = OutputContent::kPlanes,
-                    .channels = true});
+                    .channels = true,
+                    .forecast = arraysForecast});
     rows.push_back({.extensions = {".png"},
                     .kind = "lari",
                     .summary = "a sample for LaRI: OUT.png, OUT_ldi.npz and OUT.npy",
                     .make = makeLariSample,
                     .content = OutputContent::kLari,
                     .for_display = true,
+                    .forecast = lariForecast,
                     .beside = lariFiles});
-    rows.push_back({.extensions = {".npz"},
+    rows.push_back({.extensions = arrays,
                     .kind = "xray",
                     .summary = "a sample for X-Ray: 16 layers as a sparse matrix for scipy",
                     .make = makeXrayMatrix,
                     .content = OutputContent::kXray,
-                    .needs = xrayChannels});
+                    .needs = xrayChannels,
+                    .forecast = xrayForecast});
+    rows.push_back({.extensions = arrays,
+                    .kind = "composite",
+                    .summary = "flat picture in arrays for numpy: rgba and the first z",
+                    .make = makeCompositeArrays,
+                    .content = OutputContent::kComposite,
+                    .channels = true,
+                    .forecast = forecastCompositeArrays});
     return rows;
 }
 

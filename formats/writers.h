@@ -22,6 +22,7 @@ namespace peeler {
 enum class OutputContent : std::uint8_t {
     kLayers,     ///< the layers of every pixel, in a layout, with their composite unless left out
     kSamples,    ///< the same fragments as deep samples, which may be merged
+    kLists,      ///< the same fragments in lists, as they are in memory
     kComposite,  ///< the layers composited, over a background
     /// A midpoint shadow map, which needs every layer of OPAQUE and MASK surfaces, both faces of
     /// each.
@@ -47,12 +48,16 @@ struct OutputFormat {
     bool for_display = false;
     /// The channels that it is made of, whatever else is asked for.
     std::span<const Channel> (*needs)() = nullptr;
+    /// The size of its files, where the writer knows it better than forecastPicture().
+    SizeForecast (*forecast)(const std::string& path, const Plan& plan,
+                             const OutputOptions& options) = nullptr;
     /// The files that appear together with the one at `path`, which appears last.
     std::vector<std::string> (*beside)(const std::string& path) = nullptr;
 
     bool holds(OutputContent what) const { return content == what; }
     /// Every fragment can be read from it again.
-    bool holdsFragments() const {
+    bool holdsFragments() const { return isCompressed() || holds(OutputContent::kLists); }
+    bool isCompressed() const {
         return holds(OutputContent::kLayers) || holds(OutputContent::kSamples);
     }
     bool hasComposite() const {

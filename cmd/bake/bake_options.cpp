@@ -17,16 +17,19 @@ namespace {
 
 constexpr Choice<BakeTarget> kTargets[] = {
     {"vertices", BakeTarget::kVertices,
-     "a .glb of the scene: COLOR_0, and the numbers themselves as _AO, _BENT_NORMAL, "
+     "arrays, or a .glb of the scene: COLOR_0, and the numbers themselves as _AO, _BENT_NORMAL, "
      "_SKY_VISIBILITY, _THICKNESS or _IRRADIANCE"},
     {"texture", BakeTarget::kTexture,
-     "a texture a material: .exr, .png, or the occlusion texture of the materials of a .glb"},
+     "a texture a material: .exr, .png, arrays, or the occlusion texture of the materials of a "
+     ".glb"},
 };
 
 constexpr Choice<BakeFile> kFiles[] = {
     {".glb", BakeFile::kGltf, ""},
     {".exr", BakeFile::kExr, ""},
     {".png", BakeFile::kPng, ""},
+    {".npz", BakeFile::kArrays, ""},
+    {".safetensors", BakeFile::kArrays, ""},
 };
 
 constexpr int kMostDirections = 1 << 20;
@@ -69,12 +72,12 @@ BakeFile BakeOptions::file() const {
     for (const auto& choice : kFiles)
         if (choice.name == extension) return choice.value;
     refuse("nothing is baked into such a file", "--output " + output.string(),
-           "choose one of: .glb, .exr, .png");
+           "choose one of: .glb, .exr, .png, .npz, .safetensors");
 }
 
 BakeTarget BakeOptions::chosenTarget() const {
-    return target.value_or(file() == BakeFile::kGltf ? BakeTarget::kVertices
-                                                     : BakeTarget::kTexture);
+    const bool textures = file() == BakeFile::kExr || file() == BakeFile::kPng;
+    return target.value_or(textures ? BakeTarget::kTexture : BakeTarget::kVertices);
 }
 
 TexelSettings BakeOptions::texels() const {
@@ -92,9 +95,9 @@ void addBakeOptions(VerbOptions& verb, BakeOptions& options) {
     addFile(
         verb, "-o,--output", "FILE", options.output,
         "the file to write: .glb (the scene with what was baked), .exr (32-bit floats, a part a "
-        "material) or .png (16 bits; of several materials one each: #### or %04d in the name "
-        "becomes the material's number)")
-        .files(".glb .exr .png")
+        "material), .png (16 bits; of several materials one each: #### or %04d in the name "
+        "becomes the material's number), .npz or .safetensors (arrays for numpy, see below)")
+        .files(".glb .exr .png .npz .safetensors")
         .group("Output")
         .required();
     verb.addFlag("--no-mkdir", options.no_mkdir, "fail if its folder is missing; else it is made")
@@ -107,7 +110,7 @@ void addBakeOptions(VerbOptions& verb, BakeOptions& options) {
             return choose(std::string("target"), std::span<const Choice<BakeTarget>>(kTargets),
                           text);
         },
-        "where to (default: vertices for a .glb, else texture):")
+        "where to (default: texture for .exr and .png, else vertices):")
         .oneOf(describeChoices(kTargets))
         .group("Output");
     verb.addFlag("--values-alone", options.values_alone,
@@ -151,10 +154,10 @@ void checkBakeOptions(const BakeOptions& options, const AppearanceOptions& appea
         refuse("only values at vertices can be shown alone", "--values-alone",
                "leave it out, or write a .glb with --target vertices");
     if (options.chosenTarget() == BakeTarget::kVertices) {
-        if (file != BakeFile::kGltf)
+        if (file == BakeFile::kExr || file == BakeFile::kPng)
             refuse("values of vertices need a scene to stand in",
                    "--target vertices, --output " + path,
-                   "write a .glb, or choose --target texture");
+                   "write a .glb or arrays, or choose --target texture");
         if (options.uv_set || options.size || options.padding)
             refuse("vertices have no texels", "--uv, --size, --padding",
                    "leave it out, or add --target texture");

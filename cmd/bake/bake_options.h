@@ -36,7 +36,7 @@ inline constexpr Choice<BakeQuantity> kBakeQuantities[] = {
 enum class BakeTarget { kVertices, kTexture };
 
 /// The kinds of files that are written, by their extensions.
-enum class BakeFile { kGltf, kExr, kPng };
+enum class BakeFile { kGltf, kExr, kPng, kArrays };
 
 struct BakeOptions {
     std::filesystem::path output;
@@ -44,7 +44,7 @@ struct BakeOptions {
     bool dry_run = false;
     bool values_alone = false;  ///< a .glb that shows the values and no materials
     BakeSettings settings;
-    std::optional<BakeTarget> target;  ///< none = vertices for a .glb, else texture
+    std::optional<BakeTarget> target;  ///< none = texture for .exr and .png
     /// The UV set, texels a side, texels of padding, and bounces of light; none = the default.
     std::optional<int> uv_set, size, padding, bounces;
     Faces faces = Faces::kBoth;

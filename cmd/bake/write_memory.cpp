@@ -49,6 +49,7 @@ std::uint64_t writeMemory(const BakeOptions& bake, const SceneOptions& options,
         package = scene.assumed()
                       ? GlbWriter::memory(scene.scene())
                       : GlbWriter::memory(options.file, options.reading, scene.scene().files);
+    if (!texels && bake.file() == BakeFile::kArrays) return bytes;
     if (!texels) {
         // COLOR_0 and the values, as they are made and as they are added.
         constexpr std::uint64_t kColorBytes = 4 * sizeof(std::uint16_t);
@@ -63,6 +64,7 @@ std::uint64_t writeMemory(const BakeOptions& bake, const SceneOptions& options,
     }
     if (bake.file() == BakeFile::kPng)
         return bytes + std::max(textures.filling(), textures.png(sizeof(std::uint16_t)));
+    if (bake.file() == BakeFile::kArrays) return bytes + textures.filling();
     const std::uint64_t encoded = atlases * textures.texels;  // a byte a texel, at most
     bytes += encoded;
     return bytes + std::max({textures.filling(), textures.png(1), package});

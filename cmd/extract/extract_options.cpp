@@ -13,6 +13,7 @@
 #include "cmd/options/forecast.h"
 #include "cmd/options/frames.h"
 #include "cmd/options/output_checks.h"
+#include "formats/arrays/array_writer.h"
 #include "formats/file/file_name.h"
 
 namespace peeler::cmd {
@@ -46,17 +47,18 @@ OutputRequest requestFor(const ExtractOptions& options, const fs::path& path) {
     return output;
 }
 
-/// Throws Error (kUsage, kOutput) unless this is such a file, and may be written.
-void checkFile(const ExtractOptions& options, const fs::path& path, const char* extension) {
-    if (lowerExtension(path) != extension) {
-        throw Error(ErrorKind::kUsage, std::string("expected a name that ends in ") + extension,
+/// Throws Error (kUsage, kOutput) unless the file has such a name, and may be written.
+void checkFile(const ExtractOptions& options, const fs::path& path, bool fits,
+               const char* extensions) {
+    if (!fits) {
+        throw Error(ErrorKind::kUsage, std::string("expected a name that ends in ") + extensions,
                     path.string());
     }
     checkTarget(requestFor(options, path), {options.input});
 }
 
 constexpr const char* kExtractFooter =
-    "Arrays of the .npz, for n fragments of w x h pixels, with the names that peeler rays gives "
+    "Arrays, for n fragments of w x h pixels, with the names that peeler rays gives "
     "to\n"
     "the same things: ray_splits (w*h + 1, int64; pixel p, row by row, has the fragments\n"
     "ray_splits[p] to ray_splits[p + 1], front to back), z (n; depth along bundle_direction),\n"
@@ -82,14 +84,14 @@ constexpr const char* kExtractFooter =
 
 }  // namespace
 
-bool ExtractOptions::writesExrLayers() const {
+bool ExtractOptions::writesFragments() const {
     return writesLayers() && LayerFiles::needCounts(output);
 }
 
 void checkExtractOptions(const ExtractOptions& options) {
     std::vector<fs::path> outputs;
     if (options.writesLayers()) {
-        if (options.writesExrLayers() && options.output.asksForDisplay()) {
+        if (options.writesFragments() && options.output.asksForDisplay()) {
             throw Error(ErrorKind::kUsage, "layers in an EXR stay as they were rendered",
                         "--background, --exposure, --tone-map",
                         "leave it out, or write .png, .jpg or .tif");
@@ -102,8 +104,15 @@ void checkExtractOptions(const ExtractOptions& options) {
         checkOutput(output, {options.input});
         outputs.push_back(*options.counts);
     }
-    if (options.points) checkFile(options, outputs.emplace_back(*options.points), ".ply");
-    if (options.arrays) checkFile(options, outputs.emplace_back(*options.arrays), ".npz");
+    if (options.points) {
+        outputs.push_back(*options.points);
+        checkFile(options, outputs.back(), lowerExtension(outputs.back()) == ".ply", ".ply");
+    }
+    if (options.arrays) {
+        outputs.push_back(*options.arrays);
+        checkFile(options, outputs.back(), isArrayName(outputs.back().string()),
+                  ".npz or .safetensors");
+    }
     if (outputs.empty()) {
         throw Error(ErrorKind::kUsage, "nothing to extract", "",
                     "give one or more of --output, --depth-complexity, --points and --npz");
@@ -127,8 +136,8 @@ void checkExtractOptions(const ExtractOptions& options) {
 }
 
 void addExtractOptions(VerbOptions& verb, ExtractOptions& options) {
-    addFile(verb, "IN", "", options.input, "a layered or deep image (.exr)")
-        .files(".exr")
+    addFile(verb, "IN", "", options.input, "a layered or deep image (.exr, .safetensors)")
+        .files(".exr .safetensors")
         .required();
     addLayeredOptions(verb, options.reading);
     addOutputOptions(verb, options.output);
@@ -136,8 +145,8 @@ void addExtractOptions(VerbOptions& verb, ExtractOptions& options) {
         .required(false)
         .description(
             "every layer as a file of its own, #### or %04d being its number: .exr (all channels, "
-            "cropped to the layer), .png, .jpg, .tif")
-        .files(".exr .png .jpg .tif");
+            "cropped to the layer), .safetensors, .png, .jpg, .tif")
+        .files(".exr .safetensors .png .jpg .tif");
     const auto add = [&](const char* name, auto& target, const char* endings, const char* help) {
         addFile(verb, name, "FILE", target, help).files(endings).group("Output");
     };
@@ -149,7 +158,8 @@ void addExtractOptions(VerbOptions& verb, ExtractOptions& options) {
         "and ids if the file has them");
     verb.addFlag("--double", options.double_points, "x, y, z of --points in 64 bits, not 32")
         .group("Output");
-    add("--npz", options.arrays, ".npz", "every fragment in arrays for numpy (.npz, see below)");
+    add("--npz", options.arrays, ".npz .safetensors",
+        "every fragment in arrays for numpy (.npz or .safetensors, see below)");
     addDenseOptions(verb, options.output);
     addObjectOptions(verb, options.objects);
     verb.addRepeated(

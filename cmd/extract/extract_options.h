@@ -32,7 +32,7 @@ struct ExtractOptions {
     ReportOptions report;
 
     bool writesLayers() const { return !output.path.empty(); }
-    bool writesExrLayers() const;
+    bool writesFragments() const;
 };
 
 /// Declares all options of the verb. `options` must outlive the parse.

@@ -27,7 +27,8 @@ constexpr std::uint64_t kFileBuffer = std::uint64_t{1} << 20;  // of an AtomicFi
 LayerFiles::LayerFiles(const OutputRequest& output, const Provenance& provenance,
                        std::vector<std::size_t> layers, const std::filesystem::path& input)
     : output_(output), provenance_(provenance), layers_(std::move(layers)) {
-    output_.options.as = needCounts(output) ? "ldi" : "composite";
+    output_.options.as =
+        needCounts(output) ? findOutputFormat(output.path.string(), "").kind : "composite";
     std::set<std::filesystem::path> names;
     for (const std::size_t layer : layers_) {
         OutputRequest one = output_;
@@ -44,7 +45,7 @@ LayerFiles::LayerFiles(const OutputRequest& output, const Provenance& provenance
 }
 
 bool LayerFiles::needCounts(const OutputRequest& output) {
-    return findOutputFormat(output.path.string(), "").holds(OutputContent::kLayers);
+    return findOutputFormat(output.path.string(), "").holdsFragments();
 }
 
 std::filesystem::path LayerFiles::path(std::size_t layer) const {

@@ -19,8 +19,8 @@
 #include "core/image/layers.h"
 #include "core/image/statistics.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/exr/layered_input.h"
 #include "formats/file/json_text.h"
+#include "formats/layered/opened_picture.h"
 
 namespace peeler::cmd {
 
@@ -47,7 +47,7 @@ struct ImageFacts {
 
 /// Reads every layer: a file that is damaged says so here, and not in the middle of somebody's
 /// work.
-void readLayers(OpenedExr opened, ImageFacts& facts, Reporter& reporter) {
+void readLayers(OpenedPicture opened, ImageFacts& facts, Reporter& reporter) {
     const std::unique_ptr<LayeredInput> reader = openInput(std::move(opened), reporter);
     facts.info = reader->info();
     const View& view = facts.info.plan.view;
@@ -71,8 +71,8 @@ ImageFacts gather(const InfoOptions& options, Reporter& reporter) {
     ImageFacts facts;
     LayeredReadOptions reading = options.image;
     reading.strict = options.reading.strict;
-    OpenedExr opened(options.file.string(), reading);
-    facts.info = opened.info;
+    OpenedPicture opened(options.file.string(), reading);
+    facts.info = opened.info();
     facts.layered = isLayered(facts.info) || reading.choosesPicture();
     if (facts.layered) readLayers(std::move(opened), facts, reporter);
     return facts;
@@ -205,10 +205,16 @@ std::string provenanceText(const Provenance& p) {
     return text + '\n';
 }
 
+bool isOfArrays(const ExrInfo& info) {
+    const std::string& type = info.parts.front().type;
+    return type == kListArrays || type == kPlaneArrays;
+}
+
 std::string toText(const ImageFacts& facts, const InfoOptions& options) {
     const ExrInfo& info = facts.info;
     const Plan& plan = info.plan;
-    std::string text = printable(options.file.string(), kMostOfLine) + ": OpenEXR image, " +
+    std::string text = printable(options.file.string(), kMostOfLine) +
+                       (isOfArrays(info) ? ": picture in arrays, " : ": OpenEXR image, ") +
                        std::to_string(plan.view.width) + " x " + std::to_string(plan.view.height) +
                        ", " + bytesText(info.bytes) +
                        (info.is_peeler ? ", written by peeler\n" : "\n");

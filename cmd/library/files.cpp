@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "formats/exr/layered_input.h"
+#include "formats/layered/opened_picture.h"
 #include "formats/meshes/scene_reader.h"
 #include "formats/writers.h"
 

@@ -142,11 +142,11 @@ void addOpacities(LayeredImage& image) {
 
 /// Whether the tiles are merged as composites: all have one and none has layers, and not all of
 /// them are empty layered files, unless composites are wanted.
-bool areComposites(const std::vector<OpenedExr>& opened, bool wanted) {
-    const auto flat = [](const OpenedExr& tile) {
-        return tile.info.composite >= 0 && tile.info.layers.empty() && tile.info.deep.empty();
+bool areComposites(const std::vector<OpenedPicture>& opened, bool wanted) {
+    const auto flat = [](const OpenedPicture& tile) {
+        return tile.info().composite >= 0 && tile.info().layers.empty() && tile.info().deep.empty();
     };
-    const auto empty = [](const OpenedExr& tile) { return isLayered(tile.info); };
+    const auto empty = [](const OpenedPicture& tile) { return isLayered(tile.info()); };
     return std::ranges::all_of(opened, flat) && (wanted || !std::ranges::all_of(opened, empty));
 }
 
@@ -163,10 +163,13 @@ PictureTiles::PictureTiles(const std::vector<fs::path>& paths, Parts parts,
 
 void PictureTiles::open(const std::vector<fs::path>& paths, const LayeredReadOptions& reading,
                         bool composites_wanted, Reporter& reporter) {
-    std::vector<OpenedExr> opened;
+    std::vector<OpenedPicture> opened;
     for (const fs::path& path : paths)
         opened.emplace_back(path.string(), reading);
-    const auto deep = [](const OpenedExr& tile) { return !tile.info.deep.empty(); };
+    // Layers in arrays are no deep samples.
+    const auto deep = [](const OpenedPicture& tile) {
+        return !tile.info().deep.empty() && !tile.isOfArrays();
+    };
     const bool tiles = parts_ == Parts::kTiles;
     if (tiles && !reading.choosesPicture() && areComposites(opened, composites_wanted))
         kind_ = Kind::kComposite;

@@ -10,7 +10,7 @@
 
 #include <peeler/layered_image.h>
 #include "cmd/session/reporter.h"
-#include "formats/exr/layered_input.h"
+#include "formats/layered/opened_picture.h"
 
 namespace peeler::cmd {
 

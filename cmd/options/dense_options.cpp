@@ -45,7 +45,7 @@ void addDenseOptions(VerbOptions& verb, OutputRequest& output) {
                 output.given.insert("--dense");
                 if (output.options.as.empty()) output.options.as = "dense";
             },
-            "planes in the .npz, not lists: (h, w, N) and (h, w, N, components), plane k having "
+            "planes of arrays, not lists: (h, w, N) and (h, w, N, components), plane k having "
             "the k-th fragment of every pixel, and count (h, w); N is 1 to " +
                 std::to_string(kMostPlanes))
         .group(kGroup);
@@ -73,8 +73,8 @@ void addDenseOptions(VerbOptions& verb, OutputRequest& output) {
 void checkDenseOptions(const OutputRequest& output, bool has_planes) {
     if (has_planes) return;
     if (output.isGiven("--dense"))
-        refuse("only the arrays of a .npz can be planes", "--dense",
-               "write a .npz, or leave it out");
+        refuse("only arrays can be planes", "--dense",
+               "write a .npz or .safetensors, or leave it out");
     for (const char* option : {"--fill", "--dense-type"})
         if (output.isGiven(option)) refuse("there are no planes", option, "add --dense N");
 }

@@ -69,17 +69,18 @@ LayeredReadOptions readingFor(const LayeredReadOptions& options,
                               std::span<const std::filesystem::path> outputs) {
     LayeredReadOptions reading = options;
     reading.pixels_only = std::ranges::any_of(outputs, [](const std::filesystem::path& path) {
-        return !path.empty() && lowerExtension(path) != ".exr";
+        return !path.empty() && lowerExtension(path) != ".exr" &&
+               lowerExtension(path) != ".safetensors";
     });
     return reading;
 }
 
 std::unique_ptr<LayeredInput> openInput(const std::string& path, const LayeredReadOptions& options,
                                         Reporter& reporter) {
-    return openInput(OpenedExr(path, options), reporter);
+    return openInput(OpenedPicture(path, options), reporter);
 }
 
-std::unique_ptr<LayeredInput> openInput(OpenedExr opened, Reporter& reporter) {
+std::unique_ptr<LayeredInput> openInput(OpenedPicture opened, Reporter& reporter) {
     return std::make_unique<WarningInput>(openLayered(std::move(opened)), reporter);
 }
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "cmd/session/reporter.h"
-#include "formats/exr/layered_input.h"
+#include "formats/layered/opened_picture.h"
 
 namespace peeler::cmd {
 
@@ -21,14 +21,14 @@ void addLayeredOptions(VerbOptions& verb, LayeredReadOptions& options);
 /// Throws Error (kUsage) if a picture is chosen, of what is a scene.
 void refusePictureChoice(const LayeredReadOptions& options);
 
-/// The options for what becomes these files: only pixels count unless all of them are OpenEXR's,
-/// which have a header and a data window. Empty paths are none.
+/// The options for what becomes these files: only pixels count unless all of them are OpenEXR's
+/// or .safetensors, which have a header and a data window. Empty paths are none.
 LayeredReadOptions readingFor(const LayeredReadOptions& options,
                               std::span<const std::filesystem::path> outputs);
 
 /// openLayered() with its warnings printed as they come. The reporter must outlive what it returns.
 std::unique_ptr<LayeredInput> openInput(const std::string& path, const LayeredReadOptions& options,
                                         Reporter& reporter);
-std::unique_ptr<LayeredInput> openInput(OpenedExr opened, Reporter& reporter);
+std::unique_ptr<LayeredInput> openInput(OpenedPicture opened, Reporter& reporter);
 
 }  // namespace peeler::cmd

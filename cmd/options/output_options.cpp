@@ -14,11 +14,11 @@
 #include "cmd/options/dense_options.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/exr/layered_input.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/file_name.h"
 #include "formats/file/regular_file.h"
 #include "formats/image/image_writer.h"
+#include "formats/layered/opened_picture.h"
 
 namespace peeler::cmd {
 
@@ -128,7 +128,7 @@ void checkLayerFileOptions(const OutputRequest& output, const OutputFormat& form
     if (output.isGiven("--layout") && !format.holds(OutputContent::kLayers))
         refuse("only layered files have a layout", "--layout", "add --as ldi, or leave it out");
     if (output.isGiven("--compression")) {
-        if (!format.holdsFragments())
+        if (!format.isCompressed())
             refuse("only layers are compressed as asked for", "--compression",
                    "add --as ldi or --as deep, or leave it out");
         findExrCompression(output.options.compression, deep);

@@ -18,9 +18,9 @@
 #include "core/image/layers.h"
 #include "core/image/merge.h"
 #include "formats/arrays/fragment_tables.h"
-#include "formats/exr/layered_input.h"
 #include "formats/file/file_name.h"
 #include "formats/file/regular_file.h"
+#include "formats/layered/opened_picture.h"
 #include "formats/output_hash.h"
 #include "formats/writers.h"
 

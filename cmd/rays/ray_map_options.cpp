@@ -71,7 +71,8 @@ void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags) {
     constexpr const char* kGroup = "Inside";
     const std::string help =
         "a number a ray instead of its hits, in an EXR several, with commas "
-        "between (a part a bundle, a channel a map), in a picture one (black to "
+        "between (a part a bundle, a channel a map), likewise in arrays (h, w) called MAP.I of "
+        "bundle I, in a picture one (black to "
         "yellow, transmission like an X-ray film from white to black, with a legend below; of "
         "several bundles #### in its name is their number):";
     verb.addRepeated(

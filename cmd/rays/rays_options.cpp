@@ -16,6 +16,7 @@
 #include "cmd/rays/ray_map_options.h"
 #include "cmd/session/choices.h"
 #include "core/rays/voxels.h"
+#include "formats/arrays/array_writer.h"
 #include "formats/file/file_name.h"
 #include "formats/output_hash.h"
 #include "formats/rays/hit_columns.h"
@@ -34,7 +35,7 @@ constexpr Choice<ParityUse> kParityUses[] = {
 };
 
 constexpr const char* kRaysFooter =
-    "Arrays of the .npz, for n hits of m rays in b bundles (names and shapes of Open3D's\n"
+    "Arrays, for n hits of m rays in b bundles (names and shapes of Open3D's\n"
     "RaycastingScene.list_intersections where it has them): ray_splits (m + 1, int64; ray r has\n"
     "the hits ray_splits[r] to ray_splits[r + 1], sorted), t_hit (n; distance along the ray),\n"
     "geometry_ids (n; which of the meshes in their places), primitive_ids (n; which triangle of\n"
@@ -93,10 +94,10 @@ void checkVoxels(const RaysOptions& options) {
     if (options.bundles.asksForRays() || options.bundles.resolution || options.bundles.spacing)
         refuse("voxels say which rays are traced", "--voxels",
                "leave directions, cameras, --resolution and --spacing out");
-    const std::string extension = lowerExtension(options.output.path);
-    if (options.writesFile() && extension != ".npz" && extension != ".vdb")
-        refuse("voxels cannot be written in this format", options.output.path.string(),
-               "end the name in .npz or .vdb");
+    const std::string path = options.output.path.string();
+    if (options.writesFile() && !isArrayName(path) && lowerExtension(path) != ".vdb")
+        refuse("voxels cannot be written in this format", path,
+               "end the name in .npz, .safetensors or .vdb");
 }
 
 void checkPoints(const RaysOptions& options) {
@@ -106,9 +107,9 @@ void checkPoints(const RaysOptions& options) {
     if (options.bundles.usesCamera())
         refuse("points are looked from along parallel rays", "--points",
                "give directions, not a camera");
-    if (options.writesFile() && lowerExtension(options.output.path) != ".npz")
+    if (options.writesFile() && !isArrayName(options.output.path.string()))
         refuse("what is next to points is written as arrays", options.output.path.string(),
-               "end the name in .npz");
+               "end the name in .npz or .safetensors");
 }
 
 void checkOutputs(const RaysOptions& options) {
@@ -122,7 +123,7 @@ void checkOutputs(const RaysOptions& options) {
         refuse("only points can be stored in 64 bits", "--double", "leave it out, or write a .ply");
     const bool hits = options.writesFile() && !options.writesPictures() && !options.voxels;
     if (hits) checkHitFormat(options.output.path.string());
-    const bool is_arrays = hits && !options.points && lowerExtension(options.output.path) == ".npz";
+    const bool is_arrays = hits && !options.points && isArrayName(options.output.path.string());
     checkDenseOptions(options.output, is_arrays && options.output.isGiven("--dense"));
     if (options.columns.empty()) return;
     if (!hits || options.points)
@@ -130,7 +131,7 @@ void checkOutputs(const RaysOptions& options) {
                "leave it out, or --map, --voxels and --points");
     if (lowerExtension(options.output.path) == ".exr")
         refuse("a deep image has channels, all of them", "--columns",
-               "leave it out, or write a .npz or a .ply");
+               "leave it out, or write arrays or a .ply");
 }
 
 nlohmann::json bundleJson(const Bundle& bundle) {
@@ -174,9 +175,9 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
     verb.option("--output")
         .required(false)
         .description(
-            "hits: .npz (arrays for numpy), .ply (points), .exr (deep); of --map .exr, .png, .jpg "
-            "or .tif; of --voxels .npz or .vdb")
-        .files(".npz .ply .exr .png .jpg .tif .vdb");
+            "hits: .npz or .safetensors (arrays for numpy), .ply (points), .exr (deep); of --map "
+            ".exr, arrays, .png, .jpg or .tif; of --voxels arrays or .vdb")
+        .files(".npz .safetensors .ply .exr .png .jpg .tif .vdb");
     addFile(verb, "--points", "FILE", options.points,
             "write the next hits before and after each of these points along every direction, not "
             "all hits: a .ply, or a .npz with the array points (n, 3)")
@@ -185,7 +186,7 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
     verb.addFlag("--double", options.double_points, "x, y, z of a .ply in 64 bits, not 32")
         .group("Output");
     addValue(verb, "--columns", "LIST|all", options.columns, parseColumns,
-             "what every hit has in a .npz, or in a .ply besides x, y, z and bundle, separated by "
+             "what every hit has in arrays, or in a .ply besides x, y, z and bundle, separated by "
              "commas, or all (default): fewer are found and written sooner; ray_splits and the "
              "bundles are always there:")
         .someOf(columnChoices())

@@ -59,7 +59,7 @@ std::vector<fs::path> scenesNamed(const fs::path& name) {
     if (scenes.empty())
         throw Error(ErrorKind::kInput,
                     folder ? "there is no scene in the folder" : "no file has such a name",
-                    name.string(), "names of scenes end in " + sceneExtensions());
+                    name.string(), "names of scenes end in " + sceneExtensions(true));
     return scenes;
 }
 

@@ -5,7 +5,9 @@
 #include <utility>
 
 #include "core/base/process_memory.h"
+#include "core/base/stage_times.h"
 #include "core/fragments/supersampling.h"
+#include "core/image/composite.h"
 #include "core/image/layers.h"
 
 namespace peeler {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/image/channels.h"
 
+#include <algorithm>
 #include <string>
 
 namespace peeler::inline v0 {
@@ -61,6 +62,14 @@ std::span<const ChannelInfo> channelTable() {
 }  // namespace peeler::inline v0
 
 namespace peeler {
+
+std::string nameOf(const FragmentArray& array) {
+    for (const ChannelInfo& info : kChannels)
+        if (std::ranges::equal(array.channels, info.components)) return std::string(info.name);
+    const std::string& first = array.channels.front();
+    const std::size_t dot = first.rfind('.');
+    return array.components() == 1 || dot == std::string::npos ? first : first.substr(0, dot);
+}
 
 FragmentArray emptyArray(Channel channel, PixelType color_type) {
     const ChannelInfo& info = infoOf(channel);

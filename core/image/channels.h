@@ -4,10 +4,17 @@
 
 #include <cstddef>
 #include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include <peeler/channels.h>
 
 namespace peeler {
+
+/// What an array is called: the name of the channel that has its components, else what these have
+/// in common up to a dot, else that of its only one.
+std::string nameOf(const FragmentArray& array);
 
 /// The array of a channel, still without fragments. `color_type` is that of the colours.
 FragmentArray emptyArray(Channel channel, PixelType color_type);

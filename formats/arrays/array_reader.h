@@ -23,6 +23,10 @@ struct ArrayNumber {
     double (*decode)(const std::uint8_t* bytes, bool swapped);
 };
 
+/// The numbers of a type by numpy's name, without the byte order; null if they are not decoded
+/// here.
+const ArrayNumber* arrayNumber(std::string_view type);
+
 /// An array of numbers; the file that they lie in has to stay.
 struct NumberArray {
     std::vector<std::uint64_t> shape;
@@ -43,6 +47,9 @@ struct NumberArray {
 /// are never opened. `where` is what messages name. Throws Error (kInput) if the file is damaged or
 /// has another size than it says.
 std::optional<NumberArray> npyArray(std::span<const std::uint8_t> file, const std::string& where);
+
+/// The text of a .npy file that holds one: a string of numpy's, or bytes. Nothing of anything else.
+std::optional<std::string> npyText(std::span<const std::uint8_t> file);
 
 /// The arrays of a .npz as numpy.savez and savez_compressed write it: ZIP (PKWARE APPNOTE 6.3, with
 /// ZIP64), stored or packed by DEFLATE. The file's bytes have to stay.

@@ -7,7 +7,7 @@
 
 namespace peeler {
 
-std::vector<NpzArray> bundleArrays(std::size_t bundles) {
+std::vector<NamedArray> bundleArrays(std::size_t bundles) {
     using enum NumberType;
     const std::uint64_t b = bundles;
     return {{"bundle_origin", kDouble, {b, 3}}, {"bundle_direction", kDouble, {b, 3}},
@@ -16,7 +16,7 @@ std::vector<NpzArray> bundleArrays(std::size_t bundles) {
             {"bundle_window", kInt64, {b, 4}},  {"bundle_perspective", kUint8, {b}}};
 }
 
-void writeBundles(NpzWriter& writer, std::size_t first, std::span<const Bundle> bundles,
+void writeBundles(ArrayWriter& writer, std::size_t first, std::span<const Bundle> bundles,
                   bool camera_known) {
     const auto put = [&](std::size_t array, const auto& value) {
         writer.append(first + array, std::as_bytes(std::span(&value, 1)));

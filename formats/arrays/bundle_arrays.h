@@ -17,11 +17,11 @@ namespace peeler {
 /// pixel (i, j) starts at origin + ((i + ½) / w − ½) · size[0] · right − ((j + ½) / h − ½) ·
 /// size[1] · up and goes along direction; with perspective it starts at origin and goes through the
 /// point that is that sum + direction.
-std::vector<NpzArray> bundleArrays(std::size_t bundles);
+std::vector<NamedArray> bundleArrays(std::size_t bundles);
 
 /// Writes bundles to these arrays, the first of which has the index `first`. Unless
 /// `camera_known`, all but their pixels is NaN.
-void writeBundles(NpzWriter& writer, std::size_t first, std::span<const Bundle> bundles,
+void writeBundles(ArrayWriter& writer, std::size_t first, std::span<const Bundle> bundles,
                   bool camera_known = true);
 
 }  // namespace peeler

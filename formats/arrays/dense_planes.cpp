@@ -62,9 +62,9 @@ NumberType DensePlanes::typeOf(NumberType type) const {
     return settings_.type == PixelType::kHalf ? NumberType::kHalf : NumberType::kFloat;
 }
 
-NpzArray DensePlanes::array(std::string name, const Column& column,
-                            std::vector<std::uint64_t> pixels) const {
-    NpzArray array{std::move(name), typeOf(column.type), std::move(pixels)};
+NamedArray DensePlanes::array(std::string name, const Column& column,
+                              std::vector<std::uint64_t> pixels) const {
+    NamedArray array{std::move(name), typeOf(column.type), std::move(pixels)};
     array.shape.push_back(layers_);
     if (column.components > 1) array.shape.push_back(column.components);
     return array;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes fragments as a .npz, in lists or in planes.
+// Writes fragments as arrays, in lists or in planes.
 #include <algorithm>
 #include <cstring>
 #include <limits>
@@ -23,14 +23,10 @@ namespace peeler {
 namespace {
 
 /// The arrays of every file, in this order; then that of coloured opacity, where there is any, the
-/// columns, the bundle, and the hash. The first are the splits of lists, or the counts of planes.
+/// columns, and the bundle. The first are the splits of lists, or the counts of planes.
 enum FixedArray : std::size_t { kSplitArray, kDepthArray, kColorArray, kNear, kFar, kOpacityArray };
 
 constexpr std::string_view kLayerName = "layer";
-
-NumberType numberTypeOfColor(PixelType type) {
-    return type == PixelType::kHalf ? NumberType::kHalf : NumberType::kFloat;
-}
 
 /// The columns of the file; plane k has layer k, unless only some layers were listed.
 std::vector<FragmentColumn> columnsOf(const LayeredImage& band,
@@ -48,7 +44,7 @@ std::uint32_t planesOf(const Plan& plan, const DenseSettings& dense) {
 
 /// The arrays of a file, and where its columns begin among them.
 struct FragmentLayout {
-    std::vector<NpzArray> arrays;
+    std::vector<NamedArray> arrays;
     std::size_t first_column = 0;
 };
 
@@ -63,15 +59,15 @@ FragmentLayout layoutOf(const Plan& plan, const LayeredImage& band,
             const DensePlanes planes(*options.dense, planesOf(plan, *options.dense));
             return planes.array(std::move(name), {type, components}, pixels);
         }
-        NpzArray list{std::move(name), type, {plan.fragments_stored}};
+        NamedArray list{std::move(name), type, {plan.fragments_stored}};
         if (components > 1) list.shape.push_back(components);
         return list;
     };
-    const NumberType color = numberTypeOfColor(band.color.type);
+    const NumberType color = numberTypeOf(band.color.type);
     FragmentLayout layout;
-    std::vector<NpzArray>& arrays = layout.arrays;
-    arrays = {options.dense ? NpzArray{"count", NumberType::kUint32, pixels}
-                            : NpzArray{"ray_splits", NumberType::kInt64, {crop.pixels() + 1}},
+    std::vector<NamedArray>& arrays = layout.arrays;
+    arrays = {options.dense ? NamedArray{"count", NumberType::kUint32, pixels}
+                            : NamedArray{"ray_splits", NumberType::kInt64, {crop.pixels() + 1}},
               array("z", NumberType::kFloat, 1),
               array("rgba", color, kPlainComponents),
               {"near", NumberType::kDouble, {}},
@@ -81,12 +77,11 @@ FragmentLayout layoutOf(const Plan& plan, const LayeredImage& band,
     layout.first_column = arrays.size();
     for (const FragmentColumn& column : columns)
         arrays.push_back(array(column.name, column.type, column.components()));
-    for (NpzArray& more : bundleArrays(1))
+    for (NamedArray& more : bundleArrays(1))
         arrays.push_back(std::move(more));
-    if (!options.output_hash.empty())
-        arrays.push_back({"output_hash", NumberType::kUint8, {options.output_hash.size()}});
     // What other programs call their channels may be a name of ours.
-    std::set<std::string> taken{"arrays_version"};
+    std::set<std::string> taken{"arrays_version", "__metadata__"};
+    if (!options.output_hash.empty()) taken.insert("output_hash");
     const std::size_t first = layout.first_column, end = first + columns.size();
     for (std::size_t i = 0; i < arrays.size(); ++i) {
         if (i < first || i >= end) taken.insert(arrays[i].name);
@@ -131,10 +126,10 @@ class FragmentArrays final : public Sink {
     Plan plan_;
     std::optional<DensePlanes> planes_;
     std::vector<FragmentColumn> columns_;
-    std::size_t first_column_ = 0;     ///< among the arrays
-    std::optional<NpzWriter> writer_;  ///< from the first band on
-    std::int64_t fragments_ = 0;       ///< so far
-    std::uint64_t pixels_ = 0;         ///< so far
+    std::size_t first_column_ = 0;       ///< among the arrays
+    std::optional<ArrayWriter> writer_;  ///< from the first band on
+    std::int64_t fragments_ = 0;         ///< so far
+    std::uint64_t pixels_ = 0;           ///< so far
     std::vector<std::int64_t> splits_;
     std::vector<std::byte> values_;
 };
@@ -143,7 +138,8 @@ void FragmentArrays::open(const LayeredImage& band) {
     columns_ = columnsOf(band, options_);
     FragmentLayout layout = layoutOf(plan_, band, columns_, options_);
     first_column_ = layout.first_column;
-    writer_.emplace(path_, std::move(layout.arrays));
+    writer_.emplace(path_, std::move(layout.arrays),
+                    ArrayTexts{{"output_hash", options_.output_hash}});
     if (!planes_) writer_->append(kSplitArray, std::as_bytes(std::span(&fragments_, 1)));
     constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
     const Projection& projection = plan_.view.projection;
@@ -152,10 +148,8 @@ void FragmentArrays::open(const LayeredImage& band) {
         writer_->append(array, std::as_bytes(std::span(&known, 1)));
     }
     const Bundle pixels{"", plan_.view};
-    const std::size_t bundle = first_column_ + columns_.size();
-    writeBundles(*writer_, bundle, std::span(&pixels, 1), options_.camera_known);
-    if (!options_.output_hash.empty())
-        writer_->append(bundle + bundleArrays(1).size(), asBytes(options_.output_hash));
+    writeBundles(*writer_, first_column_ + columns_.size(), std::span(&pixels, 1),
+                 options_.camera_known);
 }
 
 void FragmentArrays::writeColumn(const LayeredImage& band, std::size_t index) {
@@ -174,18 +168,9 @@ void FragmentArrays::writeColumn(const LayeredImage& band, std::size_t index) {
 
 void FragmentArrays::writeColors(const LayeredImage& band) {
     if (!plan_.tinted) return writer_->append(kColorArray, band.color.data);
-    const std::size_t number = pixelTypeSize(band.color.type), stride = band.color.stride();
-    const auto components = [&](std::size_t first, std::size_t count) {
-        resizeAnew(values_, band.fragments() * count * number);
-        for (std::size_t f = 0; f < band.fragments(); ++f) {
-            std::memcpy(values_.data() + f * count * number,
-                        band.color.data.data() + f * stride + first * number, count * number);
-        }
-        return std::span<const std::byte>(values_);
-    };
-    writer_->append(kColorArray, components(0, kPlainComponents));
-    writer_->append(kOpacityArray,
-                    components(kPlainComponents, kTintedComponents - kPlainComponents));
+    writer_->append(kColorArray, componentsOf(band.color, 0, kPlainComponents, values_));
+    writer_->append(kOpacityArray, componentsOf(band.color, kPlainComponents,
+                                                kTintedComponents - kPlainComponents, values_));
 }
 
 void FragmentArrays::writeLists(const LayeredImage& band) {
@@ -218,7 +203,7 @@ void FragmentArrays::writePlanes(const LayeredImage& band) {
     std::vector<FragmentColumnReader> readers;
     for (const FragmentColumn& column : columns_)
         readers.emplace_back(band, column, options_.default_material);
-    const NumberType color = numberTypeOfColor(band.color.type);
+    const NumberType color = numberTypeOf(band.color.type);
     const std::size_t number = pixelTypeSize(band.color.type);
     const auto put_color = [&](std::size_t from, std::size_t count) {
         return [&, from, count](std::size_t f, std::byte* out) {
@@ -275,8 +260,8 @@ std::unique_ptr<Sink> makeFragmentArrays(std::string path, const FragmentArrayOp
     return std::make_unique<FragmentArrays>(std::move(path), options);
 }
 
-SizeForecast forecastFragmentArrays(const Plan& plan, const LayeredImage& band,
-                                    const FragmentArrayOptions& options) {
+SizeForecast forecastFragmentArrays(const std::string& path, const Plan& plan,
+                                    const LayeredImage& band, const FragmentArrayOptions& options) {
     LayeredImage numbered;  // what addLayerIndices() would make of it
     numbered.color = {band.color.channels, band.color.type, {}};
     for (const FragmentArray& array : band.extra)
@@ -284,7 +269,8 @@ SizeForecast forecastFragmentArrays(const Plan& plan, const LayeredImage& band,
     if (!findChannel(numbered, kLayerName))
         numbered.extra.push_back({{std::string(kLayerName)}, PixelType::kUint, {}});
     const std::vector<FragmentColumn> columns = columnsOf(numbered, options);
-    return {NpzWriter::fileBytes(layoutOf(plan, numbered, columns, options).arrays)};
+    return {ArrayWriter::fileBytes(path, layoutOf(plan, numbered, columns, options).arrays,
+                                   {{"output_hash", options.output_hash}})};
 }
 
 std::uint64_t fragmentArrayBytes(const LayeredImage& band, const FragmentArrayOptions& options) {

@@ -8,6 +8,7 @@
 #include <span>
 #include <string_view>
 
+#include "core/base/resize_anew.h"
 #include "formats/file/byte_buffer.h"
 
 namespace peeler {
@@ -51,11 +52,6 @@ std::span<const KnownColumn> knownColumns() {
     return kColumns;
 }
 
-NumberType numberTypeOf(PixelType type) {
-    constexpr NumberType kTypes[] = {NumberType::kHalf, NumberType::kFloat, NumberType::kUint32};
-    return kTypes[static_cast<std::size_t>(type)];
-}
-
 bool isIndex(ColumnUse use) {
     return use == ColumnUse::kIndex || use == ColumnUse::kMaterial;
 }
@@ -88,6 +84,23 @@ std::string propertyName(std::string channel) {
 }
 
 }  // namespace
+
+NumberType numberTypeOf(PixelType type) {
+    constexpr NumberType kTypes[] = {NumberType::kHalf, NumberType::kFloat, NumberType::kUint32};
+    return kTypes[static_cast<std::size_t>(type)];
+}
+
+std::span<const std::byte> componentsOf(const FragmentArray& array, std::size_t first,
+                                        std::size_t count, std::vector<std::byte>& storage) {
+    const std::size_t number = pixelTypeSize(array.type), stride = array.stride();
+    const std::size_t fragments = array.data.size() / stride;
+    resizeAnew(storage, fragments * count * number);
+    for (std::size_t f = 0; f < fragments; ++f) {
+        std::memcpy(storage.data() + f * count * number,
+                    array.data.data() + f * stride + first * number, count * number);
+    }
+    return storage;
+}
 
 std::vector<FragmentColumn> fragmentColumns(const LayeredImage& band) {
     const bool knows_front = static_cast<bool>(findChannel(band, kFacingName));

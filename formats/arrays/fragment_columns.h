@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,13 @@
 #include "formats/arrays/table_writers.h"
 
 namespace peeler {
+
+/// The type of arrays whose numbers are those of fragments.
+NumberType numberTypeOf(PixelType type);
+
+/// `count` components of every fragment, from `first` on, in `storage`.
+std::span<const std::byte> componentsOf(const FragmentArray& array, std::size_t first,
+                                        std::size_t count, std::vector<std::byte>& storage);
 
 /// How the numbers of a column follow from those of its channels.
 enum class ColumnUse : std::uint8_t {

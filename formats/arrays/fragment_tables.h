@@ -41,7 +41,7 @@ std::uint64_t fragmentPointBytes(const LayeredImage& band, const FragmentPointOp
 struct FragmentArrayOptions {
     bool camera_known = true;
     std::uint32_t default_material = 0;  ///< as in FragmentPointOptions
-    std::string output_hash{};           ///< `output_hash`, uint8; "" = no such array
+    std::string output_hash{};           ///< the text `output_hash`; "" = none
     /// Planes, not lists.
     std::optional<DenseSettings> dense{};
     bool layers_listed = false;  ///< of planes: they have `layer`, too, which is not their number
@@ -50,7 +50,7 @@ struct FragmentArrayOptions {
 /// The options of a picture's arrays: planes if it is of the kind "dense".
 FragmentArrayOptions arrayOptions(const OutputOptions& options);
 
-/// A Sink that writes a .npz of n fragments (formats/README.md, "Arrays and points"): `ray_splits`
+/// A Sink that writes arrays of n fragments (formats/README.md, "Arrays and points"): `ray_splits`
 /// (pixels of the crop + 1, int64: pixel p has the fragments from ray_splits[p] up to ray_splits[p
 /// + 1], p row-major), `z` (n, float: camera Z, scene units), `rgba` (n, 4; half or float: linear,
 /// premultiplied), `opacity` (n, 3; likewise: AR, AG, AB, if the plan is tinted), the columns of
@@ -64,8 +64,8 @@ FragmentArrayOptions arrayOptions(const OutputOptions& options);
 /// A band's numbers go to their places some pixels at a time.
 std::unique_ptr<Sink> makeFragmentArrays(std::string path, const FragmentArrayOptions& options);
 /// The size of its file, to the byte, as forecastFragmentPoints() has it.
-SizeForecast forecastFragmentArrays(const Plan& plan, const LayeredImage& band,
-                                    const FragmentArrayOptions& options);
+SizeForecast forecastFragmentArrays(const std::string& path, const Plan& plan,
+                                    const LayeredImage& band, const FragmentArrayOptions& options);
 /// Likewise as fragmentPointBytes() has it; planes are made some pixels at a time.
 std::uint64_t fragmentArrayBytes(const LayeredImage& band, const FragmentArrayOptions& options);
 
@@ -80,7 +80,7 @@ std::unique_ptr<Sink> makeLariSample(const std::string& path, const OutputOption
 std::vector<std::string> lariFiles(const std::string& path);
 SizeForecast forecastLariSample(const std::string& path, const Plan& plan);
 
-/// A Sink that writes a .npz as the loader of X-Ray reads it (Hu et al., "X-Ray: A Sequential 3D
+/// A Sink that writes arrays as the loader of X-Ray reads it (Hu et al., "X-Ray: A Sequential 3D
 /// Representation for Generation", 2024; src/dataset.py of tau-yihouxiang/X-Ray): a matrix in
 /// scipy's CSR form, `data` (float), `indices`, `indptr` (int32, or int64 if there are too many
 /// pixels) and `shape` (2; int64), of 16 rows, the nearest layers, and 7·h·w columns, so that
@@ -90,6 +90,7 @@ SizeForecast forecastLariSample(const std::string& path, const Plan& plan);
 /// xrayChannels(), else write() throws Error (kUsage).
 std::unique_ptr<Sink> makeXray(const std::string& path, const std::string& output_hash);
 std::span<const Channel> xrayChannels();
-SizeForecast forecastXray(const Plan& plan, const std::string& output_hash);
+SizeForecast forecastXray(const std::string& path, const Plan& plan,
+                          const std::string& output_hash);
 
 }  // namespace peeler

@@ -24,7 +24,7 @@ DensePlanes lariPlanes() {
     return {DenseSettings{.type = PixelType::kHalf, .fill = -1}, kLariLayers};
 }
 
-std::vector<NpzArray> lariArrays(const Plan& plan) {
+std::vector<NamedArray> lariArrays(const Plan& plan) {
     const Window& crop = plan.view.crop;
     return {lariPlanes().array(
         "ldi", kLariDepth,
@@ -44,7 +44,7 @@ std::array<double, 12> blenderPose(const View& view) {
     return rows;
 }
 
-const NpzArray kLariPose{"", NumberType::kDouble, {3, 4}};
+const NamedArray kLariPose{"", NumberType::kDouble, {3, 4}};
 
 class LariSample final : public Sink {
   public:
@@ -95,7 +95,7 @@ class LariSample final : public Sink {
     std::string path_;
     DensePlanes planes_ = lariPlanes();
     ImageWriter picture_;
-    std::optional<NpzWriter> depths_;
+    std::optional<ArrayWriter> depths_;
     std::optional<AtomicFile> pose_;
     std::uint64_t pixels_ = 0;  ///< so far
 };
@@ -112,8 +112,8 @@ std::unique_ptr<Sink> makeLariSample(const std::string& path, const OutputOption
 }
 
 SizeForecast forecastLariSample(const std::string& path, const Plan& plan) {
-    SizeForecast bytes{NpzWriter::fileBytes(lariArrays(plan)) + npyHeader(kLariPose).size() +
-                       kLariPose.bytes()};
+    SizeForecast bytes{ArrayWriter::fileBytes(lariFiles(path).at(0), lariArrays(plan)) +
+                       npyHeader(kLariPose).size() + kLariPose.bytes()};
     bytes += imageForecast(path, plan.view.crop.pixels());
     return bytes;
 }

@@ -30,6 +30,7 @@ constexpr ArrayNumber kArrayNumbers[] = {
     {"i2", 2, false, decodeNumber<std::int16_t>},  {"i1", 1, false, decodeNumber<std::int8_t>},
     {"u8", 8, false, decodeNumber<std::uint64_t>}, {"u4", 4, false, decodeNumber<std::uint32_t>},
     {"u2", 2, false, decodeNumber<std::uint16_t>}, {"u1", 1, false, decodeNumber<std::uint8_t>},
+    {"b1", 1, false, decodeNumber<std::uint8_t>},
 };
 
 [[noreturn]] void damagedArray(const std::string& what, const std::string& where) {
@@ -77,7 +78,47 @@ std::optional<std::uint64_t> sizeOf(const NumberArray& array) {
     return bytes;
 }
 
+/// A .npy file: the dictionary of its header, and the bytes behind it. Nothing if it is none.
+struct NpyFile {
+    std::string_view header;
+    std::span<const std::uint8_t> bytes;
+};
+
+std::optional<NpyFile> npyFile(std::span<const std::uint8_t> file, const std::string& where) {
+    constexpr std::string_view kMagic = "\x93NUMPY";
+    const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
+    if (!text.starts_with(kMagic)) return {};
+    const auto byteAt = [&](std::size_t place) {
+        if (place >= file.size()) damagedArray("it ends early", where);
+        return std::size_t{file[place]};
+    };
+    const bool short_header = byteAt(kMagic.size()) == 1;
+    const std::size_t begin = short_header ? 10 : 12;
+    std::size_t length = byteAt(8) | byteAt(9) << 8U;
+    if (!short_header) length |= byteAt(10) << 16U | byteAt(11) << 24U;
+    if (length > kMostNpyHeader) damagedArray("an array's header is too long", where);
+    if (begin + length > file.size()) damagedArray("it ends early", where);
+    return NpyFile{text.substr(begin, length), file.subspan(begin + length)};
+}
+
+/// The character of UTF-32 as UTF-8; of what is none nothing.
+void appendUtf8(std::uint32_t character, std::string& text) {
+    if (character > 0x10FFFF || (character >= 0xD800 && character < 0xE000)) return;
+    const auto add = [&](std::uint32_t byte) { text += static_cast<char>(byte); };
+    if (character < 0x80) return add(character);
+    const unsigned more = character < 0x800 ? 1 : character < 0x10000 ? 2 : 3;
+    constexpr std::uint32_t kFirst[] = {0, 0xC0, 0xE0, 0xF0};
+    add(kFirst[more] | (character >> (6 * more)));
+    for (unsigned left = more; left-- > 0;)
+        add(0x80 | ((character >> (6 * left)) & 0x3F));
+}
+
 }  // namespace
+
+const ArrayNumber* arrayNumber(std::string_view type) {
+    const auto* const number = std::ranges::find(kArrayNumbers, type, &ArrayNumber::type);
+    return number == std::end(kArrayNumbers) ? nullptr : number;
+}
 
 double NumberArray::at(std::uint64_t index) const {
     if (columns) {
@@ -93,20 +134,9 @@ double NumberArray::at(std::uint64_t index) const {
 }
 
 std::optional<NumberArray> npyArray(std::span<const std::uint8_t> file, const std::string& where) {
-    constexpr std::string_view kMagic = "\x93NUMPY";
-    const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
-    if (!text.starts_with(kMagic)) return {};
-    const auto byteAt = [&](std::size_t place) {
-        if (place >= file.size()) damagedArray("it ends early", where);
-        return std::size_t{file[place]};
-    };
-    const bool short_header = byteAt(kMagic.size()) == 1;
-    const std::size_t begin = short_header ? 10 : 12;
-    std::size_t length = byteAt(8) | byteAt(9) << 8U;
-    if (!short_header) length |= byteAt(10) << 16U | byteAt(11) << 24U;
-    if (length > kMostNpyHeader) damagedArray("an array's header is too long", where);
-    if (begin + length > file.size()) damagedArray("it ends early", where);
-    const std::string_view header = text.substr(begin, length);
+    const std::optional<NpyFile> npy = npyFile(file, where);
+    if (!npy) return {};
+    const std::string_view header = npy->header;
     const std::string_view type = after(header, "'descr'");
     const auto shape = shapeOf(after(header, "'shape'"));
     NumberArray array;
@@ -121,10 +151,34 @@ std::optional<NumberArray> npyArray(std::span<const std::uint8_t> file, const st
     array.number = number;
     array.swapped = type[1] == '>';
     array.columns = after(header, "'fortran_order'").starts_with("True");
-    array.bytes = file.subspan(begin + length);
+    array.bytes = npy->bytes;
     if (sizeOf(array) != array.bytes.size())
         damagedArray("an array has another size than its header says", where);
     return array;
+}
+
+std::optional<std::string> npyText(std::span<const std::uint8_t> file) {
+    const std::optional<NpyFile> npy = npyFile(file, "");
+    if (!npy) return {};
+    const std::string_view type = after(npy->header, "'descr'");
+    const auto shape = shapeOf(after(npy->header, "'shape'"));
+    constexpr std::size_t kKind = 2;  // behind the quotation mark and the byte order
+    if (type.size() <= kKind || !shape || !shape->empty()) return {};
+    std::string text;
+    if (type[kKind] == 'S') {
+        text.assign(npy->bytes.begin(), npy->bytes.end());
+    } else if (type[kKind] == 'U') {
+        for (std::size_t i = 0; i + 4 <= npy->bytes.size(); i += 4) {
+            std::array<std::uint8_t, 4> bytes;
+            std::memcpy(bytes.data(), npy->bytes.data() + i, bytes.size());
+            if (type[1] == '>') std::ranges::reverse(bytes);
+            appendUtf8(std::bit_cast<std::uint32_t>(bytes), text);
+        }
+    } else {
+        return {};
+    }
+    text.resize(text.find_last_not_of('\0') + 1);
+    return text;
 }
 
 }  // namespace peeler

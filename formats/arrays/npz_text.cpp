@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds a text in a file of NpzWriter, by its directory, which is the last that is written.
+// Finds a text in a .npz of ArrayWriter, by its directory, which is the last that is written.
 // ZIP64: APPNOTE.TXT, sections 4.3 and 4.5.3.
 #include <libdeflate.h>
 
 #include <cstring>
 #include <vector>
 
-#include "formats/arrays/table_writers.h"
+#include "formats/arrays/array_containers.h"
 #include "formats/file/regular_file.h"
 
 namespace peeler {
 namespace {
 
-/// The records at the end of every file of NpzWriter: the ZIP64 end of the directory, its locator
+/// The records at the end of every .npz of ArrayWriter: the ZIP64 end of the directory, its locator
 /// and the end of before ZIP64.
 constexpr std::uint64_t kEnd64 = 56, kLocatorBytes = 20, kEndBytes = 22;
 constexpr std::uint64_t kEndRecords = kEnd64 + kLocatorBytes + kEndBytes;
@@ -57,7 +57,7 @@ ZipEntry findZipEntry(const std::string& directory, const std::string& name) {
 
 }  // namespace
 
-std::string npzText(const std::string& path, std::string_view array) {
+std::string npzText(const std::string& path, const std::string& text) {
     const RegularFile file(path);
     if (!file.isOpen() || file.size() < kEndRecords) return "";
     const std::uint64_t end = file.size() - kEndRecords;
@@ -69,7 +69,7 @@ std::string npzText(const std::string& path, std::string_view array) {
         zipNumber<std::uint32_t>(records, kEnd64 + kLocatorBytes) != 0x06054b50 ||
         length > kMostDirectory || start > end || end - start != length)
         return "";
-    const std::string name = std::string(array) + ".npy";
+    const std::string name = text + ".npy";
     const ZipEntry found = findZipEntry(zipBytes(file, start, length), name);
     const std::uint64_t local = kLocalBytes + name.size() + kLocalZip64Bytes;
     if (found.bytes == 0 || found.bytes > kMostText || found.offset > start) return "";

@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::size_t kXrayRows = 16, kXrayNumbers = 7;
 
-enum XrayArray : std::size_t { kData, kIndices, kIndptr, kShape, kXrayHash };
+enum XrayArray : std::size_t { kData, kIndices, kIndptr, kShape };
 
 /// Where the hits of each layer begin among those of all that are stored.
 std::array<std::uint64_t, kXrayRows + 1> firstHits(const Plan& plan) {
@@ -33,18 +33,15 @@ std::array<std::uint64_t, kXrayRows + 1> firstHits(const Plan& plan) {
     return first;
 }
 
-std::vector<NpzArray> xrayArrays(const Plan& plan, const std::string& output_hash) {
+std::vector<NamedArray> xrayArrays(const Plan& plan) {
     const std::uint64_t numbers = kXrayNumbers * firstHits(plan).back();
     const std::uint64_t columns = kXrayNumbers * plan.view.crop.pixels();
     const bool is_wide = std::max(numbers, columns) > std::numeric_limits<std::int32_t>::max();
     const NumberType index = is_wide ? NumberType::kInt64 : NumberType::kInt32;
-    std::vector<NpzArray> arrays = {{"data", NumberType::kFloat, {numbers}},
-                                    {"indices", index, {numbers}},
-                                    {"indptr", index, {kXrayRows + 1}},
-                                    {"shape", NumberType::kInt64, {2}}};
-    if (!output_hash.empty())
-        arrays.push_back({"output_hash", NumberType::kUint8, {output_hash.size()}});
-    return arrays;
+    return {{"data", NumberType::kFloat, {numbers}},
+            {"indices", index, {numbers}},
+            {"indptr", index, {kXrayRows + 1}},
+            {"shape", NumberType::kInt64, {2}}};
 }
 
 /// The seven numbers of fragments of a band.
@@ -94,15 +91,14 @@ class XrayWriter final : public Sink {
     void begin(const Plan& plan) override {
         plan_ = plan;
         first_ = firstHits(plan);
-        std::vector<NpzArray> arrays = xrayArrays(plan, output_hash_);
+        std::vector<NamedArray> arrays = xrayArrays(plan);
         is_wide_ = arrays[kIndices].type == NumberType::kInt64;
-        writer_.emplace(path_, std::move(arrays));
+        writer_.emplace(path_, std::move(arrays), ArrayTexts{{"output_hash", output_hash_}});
         for (const std::uint64_t first : first_)
             writer_->append(kIndptr, indexBytes({kXrayNumbers * first}));
         const std::array<std::int64_t, 2> shape = {
             kXrayRows, static_cast<std::int64_t>(kXrayNumbers * plan.view.crop.pixels())};
         writer_->append(kShape, asBytes(shape));
-        if (!output_hash_.empty()) writer_->append(kXrayHash, asBytes(output_hash_));
     }
 
     void write(LayeredImage&& band) override {
@@ -162,7 +158,7 @@ class XrayWriter final : public Sink {
     std::array<std::uint64_t, kXrayRows + 1> first_{};
     std::array<std::uint64_t, kXrayRows> written_{};  ///< hits of each layer, so far
     std::uint64_t pixels_ = 0;                        ///< so far
-    std::optional<NpzWriter> writer_;
+    std::optional<ArrayWriter> writer_;
 };
 
 }  // namespace
@@ -177,8 +173,9 @@ std::unique_ptr<Sink> makeXray(const std::string& path, const std::string& outpu
     return std::make_unique<XrayWriter>(path, output_hash);
 }
 
-SizeForecast forecastXray(const Plan& plan, const std::string& output_hash) {
-    return {NpzWriter::fileBytes(xrayArrays(plan, output_hash))};
+SizeForecast forecastXray(const std::string& path, const Plan& plan,
+                          const std::string& output_hash) {
+    return {ArrayWriter::fileBytes(path, xrayArrays(plan), {{"output_hash", output_hash}})};
 }
 
 }  // namespace peeler

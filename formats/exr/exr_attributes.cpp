@@ -19,9 +19,6 @@
 namespace peeler {
 namespace {
 
-/// Bytes of all attributes together: every part of a file that is written has them.
-constexpr std::size_t kMostCarried = 1 << 20;
-
 /// How a part is stored, and what is written here whatever a file says. ("Standard Attributes",
 /// openexr.com/en/latest/StandardAttributes.html.)
 constexpr std::string_view kOfStorage[] = {"channels",
@@ -147,6 +144,12 @@ void warnOfHeader(OpenedExr& opened, std::size_t part) {
 }
 
 }  // namespace
+
+bool canCarry(const StoredAttribute& stored, bool camera_known) {
+    const std::string& name = stored.name;
+    return !isOneOf(kOfStorage, name) && !name.starts_with("peeler:") &&
+           !(camera_known && isOneOf(kOfView, name)) && isValid(stored);
+}
 
 void readCarried(OpenedExr& opened, std::size_t part) {
     const ExrInfo& info = opened.info;

@@ -17,6 +17,13 @@ namespace peeler {
 /// count, of pixels that are not square and primaries that are not those of Rec. 709.
 void readCarried(OpenedExr& opened, std::size_t part);
 
+/// Bytes of all attributes together that go along: every part of a file that is written has them.
+inline constexpr std::size_t kMostCarried = 1 << 20;
+
+/// Whether an attribute can go along into files of ours, whose camera is known or not: none that
+/// these have by themselves, of a value that OpenEXR takes for one of its type.
+bool canCarry(const StoredAttribute& stored, bool camera_known);
+
 /// Inserts the attributes, in place of those of the same name.
 void addCarried(Imf::Header& header, const std::vector<StoredAttribute>& carried);
 

@@ -112,7 +112,8 @@ std::uint64_t sampleBytes(const ExrInputPart& part) {
 ExrDeepReader::ExrDeepReader(OpenedExr opened, const ExrPicture& picture)
     : opened_(std::move(opened)), colors_(picture.colors) {
     parts_.push_back({picture.part, {}});
-    placePixels(opened_, info_.parts[picture.part].data_window);
+    placePixels(info_.plan.view, info_.parts[picture.part].data_window, opened_.options.pixels_only,
+                input_.path());
     if (opened_.options.part.empty()) {
         for (const std::size_t other : findOthers(picture.part))
             parts_.push_back({other, {}});

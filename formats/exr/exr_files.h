@@ -68,7 +68,7 @@ class ExrFiles {
     std::vector<Place> places_;  ///< of each part
 };
 
-/// What the headers of an OpenEXR picture say, layered, deep or flat.
+/// What the headers of a picture say, layered, deep or flat, of OpenEXR or of arrays.
 struct ExrInfo {
     std::vector<ExrInputPart> parts;  ///< in the order of the file, then of the files of a set
     /// Of each layer, front to back, the part it is in; empty for deep and flat files. How many
@@ -97,8 +97,9 @@ struct ExrInfo {
 /// Whether the part has R, G, B, A, AR, AG and AB, with this before their names, none an integer.
 bool hasTint(const ExrInputPart& part, const std::string& prefix);
 
-/// What the headers of an open picture say. Throws Error (kInput) if it has no plausible parts.
-ExrInfo describe(const ExrFiles& files);
+/// What the headers of an open picture say, which are those of `parts` in so many bytes. Throws
+/// Error (kInput), naming `path`, if it has no plausible parts.
+ExrInfo describe(std::vector<ExrInputPart> parts, std::uint64_t bytes, const std::string& path);
 
 /// An open picture with what its headers say, by which it is decided how to read it.
 struct OpenedExr {

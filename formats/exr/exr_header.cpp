@@ -6,6 +6,7 @@
 #include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfRationalAttribute.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStringAttribute.h>
 
@@ -97,48 +98,21 @@ void addCamera(Imf::Header& header, const View& view) {
     }
 }
 
-void addProvenance(Imf::Header& header, const Plan& plan, const Provenance& provenance,
-                   bool layers_known) {
-    const auto text = [&](const char* name, const std::string& value) {
-        if (!value.empty()) header.insert(name, Imf::StringAttribute(value));
+void addProvenance(Imf::Header& header, std::span<const PictureAttribute> attributes) {
+    struct Adder {
+        Imf::Header& header;
+        const char* name;
+        void operator()(const std::string& text) const {
+            header.insert(name, Imf::StringAttribute(text));
+        }
+        void operator()(int number) const { header.insert(name, Imf::IntAttribute(number)); }
+        void operator()(double number) const { header.insert(name, Imf::DoubleAttribute(number)); }
+        void operator()(const Imf::Rational& number) const {
+            header.insert(name, Imf::RationalAttribute(number));
+        }
     };
-    const auto number = [&](const char* name, int value) {
-        header.insert(name, Imf::IntAttribute(value));
-    };
-    text("software", "peeler " + provenance.version);
-    text("peeler:version", provenance.version);
-    text("peeler:method", provenance.method);
-    text("peeler:surfaces", provenance.surfaces);
-    text("peeler:scene", provenance.scene);
-    text("peeler:sceneHash", provenance.scene_hash);
-    text("peeler:settingsHash", provenance.settings_hash);
-    text("peeler:settings", provenance.settings);
-    text("peeler:outputHash", provenance.output_hash);
-    text("peeler:renderer", provenance.renderer);
-    text("peeler:deepMerge", provenance.deep_merge);
-    text("peeler:tile", provenance.tile);
-    if (plan.view.known) {
-        text("peeler:camera", plan.view.camera_name);
-        text("peeler:depth", "camera z");
-        text("peeler:projection",
-             plan.view.projection.perspective ? "perspective" : "orthographic");
-        text("peeler:cameraJson", cameraJson(plan.view));
-    }
-    if (layers_known) {
-        text("peeler:fragmentsCounted", std::to_string(plan.fragments_counted));
-        text("peeler:fragmentsStored", std::to_string(plan.fragments_stored));
-        number("peeler:layers", static_cast<int>(plan.layers.size()));
-        number("peeler:complete", plan.complete() ? 1 : 0);
-    }
-    if (plan.fragments_blended != 0)
-        text("peeler:fragmentsBlended", std::to_string(plan.fragments_blended));
-    if (plan.samples > 1) number("peeler:samples", plan.samples);
-    number("peeler:frame", provenance.frame);
-    if (provenance.view) number("peeler:view", *provenance.view);
-    header.insert("peeler:time", Imf::DoubleAttribute(provenance.time));
-    if (provenance.frames_per_second > 0) {
-        Imf::addFramesPerSecond(header, Imf::Rational(provenance.frames_per_second));
-    }
+    for (const PictureAttribute& attribute : attributes)
+        std::visit(Adder{header, attribute.name.c_str()}, attribute.value);
 }
 
 /// reproducible-builds.org/specs/source-date-epoch: the only date that does not change the bytes of
@@ -171,6 +145,61 @@ int pixelsIn(const nlohmann::json& value) {
 
 }  // namespace
 
+std::string PictureAttribute::text() const {
+    struct Text {
+        std::string operator()(const std::string& text) const { return text; }
+        std::string operator()(int number) const { return std::to_string(number); }
+        std::string operator()(double number) const { return numberText(number); }
+        std::string operator()(const Imf::Rational& number) const {
+            return std::to_string(number.n) + "/" + std::to_string(number.d);
+        }
+    };
+    return std::visit(Text(), value);
+}
+
+std::vector<PictureAttribute> pictureAttributes(const Plan& plan, const Provenance& provenance,
+                                                bool layers_known) {
+    std::vector<PictureAttribute> attributes;
+    const auto text = [&](const char* name, const std::string& value) {
+        if (!value.empty()) attributes.push_back({name, value});
+    };
+    const auto number = [&](const char* name, int value) { attributes.push_back({name, value}); };
+    text("software", "peeler " + provenance.version);
+    text("peeler:version", provenance.version);
+    text("peeler:method", provenance.method);
+    text("peeler:surfaces", provenance.surfaces);
+    text("peeler:scene", provenance.scene);
+    text("peeler:sceneHash", provenance.scene_hash);
+    text("peeler:settingsHash", provenance.settings_hash);
+    text("peeler:settings", provenance.settings);
+    text("peeler:outputHash", provenance.output_hash);
+    text("peeler:renderer", provenance.renderer);
+    text("peeler:deepMerge", provenance.deep_merge);
+    text("peeler:tile", provenance.tile);
+    if (plan.view.known) {
+        text("peeler:camera", plan.view.camera_name);
+        text("peeler:depth", "camera z");
+        text("peeler:projection",
+             plan.view.projection.perspective ? "perspective" : "orthographic");
+        text("peeler:cameraJson", cameraJson(plan.view));
+    }
+    if (layers_known) {
+        text("peeler:fragmentsCounted", std::to_string(plan.fragments_counted));
+        text("peeler:fragmentsStored", std::to_string(plan.fragments_stored));
+        number("peeler:layers", static_cast<int>(plan.layers.size()));
+        number("peeler:complete", plan.complete() ? 1 : 0);
+    }
+    if (plan.fragments_blended != 0)
+        text("peeler:fragmentsBlended", std::to_string(plan.fragments_blended));
+    if (plan.samples > 1) number("peeler:samples", plan.samples);
+    number("peeler:frame", provenance.frame);
+    if (provenance.view) number("peeler:view", *provenance.view);
+    attributes.push_back({"peeler:time", provenance.time});
+    if (provenance.frames_per_second > 0)
+        attributes.push_back({"framesPerSecond", Imf::Rational(provenance.frames_per_second)});
+    return attributes;
+}
+
 Imf::Header exrHeader(const Plan& plan, const Provenance& provenance, const Window& data_window,
                       bool layers_known) {
     const View& view = plan.view;
@@ -184,7 +213,7 @@ Imf::Header exrHeader(const Plan& plan, const Provenance& provenance, const Wind
     Imf::addChromaticities(header, Imf::Chromaticities());  // the default is Rec. 709, D65
     addCarried(header, provenance.carried);
     if (view.known) addCamera(header, view);
-    addProvenance(header, plan, provenance, layers_known);
+    addProvenance(header, pictureAttributes(plan, provenance, layers_known));
     addDate(header);
     return header;
 }

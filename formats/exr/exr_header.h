@@ -4,16 +4,32 @@
 #pragma once
 
 #include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfRational.h>
 
 #include <cstddef>
 #include <span>
 #include <string>
+#include <variant>
+#include <vector>
 
 #include <peeler/scene.h>
 #include <peeler/sink.h>
 #include "formats/exr/exr_files.h"
 
 namespace peeler {
+
+/// An attribute that says where a picture comes from, or how much of it is stored.
+struct PictureAttribute {
+    std::string name;
+    std::variant<std::string, int, double, Imf::Rational> value;
+
+    /// The value as ExrInputPart::attributes has it.
+    std::string text() const;
+};
+
+/// The `peeler:` attributes, software and framesPerSecond, as exrHeader() has them.
+std::vector<PictureAttribute> pictureAttributes(const Plan& plan, const Provenance& provenance,
+                                                bool layers_known = true);
 
 /// A scan-line, ZIP-compressed header with every attribute (formats/README.md, "Attributes") that
 /// is the same in all parts of a file; no channels, name or layer number yet.

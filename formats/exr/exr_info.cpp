@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <string_view>
+#include <utility>
 
 #include <peeler/error.h>
 #include "formats/exr/exr_header.h"
@@ -106,22 +107,21 @@ struct Place {
 };
 using Layers = std::map<int, Place>;
 
-void addLayer(int number, const Place& place, const ExrFiles& files, Layers& layers) {
+void addLayer(int number, const Place& place, const std::string& where, Layers& layers) {
     if (layers.emplace(number, place).second) return;
-    throw Error(ErrorKind::kInput, "two parts are the same layer", files.where(place.part));
+    throw Error(ErrorKind::kInput, "two parts are the same layer", where);
 }
 
 /// Layers are parts with their name (plain, nuke, per-file), else the first part that has channels
 /// with their names (single-part).
-Layers findLayers(const ExrFiles& files) {
+Layers findLayers(const std::vector<ExrInputPart>& parts, const std::string& path) {
     Layers layers;
-    const std::vector<ExrInputPart>& parts = files.parts();
     for (std::size_t i = 0; i < parts.size(); ++i) {
         const std::string& name = parts[i].name;
         const int number = name.find('.') == std::string::npos ? layerNumber(name) : -1;
         if (number < 0) continue;
         const bool prefixed = parts[i].channel(name + ".Z") != nullptr;
-        addLayer(number, {i, prefixed ? name + "." : ""}, files, layers);
+        addLayer(number, {i, prefixed ? name + "." : ""}, path + ": " + name, layers);
     }
     for (std::size_t i = 0; i < parts.size() && layers.empty(); ++i) {
         for (const ExrInputChannel& channel : parts[i].channels) {
@@ -138,8 +138,8 @@ Layers findLayers(const ExrFiles& files) {
 
 /// The part with the composite: one with its name, or, beside layers in the same part, that part.
 /// −1 = there is none.
-int findComposite(const ExrFiles& files, const ExrInfo& info) {
-    const std::vector<ExrInputPart>& parts = files.parts();
+int findComposite(const ExrInfo& info) {
+    const std::vector<ExrInputPart>& parts = info.parts;
     const std::string layout = parts.front().attribute("peeler:layout");
     for (std::size_t i = 0; i < parts.size(); ++i) {
         for (const ExrLayout& row : exrLayouts()) {
@@ -168,16 +168,16 @@ bool hasTint(const ExrInputPart& part, const std::string& prefix) {
     });
 }
 
-ExrInfo describe(const ExrFiles& files) {
+ExrInfo describe(std::vector<ExrInputPart> parts, std::uint64_t bytes, const std::string& path) {
     ExrInfo info;
-    info.parts = files.parts();
-    info.bytes = files.bytes();
-    if (info.parts.empty()) throw Error(ErrorKind::kInput, "it has no parts", files.path());
-    for (auto& [number, place] : findLayers(files)) {
+    info.parts = std::move(parts);
+    info.bytes = bytes;
+    if (info.parts.empty()) throw Error(ErrorKind::kInput, "it has no parts", path);
+    for (auto& [number, place] : findLayers(info.parts, path)) {
         info.layers.push_back(place.part);
         info.prefixes.push_back(place.prefix);
     }
-    info.composite = findComposite(files, info);
+    info.composite = findComposite(info);
     for (std::size_t i = 0; i < info.parts.size() && info.layers.empty(); ++i) {
         if (info.parts[i].deep()) info.deep.push_back(i);
     }
@@ -193,7 +193,7 @@ ExrInfo describe(const ExrFiles& files) {
         const ExrInputPart& part = info.parts[static_cast<std::size_t>(info.composite)];
         info.has_cryptomatte = part.channel("CryptoObject00.R") != nullptr;
     }
-    info.plan.view = viewOf(info, files.path());
+    info.plan.view = viewOf(info, path);
     findColors(info, info.plan);
     info.plan.fragments_counted =
         numberIn<std::uint64_t>(first.attribute("peeler:fragmentsCounted"));
@@ -208,10 +208,13 @@ ExrInfo describe(const ExrFiles& files) {
 }
 
 OpenedExr::OpenedExr(const std::string& path, const LayeredReadOptions& read)
-    : options(read), files(imagePath(path)), info(describe(files)), warnings(read.strict, path) {}
+    : options(read),
+      files(imagePath(path)),
+      info(describe(files.parts(), files.bytes(), path)),
+      warnings(read.strict, path) {}
 
 ExrInfo readExrInfo(const std::string& path) {
-    return describe(ExrFiles(path));
+    return OpenedExr(path).info;
 }
 
 }  // namespace peeler

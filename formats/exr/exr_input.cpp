@@ -111,26 +111,20 @@ const char* compressionName(exr_compression_t compression) {
     return index < kNames.size() ? kNames[index] : "unknown";
 }
 
-template <class T>
-std::string toText(T number) {
-    std::array<char, 32> text;
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
-    return {text.data(), end};
-}
-
 /// The value of an attribute as text; "" for types that are not read.
 std::string attributeText(const exr_attribute_t& attribute) {
     switch (attribute.type) {
         case EXR_ATTR_STRING:
             return {attribute.string->str, static_cast<std::size_t>(attribute.string->length)};
         case EXR_ATTR_INT:
-            return toText(attribute.i);
+            return numberText(attribute.i);
         case EXR_ATTR_FLOAT:
-            return toText(attribute.f);
+            return numberText(attribute.f);
         case EXR_ATTR_DOUBLE:
-            return toText(attribute.d);
+            return numberText(attribute.d);
         case EXR_ATTR_RATIONAL:
-            return toText(attribute.rational->num) + "/" + toText(attribute.rational->denom);
+            return numberText(attribute.rational->num) + "/" +
+                   numberText(attribute.rational->denom);
         default:
             return {};
     }

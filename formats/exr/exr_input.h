@@ -32,10 +32,17 @@ struct ExrInputChannel {
 /// agree in type and in their names up to the last dot (N.X, N.Y, N.Z) are one array. Without data.
 std::vector<FragmentArray> fragmentArrays(std::span<const ExrInputChannel> channels);
 
+/// The types of what stands for a part of a file that is none of OpenEXR's: arrays of all
+/// fragments, and of the pixels of a composite (formats/arrays/picture_arrays.h).
+inline constexpr const char* kListArrays = "lists in arrays";
+inline constexpr const char* kPlaneArrays = "planes in arrays";
+
 struct ExrInputPart {
-    std::string name;         ///< "" in a single-part file without one
-    std::string type;         ///< "scanlineimage", "tiledimage", "deepscanline" or "deeptile"
-    std::string compression;  ///< "none", "zip", …
+    std::string name;  ///< "" in a single-part file without one
+    /// "scanlineimage", "tiledimage", "deepscanline" or "deeptile"; of a .safetensors kListArrays
+    /// or kPlaneArrays.
+    std::string type;
+    std::string compression;                ///< "none", "zip", …
     int tile_width = 0, tile_height = 0;    ///< of tiled parts
     Window data_window, display_window;     ///< from the corner of the file's display window on
     std::vector<ExrInputChannel> channels;  ///< sorted by name
@@ -49,7 +56,10 @@ struct ExrInputPart {
     const ExrInputChannel* channel(const std::string& wanted) const;
     /// The text of an attribute, "" if there is none.
     std::string attribute(const std::string& wanted) const;
-    bool deep() const { return type == "deepscanline" || type == "deeptile"; }
+    /// Whether a pixel has a list of samples.
+    bool deep() const {
+        return type == "deepscanline" || type == "deeptile" || type == kListArrays;
+    }
 };
 
 /// The number that the text of an attribute begins with, 0 if it begins with none.
@@ -58,6 +68,14 @@ T numberIn(const std::string& text) {
     T number{};
     std::from_chars(text.data(), text.data() + text.size(), number);
     return number;
+}
+
+/// The shortest text of a number that reads as the same one.
+template <class T>
+std::string numberText(T number) {
+    std::array<char, 32> text;
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
+    return {text.data(), end};
 }
 
 /// Where decoded values of a channel go, converted to `type`: pixel (x, y) to

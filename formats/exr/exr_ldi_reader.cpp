@@ -97,7 +97,7 @@ void ExrLdiReader::place() {
     Window all;
     for (const std::size_t part : read)
         all = unite(all, info_.parts[part].data_window);
-    if (!all.empty()) placePixels(opened_, all);
+    if (!all.empty()) placePixels(info_.plan.view, all, opened_.options.pixels_only, input_.path());
     for (LayerPlan& layer : info_.plan.layers) {
         layer.data_window = intersect(layer.data_window, info_.plan.view.crop);
         if (layer.data_window.empty()) layer.data_window = {};

@@ -310,8 +310,7 @@ void makeDepthsFinite(std::span<float> depths, ReadWarnings& warnings) {
     if (odd) warnings.warn("A depth is NaN or -inf, and is taken as the largest or least number.");
 }
 
-void placePixels(OpenedExr& opened, const Window& data) {
-    View& view = opened.info.plan.view;
+void placePixels(View& view, const Window& data, bool pixels_only, const std::string& path) {
     const Window display{0, 0, view.width, view.height};
     const auto holds = [](const Window& outer, const Window& inner) {
         return intersect(outer, inner) == inner;
@@ -321,9 +320,9 @@ void placePixels(OpenedExr& opened, const Window& data) {
         throw Error(ErrorKind::kInput,
                     "the display window of " + std::to_string(view.width) + " x " +
                         std::to_string(view.height) + " pixels is too large for what is stored",
-                    opened.files.path(), "write it again with a smaller one");
+                    path, "write it again with a smaller one");
     }
-    view.crop = opened.options.pixels_only ? display : unite(display, data);
+    view.crop = pixels_only ? display : unite(display, data);
 }
 
 }  // namespace peeler

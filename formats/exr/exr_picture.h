@@ -52,9 +52,9 @@ void warnOfUnread(OpenedExr& opened, std::span<const std::size_t> read);
 /// largest one; NaN does, too, and -inf becomes the least, with a warning.
 void makeDepthsFinite(std::span<float> depths, ReadWarnings& warnings);
 
-/// Sets ExrInfo::plan's crop for pixels that are stored in `data`, unless the camera says it: the
-/// display window, and with it all of `data` unless only pixels count. Throws Error (kInput) if the
-/// display window is too large for what is stored.
-void placePixels(OpenedExr& opened, const Window& data);
+/// Sets the crop for pixels that are stored in `data`, unless the camera says it: the display
+/// window, and with it all of `data` unless only pixels count. Throws Error (kInput), naming
+/// `path`, if the display window is too large for what is stored.
+void placePixels(View& view, const Window& data, bool pixels_only, const std::string& path);
 
 }  // namespace peeler

@@ -39,12 +39,7 @@ bool isLoneComposite(const ExrInfo& info) {
     return info.is_peeler && info.composite >= 0 && !isLayered(info);
 }
 
-std::unique_ptr<LayeredInput> openLayered(const std::string& path,
-                                          const LayeredReadOptions& options) {
-    return openLayered(OpenedExr(path, options));
-}
-
-std::unique_ptr<LayeredInput> openLayered(OpenedExr opened) {
+std::unique_ptr<LayeredInput> openLayeredExr(OpenedExr opened) {
     const bool chooses = opened.options.choosesPicture();
     if (holdsBundles(opened.info) && !chooses) {
         throw Error(ErrorKind::kInput,
@@ -60,7 +55,7 @@ std::unique_ptr<LayeredInput> openLayered(OpenedExr opened) {
     return std::make_unique<ExrDeepReader>(std::move(opened), picture);
 }
 
-std::unique_ptr<LayeredInput> openComposite(OpenedExr opened) {
+std::unique_ptr<LayeredInput> openCompositeExr(OpenedExr opened) {
     return std::make_unique<ExrLdiReader>(std::move(opened), std::nullopt, true);
 }
 

@@ -62,14 +62,9 @@ bool isLoneComposite(const ExrInfo& info);
 /// Whether the headers promise several pictures: the hits of bundles of rays, a deep part each.
 bool holdsBundles(const ExrInfo& info);
 
-/// Opens layered files in any layout, deep files, and flat pictures of other programs as one layer.
-/// Throws Error (kInput) for what has no fragments to read (our own composites, too), `where`
-/// naming path and part, and (kUsage) for a part or view that is not there.
-std::unique_ptr<LayeredInput> openLayered(const std::string& path,
-                                          const LayeredReadOptions& options = {});
-std::unique_ptr<LayeredInput> openLayered(OpenedExr opened);
-/// Opens a composite of ours as pixels: one entry in each, of Z = +inf where there is no fragment.
-/// Of its layers the plan says their number alone. Throws Error (kInput) if it is none.
-std::unique_ptr<LayeredInput> openComposite(OpenedExr opened);
+// Of OpenEXR files; formats/layered/opened_picture.h says of what, and opens other files, too.
+
+std::unique_ptr<LayeredInput> openLayeredExr(OpenedExr opened);
+std::unique_ptr<LayeredInput> openCompositeExr(OpenedExr opened);
 
 }  // namespace peeler

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <cstring>
 #include <optional>
 #include <string_view>
 
@@ -89,15 +90,11 @@ constexpr Magic kMagics[] = {
     {"#?RGBE"sv, FileKind::kHdr},
 };
 
-/// The first bytes without byte order mark and white space, which JSON may begin with.
-std::string beginning(const std::string& path) {
-    const RegularFile file(path);
-    file.check();
-    std::array<char, 256> bytes{};
-    std::string_view text(bytes.data(), file.readSome(0, bytes));
+/// The text without byte order mark and white space, which JSON may begin with.
+std::string_view withoutBlanks(std::string_view text) {
     if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
     text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
-    return std::string(text);
+    return text;
 }
 
 }  // namespace
@@ -150,8 +147,21 @@ std::string viewPath(const std::string& path, int view) {
     return numbered(path, view, kViewSign);
 }
 
+bool isSafetensors(std::string_view begin, std::uint64_t size) {
+    constexpr std::uint64_t kMostHeader = 100'000'000;
+    std::uint64_t length = 0;
+    if (begin.size() <= sizeof length || begin[sizeof length] != '{') return false;
+    std::memcpy(&length, begin.data(), sizeof length);
+    return length <= kMostHeader && length <= size - sizeof length;
+}
+
 FileKind fileKind(const std::string& path) {
-    const std::string start = beginning(path);
+    const RegularFile file(path);
+    file.check();
+    std::array<char, 256> bytes{};
+    const std::string_view all(bytes.data(), file.readSome(0, bytes));
+    if (isSafetensors(all, file.size())) return FileKind::kSafetensors;
+    const std::string_view start = withoutBlanks(all);
     for (const Magic& magic : kMagics) {
         if (start.starts_with(magic.bytes)) return magic.kind;
     }

@@ -3,8 +3,10 @@
 // a name.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace peeler {
@@ -32,7 +34,12 @@ bool hasViewToken(const std::string& path);
 /// stands for four). Only the last component of the path is looked at.
 std::string viewPath(const std::string& path, int view);
 
-enum class FileKind { kUnknown, kGltf, kExr, kPng, kJpeg, kTiff, kHdr };
+enum class FileKind { kUnknown, kGltf, kExr, kPng, kJpeg, kTiff, kHdr, kSafetensors };
+
+/// Whether a file of so many bytes that begins with these (9 are enough) is a .safetensors: a
+/// length of 8 bytes, and a header of JSON that is as long and no longer than the format allows
+/// (100 MB).
+bool isSafetensors(std::string_view begin, std::uint64_t size);
 
 /// The kind of a file by its first bytes. Throws Error (kInput) if the file cannot be read.
 FileKind fileKind(const std::string& path);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the readers of PLY, STL and OBJ are made of: the file, corners that are one vertex,
+// What the readers of PLY, STL, OBJ and arrays are made of: the file, corners that are one vertex,
 // polygons, normals, materials and textures. What is wrong with a file is an Error (kInput) that
 // names the place in it.
 #pragma once
@@ -26,13 +26,15 @@
 
 namespace peeler {
 
-// ply_scene.cpp, stl_scene.cpp, obj_scene.cpp: rows of the table.
+// ply_scene.cpp, stl_scene.cpp, obj_scene.cpp, array_scene.cpp: rows of the table.
 
 Scene readPlyScene(const std::filesystem::path& path, const SceneReadOptions& options);
 Scene readStlScene(const std::filesystem::path& path, const SceneReadOptions& options);
 bool isStl(std::string_view begin, std::uint64_t size);
 Scene readObjScene(const std::filesystem::path& path, const SceneReadOptions& options);
 bool isObj(std::string_view begin, std::uint64_t size);
+Scene readArrayScene(const std::filesystem::path& path, const SceneReadOptions& options);
+bool isArrayScene(std::string_view begin, std::uint64_t size);
 
 /// The text without the byte order mark that it may begin with (UTF-8).
 std::string_view withoutByteOrderMark(std::string_view text);

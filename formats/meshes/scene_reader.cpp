@@ -19,7 +19,8 @@ namespace {
 constexpr std::size_t kBegin = 4096;
 
 constexpr std::string_view kGltfExtensions[] = {".gltf", ".glb"}, kPlyExtensions[] = {".ply"},
-                           kStlExtensions[] = {".stl"}, kObjExtensions[] = {".obj"};
+                           kStlExtensions[] = {".stl"}, kObjExtensions[] = {".obj"},
+                           kArrayExtensions[] = {".npz", ".safetensors"};
 
 constexpr SceneFormat kSceneFormats[] = {
     {"glTF", kGltfExtensions,
@@ -36,6 +37,7 @@ constexpr SceneFormat kSceneFormats[] = {
      },
      readPlyScene},
     {"STL", kStlExtensions, isStl, readStlScene},
+    {"arrays", kArrayExtensions, isArrayScene, readArrayScene, true},
     {"OBJ", kObjExtensions, isObj, readObjScene},
 };
 
@@ -61,7 +63,8 @@ constexpr NoScene kNoScenes[] = {
 const SceneFormat* formatNamed(const std::filesystem::path& path) {
     const std::string extension = lowerExtension(path);
     const auto* const format = std::ranges::find_if(kSceneFormats, [&](const SceneFormat& row) {
-        return std::ranges::find(row.extensions, extension) != row.extensions.end();
+        return !row.by_content &&
+               std::ranges::find(row.extensions, extension) != row.extensions.end();
     });
     return format == std::end(kSceneFormats) ? nullptr : format;
 }
@@ -114,11 +117,12 @@ std::span<const SceneFormat> sceneFormats() {
     return kSceneFormats;
 }
 
-std::string sceneExtensions() {
+std::string sceneExtensions(bool by_name) {
     std::string all;
     for (const SceneFormat& format : kSceneFormats)
         for (const std::string_view extension : format.extensions)
-            all.append(all.empty() ? "" : " ").append(extension);
+            if (!(by_name && format.by_content))
+                all.append(all.empty() ? "" : " ").append(extension);
     return all;
 }
 
@@ -148,7 +152,7 @@ Scene readSceneFile(const std::filesystem::path& path, const SceneReadOptions& o
     const SceneFormat* const format = formatOf(path);
     if (!format)
         throw Error(ErrorKind::kInput, "this is no scene that can be read", path.string(),
-                    "glTF, PLY, STL and OBJ are; which one it is its content says");
+                    "glTF, PLY, STL, OBJ and arrays are; which one it is its content says");
     Scene scene;
     try {
         scene = format->read(path, options);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the file of a scene, whatever its format: glTF, PLY, STL, OBJ.
+// Reads the file of a scene, whatever its format: glTF, PLY, STL, OBJ, arrays.
 #pragma once
 
 #include <cstdint>
@@ -21,14 +21,18 @@ struct SceneFormat {
     /// Whether a file of so many bytes that begins with these is one.
     bool (*recognises)(std::string_view begin, std::uint64_t size);
     Scene (*read)(const std::filesystem::path& path, const SceneReadOptions& options);
+    /// Files with its extensions are often something else: only the content says that one is a
+    /// scene.
+    bool by_content = false;
 };
 
 /// All formats, in the order in which a file is tried.
 std::span<const SceneFormat> sceneFormats();
 
-/// The extensions of all formats with blanks between: ".gltf .glb .ply .stl .obj".
-std::string sceneExtensions();
-/// Whether the name ends like one of a scene.
+/// The extensions of all formats with blanks between: ".gltf .glb .ply .stl .obj .npz
+/// .safetensors"; or only of those for which isSceneName() can be true.
+std::string sceneExtensions(bool by_name = false);
+/// Whether the name ends like one of a scene and of nothing else.
 bool isSceneName(const std::filesystem::path& path);
 
 /// The format of a file by its content; null if it is none. Throws Error (kInput) if the file

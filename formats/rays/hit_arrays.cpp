@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes hits as a .npz.
+// Writes hits as arrays.
 #include <algorithm>
 #include <numeric>
 #include <optional>
@@ -29,18 +29,16 @@ class HitArrays final : public RayOutput {
     bool needsHits() const override { return true; }
     SizeForecast forecast(std::span<const Bundle> bundles,
                           std::span<const std::uint64_t> hits) const override {
-        return {NpzWriter::fileBytes(arraysOf(bundles, hits))};
+        return {ArrayWriter::fileBytes(path_, arraysOf(bundles, hits),
+                                       {{"output_hash", output_hash_}})};
     }
 
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override {
         bundles_ = {bundles.begin(), bundles.end()};
-        writer_.emplace(path_, arraysOf(bundles, hits));
+        writer_.emplace(path_, arraysOf(bundles, hits), ArrayTexts{{"output_hash", output_hash_}});
         const std::int64_t zero = 0;
         writer_->append(kRaySplits, std::as_bytes(std::span(&zero, 1)));
-        const std::size_t bundle_arrays = kFirstColumn + columns_.size();
-        writeBundles(*writer_, bundle_arrays, bundles);
-        if (!output_hash_.empty())
-            writer_->append(bundle_arrays + bundleArrays(1).size(), asBytes(output_hash_));
+        writeBundles(*writer_, kFirstColumn + columns_.size(), bundles);
     }
 
     void take(std::size_t index, const LayeredImage& band) override {
@@ -62,18 +60,16 @@ class HitArrays final : public RayOutput {
     void finish() override { writer_->finish(); }
 
   private:
-    std::vector<NpzArray> arraysOf(std::span<const Bundle> bundles,
-                                   std::span<const std::uint64_t> hits) const {
+    std::vector<NamedArray> arraysOf(std::span<const Bundle> bundles,
+                                     std::span<const std::uint64_t> hits) const {
         const std::uint64_t n = std::accumulate(hits.begin(), hits.end(), std::uint64_t{0});
-        std::vector<NpzArray> arrays{{"ray_splits", NumberType::kInt64, {raysOf(bundles) + 1}}};
+        std::vector<NamedArray> arrays{{"ray_splits", NumberType::kInt64, {raysOf(bundles) + 1}}};
         for (const HitColumn& column : columns_) {
             arrays.push_back({std::string(column.name), column.type, {n}});
             if (column.components() > 1) arrays.back().shape.push_back(column.components());
         }
-        const std::vector<NpzArray> more = bundleArrays(bundles.size());
+        const std::vector<NamedArray> more = bundleArrays(bundles.size());
         arrays.insert(arrays.end(), more.begin(), more.end());
-        if (!output_hash_.empty())
-            arrays.push_back({"output_hash", NumberType::kUint8, {output_hash_.size()}});
         return arrays;
     }
 
@@ -96,7 +92,7 @@ class HitArrays final : public RayOutput {
     std::vector<HitColumn> columns_;
     HitReader reader_;
     std::vector<Bundle> bundles_;
-    std::optional<NpzWriter> writer_;
+    std::optional<ArrayWriter> writer_;
     std::uint64_t hits_ = 0, rays_ = 0;  ///< so far
 };
 

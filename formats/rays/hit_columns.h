@@ -106,7 +106,7 @@ class HitReader {
     std::vector<std::uint32_t> materials_;  ///< of DrawList::surfaces(), as HitPlace has them
 };
 
-/// The outputs of makeHitOutput() for .npz, .ply and .exr.
+/// The outputs of makeHitOutput() for arrays, .ply and .exr.
 std::unique_ptr<RayOutput> makeHitArrays(const std::string& path, const HitOptions& options);
 std::unique_ptr<RayOutput> makeHitPlanes(const std::string& path, const HitOptions& options);
 std::unique_ptr<RayOutput> makeHitPoints(const std::string& path, const HitOptions& options);

@@ -18,6 +18,7 @@ struct HitFormat {
 
 constexpr HitFormat kHitFormats[] = {
     {".npz", makeHitArrays},
+    {".safetensors", makeHitArrays},
     {".ply", makeHitPoints},
     {".exr", makeHitImage},
 };
@@ -27,7 +28,7 @@ const HitFormat& hitFormatOf(const std::string& path) {
     for (const HitFormat& format : kHitFormats)
         if (format.extension == extension) return format;
     throw Error(ErrorKind::kUsage, "hits cannot be written in this format", path,
-                "end the name in .npz, .ply or .exr; `maps` writes pictures");
+                "end the name in .npz, .safetensors, .ply or .exr; `maps` writes pictures");
 }
 
 }  // namespace
@@ -47,7 +48,8 @@ std::unique_ptr<RayOutput> makeHitOutput(const std::string& path, const HitOptio
     const HitFormat& format = hitFormatOf(path);
     if (!options.dense) return format.make(path, options);
     if (format.make != makeHitArrays)
-        throw Error(ErrorKind::kUsage, "only arrays have planes", path, "end the name in .npz");
+        throw Error(ErrorKind::kUsage, "only arrays have planes", path,
+                    "end the name in .npz or .safetensors");
     return makeHitPlanes(path, options);
 }
 

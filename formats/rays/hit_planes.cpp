@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes hits as planes in a .npz.
+// Writes hits as planes of arrays.
 #include <optional>
 #include <utility>
 
@@ -49,16 +49,13 @@ class HitPlanes final : public RayOutput {
     std::vector<Channel> channels() const override { return channelsOf(columns_); }
     SizeForecast forecast(std::span<const Bundle> bundles,
                           std::span<const std::uint64_t>) const override {
-        return {NpzWriter::fileBytes(arraysOf(bundles))};
+        return {ArrayWriter::fileBytes(path_, arraysOf(bundles), {{"output_hash", output_hash_}})};
     }
 
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) override {
         bundles_ = {bundles.begin(), bundles.end()};
-        writer_.emplace(path_, arraysOf(bundles));
-        const std::size_t bundle_arrays = kFirstPlanes + columns_.size();
-        writeBundles(*writer_, bundle_arrays, bundles);
-        if (!output_hash_.empty())
-            writer_->append(bundle_arrays + bundleArrays(1).size(), asBytes(output_hash_));
+        writer_.emplace(path_, arraysOf(bundles), ArrayTexts{{"output_hash", output_hash_}});
+        writeBundles(*writer_, kFirstPlanes + columns_.size(), bundles);
     }
 
     void take(std::size_t index, const LayeredImage& band) override {
@@ -78,15 +75,13 @@ class HitPlanes final : public RayOutput {
         return {column.type, column.components()};
     }
 
-    std::vector<NpzArray> arraysOf(std::span<const Bundle> bundles) const {
+    std::vector<NamedArray> arraysOf(std::span<const Bundle> bundles) const {
         const std::vector<std::uint64_t> pixels = pixelsOf(bundles);
-        std::vector<NpzArray> arrays{{"count", NumberType::kUint32, pixels}};
+        std::vector<NamedArray> arrays{{"count", NumberType::kUint32, pixels}};
         for (const HitColumn& column : columns_)
             arrays.push_back(planes_.array(std::string(column.name), planesOf(column), pixels));
-        const std::vector<NpzArray> more = bundleArrays(bundles.size());
+        const std::vector<NamedArray> more = bundleArrays(bundles.size());
         arrays.insert(arrays.end(), more.begin(), more.end());
-        if (!output_hash_.empty())
-            arrays.push_back({"output_hash", NumberType::kUint8, {output_hash_.size()}});
         return arrays;
     }
 
@@ -117,7 +112,7 @@ class HitPlanes final : public RayOutput {
     HitReader reader_;
     DensePlanes planes_;
     std::vector<Bundle> bundles_;
-    std::optional<NpzWriter> writer_;
+    std::optional<ArrayWriter> writer_;
     std::uint64_t rays_ = 0;  ///< so far
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the hits next to points as a .npz.
+// Writes the hits next to points as arrays.
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -21,7 +21,7 @@ class NextHitOutput final : public RayOutput {
 
     SizeForecast forecast(std::span<const Bundle> bundles,
                           std::span<const std::uint64_t>) const override {
-        return {NpzWriter::fileBytes(arraysOf(bundles.size()))};
+        return {ArrayWriter::fileBytes(path_, arraysOf(bundles.size()))};
     }
 
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) override {
@@ -57,9 +57,9 @@ class NextHitOutput final : public RayOutput {
     }
 
   private:
-    std::vector<NpzArray> arraysOf(std::uint64_t d) const {
+    std::vector<NamedArray> arraysOf(std::uint64_t d) const {
         const std::uint64_t n = points_.size();
-        std::vector<NpzArray> arrays;
+        std::vector<NamedArray> arrays;
         for (const char* side : {"before", "after"}) {
             arrays.push_back({std::string("t_") + side, NumberType::kFloat, {d, n}});
             for (const char* ids : {"geometry_ids_", "primitive_ids_"})
@@ -106,7 +106,7 @@ class NextHitOutput final : public RayOutput {
     PosedScene posed_;
     std::vector<glm::dvec3> points_;
     std::vector<Bundle> bundles_;
-    std::optional<NpzWriter> writer_;
+    std::optional<ArrayWriter> writer_;
     std::vector<PointHits> found_;  ///< of the bundle at hand
     std::uint64_t before_ = 0, after_ = 0, beside_ = 0;
     std::vector<float> t_;

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks what maps are asked for, evaluates them, and writes them as OpenEXR.
+// Checks what maps are asked for, evaluates them, and writes them as OpenEXR or as arrays.
 #include "formats/rays/ray_map_output.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <iterator>
+#include <optional>
 
 #include <peeler/bundle.h>
 #include <peeler/error.h>
+#include "formats/arrays/bundle_arrays.h"
+#include "formats/arrays/fragment_columns.h"
 #include "formats/exr/exr_plane_writer.h"
 #include "formats/file/file_name.h"
 #include "formats/image/image_writer.h"
@@ -21,6 +25,22 @@ constexpr std::size_t kValuesAtOnce = std::size_t{1} << 22;
 double rayArea(const View& view) {
     return 4 * view.projection.half_width * view.projection.half_height /
            (double(view.width) * view.height);
+}
+
+/// The values of some rows as files hold them: whole numbers of maps that are such, else floats.
+std::span<const std::uint32_t> bitsOf(const RayMaps& maps, const Window& rows,
+                                      std::span<const float> planes,
+                                      std::vector<std::uint32_t>& numbers) {
+    numbers.resize(planes.size());
+    const std::size_t plane = rows.pixels();
+    for (std::size_t c = 0; c < maps.channels().size(); ++c) {
+        const auto from = planes.subspan(c * plane, plane);
+        const bool whole = infoOf(maps.channels()[c].map).type == PixelType::kUint;
+        std::ranges::transform(from, &numbers[c * plane], [&](float value) {
+            return whole ? static_cast<std::uint32_t>(value) : std::bit_cast<std::uint32_t>(value);
+        });
+    }
+    return numbers;
 }
 
 /// Maps as OpenEXR: a part a bundle, a channel a map or a material.
@@ -68,17 +88,7 @@ class RayMapFile : public RayMapOutput {
   protected:
     void beginBundle(std::size_t) override {}
     void writeRows(const Window& rows, std::span<const float> planes) override {
-        numbers_.resize(planes.size());
-        const std::size_t plane = rows.pixels();
-        for (std::size_t c = 0; c < maps().channels().size(); ++c) {
-            const auto from = planes.subspan(c * plane, plane);
-            const bool whole = infoOf(maps().channels()[c].map).type == PixelType::kUint;
-            std::ranges::transform(from, &numbers_[c * plane], [&](float value) {
-                return whole ? static_cast<std::uint32_t>(value)
-                             : std::bit_cast<std::uint32_t>(value);
-            });
-        }
-        writer_->append(std::as_bytes(std::span(numbers_)));
+        writer_->append(asBytes(bitsOf(maps(), rows, planes, numbers_)));
     }
     void finishBundle() override {}
     std::string pathOf(std::size_t) const override { return path_; }
@@ -87,6 +97,63 @@ class RayMapFile : public RayMapOutput {
     std::string path_;
     Provenance provenance_;
     std::unique_ptr<ExrPlaneWriter> writer_;
+    std::vector<std::uint32_t> numbers_;  ///< bits, as in the file
+};
+
+/// Maps as arrays: one a map, or a material, of each bundle, then the bundles.
+class RayMapArrays : public RayMapOutput {
+  public:
+    RayMapArrays(std::string path, const PosedScene& posed, const Solids* solids,
+                 const RayMapOptions& options)
+        : RayMapOutput(posed, solids, options.settings),
+          path_(std::move(path)),
+          texts_{{"output_hash", options.provenance.output_hash}} {}
+
+    SizeForecast forecast(std::span<const Bundle> bundles,
+                          std::span<const std::uint64_t>) const override {
+        return {ArrayWriter::fileBytes(path_, arraysOf(bundles), texts_)};
+    }
+    void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override {
+        RayMapOutput::begin(bundles, hits);
+        writer_.emplace(path_, arraysOf(bundles), texts_);
+        writeBundles(*writer_, bundles.size() * maps().channels().size(), bundles);
+    }
+    void finish() override { writer_->finish(); }
+    SinkMemory memory(const Bundle& bundle) const override {
+        SinkMemory memory = RayMapOutput::memory(bundle);
+        memory.pixel_bytes += maps().channels().size() * sizeof(std::uint32_t);  // as in the file
+        return memory;
+    }
+
+  protected:
+    void beginBundle(std::size_t bundle) override { first_ = bundle * maps().channels().size(); }
+    void writeRows(const Window& rows, std::span<const float> planes) override {
+        const auto numbers = bitsOf(maps(), rows, planes, numbers_);
+        for (std::size_t c = 0; c < maps().channels().size(); ++c)
+            writer_->append(first_ + c, asBytes(numbers.subspan(c * rows.pixels(), rows.pixels())));
+    }
+    void finishBundle() override {}
+    std::string pathOf(std::size_t) const override { return path_; }
+
+  private:
+    std::vector<NamedArray> arraysOf(std::span<const Bundle> bundles) const {
+        std::vector<NamedArray> arrays;
+        for (std::size_t i = 0; i < bundles.size(); ++i) {
+            const Window& rays = bundles[i].view.crop;
+            for (const RayMapChannel& channel : maps().channels())
+                arrays.push_back({channel.name + '.' + std::to_string(i),
+                                  numberTypeOf(infoOf(channel.map).type),
+                                  {static_cast<std::uint64_t>(rays.height()),
+                                   static_cast<std::uint64_t>(rays.width())}});
+        }
+        std::ranges::move(bundleArrays(bundles.size()), std::back_inserter(arrays));
+        return arrays;
+    }
+
+    std::string path_;
+    ArrayTexts texts_;
+    std::optional<ArrayWriter> writer_;
+    std::size_t first_ = 0;               ///< of the arrays of the bundle at hand
     std::vector<std::uint32_t> numbers_;  ///< bits, as in the file
 };
 
@@ -187,14 +254,18 @@ std::unique_ptr<RayOutput> makeRayMapOutput(const std::string& path, const Posed
         }
     }
     if (picture) return makeRayMapPictures(path, posed, solids, options);
-    if (lowerExtension(path) != ".exr") {
+    const bool arrays = isArrayName(path);
+    if (lowerExtension(path) != ".exr" && !arrays) {
         throw Error(ErrorKind::kUsage, "maps cannot be written in this format", path,
-                    "end the name in .exr, .png, .jpg or .tif");
+                    "end the name in .exr, .npz, .safetensors, .png, .jpg or .tif");
     }
     if (options.range) {
-        throw Error(ErrorKind::kUsage, "an EXR holds the numbers as they are", "`range`",
-                    "leave it out, or write .png, .jpg or .tif");
+        throw Error(
+            ErrorKind::kUsage,
+            std::string(arrays ? "arrays hold" : "an EXR holds") + " the numbers as they are",
+            "`range`", "leave it out, or write .png, .jpg or .tif");
     }
+    if (arrays) return std::make_unique<RayMapArrays>(path, posed, solids, options);
     return std::make_unique<RayMapFile>(path, posed, solids, options);
 }
 

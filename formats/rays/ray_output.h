@@ -98,7 +98,7 @@ struct HitOptions {
 };
 
 /// An output of every hit of every ray, by the extension:
-/// - .npz: ray_splits, the columns of hitColumns() (hit_columns.h) and the bundles;
+/// - .npz, .safetensors: ray_splits, the columns of hitColumns() (hit_columns.h) and the bundles;
 ///   formats/README.md says more. Of planes (DensePlanes, of as many layers as the settings say)
 ///   the columns are (h, w, layers, …), of several bundles (b, h, w, layers, …), and in place of
 ///   ray_splits there is `count` ((b,) h, w; uint32). No hits need be counted first. begin() and
@@ -110,7 +110,7 @@ std::unique_ptr<RayOutput> makeHitOutput(const std::string& path, const HitOptio
 /// Throws Error (kUsage) unless makeHitOutput() knows the extension of the path.
 void checkHitFormat(const std::string& path);
 
-/// An output of the hits next to points, before and after them: a .npz of d parallel bundles and n
+/// An output of the hits next to points, before and after them: arrays of d parallel bundles and n
 /// points, with `t_before`, `t_after` (d, n; float, scene units, inf = no hit),
 /// `geometry_ids_before`, `geometry_ids_after`, `primitive_ids_before`, `primitive_ids_after` (d,
 /// n; uint32, 0xFFFFFFFF = no hit, Open3D's INVALID_ID), `points` (n, 3; world space) and
@@ -127,13 +127,14 @@ struct RayMapOptions {
 };
 
 /// An output of maps, which are numbers for every ray. EXR: a part a bundle, with its name; a
-/// channel a map, or, of path-length, a material. PNG, JPEG, TIFF: one map, a file a bundle: of
-/// several bundles the path has a place for the number ("####"). Without a range the colours of a
-/// picture go from 0 (of first and last: the least value) to the greatest value of its bundle, and
-/// all its values are kept until then, 4 bytes a ray; those of transmission go from 0 to 1, and it
-/// is shown like a film: what lets all through is black, what lets nothing through white. Where
-/// there is no hit, first and last are transparent. If there is attenuation, path lengths come with
-/// the transmission; a picture then shows the transmission.
+/// channel a map, or, of path-length, a material. .npz, .safetensors: the same as arrays (h, w;
+/// float, of count uint32), "MAP.I" of bundle I, and bundleArrays(). PNG, JPEG, TIFF: one map, a
+/// file a bundle: of several bundles the path has a place for the number ("####"). Without a range
+/// the colours of a picture go from 0 (of first and last: the least value) to the greatest value of
+/// its bundle, and all its values are kept until then, 4 bytes a ray; those of transmission go from
+/// 0 to 1, and it is shown like a film: what lets all through is black, what lets nothing through
+/// white. Where there is no hit, first and last are transparent. If there is attenuation, path
+/// lengths come with the transmission; a picture then shows the transmission.
 ///
 /// `solids` may be null if no map needs them (needsSolids()). Everything referred to must outlive
 /// the output. Pictures of bundles that are done stand under their names before finish(). Throws
@@ -147,13 +148,13 @@ bool needsSolids(std::span<const RayMap> maps);
 /// An output that takes the three bundles of `lattice` and writes which cells' centres are inside
 /// of some solid, by the majority of the three axes.
 ///
-/// .npz: `occupancy` (uint8, 0 or 1; shape (nx, ny, nz), so that occupancy[x, y, z] is the cell at
-/// corner + (x, y, z) · spacing), `votes` (uint8, likewise: how many axes found it inside),
-/// `corner` (double, 3: least corner of the first cell, world space), `spacing` (double, scene
-/// units). .vdb: see formats/arrays/vdb_writer.h; `creator` stands in it.
+/// .npz, .safetensors: `occupancy` (uint8, 0 or 1; shape (nx, ny, nz), so that occupancy[x, y, z]
+/// is the cell at corner + (x, y, z) · spacing), `votes` (uint8, likewise: how many axes found it
+/// inside), `corner` (double, 3: least corner of the first cell, world space), `spacing` (double,
+/// scene units). .vdb: see formats/arrays/vdb_writer.h; `creator` stands in it.
 ///
 /// Three bits a cell are kept, and for .vdb what OpenVDB takes. `solids` must outlive the output.
-/// Throws Error (kUsage) unless the path ends in .npz or .vdb, and (kMemory) if there is no room
+/// Throws Error (kUsage) unless the path ends in one of these, and (kMemory) if there is no room
 /// for the cells.
 std::unique_ptr<RayOutput> makeVoxelOutput(std::string path, const Solids& solids,
                                            AxisBundles lattice, std::string creator);

@@ -18,10 +18,9 @@ namespace peeler {
 namespace {
 
 bool isVdb(const std::string& path) {
-    const std::string extension = lowerExtension(path);
-    if (extension == ".vdb") return true;
-    if (extension == ".npz") return false;
-    throw Error(ErrorKind::kUsage, "expected a name that ends in .npz or .vdb", path);
+    if (lowerExtension(path) == ".vdb") return true;
+    if (isArrayName(path)) return false;
+    throw Error(ErrorKind::kUsage, "expected a name that ends in .npz, .safetensors or .vdb", path);
 }
 
 class VoxelOutput final : public RayOutput {
@@ -46,7 +45,7 @@ class VoxelOutput final : public RayOutput {
     }
 
   private:
-    std::vector<NpzArray> arrays() const;
+    std::vector<NamedArray> arrays() const;
     void writeArrays();
 
     std::string path_;
@@ -54,11 +53,11 @@ class VoxelOutput final : public RayOutput {
     std::string creator_;
     bool is_grid_;                    ///< .vdb
     std::optional<AtomicFile> grid_;  ///< else arrays_
-    std::optional<NpzWriter> arrays_;
+    std::optional<ArrayWriter> arrays_;
     VoxelVotes votes_;
 };
 
-std::vector<NpzArray> VoxelOutput::arrays() const {
+std::vector<NamedArray> VoxelOutput::arrays() const {
     std::vector<std::uint64_t> shape;
     for (int axis = 0; axis < 3; ++axis)
         shape.push_back(static_cast<std::uint64_t>(lattice_.cells[axis]));
@@ -71,7 +70,7 @@ std::vector<NpzArray> VoxelOutput::arrays() const {
 /// A grid of OpenVDB has leaves of 8³ floats with two masks, nodes of 16³ and of 32³ (OpenVDB's
 /// FloatGrid), each only where something is, and packs what is in them.
 SizeForecast VoxelOutput::forecast(std::span<const Bundle>, std::span<const std::uint64_t>) const {
-    if (!is_grid_) return {NpzWriter::fileBytes(arrays())};
+    if (!is_grid_) return {ArrayWriter::fileBytes(path_, arrays())};
     constexpr std::uint64_t kFileBytes = 4096;
     SizeForecast size{kFileBytes, Certainty::kAtMost};
     struct Level {

@@ -14,7 +14,7 @@
 #include <peeler/error.h>
 #include "cmd/verbs.h"
 #include "formats/exr/deep_file.h"
-#include "formats/exr/layered_input.h"
+#include "formats/layered/opened_picture.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cmd/tiny_gltf.h"
-#include "formats/exr/layered_input.h"
+#include "formats/layered/opened_picture.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

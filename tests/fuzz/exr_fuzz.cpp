@@ -4,7 +4,7 @@
 #include <peeler/composite.h>
 #include "cmd/verify/verified_file.h"
 #include "core/image/statistics.h"
-#include "formats/exr/layered_input.h"
+#include "formats/layered/opened_picture.h"
 #include "formats/output_hash.h"
 #include "fuzz/fuzz_target.h"
 
@@ -40,7 +40,7 @@ void takeExr(Input input) {
         if (intersect(window, stored) == window) layers->readComposite(window, composite);
     });
     attempt([&] {
-        const auto pixels = openComposite(OpenedExr(path));
+        const auto pixels = openComposite(OpenedPicture(path));
         LayeredImage image;
         pixels->read(topOf(*pixels), image);
     });

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A PLY, an STL and an OBJ of every kind.
+#include "formats/arrays/tensor_file.h"
 #include "formats/cameras/camera_files.h"
 #include "fuzz/seeds.h"
 
@@ -41,6 +42,18 @@ std::string binaryStl() {
     return file.text;
 }
 
+std::string arrayScene() {
+    test::TensorFile file;
+    file.texts = {{"alpha_mode", "BLEND"}, {"base_color", "[1, 1, 1, 0.5]"}, {"mode", "triangles"},
+                  {"name", "a"},           {"double_sided", "true"},         {"more", "b"}};
+    file.set<float>("vertices", "F32", {3, 3}, {0, 0, 0, 1, 0, 0, 0, 1, 0});
+    file.set<std::int64_t>("faces", "I64", {1, 3}, {0, 1, 2});
+    file.set<float>("uv", "F32", {3, 2}, {0, 0, 1, 0, 0, 1});
+    file.set<std::uint8_t>("texture", "U8", {1, 2, 3}, {1, 2, 3, 4, 5, 6});
+    file.set<std::uint8_t>("colors", "U8", {3, 3}, std::vector<std::uint8_t>(9, 200));
+    return file.bytes();
+}
+
 }  // namespace
 
 void addMeshSeeds(Seeds& seeds) {
@@ -48,6 +61,7 @@ void addMeshSeeds(Seeds& seeds) {
     const std::string corners =
         "0 0 0 1 2 3 4\n2 0 0 5 6 7 8\n2 2 0 9 9 9 9\n1 1 0 0 0 0 0\n0 2 0 1 1 1 1\n";
     for (const std::string& seed : {
+             arrayScene(),
              binaryPly(),
              ply + "element face 2\nproperty list uchar int vertex_indices\nend_header\n" +
                  corners + "5 0 1 2 3 4\n3 0 1 2\n",

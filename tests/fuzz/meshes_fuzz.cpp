@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A PLY, an STL or an OBJ, which may name itself as its materials, becomes a scene.
+// A PLY, an STL, arrays or an OBJ, which may name itself as its materials, becomes a scene.
 #include "core/scene/posed_scene.h"
 #include "formats/gltf/glb_writer.h"
 #include "formats/gltf/gltf_reader.h"

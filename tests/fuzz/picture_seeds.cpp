@@ -122,6 +122,7 @@ void addExrSeeds(std::vector<SeedBytes>& seeds) {
     for (const ExrCompression& row : exrCompressions())
         seeds.push_back(written("c.exr", floats, outputOptions("plain", row.name.data())));
     seeds.push_back(written("x.exr", channels, outputOptions("plain", "none")));
+    seeds.push_back(written("x.safetensors", channels, outputOptions("", "")));
     seeds.push_back(written("e.exr", empty, outputOptions("plain", "")));
     OutputOptions options = outputOptions("", "none");
     options.as = "composite";

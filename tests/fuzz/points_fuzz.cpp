@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A file of points (PLY or .npz), and what else arrays are read by.
+#include "formats/arrays/array_containers.h"
 #include "formats/arrays/array_reader.h"
 #include "formats/arrays/point_reader.h"
-#include "formats/arrays/table_writers.h"
 #include "fuzz/fuzz_target.h"
 
 namespace peeler::fuzz {
@@ -12,6 +12,8 @@ void takePoints(Input input) {
     const std::string path = fileOf("points", input);
     attempt([&] { readPoints(path); });
     attempt([&] { npzText(path, "output_hash"); });
+    attempt([&] { safetensorsText(path, "output_hash"); });
+    attempt([&] { npyText(input); });
     attempt([&] {
         const auto array = npyArray(input, "array");
         for (std::uint64_t i = 0; array && i < array->count(); ++i)

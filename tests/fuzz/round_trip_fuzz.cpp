@@ -8,8 +8,8 @@
 #include "formats/arrays/array_reader.h"
 #include "formats/arrays/point_reader.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/exr/layered_input.h"
 #include "formats/exr/synthetic_image.h"
+#include "formats/layered/opened_picture.h"
 #include "formats/writers.h"
 #include "fuzz/fuzz_target.h"
 

@@ -45,9 +45,9 @@ std::string packedZip(const std::string& name, const std::string& bytes) {
     return file.text;
 }
 
-std::string arraysFile(std::vector<NpzArray> arrays) {
+std::string arraysFile(std::vector<NamedArray> arrays) {
     const std::string path = (scratchFolder() / "seed.npz").string();
-    NpzWriter writer(path, arrays);
+    ArrayWriter writer(path, arrays);
     for (std::size_t i = 0; i < arrays.size(); ++i)
         writer.append(i, std::vector<std::byte>(arrays[i].bytes(), std::byte{0x3F}));
     writer.finish();

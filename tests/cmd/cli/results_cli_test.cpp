@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "cmd/tiny_gltf.h"
+#include "core/image/channels.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

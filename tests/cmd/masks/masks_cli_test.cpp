@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "cmd/tiny_gltf.h"
-#include "formats/exr/layered_input.h"
 #include "formats/image/image_library.h"
+#include "formats/layered/opened_picture.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

@@ -19,7 +19,7 @@
 
 #include <peeler/channels.h>
 #include "formats/exr/cryptomatte.h"
-#include "formats/exr/layered_input.h"
+#include "formats/layered/opened_picture.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

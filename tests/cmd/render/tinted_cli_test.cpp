@@ -109,7 +109,7 @@ TEST_F(TintedFiles, TurnIntoEachOtherByteForByte) {
         read(at("ldi.exr"), &stored);
         for (const char* flat : {"flat.exr", "deep-flat.exr", "composite.exr"}) {
             CompositeImage composite;
-            openComposite(OpenedExr(at(flat)))->readComposite(stored.window, composite);
+            openComposite(OpenedPicture(at(flat)))->readComposite(stored.window, composite);
             EXPECT_EQ(composite.rgba, stored.rgba) << flat;
             EXPECT_EQ(composite.opacity, stored.opacity) << flat;
         }

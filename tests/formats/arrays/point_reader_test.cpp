@@ -225,7 +225,7 @@ TEST(NpzPoints, RowsOfRaysWithoutPositionsAreNone) {
     const std::int64_t splits[] = {0, 1};
     const glm::vec3 vector(0, 0, 1);
     const auto write = [&](const std::string& name) {
-        NpzWriter writer(
+        ArrayWriter writer(
             path, {{"ray_splits", NumberType::kInt64, {2}}, {name, NumberType::kFloat, {1, 3}}});
         writer.append(0, asBytes(splits));
         writer.append(1, asBytes(std::span(&vector, 1)));
@@ -241,7 +241,7 @@ TEST(NpzPoints, OurOwnAreZip64) {
     const ScratchDir scratch;
     const std::string path = scratch / "p.npz";
     const std::vector<glm::dvec3> points = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
-    NpzWriter writer(path, {{"points", NumberType::kDouble, {3, 3}}});
+    ArrayWriter writer(path, {{"points", NumberType::kDouble, {3, 3}}});
     writer.append(0, asBytes(points));
     writer.finish();
     EXPECT_EQ(readPoints(path), points);

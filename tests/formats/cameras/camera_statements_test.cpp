@@ -147,10 +147,10 @@ struct NamedMatrix {
 std::string npzOf(const std::vector<NamedMatrix>& matrices) {
     const ScratchDir scratch;
     const std::string path = scratch / "a.npz";
-    std::vector<NpzArray> arrays;
+    std::vector<NamedArray> arrays;
     for (const NamedMatrix& matrix : matrices)
         arrays.push_back({matrix.name, NumberType::kDouble, {3, matrix.numbers.size() / 3}});
-    NpzWriter writer(path, arrays);
+    ArrayWriter writer(path, arrays);
     for (std::size_t i = 0; i < matrices.size(); ++i)
         writer.append(i, std::as_bytes(std::span(matrices[i].numbers)));
     writer.finish();

@@ -12,10 +12,10 @@
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/exr/exr_writers.h"
-#include "formats/exr/layered_input.h"
 #include "formats/exr/read_all.h"
 #include "formats/exr/same_image.h"
 #include "formats/exr/synthetic_image.h"
+#include "formats/layered/opened_picture.h"
 #include "support/test_support.h"
 
 namespace peeler {

@@ -16,7 +16,7 @@
 #include "formats/exr/deep_file.h"
 #include "formats/exr/exr_writers.h"
 #include "formats/exr/flat_file.h"
-#include "formats/exr/layered_input.h"
+#include "formats/layered/opened_picture.h"
 #include "support/test_support.h"
 
 namespace peeler {

@@ -10,8 +10,8 @@
 
 #include "formats/exr/deep_file.h"
 #include "formats/exr/flat_file.h"
-#include "formats/exr/layered_input.h"
 #include "formats/file/file_statements.h"
+#include "formats/layered/opened_picture.h"
 
 namespace peeler::test {
 namespace {

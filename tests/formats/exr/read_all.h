@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "formats/exr/layered_input.h"
+#include "formats/layered/opened_picture.h"
 
 namespace peeler::test {
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "core/scene/material.h"
 #include "core/scene/posed_scene.h"
 #include "formats/gltf/gltf_builder.h"
 #include "formats/gltf/material_gltf.h"

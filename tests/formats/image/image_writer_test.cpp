@@ -269,15 +269,16 @@ std::string usageHint(const std::string& path, const OutputOptions& options) {
 
 TEST(Writers, ChoicesAreListedWhereAChoiceIsWrong) {
     OutputOptions options;
-    EXPECT_EQ(usageHint("out.bmp", options),
-              "choose one of: .exr, .png, .jpg, .jpeg, .tif, .tiff, .html, .htm, .npz");
+    EXPECT_EQ(
+        usageHint("out.bmp", options),
+        "choose one of: .exr, .png, .jpg, .jpeg, .tif, .tiff, .html, .htm, .safetensors, .npz");
     EXPECT_NE(usageHint("out", options).find(".exr"), std::string::npos);
     options.as = "ldi";
     EXPECT_EQ(usageHint("out.png", options), "write .exr, or use `as` composite, lari");
     options.as = "voxels";
-    EXPECT_EQ(
-        usageHint("out.exr", options),
-        "choose one of: ldi, deep, composite, midpoint-depth, page, arrays, dense, lari, xray");
+    EXPECT_EQ(usageHint("out.exr", options),
+              "choose one of: ldi, deep, composite, midpoint-depth, page, layers, arrays, dense, "
+              "lari, xray");
     options.as = "";
     options.tone_map = "filmic";
     EXPECT_EQ(usageHint("out.png", options), "choose one of: neutral, none, aces");

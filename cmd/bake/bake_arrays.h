@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// Baked values as arrays, with what says where they belong.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/bake/receivers.h"
+#include "core/scene/posed_scene.h"
+#include "formats/arrays/array_writer.h"
+
+namespace peeler::cmd {
+
+/// The arrays of writeVertexArrays(): `values` (n, components), `positions` and `normals` (n, 3;
+/// world space), float, and `ranges` (r, 5; int64): node, instance (index into
+/// PosedScene::meshes()), primitive, first receiver, how many.
+std::vector<NamedArray> vertexArrays(const VertexReceivers& vertices, std::size_t components);
+/// Throws Error (kOutput).
+void writeVertexArrays(const std::string& path, const PosedScene& posed,
+                       const VertexReceivers& vertices, std::span<const float> values,
+                       std::size_t components);
+
+/// The arrays of writeTexelArrays(): `material_M` (size, size, components; float, v = 0 first) of
+/// every atlas.
+std::vector<NamedArray> texelArrays(const TexelReceivers& texels, std::size_t components);
+/// Throws Error (kOutput).
+void writeTexelArrays(const std::string& path, const TexelReceivers& texels,
+                      std::span<const float> values, std::size_t components, int padding);
+
+}  // namespace peeler::cmd

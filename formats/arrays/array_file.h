@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Named arrays and settings that somebody has written, in either container: .npz as numpy.savez
+// writes it, or .safetensors.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/arrays/array_reader.h"
+
+namespace peeler {
+
+/// The arrays of a file whose bytes stay. Settings are numbers and texts: in a .safetensors those
+/// of
+/// `__metadata__`, in a .npz arrays.
+class ArrayFile {
+  public:
+    /// Whether a file of so many bytes that begins with these is one, as far as that tells.
+    static bool recognises(std::string_view begin, std::uint64_t size);
+
+    /// `where` is the file's name; `allow` is told of bytes before they are taken. Throws Error
+    /// (kInput), and what `allow` throws.
+    ArrayFile(std::span<const std::uint8_t> file, std::string where,
+              std::function<void(std::uint64_t bytes)> allow);
+    ArrayFile(const ArrayFile&) = delete;
+    ArrayFile& operator=(const ArrayFile&) = delete;
+
+    /// Arrays and settings that nobody has asked for by now.
+    std::vector<std::string> unused() const;
+    /// What messages name for one of them: "file.npz, points.npy", "file.safetensors: points".
+    std::string placeOf(const std::string& name) const;
+
+    /// Nothing if there is none. Throws Error (kInput) if it is not of numbers that are decoded.
+    std::optional<NumberArray> array(const std::string& name);
+    /// A setting of so many numbers, or true or false, which is 1 or 0.
+    std::optional<std::vector<double>> numbers(const std::string& name, std::size_t count);
+    std::optional<std::string> text(const std::string& name);
+
+  private:
+    struct Member {
+        std::optional<NumberArray> numbers;
+        std::optional<std::string> text;
+        std::vector<std::uint8_t> storage;
+        bool is_setting = false, is_used = false;
+    };
+
+    void readNpz(std::span<const std::uint8_t> file,
+                 const std::function<void(std::uint64_t bytes)>& allow);
+    void readTensors(std::span<const std::uint8_t> file);
+    Member* use(const std::string& name);
+
+    std::string where_;
+    bool is_npz_ = false;
+    std::map<std::string, Member> members_;
+};
+
+}  // namespace peeler

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+// Writes the headers of a .npz.
+// .npy: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
+// ZIP64: APPNOTE.TXT, sections 4.3 and 4.5.3.
+#include <libdeflate.h>
+#include <zlib.h>
+
+#include <utility>
+
+#include "formats/arrays/array_containers.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::uint16_t kVersion = 45;  // ZIP64
+constexpr std::uint16_t kUtf8Names = 1U << 11U;
+constexpr std::uint16_t kDate = (1U << 5U) | 1U;  // 1980-01-01
+constexpr std::uint16_t kZip64Field = 1;
+constexpr std::uint32_t kSeeZip64 = 0xFFFFFFFFU;
+
+/// Numbers of a ZIP header, one after the other, little endian.
+class HeaderFields {
+  public:
+    template <class T>
+    HeaderFields& add(T number) {
+        text_.append(reinterpret_cast<const char*>(&number), sizeof number);
+        return *this;
+    }
+    HeaderFields& add(const std::string& text) {
+        text_ += text;
+        return *this;
+    }
+    std::string take() { return std::move(text_); }
+
+  private:
+    std::string text_;
+};
+
+/// A .npy file in the archive.
+struct NpzEntry {
+    std::string name;
+    std::string header;        ///< of the .npy file
+    std::uint64_t offset = 0;  ///< of the local header
+    std::uint64_t bytes = 0;   ///< of the .npy file
+};
+
+std::string localHeader(const NpzEntry& entry, std::uint32_t crc) {
+    return HeaderFields()
+        .add(std::uint32_t{0x04034b50})
+        .add(kVersion)
+        .add(kUtf8Names)
+        .add(std::uint16_t{0})  // stored
+        .add(std::uint16_t{0})  // midnight
+        .add(kDate)
+        .add(crc)
+        .add(kSeeZip64)
+        .add(kSeeZip64)
+        .add(static_cast<std::uint16_t>(entry.name.size()))
+        .add(std::uint16_t{20})
+        .add(entry.name)
+        .add(kZip64Field)
+        .add(std::uint16_t{16})
+        .add(entry.bytes)
+        .add(entry.bytes)
+        .take();
+}
+
+class NpzContainer final : public ArrayContainer {
+  public:
+    NpzContainer(std::vector<NamedArray> arrays, const ArrayTexts& texts) {
+        for (NamedArray& array : arrays)
+            add(std::move(array));
+        for (const auto& [name, text] : texts)
+            add({name, NumberType::kUint8, {text.size()}}, text);
+        add({"arrays_version", NumberType::kInt64, {}}, HeaderFields().add(kArraysVersion).take());
+    }
+
+    std::uint64_t fileBytes() const override {
+        return end_ + directory(std::vector<std::uint32_t>(entries_.size())).size();
+    }
+    bool hasChecksums() const override { return true; }
+    void finish(AtomicFile& file, std::span<const std::uint32_t> crcs) const override {
+        std::vector<std::uint32_t> whole;
+        for (std::size_t i = 0; i < entries_.size(); ++i) {
+            const NpzEntry& entry = entries_[i];
+            const std::uint32_t header =
+                libdeflate_crc32(0, entry.header.data(), entry.header.size());
+            const auto size = static_cast<z_off_t>(entry.bytes - entry.header.size());
+            whole.push_back(static_cast<std::uint32_t>(crc32_combine(header, crcs[i], size)));
+            file.writeAt(entry.offset, asBytes(localHeader(entry, whole[i]) + entry.header));
+        }
+        file.writeAt(end_, asBytes(directory(whole)));
+    }
+
+  private:
+    void add(NamedArray array, std::string value = {}) {
+        NpzEntry entry{array.name + ".npy", npyHeader(array), end_, 0};
+        entry.bytes = entry.header.size() + array.bytes();
+        const std::uint64_t numbers = end_ + localHeader(entry, 0).size() + entry.header.size();
+        end_ = numbers + array.bytes();
+        entries_.push_back(std::move(entry));
+        arrays_.push_back({std::move(array), numbers, std::move(value)});
+    }
+    std::string directory(std::span<const std::uint32_t> crcs) const;
+
+    std::vector<NpzEntry> entries_;
+    std::uint64_t end_ = 0;  ///< of the last array
+};
+
+std::string NpzContainer::directory(std::span<const std::uint32_t> crcs) const {
+    const std::uint64_t start = end_;
+    HeaderFields fields;
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+        const NpzEntry& entry = entries_[i];
+        fields.add(std::uint32_t{0x02014b50})
+            .add(kVersion)
+            .add(kVersion)
+            .add(kUtf8Names)
+            .add(std::uint16_t{0})
+            .add(std::uint16_t{0})
+            .add(kDate)
+            .add(crcs[i])
+            .add(kSeeZip64)
+            .add(kSeeZip64)
+            .add(static_cast<std::uint16_t>(entry.name.size()))
+            .add(std::uint16_t{28})
+            .add(std::uint16_t{0})  // no comment
+            .add(std::uint16_t{0})  // disk
+            .add(std::uint16_t{0})  // attributes
+            .add(std::uint32_t{0})
+            .add(kSeeZip64)
+            .add(entry.name)
+            .add(kZip64Field)
+            .add(std::uint16_t{24})
+            .add(entry.bytes)
+            .add(entry.bytes)
+            .add(entry.offset);
+    }
+    const std::string list = fields.take();
+    const std::uint64_t count = entries_.size();
+    return HeaderFields()
+        .add(list)
+        .add(std::uint32_t{0x06064b50})  // ZIP64 end of central directory
+        .add(std::uint64_t{44})
+        .add(kVersion)
+        .add(kVersion)
+        .add(std::uint32_t{0})
+        .add(std::uint32_t{0})
+        .add(count)
+        .add(count)
+        .add(static_cast<std::uint64_t>(list.size()))
+        .add(start)
+        .add(std::uint32_t{0x07064b50})  // locator of that record
+        .add(std::uint32_t{0})
+        .add(start + list.size())
+        .add(std::uint32_t{1})
+        .add(std::uint32_t{0x06054b50})  // end of central directory
+        .add(std::uint16_t{0})
+        .add(std::uint16_t{0})
+        .add(static_cast<std::uint16_t>(count))
+        .add(static_cast<std::uint16_t>(count))
+        .add(kSeeZip64)
+        .add(kSeeZip64)
+        .add(std::uint16_t{0})
+        .take();
+}
+
+}  // namespace
+
+std::string npyHeader(const NamedArray& array) {
+    std::string shape;
+    for (const std::uint64_t n : array.shape)
+        shape += std::to_string(n) + ", ";
+    if (array.shape.size() > 1) shape.resize(shape.size() - 2);  // "(3,)" but "(3, 4)"
+    if (array.shape.size() == 1) shape.pop_back();
+    std::string text = "{'descr': '" + std::string(infoOf(array.type).numpy) +
+                       "', 'fortran_order': False, 'shape': (" + shape + "), }";
+    // The numbers have to begin at a multiple of 64 bytes.
+    constexpr std::size_t kAlignment = 64, kPreamble = 10;
+    const std::size_t end = kPreamble + text.size() + 1;
+    text.append((kAlignment - end % kAlignment) % kAlignment, ' ');
+    text += '\n';
+    return HeaderFields()
+        .add(std::string("\x93NUMPY\x01\x00", 8))
+        .add(static_cast<std::uint16_t>(text.size()))
+        .add(text)
+        .take();
+}
+
+std::unique_ptr<ArrayContainer> makeNpz(std::vector<NamedArray> arrays, const ArrayTexts& texts) {
+    return std::make_unique<NpzContainer>(std::move(arrays), texts);
+}
+
+}  // namespace peeler

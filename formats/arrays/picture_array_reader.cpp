@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads fragment lists from arrays.
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include <peeler/error.h>
+#include "core/base/resize_anew.h"
+#include "core/image/layers.h"
+#include "formats/arrays/picture_arrays.h"
+#include "formats/exr/exr_picture.h"
+
+namespace peeler {
+namespace {
+
+/// Pixels whose lists are read at once where only their lengths count.
+constexpr std::size_t kSplitsAtOnce = std::size_t{1} << 17;
+constexpr std::uint64_t kMostOfPixel = 65536;  ///< fragments, as of deep files
+
+class PictureArrayReader final : public LayeredInput {
+  public:
+    PictureArrayReader(std::unique_ptr<PictureArrays> arrays, bool pixels);
+
+    const ExrInfo& info() const override { return info_; }
+    void read(const Window& window, LayeredImage& out) override;
+    void readComposite(const Window& window, CompositeImage& out) override;
+    int rowsFor(std::uint64_t bytes) const override;
+    BandRead mostOf(int rows) const override;
+    std::vector<std::string> takeWarnings() override { return arrays_->warnings.take(); }
+
+  private:
+    /// Fragments of the file that follow one another.
+    struct Run {
+        std::uint64_t from = 0, count = 0;
+    };
+    void countFragments();
+    std::vector<std::uint64_t> splitsFrom(std::uint64_t first, std::size_t count) const;
+    std::vector<Run> place(const Window& window, LayeredImage& out) const;
+    /// Reads the numbers of runs, `size` bytes a fragment.
+    void readRuns(const SafetensorsArray& array, std::size_t size, std::span<const Run> runs,
+                  std::byte* out) const;
+    void readColors(std::span<const Run> runs, std::size_t fragments, LayeredImage& out) const;
+    [[noreturn]] void fail(const std::string& what) const;
+
+    std::unique_ptr<PictureArrays> arrays_;
+    ExrInfo info_;
+    Window stored_;  ///< the pixels that the file has
+    std::uint64_t fragment_bytes_ = 0;
+    std::optional<DepthComplexity> complexity_;
+};
+
+PictureArrayReader::PictureArrayReader(std::unique_ptr<PictureArrays> arrays, bool pixels)
+    : arrays_(std::move(arrays)), info_(arrays_->info()), stored_(info_.parts.front().data_window) {
+    if (arrays_->options.choosesPicture())
+        throw Error(ErrorKind::kUsage, "a file of arrays has one picture, and no parts or views",
+                    arrays_->path(), "leave `part` and `view` out");
+    if (pixels != arrays_->composite())
+        throw Error(ErrorKind::kInput,
+                    pixels ? "it is no composite" : "it is a composite, and has no layers",
+                    arrays_->path(),
+                    "render with `as` " + std::string(pixels ? "composite" : "layers"));
+    placePixels(info_.plan.view, stored_, arrays_->options.pixels_only, arrays_->path());
+    stored_ = intersect(stored_, info_.plan.view.crop);
+    if (stored_.empty()) stored_ = {};
+    fragment_bytes_ =
+        sizeof(float) +
+        pixelTypeSize(arrays_->rgba->type == "F16" ? PixelType::kHalf : PixelType::kFloat) *
+            colorComponents(arrays_->opacity != nullptr);
+    for (const FragmentArray& array : arrays_->extra)
+        fragment_bytes_ += array.stride();
+    if (!pixels) countFragments();
+}
+
+void PictureArrayReader::fail(const std::string& what) const {
+    throw Error(ErrorKind::kInput, what, arrays_->path(),
+                "splits are the ends of the pixels' lists");
+}
+
+/// Where the lists of so many pixels begin, and where the last of them ends.
+std::vector<std::uint64_t> PictureArrayReader::splitsFrom(std::uint64_t first,
+                                                          std::size_t count) const {
+    std::vector<std::uint64_t> splits(count + 1);
+    if (arrays_->composite()) {
+        for (std::size_t i = 0; i <= count; ++i)
+            splits[i] = first + i;
+        return splits;
+    }
+    const SafetensorsArray& array = *arrays_->splits;
+    const std::size_t size = array.number->size;
+    std::vector<char> bytes(splits.size() * size);
+    if (!arrays_->file().read(array.offset + first * size, bytes)) fail("it ends early");
+    const std::uint64_t n = arrays_->z->shape.front();
+    for (std::size_t i = 0; i <= count; ++i) {
+        const auto* const at = reinterpret_cast<const std::uint8_t*>(bytes.data()) + i * size;
+        const double split = array.number->decode(at, false);
+        // Of 64 bits no more than 2^53 count: no file has so many fragments.
+        if (!(split >= 0 && split <= static_cast<double>(n)))
+            fail("a list ends beyond the fragments");
+        splits[i] = static_cast<std::uint64_t>(split);
+        if (i == 0) continue;
+        if (splits[i] < splits[i - 1]) fail("a list ends before it begins");
+        if (splits[i] - splits[i - 1] > kMostOfPixel) fail("a pixel has more than 65536 fragments");
+    }
+    return splits;
+}
+
+/// Fills in the plan.
+void PictureArrayReader::countFragments() {
+    const Window& all = info_.parts.front().data_window;
+    const auto width = static_cast<std::size_t>(all.width());
+    DepthComplexity& complexity = complexity_.emplace(stored_);
+    const int at_once = static_cast<int>(std::max<std::size_t>(1, kSplitsAtOnce / width));
+    std::vector<std::uint32_t> counts;
+    std::uint64_t end = 0;
+    for (int y = all.y0; y < all.y1; y += at_once) {
+        const int rows = std::min(at_once, all.y1 - y);
+        const auto splits = splitsFrom(static_cast<std::uint64_t>(y - all.y0) * width,
+                                       static_cast<std::size_t>(rows) * width);
+        if (splits.front() != end) fail("a list begins where none ends");
+        end = splits.back();
+        counts.resize(splits.size() - 1);
+        for (std::size_t p = 0; p < counts.size(); ++p)
+            counts[p] = static_cast<std::uint32_t>(splits[p + 1] - splits[p]);
+        for (int row = std::max(y, stored_.y0); row < std::min(y + rows, stored_.y1); ++row) {
+            const std::size_t first = static_cast<std::size_t>(row - y) * width +
+                                      static_cast<std::size_t>(stored_.x0 - all.x0);
+            complexity.addRow(stored_.x0, row,
+                              std::span<const std::uint32_t>(counts).subspan(
+                                  first, static_cast<std::size_t>(stored_.width())));
+        }
+    }
+    if (end != arrays_->z->shape.front()) fail("there are fragments that no list has");
+    Plan& plan = info_.plan;
+    plan.layers = complexity.layers();
+    plan.fragments_stored = complexity.counted();
+    if (!info_.is_peeler) plan.fragments_counted = plan.fragments_stored;
+}
+
+/// Sets the offsets of `out`, and returns where its fragments are.
+std::vector<PictureArrayReader::Run> PictureArrayReader::place(const Window& window,
+                                                               LayeredImage& out) const {
+    const Window& all = info_.parts.front().data_window;
+    out.window = window;
+    out.offsets.assign(window.pixels() + 1, 0);
+    std::vector<Run> runs;
+    const Window inside = intersect(window, stored_);
+    for (int y = inside.y0; y < inside.y1; ++y) {
+        const auto count = static_cast<std::size_t>(inside.width());
+        const auto splits = splitsFrom(
+            static_cast<std::uint64_t>(y - all.y0) * static_cast<std::uint64_t>(all.width()) +
+                static_cast<std::uint64_t>(inside.x0 - all.x0),
+            count);
+        std::uint32_t* const counts = out.offsets.data() + 1 + out.pixelIndex(inside.x0, y);
+        for (std::size_t p = 0; p < count; ++p)
+            counts[p] = static_cast<std::uint32_t>(splits[p + 1] - splits[p]);
+        const Run run{splits.front(), splits.back() - splits.front()};
+        if (!runs.empty() && runs.back().from + runs.back().count == run.from)
+            runs.back().count += run.count;
+        else
+            runs.push_back(run);
+    }
+    countsToOffsets(out.offsets, arrays_->path());
+    return runs;
+}
+
+void PictureArrayReader::readRuns(const SafetensorsArray& array, std::size_t size,
+                                  std::span<const Run> runs, std::byte* out) const {
+    for (const Run& run : runs) {
+        const std::span bytes(reinterpret_cast<char*>(out), run.count * size);
+        if (!arrays_->file().read(array.offset + run.from * size, bytes)) fail("it ends early");
+        out += bytes.size();
+    }
+}
+
+void PictureArrayReader::readColors(std::span<const Run> runs, std::size_t fragments,
+                                    LayeredImage& out) const {
+    const Plan& plan = info_.plan;
+    out.color = {colorNames(plan.tinted), plan.color_type, std::move(out.color.data)};
+    resizeAnew(out.color.data, fragments * out.color.stride());
+    const std::size_t number = pixelTypeSize(plan.color_type);
+    if (!plan.tinted)
+        return readRuns(*arrays_->rgba, out.color.stride(), runs, out.color.data.data());
+    std::vector<std::byte> values;
+    std::size_t first = 0;
+    for (const auto& [array, components] :
+         {std::pair(arrays_->rgba, kPlainComponents),
+          std::pair(arrays_->opacity, kTintedComponents - kPlainComponents)}) {
+        const std::size_t size = components * number;
+        resizeAnew(values, fragments * size);
+        readRuns(*array, size, runs, values.data());
+        for (std::size_t f = 0; f < fragments; ++f)
+            std::memcpy(out.color.data.data() + f * out.color.stride() + first,
+                        values.data() + f * size, size);
+        first += size;
+    }
+}
+
+void PictureArrayReader::read(const Window& window, LayeredImage& out) {
+    if (window.empty() || intersect(window, info_.plan.view.crop) != window)
+        throw Error(ErrorKind::kInternal, "the window is empty or outside the picture",
+                    arrays_->path());
+    const std::vector<Run> runs = place(window, out);
+    const std::size_t fragments = out.offsets.back();
+    resizeAnew(out.z, fragments);
+    readRuns(*arrays_->z, sizeof(float), runs, reinterpret_cast<std::byte*>(out.z.data()));
+    // A Z of +inf says that a pixel has no fragment, wherever it is written next.
+    const auto is_number = [](float z) { return z < std::numeric_limits<float>::infinity(); };
+    if (!arrays_->composite() && !std::ranges::all_of(out.z, is_number))
+        fail("the Z of a fragment is infinite or not a number");
+    readColors(runs, fragments, out);
+    out.extra.resize(arrays_->extra.size());
+    for (std::size_t i = 0; i < arrays_->extra.size(); ++i) {
+        const FragmentArray& like = arrays_->extra[i];
+        out.extra[i] = {like.channels, like.type, std::move(out.extra[i].data)};
+        resizeAnew(out.extra[i].data, fragments * like.stride());
+        readRuns(*arrays_->extra_arrays[i], like.stride(), runs, out.extra[i].data.data());
+    }
+}
+
+void PictureArrayReader::readComposite(const Window& window, CompositeImage& out) {
+    if (!arrays_->composite())
+        throw Error(ErrorKind::kInput, "layers in arrays have no composite", arrays_->path(),
+                    "flatten it first");
+    LayeredImage pixels;
+    read(window, pixels);
+    compositeOver(pixels, {}, out);
+}
+
+int PictureArrayReader::rowsFor(std::uint64_t bytes) const {
+    const Window& crop = info_.plan.view.crop;
+    const auto width = static_cast<std::uint64_t>(crop.width());
+    const std::uint64_t fragments = complexity_ ? complexity_->mostFragments(1) : width;
+    const std::uint64_t row = fragment_bytes_ * fragments + width * sizeof(std::uint64_t);
+    const auto rows = static_cast<std::uint64_t>(std::max(1, crop.height()));
+    return static_cast<int>(
+        std::clamp(bytes / std::max<std::uint64_t>(1, row), std::uint64_t{1}, rows));
+}
+
+BandRead PictureArrayReader::mostOf(int rows) const {
+    const auto width = static_cast<std::uint64_t>(info_.plan.view.crop.width());
+    const std::uint64_t fragments =
+        complexity_ ? complexity_->mostFragments(rows) : width * static_cast<std::uint64_t>(rows);
+    // Where the lists of a row begin, and colours whose opacity is to be put beside them.
+    return {fragments,
+            2 * width * sizeof(std::uint64_t) +
+                (arrays_->opacity ? fragments * kPlainComponents * sizeof(float) : 0),
+            true};
+}
+
+}  // namespace
+
+std::unique_ptr<LayeredInput> openArrays(std::unique_ptr<PictureArrays> arrays, bool pixels) {
+    return std::make_unique<PictureArrayReader>(std::move(arrays), pixels);
+}
+
+}  // namespace peeler

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+// Writes layers and composites as arrays.
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include <peeler/channels.h>
+#include <peeler/error.h>
+#include "core/base/stage_times.h"
+#include "core/image/composite.h"
+#include "formats/arrays/array_writer.h"
+#include "formats/arrays/fragment_columns.h"
+#include "formats/arrays/picture_arrays.h"
+#include "formats/arrays/picture_texts.h"
+#include "formats/file/file_name.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::size_t kTintOnly = kTintedComponents - kPlainComponents;
+
+/// The arrays of a file, and what they are called as channels.
+struct PictureLayout {
+    std::vector<NamedArray> arrays;
+    ArrayChannels channels;
+
+    /// Adds an array of `records`, each of so many numbers.
+    void add(std::string name, PixelType type, std::vector<std::uint64_t> records,
+             std::size_t numbers) {
+        if (numbers > 1) records.push_back(numbers);
+        arrays.push_back({std::move(name), numberTypeOf(type), std::move(records)});
+    }
+    /// Adds those of channels. Other programs may call theirs like one that is there.
+    void add(std::span<const FragmentArray> extra, const std::vector<std::uint64_t>& records) {
+        std::set<std::string> taken{"opacity", "arrays_version", "__metadata__"};
+        for (const NamedArray& array : arrays)
+            taken.insert(array.name);
+        for (const FragmentArray& array : extra) {
+            std::string name = nameOf(array);
+            while (!taken.insert(name).second)
+                name += '_';
+            add(name, array.type, records, array.components());
+            channels.emplace_back(std::move(name), array.channels);
+        }
+    }
+};
+
+/// Where the arrays of layers stand among those of the file; of a picture without coloured opacity
+/// what follows comes in place of kTintList.
+enum LayerArray : std::size_t { kSplitList, kDepthList, kColorList, kTintList };
+
+PictureLayout layersLayout(const Plan& plan, PixelType color,
+                           std::span<const FragmentArray> extra) {
+    const std::vector<std::uint64_t> n{plan.fragments_stored};
+    PictureLayout layout;
+    layout.arrays.push_back({"splits", NumberType::kInt64, {plan.view.crop.pixels() + 1}});
+    layout.add("z", PixelType::kFloat, n, 1);
+    layout.add("rgba", color, n, kPlainComponents);
+    if (plan.tinted) layout.add("opacity", color, n, kTintOnly);
+    layout.add(extra, n);
+    return layout;
+}
+
+/// The same of a composite.
+enum CompositeArray : std::size_t { kPixelColors, kPixelDepths, kPixelTints };
+
+PictureLayout compositeLayout(const Plan& plan, std::span<const FragmentArray> extra) {
+    const std::vector<std::uint64_t> pixels{static_cast<std::uint64_t>(plan.view.crop.height()),
+                                            static_cast<std::uint64_t>(plan.view.crop.width())};
+    PictureLayout layout;
+    layout.add("rgba", PixelType::kFloat, pixels, kPlainComponents);
+    layout.add("z", PixelType::kFloat, pixels, 1);
+    if (plan.tinted) layout.add("opacity", PixelType::kFloat, pixels, kTintOnly);
+    layout.add(extra, pixels);
+    return layout;
+}
+
+/// In a .npz a text is an array, and only the hash has a name there.
+ArrayTexts textsOf(const std::string& path, const char* kind, const Plan& plan,
+                   const Provenance& provenance, const PictureLayout& layout) {
+    if (lowerExtension(path) == ".npz") return {{"output_hash", provenance.output_hash}};
+    return pictureTexts(kind, plan, provenance, layout.channels);
+}
+
+class LayerArrays final : public Sink {
+  public:
+    LayerArrays(std::string path, Provenance provenance)
+        : path_(std::move(path)), provenance_(std::move(provenance)) {}
+
+    void begin(const Plan& plan) override { plan_ = plan; }
+    void write(LayeredImage&& band) override;
+    void finish() override {
+        const StageTimer timer(times_, "write");
+        writer_->finish();
+    }
+    SinkMemory memory(const Plan&) const override {
+        return {.pixel_bytes = sizeof(std::int64_t)};  // where lists begin
+    }
+    StageTimes times() const override { return times_; }
+
+  private:
+    void open(const LayeredImage& band);
+
+    std::string path_;
+    Provenance provenance_;
+    Plan plan_;
+    std::optional<ArrayWriter> writer_;  ///< from the first band on
+    std::int64_t fragments_ = 0;         ///< so far
+    std::vector<std::int64_t> splits_;
+    std::vector<std::byte> values_;
+    StageTimes times_;
+};
+
+void LayerArrays::open(const LayeredImage& band) {
+    const PictureLayout layout = layersLayout(plan_, band.color.type, band.extra);
+    writer_.emplace(path_, layout.arrays, textsOf(path_, kLayersKind, plan_, provenance_, layout));
+    writer_->append(kSplitList, asBytes(std::span(&fragments_, 1)));
+}
+
+void LayerArrays::write(LayeredImage&& band) {
+    const StageTimer timer(times_, "write");
+    if (!writer_) open(band);
+    splits_.clear();
+    for (std::size_t p = 1; p < band.offsets.size(); ++p)
+        splits_.push_back(fragments_ + band.offsets[p]);
+    fragments_ += static_cast<std::int64_t>(band.fragments());
+    writer_->append(kSplitList, asBytes(splits_));
+    writer_->append(kDepthList, asBytes(band.z));
+    if (plan_.tinted) {
+        writer_->append(kColorList, componentsOf(band.color, 0, kPlainComponents, values_));
+        writer_->append(kTintList, componentsOf(band.color, kPlainComponents, kTintOnly, values_));
+    } else {
+        writer_->append(kColorList, band.color.data);
+    }
+    const std::size_t first = plan_.tinted ? kTintList + 1 : kTintList;
+    for (std::size_t i = 0; i < band.extra.size(); ++i)
+        writer_->append(first + i, band.extra[i].data);
+}
+
+class CompositeArrays final : public Sink {
+  public:
+    CompositeArrays(std::string path, OutputOptions options)
+        : path_(std::move(path)), options_(std::move(options)) {}
+
+    void begin(const Plan& plan) override { plan_ = plan; }
+    void write(LayeredImage&& band) override {
+        composite(band);
+        const StageTimer timer(times_, "write");
+        if (!writer_) {
+            const PictureLayout layout = compositeLayout(plan_, composite_.extra);
+            writer_.emplace(path_, layout.arrays,
+                            textsOf(path_, kCompositeKind, plan_, options_.provenance, layout));
+        }
+        writer_->append(kPixelColors, asBytes(composite_.rgba));
+        writer_->append(kPixelDepths, asBytes(composite_.z));
+        if (plan_.tinted) writer_->append(kPixelTints, asBytes(composite_.opacity));
+        const std::size_t first = plan_.tinted ? kPixelTints + 1 : kPixelTints;
+        for (std::size_t i = 0; i < composite_.extra.size(); ++i)
+            writer_->append(first + i, composite_.extra[i].data);
+    }
+    void finish() override {
+        const StageTimer timer(times_, "write");
+        writer_->finish();
+    }
+    StageTimes times() const override { return times_; }
+
+  private:
+    void composite(const LayeredImage& band) {
+        const StageTimer timer(times_, "composite");
+        compositeOver(band, options_.background, composite_);
+        composite_.extra.clear();
+        appendNearestChannels(band, composite_);
+    }
+
+    std::string path_;
+    OutputOptions options_;
+    Plan plan_;
+    std::optional<ArrayWriter> writer_;  ///< from the first band on
+    CompositeImage composite_;
+    StageTimes times_;
+};
+
+}  // namespace
+
+std::unique_ptr<Sink> makeLayerArrays(const std::string& path, const OutputOptions& options) {
+    return std::make_unique<LayerArrays>(path, options.provenance);
+}
+
+SizeForecast forecastLayerArrays(const std::string& path, const Plan& plan,
+                                 const OutputOptions& options) {
+    const PictureLayout layout = layersLayout(plan, plan.color_type, plan.channels);
+    return {ArrayWriter::fileBytes(path, layout.arrays,
+                                   textsOf(path, kLayersKind, plan, options.provenance, layout))};
+}
+
+std::unique_ptr<Sink> makeCompositeArrays(const std::string& path, const OutputOptions& options) {
+    return std::make_unique<CompositeArrays>(path, options);
+}
+
+SizeForecast forecastCompositeArrays(const std::string& path, const Plan& plan,
+                                     const OutputOptions& options) {
+    const PictureLayout layout = compositeLayout(plan, plan.channels);
+    return {ArrayWriter::fileBytes(
+        path, layout.arrays, textsOf(path, kCompositeKind, plan, options.provenance, layout))};
+}
+
+}  // namespace peeler
