@@ -11,13 +11,12 @@
 #include <peeler/channels.h>
 #include <peeler/error.h>
 #include "core/base/printable.h"
-#include "core/scene/camera_choice.h"
 #include "formats/arrays/picture_texts.h"
 
 namespace peeler {
 namespace {
 
-constexpr int kMostPictureSide = 1 << 17, kMostPlace = 1 << 28;
+constexpr int kMostWindowSide = 1 << 17, kMostPlace = 1 << 28;
 
 constexpr const char* kNoPicture = "it holds arrays and no picture";
 
@@ -49,7 +48,7 @@ PictureArrays::PictureArrays(const std::string& path, const LayeredReadOptions& 
                     "layers are written with `as` layers; its `__metadata__` then says " +
                         std::string(kPictureKind));
     std::tie(display_, data_) = windowsIn(header_.metadata, path);
-    if (data_.empty() || data_.width() > kMostPictureSide || data_.height() > kMostPictureSide ||
+    if (data_.empty() || data_.width() > kMostWindowSide || data_.height() > kMostWindowSide ||
         display_.empty() ||
         std::max({std::abs(data_.x0), std::abs(data_.y0), std::abs(data_.x1), std::abs(data_.y1),
                   display_.x1, display_.y1}) > kMostPlace)
