@@ -10,6 +10,7 @@
 #include "formats/exr/exr_readers.h"
 #include "formats/exr/exr_writers.h"
 #include "formats/exr/synthetic_image.h"
+#include "formats/layered/opened_picture.h"
 #include "support/test_support.h"
 
 namespace peeler {

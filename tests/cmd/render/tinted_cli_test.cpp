@@ -8,6 +8,7 @@
 #include "cmd/tiny_gltf.h"
 #include "formats/exr/exr_readers.h"
 #include "formats/image/flat_image.h"
+#include "formats/layered/opened_picture.h"
 #include "support/python.h"
 #include "support/test_support.h"
 

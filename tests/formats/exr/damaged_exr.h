@@ -12,6 +12,7 @@
 
 #include <peeler/error.h>
 #include "formats/exr/exr_readers.h"
+#include "formats/layered/opened_picture.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

@@ -15,6 +15,7 @@
 #include "formats/exr/exr_layout.h"
 #include "formats/exr/exr_readers.h"
 #include "formats/exr/read_all.h"
+#include "formats/layered/opened_picture.h"
 #include "support/test_support.h"
 
 namespace peeler {

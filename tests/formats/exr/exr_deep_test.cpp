@@ -21,6 +21,7 @@
 #include "formats/exr/read_all.h"
 #include "formats/exr/same_image.h"
 #include "formats/exr/synthetic_image.h"
+#include "formats/layered/opened_picture.h"
 #include "support/test_support.h"
 
 namespace peeler {
