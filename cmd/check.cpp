@@ -211,8 +211,9 @@ VerbAction declareCheck(VerbOptions& verb) {
     addValue(verb, "--min-wall", "MM", options->least_wall, parsePositive,
              "a thinner wall is a problem; millimetres")
         .group("Check");
-    addChoice<double>(verb, "--unit", options->unit, kLengthUnits, "unit",
-                      "what a unit of the scene is")
+    addValue(verb, "--unit", "NAME|METRES", options->unit, parseLengthUnit,
+             "what a unit of the scene is, by name or in metres:")
+        .oneOf(describeChoices(kLengthUnits, true))
         .group("Check");
     verb.addFlag("--together", options->together,
                  "all parts are one: they are welded where vertices are at the same place, and may "

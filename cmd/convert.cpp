@@ -31,6 +31,7 @@ namespace fs = std::filesystem;
 struct ConvertOptions {
     fs::path input;
     LayeredReadOptions reading;
+    bool cryptomatte = false;
     int threads = 0;
     OutputRequest output;
     ReportOptions report;
@@ -84,6 +85,11 @@ void Convert::checkOptions() {
         throw Error(ErrorKind::kUsage, "convert writes layers", options_.output.path.string(),
                     "use --as ldi, deep or layers; peeler flatten makes composites");
     }
+    if (options_.cryptomatte &&
+        (!format.channels || !format.hasComposite() || options_.output.options.no_composite)) {
+        throw Error(ErrorKind::kUsage, "Cryptomatte belongs to a composite, and there is none",
+                    "--cryptomatte", "leave it out, or write --as ldi with its composite");
+    }
     checkOutput(options_.output, {options_.input});
     checkReport(options_.report, {options_.input, options_.output.path});
     setThreads(options_.threads);
@@ -94,6 +100,9 @@ void Convert::open() {
     const LayeredReadOptions reading = readingFor(options_.reading, {{options_.output.path}});
     reader_ = openInput(options_.input.string(), reading, reporter_);
     plan_ = reader_->info().plan;
+    if (options_.cryptomatte && reader_->info().provenance.ids.empty())
+        throw Error(ErrorKind::kUsage, "there are no names of ids in it", "--cryptomatte",
+                    "render it with --channels id");
 }
 
 template <class Take>
@@ -118,7 +127,7 @@ void Convert::write() {
     Provenance provenance = reader_->info().provenance;
     if (provenance.version.empty()) provenance.version = PEELER_VERSION;
     OutputOptions output = options_.output.from(provenance);
-    output.cryptomatte = keepsCryptomatte(reader_->info(), options_.output);
+    output.cryptomatte = options_.cryptomatte || keepsCryptomatte(reader_->info(), options_.output);
     output.provenance.output_hash =
         outputHashFrom(reader_->info(), plan_.view, options_.output.path.string(), output);
     const auto writer = makeSink(options_.output.path.string(), output);
@@ -152,6 +161,11 @@ VerbAction declareConvert(VerbOptions& verb) {
     addLayeredOptions(verb, options->reading);
     addOutputFile(verb, options->output, true);
     addLayerOutputOptions(verb, options->output, true);
+    verb.addFlag(
+            "--cryptomatte", options->cryptomatte,
+            "Cryptomatte 1.4 (objects and materials) in the composite part, from the ids of the "
+            "input (default: if the input has it)")
+        .group("Output");
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);
     verb.footer(kConvertFooter);

@@ -14,10 +14,14 @@
 #include "cmd/options/object_options.h"
 #include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
+#include "cmd/session/capture_choices.h"
 #include "cmd/session/progress_report.h"
 #include "cmd/session/session.h"
 #include "cmd/verbs.h"
 #include "core/base/stage_times.h"
+#include "core/image/fxaa.h"
+#include "core/base/error.h"
+#include "core/image/composite.h"
 #include "core/image/fxaa.h"
 #include "formats/exr/layered_input.h"
 #include "formats/output_hash.h"
@@ -34,6 +38,9 @@ struct FlattenOptions {
     LayeredReadOptions reading;
     ObjectOptions objects;
     std::uint32_t max_layers = 0;  ///< nearest layers; 0 = all
+    Tail tail = Tail::kDrop;       ///< of the layers behind them
+
+    bool blendsTail() const { return tail == Tail::kBlend; }
     int threads = 0;
     bool fxaa = false;
     OutputRequest output;
@@ -64,10 +71,10 @@ class Flatten {
     void composite();
     void report();
 
-    /// Reads the picture from top to bottom, the nearest layers only if so asked, and hands each
-    /// band to `take`.
+    /// Reads the nearest `layers` layers (0 = all) from top to bottom, and hands each band to
+    /// `take`.
     template <class Take>
-    void forEachBand(const Stage& stage, Take&& take);
+    void forEachBand(const Stage& stage, std::uint32_t layers, Take&& take);
 
     const FlattenOptions& options_;
     Reporter& reporter_;
@@ -79,6 +86,9 @@ class Flatten {
 
 void Flatten::checkOptions() {
     options_.report.applyTo(reporter_);
+    if (options_.blendsTail() && options_.max_layers == 0)
+        throw Error(ErrorKind::kUsage, "there is nothing behind all layers", "--tail blend",
+                    "add --layers N, or leave it out");
     checkOutput(options_.output, {options_.input});
     checkReport(options_.report, {options_.input, options_.output.path});
     setThreads(options_.threads);
@@ -92,9 +102,9 @@ void Flatten::open() {
 }
 
 template <class Take>
-void Flatten::forEachBand(const Stage& stage, Take&& take) {
+void Flatten::forEachBand(const Stage& stage, std::uint32_t layers, Take&& take) {
     ProgressReport progress(reporter_, stage);
-    cmd::forEachBand(*reader_, options_.max_layers, result_.milliseconds, progress, take);
+    cmd::forEachBand(*reader_, layers, result_.milliseconds, progress, take);
 }
 
 void Flatten::limitLayers() {
@@ -103,9 +113,11 @@ void Flatten::limitLayers() {
     if (!limited && known) return;
     // The header says how many fragments the picture shows, and comes before them: count first.
     if (limited) plan_.layers.resize(options_.max_layers);
+    const std::uint64_t all = plan_.fragments_stored;
     plan_.fragments_stored = 0;
-    forEachBand({"count", kCountEnd},
+    forEachBand({"count", kCountEnd}, options_.max_layers,
                 [&](const LayeredImage& band) { plan_.fragments_stored += band.fragments(); });
+    if (options_.blendsTail()) plan_.fragments_blended = all - plan_.fragments_stored;
     if (!known) plan_.fragments_counted = plan_.fragments_stored;
 }
 
@@ -122,7 +134,15 @@ void Flatten::composite() {
     auto writer = makeSink(options_.output.path.string(), output);
     if (options_.fxaa) writer = std::make_unique<FxaaFilter>(std::move(writer), output.background);
     writer->begin(plan_);
-    forEachBand("flatten", [&](LayeredImage& band) { writer->write(std::move(band)); });
+    CompositeImage flat;
+    forEachBand("flatten", options_.blendsTail() ? 0 : options_.max_layers,
+                [&](LayeredImage& band) {
+                    if (options_.blendsTail()) {
+                        compositeNearest(band, options_.max_layers, options_.tail, flat);
+                        toSingleLayer(flat, band);
+                    }
+                    writer->write(std::move(band));
+                });
     writer->finish();
     add(result_.milliseconds, writer->times());
     written_ = output;
@@ -153,6 +173,9 @@ VerbAction declareFlatten(VerbOptions& verb) {
         verb, "--layers", "N|all", options->max_layers,
         [](const std::string& text) { return parseLayers(text); },
         "composite the N nearest layers of every pixel (default: all)")
+        .group("Layers");
+    addChoice<Tail>(verb, "--tail", options->tail, kTails, "choice of tail",
+                    "what becomes of fragments behind the layers that are kept:")
         .group("Layers");
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);

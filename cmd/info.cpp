@@ -8,6 +8,7 @@
 #include "cmd/info/info_image.h"
 #include "cmd/info/info_options.h"
 #include "cmd/info/info_scene.h"
+#include "cmd/options/appearance_options.h"
 #include "cmd/options/scene_options.h"
 #include "cmd/session/session.h"
 #include "cmd/verbs.h"
@@ -43,11 +44,10 @@ VerbAction declareInfo(VerbOptions& verb) {
             "a scene (glTF, PLY, STL, OBJ, arrays) or a layered or deep image (.exr, .safetensors)")
         .files(sceneExtensions() + " .exr")
         .required();
-    addSandboxOption(verb, options->reading.allow_outside);
-    addStrictOption(verb, options->reading.strict);
+    addSceneOptions(verb, options->scene);
+    addUpOption(verb, options->scene.reading);
+    addAppearanceOptions(verb, options->appearance);
     addLayeredOptions(verb, options->image);
-    addUpOption(verb, options->reading);
-    addUnitOption(verb, options->reading);
     verb.addFlag("--json", options->json, "print JSON");
     return [options](Session& session) { return printInfo(*options, session.reporter()); };
 }

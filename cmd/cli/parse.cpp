@@ -133,6 +133,8 @@ std::array<double, count> parseNumbers(std::string_view text, std::string_view e
 template std::array<double, 2> parseNumbers<2>(std::string_view, std::string_view);
 template std::array<double, 4> parseNumbers<4>(std::string_view, std::string_view);
 template std::array<double, 6> parseNumbers<6>(std::string_view, std::string_view);
+template std::array<double, 12> parseNumbers<12>(std::string_view, std::string_view);
+template std::array<double, 16> parseNumbers<16>(std::string_view, std::string_view);
 
 glm::dvec3 parseVector(std::string_view text) {
     const auto parts = split(text, ',');

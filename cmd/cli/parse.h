@@ -28,7 +28,7 @@ double parsePositiveOrInfinite(std::string_view text);
 /// A whole number in [least, most].
 std::int64_t parseInteger(std::string_view text, std::int64_t least, std::int64_t most);
 
-/// `count` numbers (2, 4 or 6) with commas between; `expected` shows them: "a,b,c,d".
+/// `count` numbers (2, 4, 6, 12 or 16) with commas between; `expected` shows them: "a,b,c,d".
 template <std::size_t count>
 std::array<double, count> parseNumbers(std::string_view text, std::string_view expected);
 

@@ -70,7 +70,7 @@ void readLayers(OpenedPicture opened, ImageFacts& facts, Reporter& reporter) {
 ImageFacts gather(const InfoOptions& options, Reporter& reporter) {
     ImageFacts facts;
     LayeredReadOptions reading = options.image;
-    reading.strict = options.reading.strict;
+    reading.strict = options.scene.reading.strict;
     OpenedPicture opened(options.file.string(), reading);
     facts.info = opened.info();
     facts.layered = isLayered(facts.info) || reading.choosesPicture();

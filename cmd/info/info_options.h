@@ -5,15 +5,16 @@
 #include <filesystem>
 
 #include "cmd/options/layered_options.h"
-#include "formats/meshes/scene_reader.h"
+#include "cmd/session/scene_request.h"
 
 namespace peeler::cmd {
 
 struct InfoOptions {
     std::filesystem::path file;
     bool json = false;
-    SceneReadOptions reading;  ///< of a scene
-    LayeredReadOptions image;  ///< of an image; `strict` is that of `reading`
+    SceneOptions scene;  ///< the part of a scene that is described, and how it is read
+    AppearanceOptions appearance;
+    LayeredReadOptions image;  ///< of an image; `strict` is that of the scene
 };
 
 }  // namespace peeler::cmd

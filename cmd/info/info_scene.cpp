@@ -113,14 +113,21 @@ struct SceneFacts {
 
 SceneFacts gather(const InfoOptions& options) {
     SceneFacts facts;
-    SceneReadOptions reading = options.reading;
-    reading.memory = inheritedBudget();
+    SceneRequest request;
+    request.scene = options.scene;
+    request.appearance = options.appearance;
+    request.memory = inheritedBudget();
+    request.scene.file = options.file;
     // What a texture would look like is not told here, so that it cannot be read is no hindrance.
-    reading.ignored_extensions = undecodedImageExtensions();
-    facts.scene = readSceneFile(options.file, reading);
-    facts.assumed = assumedOf(options.file, reading);
+    std::vector<std::string>& ignored = request.scene.reading.ignored_extensions;
+    for (const std::string& extension : undecodedImageExtensions())
+        ignored.push_back(extension);
+    facts.scene = loadScene(request);
+    facts.assumed = assumedOf(options.file, request.scene.reading);
     for (std::string& warning : facts.scene.warnings)
         warning = inOptions(warning);
+    facts.scene.default_scene = chooseScene(facts.scene, request.scene);
+    selectNodes(facts.scene, request.scene);
     const PosedScene shown(facts.scene);
     for (const MeshInstance& instance : shown.meshes()) {
         facts.elements += elementsOf(facts.scene.meshes[static_cast<std::size_t>(instance.mesh)]);
@@ -272,6 +279,9 @@ Json toJson(const SceneFacts& facts, const InfoOptions& options) {
     for (const Skin& skin : scene.skins)
         json["skins"].push_back({{"name", skin.name}, {"joints", skin.joints}});
     json["variants"] = scene.variants;
+    const IdNames names = idNames(scene);
+    json["objectNames"] = names.objects;
+    json["materialNames"] = names.materials;
     json["bounds"] =
         facts.box ? Json{{"min", vectorJson(facts.box->min)}, {"max", vectorJson(facts.box->max)}}
                   : Json();

@@ -3,6 +3,12 @@
 #include "cmd/options/camera_options.h"
 
 #include <peeler/error.h>
+#include <algorithm>
+#include <array>
+#include <glm/gtc/matrix_access.hpp>
+#include <glm/gtc/matrix_inverse.hpp>
+#include <glm/gtc/type_ptr.hpp>
+
 #include "cmd/cli/arguments.h"
 #include "cmd/options/scene_options.h"
 #include "core/scene/framing.h"
@@ -20,6 +26,35 @@ Window tileOf(const Window& whole, const Shard& tile) {
     }
     return {whole.x0, whole.y0 + static_cast<int>(first), whole.x1,
             whole.y0 + static_cast<int>(end)};
+}
+
+Intrinsics parseIntrinsics(const std::string& text) {
+    const auto [fx, fy, cx, cy] = parseNumbers<4>(text, "fx,fy,cx,cy");
+    if (!(fx > 0 && fy > 0))
+        throw Error(ErrorKind::kUsage, "expected focal lengths greater than 0");
+    return {fx, fy, cx, cy};
+}
+
+/// Returns the camera-to-world matrix of glTF for the world-to-camera matrix of OpenCV: 12 or 16
+/// numbers, row by row. Throws Error (kUsage) for a scale, a mirror or a shear, which no camera
+/// shows.
+glm::dmat4 parsePose(const std::string& text) {
+    constexpr const char* kExpected = "r00,r01,r02,t0,r10,…, the rows of a 3 x 4 or 4 x 4 matrix";
+    std::array<double, 16> rows{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
+    if (std::ranges::count(text, ',') == 15)
+        rows = parseNumbers<16>(text, kExpected);
+    else
+        std::ranges::copy(parseNumbers<12>(text, kExpected), rows.begin());
+    const glm::dmat4 world_to_camera = glm::transpose(glm::make_mat4(rows.data()));
+    if (glm::row(world_to_camera, 3) != glm::dvec4(0, 0, 0, 1))
+        throw Error(ErrorKind::kUsage, "expected a last row of 0,0,0,1");
+    constexpr double kMostOff = 1e-4;
+    if (!(distanceFromRigid(world_to_camera) < kMostOff))
+        throw Error(ErrorKind::kUsage, "expected a rotation and a translation", "",
+                    "scale the scene instead; a mirrored axis is another convention");
+    // Of OpenCV x is right, y down, z forward; of glTF x right, y up, −z forward.
+    return glm::affineInverse(world_to_camera) *
+           glm::dmat4(glm::dmat3(1, 0, 0, 0, -1, 0, 0, 0, -1));
 }
 
 }  // namespace
@@ -41,7 +76,7 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options, SceneReadOption
         "from the front, all else from the right and above, with margins of 5 %)");
     add("--target", "X,Y,Z", options.target, vector,
         "the point it looks at (default: the scene's centre)");
-    verb.addText(
+    verb.addRepeated(
             "--up", reading ? "X,Y,Z|x|y|z" : "X,Y,Z",
             [&options, reading](const std::string& value) {
                 const std::optional<Axis> axis = reading ? axisNamed(value) : std::nullopt;
@@ -60,6 +95,15 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options, SceneReadOption
         "--ortho-height", "H", options.ortho_height,
         [](const std::string& value) { return parsePositive(value); },
         "its height in scene units; makes it orthographic");
+    add("--intrinsics", "FX,FY,CX,CY", options.intrinsics, parseIntrinsics,
+        "focal lengths and principal point of a calibrated camera, in pixels, instead of --fov: "
+        "the "
+        "point x,y,z in front of it (x to the right, y down) appears at fx*x/z+cx, fy*y/z+cy, "
+        "where "
+        "0,0 is the centre of the upper left pixel, as in OpenCV; needs --size WxH");
+    add("--pose", "MATRIX", options.pose, parsePose,
+        "where a camera of your own stands, instead of --eye, --target and --up: the matrix from "
+        "world to camera space as in OpenCV (z forward), 3 x 4 or 4 x 4 numbers, row by row");
     add(
         "--near", "D", options.near, [](const std::string& value) { return parsePositive(value); },
         "nearest distance that is seen (default: the camera's own)");

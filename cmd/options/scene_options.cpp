@@ -40,12 +40,15 @@ void addSceneOptions(VerbOptions& verb, SceneOptions& options) {
     if (!verb.knows("--unit")) addUnitOption(verb, options.reading);
 }
 
+double parseLengthUnit(const std::string& text) {
+    const bool is_number = text.find_first_of("0123456789") != std::string::npos;
+    return is_number ? parsePositive(text) : choose<double>("unit", kLengthUnits, text);
+}
+
 void addUnitOption(VerbOptions& verb, SceneReadOptions& reading) {
-    addValue(
-        verb, "--unit", "NAME", reading.metres_per_unit,
-        [](const std::string& text) { return choose<double>("unit", kLengthUnits, text); },
-        "what a unit of a PLY, STL or OBJ is; the scene has metres then (default: numbers stay as "
-        "they are):")
+    addValue(verb, "--unit", "NAME|METRES", reading.metres_per_unit, parseLengthUnit,
+             "what a unit of a PLY, STL or OBJ is, by name or in metres; the scene has metres then "
+             "(default: numbers stay as they are):")
         .oneOf(describeChoices(kLengthUnits))
         .group("Scene");
 }

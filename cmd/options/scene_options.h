@@ -33,4 +33,7 @@ inline constexpr Choice<double> kLengthUnits[] = {
     {"in", 0.0254, "inches"},
 };
 
+/// The length of a unit in metres: one of these names, or a number of metres.
+double parseLengthUnit(const std::string& text);
+
 }  // namespace peeler::cmd

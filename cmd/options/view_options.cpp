@@ -40,6 +40,8 @@ void refuseLoneCamera(const CameraOptions& camera, const std::string& views) {
         {camera.target.has_value(), "--target"},
         {camera.up.has_value(), "--up"},
         {camera.ortho_height.has_value(), "--ortho-height"},
+        {camera.intrinsics.has_value(), "--intrinsics"},
+        {camera.pose.has_value(), "--pose"},
     };
     for (const auto& [given, option] : lone)
         if (given)

@@ -35,8 +35,8 @@ struct BundleOptions {
         return usesCamera() || axes || count || file || !directions.empty();
     }
     bool usesCamera() const {
-        return views.asked() || camera.camera || camera.buildsCamera() || camera.near ||
-               camera.far || camera.crop;
+        return views.asked() || camera.camera || camera.buildsCamera() || camera.intrinsics ||
+               camera.near || camera.far || camera.crop;
     }
     RayGrid grid() const;
 };

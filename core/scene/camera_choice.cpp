@@ -135,7 +135,7 @@ View placedCamera(const CameraChoice& choice, const Bounds& bounds) {
     const auto place =
         distanceFromRigid(*choice.pose) < kRigidByRounding ? choice.pose : rigid(*choice.pose);
     if (!place) {
-        throw Error(ErrorKind::kUsage, "the pose leaves no direction to look along", "pose",
+        throw Error(ErrorKind::kUsage, "the pose leaves no direction to look along", "`pose`",
                     "give a rotation and a translation");
     }
     view.camera_to_world = *place;
@@ -238,7 +238,7 @@ std::string cropText(const Window& crop) {
 void checkCamera(const CameraChoice& choice) {
     if (choice.camera && choice.buildsCamera()) {
         throw Error(ErrorKind::kUsage,
-                    "`camera` takes a camera of the scene, `eye`, `target`, `up`, `fov` "
+                    "`camera` takes a camera of the scene, `eye`, `target`, `up`, `pose`, `fov` "
                     "and `ortho_height` build one",
                     "`camera` " + *choice.camera, "leave out the one or the others");
     }
@@ -248,15 +248,15 @@ void checkCamera(const CameraChoice& choice) {
     }
     if (choice.pose && (choice.eye || choice.target || choice.up)) {
         throw Error(ErrorKind::kUsage, "a camera's place is a pose, or eye, target and up",
-                    "pose, `eye`, `target`, `up`", "leave out the one or the others");
+                    "`pose`, `eye`, `target`, `up`", "leave out the one or the others");
     }
     if (choice.intrinsics && (choice.fov || choice.ortho_height)) {
         throw Error(ErrorKind::kUsage, "intrinsics say what a field of view would say",
-                    "intrinsics, `fov`, `ortho_height`", "leave out the one or the others");
+                    "`intrinsics`, `fov`, `ortho_height`", "leave out the one or the others");
     }
     if (choice.intrinsics && choice.size.height == 0) {
         throw Error(ErrorKind::kUsage, "intrinsics are of a picture whose size is known",
-                    "intrinsics, `size` " + std::to_string(choice.size.width),
+                    "`intrinsics`, `size` " + std::to_string(choice.size.width),
                     "give the height too: `size` WxH");
     }
     if (choice.near && choice.far && *choice.near >= *choice.far) {

@@ -136,6 +136,17 @@ TEST_F(ConvertVerb, WhatDoesNotFitIsRefused) {
     EXPECT_EQ(runPeeler({"convert", at("a.exr"), "-o", at("b.exr"), "--as", "composite"}).exit_code,
               2);
     EXPECT_EQ(runPeeler({"convert", scene, "-o", at("b.exr")}).exit_code, 3);
+    const Outcome nameless =
+        runPeeler({"convert", at("a.exr"), "-o", at("b.exr"), "--cryptomatte"});
+    EXPECT_EQ(nameless.exit_code, 2);
+    EXPECT_NE(nameless.err.find("--channels id"), std::string::npos) << nameless.err;
+}
+
+TEST_F(ConvertVerb, CryptomatteIsMadeOfIds) {
+    renderGlasses("ids.exr", {"--channels", "id"});
+    renderGlasses("matte.exr", {"--channels", "id", "--cryptomatte"});
+    run({"convert", at("ids.exr"), "-o", at("made.exr"), "--cryptomatte"});
+    EXPECT_TRUE(bytesOf(at("made.exr")) == bytesOf(at("matte.exr")));
 }
 
 TEST_F(ConvertVerb, ASetDoesNotReplaceItsInputNorWhatMustStay) {

@@ -235,6 +235,50 @@ TEST_F(Results, FlattenOfTheNearestLayersEqualsALimitedRender) {
     EXPECT_EQ(channelBytes(flat), channelBytes(limited));
 }
 
+TEST_F(Results, FlattenBlendsTheTailAsARenderDoes) {
+    ASSERT_EQ(render({"--precision", "float"}).exit_code, 0);
+    const fs::path flat = scratch_ / "flat.exr", limited = scratch_ / "limited.exr";
+    const std::vector<std::string> blended{"--layers", "2", "--tail", "blend", "--json"};
+    std::vector<std::string> arguments{"flatten", image_.string(), "-o", flat.string()};
+    arguments.insert(arguments.end(), blended.begin(), blended.end());
+    const Outcome result = runPeeler(arguments);
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const Json json = Json::parse(result.out);
+    EXPECT_EQ(json.at("fragmentsStored"), 2 * 96 * 64);
+    EXPECT_EQ(json.at("fragmentsBlended"), 3 * 96 * 64);
+    arguments = {"render", scene_.string(), "-o",        limited.string(), "--size",
+                 "96x64",  "--as",          "composite", "--precision",    "float"};
+    arguments.insert(arguments.end(), blended.begin(), blended.end());
+    ASSERT_EQ(runPeeler(arguments).exit_code, 0);
+    EXPECT_EQ(channelBytes(flat), channelBytes(limited));
+}
+
+TEST_F(Results, CalibratedCamerasAreThoseOfNumbers) {
+    // OpenCV looks along +Z with Y down: this one stands at (0, 0, 5) and looks along -Z.
+    const std::string pose = "1,0,0,0,0,-1,0,0,0,0,-1,5";
+    const auto camera = [&](const std::vector<std::string>& options) {
+        EXPECT_EQ(render(options).exit_code, 0);
+        return Json::parse(runPeeler({"info", image_.string(), "--json"}).out).at("camera");
+    };
+    // 96 x 64 pixels, 80 of them high at distance 1; half a pixel to the middle.
+    const std::vector<std::string> asked{"--intrinsics", "80,80,47.5,31.5", "--pose", pose};
+    const Json found = camera(asked);
+    EXPECT_EQ(found.at("cameraToWorld"), Json::parse("[[1,0,0,0],[0,1,0,0],[0,0,1,5],[0,0,0,1]]"));
+    EXPECT_DOUBLE_EQ(found.at("halfHeight"), 0.4);
+    EXPECT_DOUBLE_EQ(found.at("halfWidth"), 0.6);
+    EXPECT_EQ(camera({"--intrinsics", "80,80,47.5,31.5", "--pose", pose + ",0,0,0,1"}), found);
+    // Ten pixels aside: the middle of a picture that is wider by twenty.
+    const Json aside = camera({"--intrinsics", "80,80,57.5,31.5", "--pose", pose});
+    EXPECT_EQ(aside.at("width"), 116);
+    EXPECT_EQ(aside.at("crop"), Json::parse("[0,0,96,64]"));
+    const std::string hits = (scratch_ / "hits.npz").string();
+    std::vector<std::string> rays{"rays", scene_.string(), "-o", hits, "--size", "96x64", "--json"};
+    rays.insert(rays.end(), asked.begin(), asked.end());
+    const Outcome traced = runPeeler(rays);
+    ASSERT_EQ(traced.exit_code, 0) << traced.err;
+    EXPECT_EQ(Json::parse(traced.out).at("rays"), 96 * 64);
+}
+
 TEST_F(Results, FlatImagesAreWritten) {
     ASSERT_EQ(render({}).exit_code, 0);
     const fs::path direct = scratch_ / "direct.png", flat = scratch_ / "flat.png";
@@ -283,6 +327,17 @@ TEST_F(Results, InfoOnAScene) {
     EXPECT_EQ(json.at("cameras").at(0).at("name"), "front");
     EXPECT_EQ(json.at("bounds").at("min").size(), 3U);
     EXPECT_TRUE(json.at("warnings").empty());
+    // Names by id: of all nodes, and of all materials with glTF's own.
+    EXPECT_EQ(json.at("objectNames").size(), 6U);
+    EXPECT_EQ(json.at("materialNames").size(), 2U);
+    const std::string first = json.at("objectNames").at(0);
+    const Outcome chosen =
+        runPeeler({"info", "--json", scene_.string(), "--exclude", first, "--variant", "0"});
+    EXPECT_EQ(chosen.exit_code, 2);
+    EXPECT_TRUE(contains(chosen.err, "unknown variant")) << chosen.err;
+    const Json less =
+        Json::parse(runPeeler({"info", "--json", scene_.string(), "--exclude", first}).out);
+    EXPECT_LT(less.at("triangles"), json.at("triangles"));
 }
 
 TEST_F(Results, InfoTellsWhichExtensionsAreSupported) {
