@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include <peeler/error.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
@@ -19,8 +20,6 @@
 #include "cmd/session/session.h"
 #include "cmd/verbs.h"
 #include "core/base/stage_times.h"
-#include "core/image/fxaa.h"
-#include "core/base/error.h"
 #include "core/image/composite.h"
 #include "core/image/fxaa.h"
 #include "formats/exr/layered_input.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the manual and the completions of shells as they are installed: write_manual SHARE.
+// Writes the manual, the completions of shells and the options as JSON as they are installed:
+// write_manual SHARE.
 #include <array>
 #include <cstdlib>
 #include <ctime>
@@ -11,6 +12,7 @@
 
 #include "cmd/cli/command_line.h"
 #include "cmd/manual/completions.h"
+#include "cmd/manual/description.h"
 #include "cmd/manual/manual_page.h"
 
 namespace {
@@ -48,6 +50,7 @@ void writeAll(const fs::path& share) {
     write(share / "bash-completion" / "completions" / "peeler", bashCompletions(program));
     write(share / "zsh" / "vendor-completions" / "_peeler", zshCompletions(program));
     write(share / "fish" / "vendor_completions.d" / "peeler.fish", fishCompletions(program));
+    write(share / "peeler" / "verbs.json", describeAsJson(program));
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/options/scene_options.h"
 #include "core/scene/framing.h"
+#include "core/scene/view.h"
 
 namespace peeler::cmd {
 

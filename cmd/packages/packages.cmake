@@ -111,19 +111,17 @@ string(CONCAT CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libpeeler0 ${same_versio
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-peeler)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION "${synopsis} (Python module)
-${story}\n.\nThis package holds the module peeler for Python 3: layers as arrays of
-NumPy.")
-set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "libegl1, libgl1-mesa-dri")
-if(TARGET peeler_python)
-    math(EXPR next_python "${PYTHON_VERSION_MINOR} + 1")
-    # Python keeps what it has compiled beside the sources, which dpkg knows nothing of.
-    file(WRITE ${packing}/postinst "#!/bin/sh\nset -e\n"
-        "if command -v py3compile > /dev/null; then py3compile -p python3-peeler; fi\n")
-    file(WRITE ${packing}/prerm "#!/bin/sh\nset -e\n"
-        "if command -v py3clean > /dev/null; then py3clean -p python3-peeler; fi\n")
-    set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA "${packing}/postinst;${packing}/prerm")
-    string(CONCAT CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3-numpy, "
-        "python3 (>= ${PYTHON_VERSION_MAJOR}.${PYTHON_VERSION_MINOR}~), "
-        "python3 (<< ${PYTHON_VERSION_MAJOR}.${next_python})")
-endif()
+${story}\n.\nThis package holds the module peeler for Python 3, which runs the program:
+layers as arrays of NumPy.")
+# It runs the program, of whatever architecture.
+set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS OFF)
+string(CONCAT CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "peeler ${same_version}, python3-numpy, "
+    "python3 (>= 3.8~)")
+# Python keeps what it has compiled beside the sources, which dpkg knows nothing of.
+file(WRITE ${packing}/postinst "#!/bin/sh\nset -e\n"
+    "if command -v py3compile > /dev/null; then py3compile -p python3-peeler; fi\n")
+file(WRITE ${packing}/prerm "#!/bin/sh\nset -e\n"
+    "if command -v py3clean > /dev/null; then py3clean -p python3-peeler; fi\n")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA "${packing}/postinst;${packing}/prerm")
 include(CPack)

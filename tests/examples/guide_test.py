@@ -134,7 +134,10 @@ class Commands(unittest.TestCase):
             if key not in ("DISPLAY", "WAYLAND_DISPLAY")
         }
         self.environment.update(
-            PATH=f"{programs}:{os.environ['PATH']}", LC_ALL="C.UTF-8", PYTHONDONTWRITEBYTECODE="1"
+            PATH=f"{programs}:{os.environ['PATH']}",
+            PYTHONPATH=str(pathlib.Path(shutil.which(PEELER)).resolve().parent / "python"),
+            LC_ALL="C.UTF-8",
+            PYTHONDONTWRITEBYTECODE="1",
         )
 
     def run_block(self, block):

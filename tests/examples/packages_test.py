@@ -82,7 +82,7 @@ class Parts(PeelerTest):
 
     def test_packages(self):
         names = {"peeler", "libpeeler0", "libpeeler-dev"}
-        if list(BUILD.glob("python/peeler/_peeler*.so")):
+        if (BUILD / "python/peeler").is_dir():
             names.add("python3-peeler")
         self.assertEqual(set(self.packages), names)
 
@@ -120,6 +120,17 @@ class Parts(PeelerTest):
             shutil.copytree(self.scratch / name, together, symlinks=True, dirs_exist_ok=True)
         for module in (BUILD / "lib" / "peeler").iterdir():
             self.assertTrue((together / "usr/lib/peeler" / module.name).exists(), module.name)
+
+    def test_python(self):
+        """One package for all architectures, which runs the program."""
+        if "python3-peeler" not in self.packages:
+            return
+        version = self.field("peeler", "Version")
+        self.assertEqual(self.field("python3-peeler", "Architecture"), "all")
+        self.assertIn(f"peeler (= {version})", self.field("python3-peeler", "Depends"))
+        folder = "usr/lib/python3/dist-packages/peeler"
+        for file in ("__init__.py", "__init__.pyi", "py.typed", "verbs.json"):
+            self.assertIn(f"{folder}/{file}", self.files["python3-peeler"])
 
     def test_no_file_names_the_folder_that_it_was_built_in(self):
         rooms = [f"{SOURCE}/{room}/".encode() for room in ("build", "cmd", "core", "formats", "shaders")]

@@ -248,17 +248,6 @@ class Errors(ModuleTest):
         with multiprocessing.get_context("spawn").Pool(2) as pool:
             self.assertEqual(pool.map(lengths, [["panes", "coincident"]] * 2), [here] * 2)
 
-    def test_a_fork_leaves_the_renderer_behind(self):
-        child = os.fork()
-        if child == 0:
-            try:
-                self.r.layers(scene("panes"))
-            except peeler.Error as error:
-                os._exit(0 if error.kind == "usage" else 2)
-            os._exit(1)
-        self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), 0)
-        self.assert_usable()
-
     def test_warnings_are_pythons(self):
         path = self.folder / "odd.gltf"
         path.write_text('{"asset": {"version": "2.0"}, "extensionsUsed": ["EXT_not_known"]}', encoding="utf-8")

@@ -7,6 +7,13 @@ import unittest
 from module import SCENES, ModuleTest, command, np, peeler, resident, scene
 
 
+def owner(array):
+    """What holds the numbers of an array."""
+    while isinstance(array, np.ndarray):
+        array = array.base
+    return array
+
+
 class Pictures(ModuleTest):
     def test_arrays_are_those_of_extract(self):
         for name, keywords, options in (
@@ -66,8 +73,9 @@ class Pictures(ModuleTest):
         self.assertGreater(taken, 30e6)
         self.assertLess(grown, 1.35 * taken)
         for array in arrays:
-            self.assertIs(array.base, img)
             self.assertTrue(array.flags.writeable)
+            if array is not arrays[2]:  # splits, of 32 bits
+                self.assertIs(owner(array), owner(img.z))
         self.assertTrue(np.shares_memory(arrays[0], img.z))
         self.assertTrue(np.shares_memory(arrays[-1], img["normal"]))
         self.assertEqual(len(warm), len(img))

@@ -8,9 +8,9 @@ import os
 import re
 import unittest
 
-from module import SCENES, SOURCE, ModuleTest, command, np, peeler, scene
+from module import BUILD, SCENES, ModuleTest, command, np, peeler, scene
 
-STUB = SOURCE / "cmd" / "python" / "peeler" / "__init__.pyi"
+STUB = BUILD / "python" / "peeler" / "__init__.pyi"
 # Of `peeler render`: what belongs to files, to the scene, to the Renderer, to sequences and reports.
 ELSEWHERE = set(
     "output no_clobber no_mkdir background exposure tone_map as_ no_composite fxaa skip_existing keep_going dry_run layout "
@@ -31,7 +31,7 @@ def stubs():
     """{name or Class.name: node} of all functions of the stub."""
     found = {}
     for node in ast.parse(STUB.read_text(encoding="utf-8")).body:
-        if isinstance(node, ast.FunctionDef):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
             found[node.name] = node
         if isinstance(node, ast.ClassDef):
             found[node.name] = node
@@ -52,7 +52,8 @@ class Stub(ModuleTest):
             if isinstance(thing, type):
                 bases = {"Image": "_Picture", "Composite": "_Picture"}
                 for member, _ in inspect.getmembers(thing, lambda m: not isinstance(m, type)):
-                    if member.startswith(("__", "_pybind11_")) or (name == "Error" and member in dir(Exception)):
+                    own = member.startswith("_") and member != "_repr_png_"
+                    if own or (name == "Error" and member in dir(Exception)):
                         continue
                     known = f"{name}.{member}" in there or f"{bases.get(name)}.{member}" in there
                     self.assertTrue(known or name == "Error", f"{name}.{member}")
@@ -75,6 +76,13 @@ class Stub(ModuleTest):
         elsewhere = ELSEWHERE | {"points", "double", "map", "attenuation", "part", "range", "no_legend", "legend", "voxels",
                                  "parity", "no_refine", "strict"}
         self.assertEqual(keywords(there["Renderer.rays"]) - camera, options("rays") - elsewhere)
+
+    def test_functions_of_verbs(self):
+        there = stubs()
+        for name in peeler._verbs.NAMES:
+            names = {k for k, (n, _) in peeler._options.table(name).items()}
+            self.assertEqual(keywords(there[name]), names | {"progress"}, name)
+            self.assertEqual(set(inspect.signature(getattr(peeler, name)).parameters), names | {"progress", "files"})
 
     def test_keywords_of_the_stub_are_taken(self):
         panes, there = scene("panes"), stubs()

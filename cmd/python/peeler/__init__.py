@@ -9,18 +9,27 @@
 
 Scene, Renderer, Image, Composite and Hits hold data; check_scene, bake_scene, compare_images and merge_images find
 something in it. The functions that are called as the verbs of the command line (bake, check, compare, convert,
-devices, extract, flatten, info, masks, merge, rays, render, sheet, verify, view) do what those do, from files to files,
-in this process. Lengths are in scene units, space is right-handed with +Y up, colours are linear Rec. 709.
+devices, extract, flatten, info, masks, merge, rays, render, sheet, verify, view) do what those do, from files to files.
+All work is done by a process of the program `peeler`, a worker, which the first call starts: $PEELER, the one that was
+built or installed with this module, or the one in the path. `await peeler.aio(r.layers, scene)` waits for a call without
+holding up an event loop. Lengths are in scene units, space is right-handed with +Y up, colours are linear Rec. 709.
 """
 
-from . import _peeler
+from . import _options, _verbs
 from ._error import Error
-from ._peeler import *  # noqa: F403
+from ._images import Composite, Image, compare_images, merge_images, read
+from ._rays import Hits
+from ._renderer import Renderer, bake_scene, check_scene
+from ._scenes import Scene
+from ._worker import aio
 
-__version__ = _peeler.__version__
-__all__ = ["Error", *(name for name in vars(_peeler) if not name.startswith("_"))]
+__version__ = _options.description()["version"]
+__all__ = [
+    "Composite", "Error", "Hits", "Image", "Renderer", "Scene", "aio", "bake_scene", "check_scene", "compare_images",
+    "merge_images", "read", *_verbs.NAMES,
+]  # fmt: skip
 
-for _name in __all__:  # as they are called, for repr and pickle
-    if isinstance(_thing := globals()[_name], type):
-        _thing.__module__ = __name__
-del _name, _thing
+for _name in _verbs.NAMES:
+    globals()[_name] = _verbs.function(_name)
+del _name
+aio.__module__ = __name__

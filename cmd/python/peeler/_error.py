@@ -6,7 +6,8 @@ class Error(Exception):
     """Raised by everything in peeler.
 
     kind: 'usage' (what is asked for cannot be), 'input' (a file is unreadable or invalid), 'output' (it cannot be
-        written), 'device' (no usable GL device, or it was lost), 'incomplete', 'memory', 'internal' (a bug of peeler)
+        written), 'device' (no usable GL device, or it was lost), 'incomplete', 'memory', 'internal' (a bug of peeler,
+        or its process ended)
     what: a sentence without a full stop
     where: a path, a keyword, a place in a glTF file ('/meshes/0/primitives/1'), or ''
     hint: what to try, or ''

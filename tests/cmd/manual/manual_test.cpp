@@ -286,7 +286,6 @@ TEST(EnvironmentVariables, AreThoseThatTheProductReads) {
             if (entry.path().extension() != ".cpp") continue;
             const std::string path = entry.path().string();
             if (contains(path, "cmd/manual/")) continue;
-            if (contains(path, "cmd/python/")) continue;  // keeps a host's as they were
             const std::string text = bytesOf(entry.path());
             if (!contains(text, "getenv(")) continue;
             strings.merge(
