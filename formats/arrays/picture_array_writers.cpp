@@ -9,6 +9,7 @@
 #include <peeler/channels.h>
 #include <peeler/error.h>
 #include "core/base/stage_times.h"
+#include "core/image/channels.h"
 #include "core/image/composite.h"
 #include "formats/arrays/array_writer.h"
 #include "formats/arrays/fragment_columns.h"
