@@ -137,7 +137,10 @@ void PictureArrays::describePart() {
     part.data_window = data_;
     part.display_window = display_;
     part.attributes = attributesIn(header_.metadata);
-    if (composite_) part.attributes.erase("peeler:layers");  // those of an empty one are not here
+    // Without layers it would be taken for a layered picture that is empty.
+    if (const auto layers = part.attributes.find("peeler:layers");
+        composite_ && layers != part.attributes.end() && layers->second == "0")
+        part.attributes.erase(layers);
     part.channels.push_back({"Z", PixelType::kFloat});
     for (const std::string& name : colorNames(opacity != nullptr))
         part.channels.push_back({name, pixelTypeOf(*rgba)});

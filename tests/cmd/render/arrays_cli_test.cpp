@@ -215,5 +215,15 @@ TEST_F(ArraysBetweenPrograms, WhatDoesNotFitIsRefused) {
     EXPECT_EQ(runPeeler({"render", scene, "-o", at("a.npz"), "--as", "layers"}).exit_code, 2);
 }
 
+TEST_F(ArraysBetweenPrograms, CompositesAreMergedAsComposites) {
+    const Json rendered = render("whole.safetensors", {"--as", "composite"});
+    const Json merged = run({"merge", at("whole.safetensors"), "-o", at("merged.exr")});
+    EXPECT_EQ(merged.at("layers"), rendered.at("layers"));
+    render("whole.exr", {"--as", "composite", "--precision", "float"});
+    const Json same = run({"compare", at("merged.exr"), at("whole.exr")});
+    EXPECT_EQ(same.at("identical"), true) << same;
+    EXPECT_EQ(same.at("a").at("layered"), false);
+}
+
 }  // namespace
 }  // namespace peeler::test
