@@ -26,6 +26,7 @@
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
 #include "formats/file/json_text.h"
+#include "formats/layered/opened_picture.h"
 #include "formats/output_hash.h"
 #include "formats/writers.h"
 

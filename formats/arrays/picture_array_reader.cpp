@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads fragment lists from arrays.
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <optional>
@@ -68,9 +69,13 @@ PictureArrayReader::PictureArrayReader(std::unique_ptr<PictureArrays> arrays, bo
         sizeof(float) +
         pixelTypeSize(arrays_->rgba->type == "F16" ? PixelType::kHalf : PixelType::kFloat) *
             colorComponents(arrays_->opacity != nullptr);
-    for (const FragmentArray& array : arrays_->extra)
-        fragment_bytes_ += array.stride();
-    if (!pixels) countFragments();
+    for (const PictureArrays::ExtraArray& array : arrays_->extra)
+        fragment_bytes_ += array.like.stride();
+    if (!pixels) return countFragments();
+    // How many layers a composite was made of is known, and nothing else of them.
+    const std::string layers = info_.parts.front().attribute("peeler:layers");
+    info_.plan.layers.resize(
+        std::min<std::size_t>(std::strtoul(layers.c_str(), nullptr, 10), kMostOfPixel));
 }
 
 void PictureArrayReader::fail(const std::string& what) const {
@@ -212,10 +217,10 @@ void PictureArrayReader::read(const Window& window, LayeredImage& out) {
     readColors(runs, fragments, out);
     out.extra.resize(arrays_->extra.size());
     for (std::size_t i = 0; i < arrays_->extra.size(); ++i) {
-        const FragmentArray& like = arrays_->extra[i];
+        const auto& [like, stored] = arrays_->extra[i];
         out.extra[i] = {like.channels, like.type, std::move(out.extra[i].data)};
         resizeAnew(out.extra[i].data, fragments * like.stride());
-        readRuns(*arrays_->extra_arrays[i], like.stride(), runs, out.extra[i].data.data());
+        readRuns(*stored, like.stride(), runs, out.extra[i].data.data());
     }
 }
 

@@ -44,9 +44,9 @@ PictureArrays::PictureArrays(const std::string& path, const LayeredReadOptions& 
     const std::string kind = header_.text(kPictureKind);
     composite_ = kind == kCompositeKind;
     if (!composite_ && kind != kLayersKind && !header_.find("splits"))
-        throw Error(ErrorKind::kInput, kNoPicture, path,
-                    "layers are written with `as` layers; its `__metadata__` then says " +
-                        std::string(kPictureKind));
+        throw Error(
+            ErrorKind::kInput, kNoPicture, path,
+            "layers are written with `as` layers, and say so in " + std::string(kPictureKind));
     std::tie(display_, data_) = windowsIn(header_.metadata, path);
     if (data_.empty() || data_.width() > kMostWindowSide || data_.height() > kMostWindowSide ||
         display_.empty() ||
@@ -92,10 +92,11 @@ void PictureArrays::takeFragments() {
                            array.name == "arrays_version";
         if (!known) takeExtra(array);
     }
+    std::ranges::sort(extra, {}, [](const ExtraArray& array) { return array.like.channels; });
     std::set<std::string> names{"Z"};
     names.insert(kColorNames.begin(), kColorNames.end());
-    for (const FragmentArray& array : extra)
-        for (const std::string& channel : array.channels)
+    for (const ExtraArray& array : extra)
+        for (const std::string& channel : array.like.channels)
             if (!names.insert(channel).second) fail("two arrays have the same channel", channel);
 }
 
@@ -116,8 +117,7 @@ void PictureArrays::takeExtra(const SafetensorsArray& array) {
         fail("nothing says what the " + std::to_string(components) +
                  " numbers of the array are called; peeler:channels does",
              array.name);
-    extra.push_back({std::move(channels), pixelTypeOf(array), {}});
-    extra_arrays.push_back(&array);
+    extra.push_back({{std::move(channels), pixelTypeOf(array), {}}, &array});
 }
 
 void PictureArrays::takeComposite() {
@@ -144,9 +144,9 @@ void PictureArrays::describePart() {
     part.channels.push_back({"Z", PixelType::kFloat});
     for (const std::string& name : colorNames(opacity != nullptr))
         part.channels.push_back({name, pixelTypeOf(*rgba)});
-    for (const FragmentArray& array : extra)
-        for (const std::string& name : array.channels)
-            part.channels.push_back({name, array.type});
+    for (const ExtraArray& array : extra)
+        for (const std::string& name : array.like.channels)
+            part.channels.push_back({name, array.like.type});
     std::ranges::sort(part.channels, {}, &ExrInputChannel::name);
     info_ = describe({std::move(part)}, file_.size(), path_);
     info_.provenance.ids = idsIn(header_.metadata, path_);

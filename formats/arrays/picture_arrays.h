@@ -50,9 +50,12 @@ class PictureArrays {
     bool composite() const { return composite_; }
     /// One that is there: "z", "rgba", …; `opacity` is null if it is not.
     const SafetensorsArray *splits = nullptr, *z = nullptr, *rgba = nullptr, *opacity = nullptr;
-    /// The other channels of fragments, without data, and their arrays.
-    std::vector<FragmentArray> extra;
-    std::vector<const SafetensorsArray*> extra_arrays;
+    /// Other channels of fragments, and where they are.
+    struct ExtraArray {
+        FragmentArray like;  ///< without data
+        const SafetensorsArray* stored = nullptr;
+    };
+    std::vector<ExtraArray> extra;  ///< sorted by the channels' names
 
   private:
     const SafetensorsArray* take(const char* name, const std::vector<std::uint64_t>& shape,

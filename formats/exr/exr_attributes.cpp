@@ -87,6 +87,7 @@ class ValueStream final : public Imf::IStream {
 
 /// The attribute as OpenEXR knows it, or as bytes. Throws what its classes throw.
 std::unique_ptr<Imf::Attribute> attributeOf(const StoredAttribute& stored) {
+    Imf::staticInitialize();  // else no type is known before the first header
     // Those lists have sizes in them, which the classes believe.
     const bool list = stored.type == "stringvector" || stored.type == "idmanifest" ||
                       stored.type == "preview" || stored.type == "chlist";
@@ -113,8 +114,10 @@ bool isValid(const StoredAttribute& stored) {
     }
 }
 
+/// OpenEXR's default, which files that are written have by themselves.
+constexpr std::array<float, 8> kRec709{0.64F, 0.33F, 0.3F, 0.6F, 0.15F, 0.06F, 0.3127F, 0.329F};
+
 bool isRec709(const std::array<float, 8>& chromaticities) {
-    constexpr std::array<float, 8> kRec709{0.64F, 0.33F, 0.3F, 0.6F, 0.15F, 0.06F, 0.3127F, 0.329F};
     constexpr float kRounding = 1e-3F;
     for (std::size_t i = 0; i < kRec709.size(); ++i)
         if (!(std::abs(chromaticities[i] - kRec709[i]) <= kRounding)) return false;
@@ -158,9 +161,11 @@ void readCarried(OpenedExr& opened, std::size_t part) {
     std::size_t bytes = 0;
     for (StoredAttribute& attribute : opened.files.attributes(part)) {
         const std::string& name = attribute.name;
-        const bool left = isOneOf(kOfStorage, name) || name.starts_with("peeler:") ||
-                          (info.plan.view.known && isOneOf(kOfView, name)) ||
-                          (ours && (isOneOf(kOfOurs, name) || name.starts_with("cryptomatte/")));
+        const bool left =
+            isOneOf(kOfStorage, name) || name.starts_with("peeler:") ||
+            (info.plan.view.known && isOneOf(kOfView, name)) ||
+            (name == "chromaticities" && info.parts[part].chromaticities == kRec709) ||
+            (ours && (isOneOf(kOfOurs, name) || name.starts_with("cryptomatte/")));
         if (left) continue;
         bytes += attribute.value.size();
         if (bytes <= kMostCarried && isValid(attribute))

@@ -24,12 +24,16 @@ constexpr std::string_view kGltfExtensions[] = {".gltf", ".glb"}, kPlyExtensions
 
 constexpr SceneFormat kSceneFormats[] = {
     {"glTF", kGltfExtensions,
-     [](std::string_view begin, std::uint64_t) {
-         return begin.starts_with("glTF") || trimmed(withoutByteOrderMark(begin)).starts_with('{');
+     [](std::string_view begin, std::uint64_t size) {
+         // A length can be a brace, too.
+         return begin.starts_with("glTF") ||
+                (trimmed(withoutByteOrderMark(begin)).starts_with('{') &&
+                 !isSafetensors(begin, size));
      },
      [](const std::filesystem::path& path, const SceneReadOptions& options) {
          return readGltf(path, options);
      }},
+    {"arrays", kArrayExtensions, isArrayScene, readArrayScene, true},
     {"PLY", kPlyExtensions,
      [](std::string_view begin, std::uint64_t) {
          begin = withoutByteOrderMark(begin);
@@ -37,7 +41,6 @@ constexpr SceneFormat kSceneFormats[] = {
      },
      readPlyScene},
     {"STL", kStlExtensions, isStl, readStlScene},
-    {"arrays", kArrayExtensions, isArrayScene, readArrayScene, true},
     {"OBJ", kObjExtensions, isObj, readObjScene},
 };
 

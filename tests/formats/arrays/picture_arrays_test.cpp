@@ -171,7 +171,7 @@ TEST(PictureArrays, CompositesAreReadAsPixels) {
     EXPECT_EQ(stored.rgba, expected.rgba);
     EXPECT_EQ(stored.opacity, expected.opacity);
     EXPECT_EQ(stored.z, expected.z);
-    EXPECT_TRUE(isLoneComposite(readExrInfo(path)));
+    EXPECT_TRUE(isLoneComposite(OpenedPicture(path).info()));
     EXPECT_THROW(openLayered(path), Error);
     // A .npz says no more than its arrays do, and its size is known likewise.
     const std::string npz = scratch / "a.npz";
