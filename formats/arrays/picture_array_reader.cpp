@@ -71,7 +71,10 @@ PictureArrayReader::PictureArrayReader(std::unique_ptr<PictureArrays> arrays, bo
             colorComponents(arrays_->opacity != nullptr);
     for (const PictureArrays::ExtraArray& array : arrays_->extra)
         fragment_bytes_ += array.like.stride();
-    if (!pixels) return countFragments();
+    if (!pixels) {
+        countFragments();
+        return;
+    }
     // How many layers a composite was made of is known, and nothing else of them.
     const std::string layers = info_.parts.front().attribute("peeler:layers");
     info_.plan.layers.resize(
