@@ -8,8 +8,8 @@
 #include <map>
 
 #include "core/base/parallel.h"
-#include "core/parts/free_area.h"
 #include "core/parts/crossings.h"
+#include "core/parts/free_area.h"
 #include "core/parts/step_limit.h"
 
 namespace peeler {

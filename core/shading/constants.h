@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <glm/glm.hpp>
 
-#include "core/shading/environment_maps.h"
 #include "core/shading/albedo_table.h"
+#include "core/shading/environment_maps.h"
 #include "core/shading/studio.h"
 
 namespace peeler {

@@ -6,9 +6,9 @@
 #include <cstring>
 #include <span>
 
+#include "core/shading/albedo_table.h"
 #include "core/shading/constants.h"
 #include "core/shading/environment_maps.h"
-#include "core/shading/albedo_table.h"
 #include "shaders/interface.glsl"
 
 namespace peeler {
