@@ -235,7 +235,7 @@ Plan Masks::capture(std::size_t view, const View& seen, const PosedScene& posed,
     const Progress progress = [&](double share) {
         progress_->update((done + 0.9 * share) / static_cast<double>(end_ - first_));
     };
-    const CapturePlan plan = renderer.plan(seen, settings, progress);
+    CapturePlan plan = renderer.plan(seen, settings, progress);
     sink.begin(plan);
     passes = renderer.capture(plan, sink, progress).passes;
     sink.finish();

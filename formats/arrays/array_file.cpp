@@ -39,7 +39,7 @@ bool ArrayFile::recognises(std::string_view begin, std::uint64_t size) {
 }
 
 ArrayFile::ArrayFile(std::span<const std::uint8_t> file, std::string where,
-                     std::function<void(std::uint64_t bytes)> allow)
+                     const std::function<void(std::uint64_t bytes)>& allow)
     : where_(std::move(where)) {
     const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
     is_npz_ = text.starts_with(kZip);

@@ -27,7 +27,7 @@ class ArrayFile {
     /// `where` is the file's name; `allow` is told of bytes before they are taken. Throws Error
     /// (kInput), and what `allow` throws.
     ArrayFile(std::span<const std::uint8_t> file, std::string where,
-              std::function<void(std::uint64_t bytes)> allow);
+              const std::function<void(std::uint64_t bytes)>& allow);
     ArrayFile(const ArrayFile&) = delete;
     ArrayFile& operator=(const ArrayFile&) = delete;
 

@@ -46,7 +46,7 @@ std::unique_ptr<ArrayContainer> makeContainer(const std::string& path,
     for (const auto& [name, text] : texts)
         if (!text.empty() && !names.insert(name).second)
             throw Error(ErrorKind::kInternal, "an array and a text have one name",
-                        path + ": " + name);
+                        std::string(path).append(": ").append(name));
     std::erase_if(texts, [](const auto& text) { return text.second.empty(); });
     return row->make(std::move(arrays), texts);
 }

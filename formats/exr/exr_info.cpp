@@ -121,7 +121,8 @@ Layers findLayers(const std::vector<ExrInputPart>& parts, const std::string& pat
         const int number = name.find('.') == std::string::npos ? layerNumber(name) : -1;
         if (number < 0) continue;
         const bool prefixed = parts[i].channel(name + ".Z") != nullptr;
-        addLayer(number, {i, prefixed ? name + "." : ""}, path + ": " + name, layers);
+        addLayer(number, {i, prefixed ? name + "." : ""},
+                 std::string(path).append(": ").append(name), layers);
     }
     for (std::size_t i = 0; i < parts.size() && layers.empty(); ++i) {
         for (const ExrInputChannel& channel : parts[i].channels) {
