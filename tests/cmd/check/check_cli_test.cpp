@@ -285,7 +285,7 @@ TEST_F(CheckVerb, WhatIsNoPartIsRefused) {
     EXPECT_EQ(check(scene, {"--min-wall", "0"}).exit_code, 2);
     EXPECT_EQ(check(scene, {"--unit", "miles"}).exit_code, 2);
     EXPECT_EQ(check(scene, {"-o", scene}).exit_code, 2);
-    EXPECT_EQ(check(scene, {"-o", (dir_ / "places.npz").string()}).exit_code, 2);
+    EXPECT_EQ(check(scene, {"-o", (dir_ / "places.ply").string()}).exit_code, 2);
 }
 
 /// Sample models that are one closed box each.

@@ -308,7 +308,7 @@ TEST_P(RaysCli, RefusesRaysThatCannotBe) {
     expectRefused({"--directions-file", scratch_ / "none.txt"}, 3, "none.txt");
     writeText(scratch_ / "bad.txt", "0 0 1\n# a comment\n0, 1\n");
     expectRefused({"--directions-file", scratch_ / "bad.txt"}, 3, "bad.txt:3");
-    EXPECT_NE(rays({"--axes", "-o", out("a.csv")}).err.find(".npz, .ply or .exr"),
+    EXPECT_NE(rays({"--axes", "-o", out("a.csv")}).err.find(".npz, .safetensors, .ply or .exr"),
               std::string::npos);
 }
 

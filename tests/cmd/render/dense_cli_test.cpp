@@ -378,10 +378,10 @@ TEST_F(Dense, WhatDoesNotGoTogetherIsRefused) {
     run({"render", glasses_, "--size", "16x9", "-o", path("in.exr")});
     refused({"extract", path("in.exr"), "--points", path("a.ply"), "--dense", "2"}, {"--dense"});
     refused({"extract", path("in.exr"), "--npz", path("a.npz"), "--fill", "0"}, {"--fill"});
-    refused({"extract", path("in.exr"), "-o", path("a.##.npz")}, {".npz"});
+    refused({"extract", path("in.exr"), "-o", path("a.##.ply")}, {".ply"});
     refused({"convert", path("in.exr"), "-o", path("a.npz")}, {"peeler extract --npz"});
-    refused({"flatten", path("in.exr"), "-o", path("a.npz")}, {".npz"});
-    refused({"view", path("in.exr"), "-o", path("a.npz")}, {".npz"});
+    refused({"flatten", path("in.exr"), "-o", path("a.ply")}, {".ply"});
+    refused({"view", path("in.exr"), "-o", path("a.ply")}, {".ply"});
     EXPECT_EQ(scratch_.files(), std::vector<std::string>{"in.exr"});
 }
 
