@@ -99,6 +99,11 @@ void checkExtractOptions(const ExtractOptions& options) {
         outputs.push_back(options.output.path);
     }
     if (options.counts) {
+        if (isArrayName(options.counts->string())) {
+            throw Error(ErrorKind::kUsage, "a picture of counts is no array",
+                        "--depth-complexity " + options.counts->string(),
+                        "--npz with --dense writes them as the array count");
+        }
         OutputRequest output = requestFor(options, *options.counts);
         output.options.as = "composite";
         checkOutput(output, {options.input});
@@ -145,8 +150,8 @@ void addExtractOptions(VerbOptions& verb, ExtractOptions& options) {
         .required(false)
         .description(
             "every layer as a file of its own, #### or %04d being its number: .exr (all channels, "
-            "cropped to the layer), .safetensors, .png, .jpg, .tif")
-        .files(".exr .safetensors .png .jpg .tif");
+            "cropped to the layer), .safetensors (likewise), .npz (rgba and z), .png, .jpg, .tif")
+        .files(".exr .safetensors .npz .png .jpg .tif");
     const auto add = [&](const char* name, auto& target, const char* endings, const char* help) {
         addFile(verb, name, "FILE", target, help).files(endings).group("Output");
     };

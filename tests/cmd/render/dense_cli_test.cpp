@@ -379,6 +379,7 @@ TEST_F(Dense, WhatDoesNotGoTogetherIsRefused) {
     refused({"extract", path("in.exr"), "--points", path("a.ply"), "--dense", "2"}, {"--dense"});
     refused({"extract", path("in.exr"), "--npz", path("a.npz"), "--fill", "0"}, {"--fill"});
     refused({"extract", path("in.exr"), "-o", path("a.##.ply")}, {".ply"});
+    refused({"extract", path("in.exr"), "--depth-complexity", path("a.npz")}, {"--dense"});
     refused({"convert", path("in.exr"), "-o", path("a.npz")}, {"peeler extract --npz"});
     refused({"flatten", path("in.exr"), "-o", path("a.ply")}, {".ply"});
     refused({"view", path("in.exr"), "-o", path("a.ply")}, {".ply"});
