@@ -79,7 +79,6 @@ void ArrayFile::readTensors(std::span<const std::uint8_t> file) {
         if (!is_new)
             throw Error(ErrorKind::kInput, "an array and a text have the same name", placeOf(name));
         place->second.text = text;
-        place->second.is_setting = true;
     }
 }
 
@@ -114,7 +113,7 @@ std::optional<std::vector<double>> ArrayFile::numbers(const std::string& name, s
     const Member* const member = use(name);
     if (!member) return {};
     std::vector<double> values;
-    if (member->is_setting) {
+    if (member->text) {
         const nlohmann::json json = parseJsonOrNull(*member->text);
         for (const nlohmann::json& value : json.is_array() ? json : nlohmann::json::array({json})) {
             if (value.is_number()) values.push_back(value.get<double>());

@@ -16,9 +16,8 @@
 
 namespace peeler {
 
-/// The arrays of a file whose bytes stay. Settings are numbers and texts: in a .safetensors those
-/// of
-/// `__metadata__`, in a .npz arrays.
+/// The arrays and settings of a file; its bytes must outlive this object. Settings are numbers and
+/// texts: entries of `__metadata__` in a .safetensors, arrays in a .npz.
 class ArrayFile {
   public:
     /// Whether a file of so many bytes that begins with these is one, as far as that tells.
@@ -47,7 +46,7 @@ class ArrayFile {
         std::optional<NumberArray> numbers;
         std::optional<std::string> text;
         std::vector<std::uint8_t> storage;
-        bool is_setting = false, is_used = false;
+        bool is_used = false;
     };
 
     void readNpz(std::span<const std::uint8_t> file,

@@ -48,7 +48,8 @@ struct NumberArray {
 /// has another size than it says.
 std::optional<NumberArray> npyArray(std::span<const std::uint8_t> file, const std::string& where);
 
-/// The text of a .npy file that holds one: a string of numpy's, or bytes. Nothing of anything else.
+/// The text of a .npy file that holds one: a string of numpy's, bytes, or "true" or "false".
+/// Nothing of anything else.
 std::optional<std::string> npyText(std::span<const std::uint8_t> file);
 
 /// The arrays of a .npz as numpy.savez and savez_compressed write it: ZIP (PKWARE APPNOTE 6.3, with

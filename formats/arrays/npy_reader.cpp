@@ -30,7 +30,6 @@ constexpr ArrayNumber kArrayNumbers[] = {
     {"i2", 2, false, decodeNumber<std::int16_t>},  {"i1", 1, false, decodeNumber<std::int8_t>},
     {"u8", 8, false, decodeNumber<std::uint64_t>}, {"u4", 4, false, decodeNumber<std::uint32_t>},
     {"u2", 2, false, decodeNumber<std::uint16_t>}, {"u1", 1, false, decodeNumber<std::uint8_t>},
-    {"b1", 1, false, decodeNumber<std::uint8_t>},
 };
 
 [[noreturn]] void damagedArray(const std::string& what, const std::string& where) {
@@ -165,6 +164,7 @@ std::optional<std::string> npyText(std::span<const std::uint8_t> file) {
     constexpr std::size_t kKind = 2;  // behind the quotation mark and the byte order
     if (type.size() <= kKind || !shape || !shape->empty()) return {};
     std::string text;
+    if (type[kKind] == 'b' && npy->bytes.size() == 1) return npy->bytes[0] ? "true" : "false";
     if (type[kKind] == 'S') {
         text.assign(npy->bytes.begin(), npy->bytes.end());
     } else if (type[kKind] == 'U') {

@@ -29,8 +29,8 @@ struct SceneFormat {
 /// All formats, in the order in which a file is tried.
 std::span<const SceneFormat> sceneFormats();
 
-/// The extensions of all formats with blanks between: ".gltf .glb .npz .safetensors .ply .stl .obj
-/// .safetensors"; or only of those for which isSceneName() can be true.
+/// The extensions of all formats with blanks between: ".gltf .glb .npz .safetensors .ply .stl
+/// .obj"; or only of those for which isSceneName() can be true.
 std::string sceneExtensions(bool by_name = false);
 /// Whether the name ends like one of a scene and of nothing else.
 bool isSceneName(const std::filesystem::path& path);
