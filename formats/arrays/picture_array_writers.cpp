@@ -2,12 +2,14 @@
 // Writes layers and composites as arrays.
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include <peeler/channels.h>
 #include <peeler/error.h>
+#include "core/base/resize_anew.h"
 #include "core/base/stage_times.h"
 #include "core/image/channels.h"
 #include "core/image/composite.h"
@@ -21,6 +23,60 @@ namespace peeler {
 namespace {
 
 constexpr std::size_t kTintOnly = kTintedComponents - kPlainComponents;
+
+/// The other channels of fragments as files of arrays have them: in the order of the table of
+/// channels, components too. Pictures that were read have both sorted by name.
+class ArrangedChannels {
+  public:
+    explicit ArrangedChannels(std::span<const FragmentArray> channels = {}) {
+        for (std::size_t i = 0; i < channels.size(); ++i)
+            rows_.push_back(rowOf(channels[i], i));
+        std::ranges::stable_sort(rows_, {}, &Row::rank);
+        for (const Row& row : rows_)
+            arrays_.push_back({row.names, channels[row.source].type, {}});
+    }
+
+    /// Without data.
+    std::span<const FragmentArray> arrays() const { return arrays_; }
+    /// The numbers of arrays()[i], perhaps in `storage`. `channels` are those of the constructor.
+    std::span<const std::byte> numbers(std::span<const FragmentArray> channels, std::size_t i,
+                                       std::vector<std::byte>& storage) const {
+        const FragmentArray& array = channels[rows_[i].source];
+        const std::vector<std::size_t>& from = rows_[i].components;
+        if (std::ranges::is_sorted(from)) return array.data;
+        const std::size_t number = pixelTypeSize(array.type), stride = array.stride();
+        resizeAnew(storage, array.data.size());
+        for (std::size_t at = 0; at < storage.size(); at += stride)
+            for (std::size_t c = 0; c < from.size(); ++c)
+                std::memcpy(&storage[at + c * number], &array.data[at + from[c] * number], number);
+        return storage;
+    }
+
+  private:
+    struct Row {
+        std::size_t source;                   ///< index of the channels
+        std::size_t rank;                     ///< in the table; its size for other channels
+        std::vector<std::string> names;       ///< of the components
+        std::vector<std::size_t> components;  ///< which of the source's they are
+    };
+
+    static Row rowOf(const FragmentArray& array, std::size_t source) {
+        const std::span<const ChannelInfo> table = channelTable();
+        const auto row = std::ranges::find_if(table, [&](const ChannelInfo& info) {
+            return std::ranges::is_permutation(info.components, array.channels);
+        });
+        Row arranged{source, static_cast<std::size_t>(row - table.begin()), array.channels, {}};
+        if (row != table.end())
+            arranged.names.assign(row->components.begin(), row->components.end());
+        for (const std::string& name : arranged.names)
+            arranged.components.push_back(static_cast<std::size_t>(
+                std::ranges::find(array.channels, name) - array.channels.begin()));
+        return arranged;
+    }
+
+    std::vector<Row> rows_;
+    std::vector<FragmentArray> arrays_;
+};
 
 /// The arrays of a file, and what they are called as channels.
 struct PictureLayout {
@@ -107,6 +163,7 @@ class LayerArrays final : public Sink {
     std::string path_;
     Provenance provenance_;
     Plan plan_;
+    ArrangedChannels channels_;
     std::optional<ArrayWriter> writer_;  ///< from the first band on
     std::int64_t fragments_ = 0;         ///< so far
     std::vector<std::int64_t> splits_;
@@ -115,7 +172,8 @@ class LayerArrays final : public Sink {
 };
 
 void LayerArrays::open(const LayeredImage& band) {
-    const PictureLayout layout = layersLayout(plan_, band.color.type, band.extra);
+    channels_ = ArrangedChannels(band.extra);
+    const PictureLayout layout = layersLayout(plan_, band.color.type, channels_.arrays());
     writer_.emplace(path_, layout.arrays, textsOf(path_, kLayersKind, plan_, provenance_, layout));
     writer_->append(kSplitList, asBytes(std::span(&fragments_, 1)));
 }
@@ -137,7 +195,7 @@ void LayerArrays::write(LayeredImage&& band) {
     }
     const std::size_t first = plan_.tinted ? kTintList + 1 : kTintList;
     for (std::size_t i = 0; i < band.extra.size(); ++i)
-        writer_->append(first + i, band.extra[i].data);
+        writer_->append(first + i, channels_.numbers(band.extra, i, values_));
 }
 
 class CompositeArrays final : public Sink {
@@ -150,7 +208,8 @@ class CompositeArrays final : public Sink {
         composite(band);
         const StageTimer timer(times_, "write");
         if (!writer_) {
-            const PictureLayout layout = compositeLayout(plan_, composite_.extra);
+            channels_ = ArrangedChannels(composite_.extra);
+            const PictureLayout layout = compositeLayout(plan_, channels_.arrays());
             writer_.emplace(path_, layout.arrays,
                             textsOf(path_, kCompositeKind, plan_, options_.provenance, layout));
         }
@@ -159,7 +218,7 @@ class CompositeArrays final : public Sink {
         if (plan_.tinted) writer_->append(kPixelTints, asBytes(composite_.opacity));
         const std::size_t first = plan_.tinted ? kPixelTints + 1 : kPixelTints;
         for (std::size_t i = 0; i < composite_.extra.size(); ++i)
-            writer_->append(first + i, composite_.extra[i].data);
+            writer_->append(first + i, channels_.numbers(composite_.extra, i, values_));
     }
     void finish() override {
         const StageTimer timer(times_, "write");
@@ -179,7 +238,9 @@ class CompositeArrays final : public Sink {
     OutputOptions options_;
     Plan plan_;
     std::optional<ArrayWriter> writer_;  ///< from the first band on
+    ArrangedChannels channels_;
     CompositeImage composite_;
+    std::vector<std::byte> values_;
     StageTimes times_;
 };
 
@@ -191,7 +252,8 @@ std::unique_ptr<Sink> makeLayerArrays(const std::string& path, const OutputOptio
 
 SizeForecast forecastLayerArrays(const std::string& path, const Plan& plan,
                                  const OutputOptions& options) {
-    const PictureLayout layout = layersLayout(plan, plan.color_type, plan.channels);
+    const ArrangedChannels channels(plan.channels);
+    const PictureLayout layout = layersLayout(plan, plan.color_type, channels.arrays());
     return {ArrayWriter::fileBytes(path, layout.arrays,
                                    textsOf(path, kLayersKind, plan, options.provenance, layout))};
 }
@@ -202,7 +264,8 @@ std::unique_ptr<Sink> makeCompositeArrays(const std::string& path, const OutputO
 
 SizeForecast forecastCompositeArrays(const std::string& path, const Plan& plan,
                                      const OutputOptions& options) {
-    const PictureLayout layout = compositeLayout(plan, plan.channels);
+    const ArrangedChannels channels(plan.channels);
+    const PictureLayout layout = compositeLayout(plan, channels.arrays());
     return {ArrayWriter::fileBytes(
         path, layout.arrays, textsOf(path, kCompositeKind, plan, options.provenance, layout))};
 }

@@ -11,22 +11,6 @@ from ._error import Error
 
 _DISPLAY = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
 _MOST_SHOWN = 1024  # pixels a side of a picture in a notebook
-# Channels by name, with their components in files, where these are in alphabetical order.
-_CHANNELS = {
-    "normal": ["N.X", "N.Y", "N.Z"],
-    "geometric-normal": ["Ng.X", "Ng.Y", "Ng.Z"],
-    "position": ["P.X", "P.Y", "P.Z"],
-    "uv": ["UV.U", "UV.V"],
-    "tangent": ["T.X", "T.Y", "T.Z", "T.W"],
-    "base-color": ["baseColor.R", "baseColor.G", "baseColor.B"],
-    "emissive": ["emissive.R", "emissive.G", "emissive.B"],
-    "roughness-metallic": ["material.roughness", "material.metallic"],
-    "facing": ["facing"],
-    "motion": ["motion.X", "motion.Y"],
-    "id": ["id.object", "id.material", "id.primitive", "id.instance"],
-    "barycentric": ["barycentric.U", "barycentric.V"],
-    "distance": ["distance"],
-}
 
 
 class _Picture:
@@ -447,17 +431,7 @@ def read(path, **keywords):
     _options.check("read", keywords)
     arguments = _options.arguments("convert", keywords)
     _, data = _arrays.run("convert", [_worker.file_argument(path), "--as=layers", *arguments])
-    arrays, metadata = _arrays.parse(data)
-    names = {}
-    for name, components in json.loads(metadata.get("peeler:channels", "{}")).items():
-        known = next((k for k, c in _CHANNELS.items() if sorted(c) == sorted(components)), name)
-        ordered = _CHANNELS.get(known, components)
-        array = arrays.pop(name)
-        arrays[known] = array if ordered == components else array[:, [components.index(c) for c in ordered]]
-        names[known] = ordered
-    order = [*_CHANNELS, *names]
-    names = {name: names[name] for name in sorted(names, key=order.index)}
-    return Image(arrays, {**metadata, "peeler:channels": json.dumps(names)})
+    return image(data)
 
 
 def merge_images(images, elements=False):

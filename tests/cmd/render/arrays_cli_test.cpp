@@ -118,9 +118,11 @@ TEST_F(ArraysBetweenPrograms, EveryVerbReadsThem) {
     };
     expectSame({"flatten", "", "--layers", "3", "-o", ""}, "flat.exr");
     expectSame({"flatten", "", "-o", ""}, "flat.png");
+    expectSame({"flatten", "", "-o", ""}, "flat.safetensors");
     expectSame({"sheet", "", "-o", ""}, "sheet.png");
     expectSame({"view", "", "-o", ""}, "view.png");
     expectSame({"extract", "", "--npz", ""}, "arrays.npz");
+    expectSame({"extract", "", "--layer", "1", "-o", ""}, "layer.safetensors");
     EXPECT_EQ(runPeeler({"compare", layers, arrays}).exit_code, 0);
     const Json info = run({"info", arrays});
     const Json of_exr = run({"info", layers});
