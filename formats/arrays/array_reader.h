@@ -42,6 +42,9 @@ struct NumberArray {
     double at(std::uint64_t index) const;
 };
 
+/// Returns a shape as NumPy prints it: "(3, 4)", "(7,)".
+std::string shapeText(const std::vector<std::uint64_t>& shape);
+
 /// The array of a .npy file (numpy.lib.format 1 to 3), of numbers of any common type in either byte
 /// order and C or Fortran order. Nothing if it is no .npy, or an array of anything else; pickles
 /// are never opened. `where` is what messages name. Throws Error (kInput) if the file is damaged or

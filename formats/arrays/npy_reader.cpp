@@ -156,6 +156,13 @@ std::optional<NumberArray> npyArray(std::span<const std::uint8_t> file, const st
     return array;
 }
 
+std::string shapeText(const std::vector<std::uint64_t>& shape) {
+    std::string text;
+    for (const std::uint64_t n : shape)
+        text += (text.empty() ? "" : ", ") + std::to_string(n);
+    return '(' + text + (shape.size() == 1 ? ",)" : ")");
+}
+
 std::optional<std::string> npyText(std::span<const std::uint8_t> file) {
     const std::optional<NpyFile> npy = npyFile(file, "");
     if (!npy) return {};

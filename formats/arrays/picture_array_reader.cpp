@@ -75,10 +75,7 @@ PictureArrayReader::PictureArrayReader(std::unique_ptr<PictureArrays> arrays, bo
         countFragments();
         return;
     }
-    // How many layers a composite was made of is known, and nothing else of them.
-    const std::string layers = info_.parts.front().attribute("peeler:layers");
-    info_.plan.layers.resize(
-        std::min<std::size_t>(std::strtoul(layers.c_str(), nullptr, 10), kMostOfPixel));
+    info_.plan.layers.resize(info_.layersOfComposite());
 }
 
 void PictureArrayReader::fail(const std::string& what) const {

@@ -11,12 +11,11 @@
 #include <peeler/channels.h>
 #include <peeler/error.h>
 #include "core/base/printable.h"
+#include "formats/arrays/array_reader.h"
 #include "formats/arrays/picture_texts.h"
 
 namespace peeler {
 namespace {
-
-constexpr int kMostWindowSide = 1 << 17, kMostPlace = 1 << 28;
 
 constexpr const char* kNoPicture = "it holds arrays and no picture";
 
@@ -24,13 +23,6 @@ PixelType pixelTypeOf(const SafetensorsArray& array) {
     return array.type == "F16"   ? PixelType::kHalf
            : array.type == "F32" ? PixelType::kFloat
                                  : PixelType::kUint;
-}
-
-std::string shapeText(const std::vector<std::uint64_t>& shape) {
-    std::string text;
-    for (const std::uint64_t n : shape)
-        text += (text.empty() ? "" : ", ") + std::to_string(n);
-    return '(' + text + ')';
 }
 
 }  // namespace
@@ -48,10 +40,10 @@ PictureArrays::PictureArrays(const std::string& path, const LayeredReadOptions& 
             ErrorKind::kInput, kNoPicture, path,
             "layers are written with `as` layers, and say so in " + std::string(kPictureKind));
     std::tie(display_, data_) = windowsIn(header_.metadata, path);
-    if (data_.empty() || data_.width() > kMostWindowSide || data_.height() > kMostWindowSide ||
+    if (data_.empty() || data_.width() > kMostImageSide || data_.height() > kMostImageSide ||
         display_.empty() ||
         std::max({std::abs(data_.x0), std::abs(data_.y0), std::abs(data_.x1), std::abs(data_.y1),
-                  display_.x1, display_.y1}) > kMostPlace)
+                  display_.x1, display_.y1}) > kMostCoordinate)
         fail("its windows are not plausible");
     if (composite_)
         takeComposite();

@@ -114,7 +114,13 @@ bool isValid(const StoredAttribute& stored) {
     }
 }
 
-/// OpenEXR's default, which files that are written have by themselves.
+/// Whether files of ours have an attribute of this name by themselves.
+bool isWrittenByUs(const std::string& name, bool camera_known) {
+    return isOneOf(kOfStorage, name) || name.starts_with("peeler:") ||
+           (camera_known && isOneOf(kOfView, name));
+}
+
+/// The default of OpenEXR.
 constexpr std::array<float, 8> kRec709{0.64F, 0.33F, 0.3F, 0.6F, 0.15F, 0.06F, 0.3127F, 0.329F};
 
 bool isRec709(const std::array<float, 8>& chromaticities) {
@@ -149,9 +155,7 @@ void warnOfHeader(OpenedExr& opened, std::size_t part) {
 }  // namespace
 
 bool canCarry(const StoredAttribute& stored, bool camera_known) {
-    const std::string& name = stored.name;
-    return !isOneOf(kOfStorage, name) && !name.starts_with("peeler:") &&
-           !(camera_known && isOneOf(kOfView, name)) && isValid(stored);
+    return !isWrittenByUs(stored.name, camera_known) && isValid(stored);
 }
 
 void readCarried(OpenedExr& opened, std::size_t part) {
@@ -162,8 +166,7 @@ void readCarried(OpenedExr& opened, std::size_t part) {
     for (StoredAttribute& attribute : opened.files.attributes(part)) {
         const std::string& name = attribute.name;
         const bool left =
-            isOneOf(kOfStorage, name) || name.starts_with("peeler:") ||
-            (info.plan.view.known && isOneOf(kOfView, name)) ||
+            isWrittenByUs(name, info.plan.view.known) ||
             (name == "chromaticities" && info.parts[part].chromaticities == kRec709) ||
             (ours && (isOneOf(kOfOurs, name) || name.starts_with("cryptomatte/")));
         if (left) continue;

@@ -76,8 +76,10 @@ struct ExrInfo {
     std::vector<std::size_t> layers;
     std::vector<std::string> prefixes;  ///< of each layer's channels in its part: "", "layer_000."
     int composite = -1;                 ///< the part with the composite, −1 = none
-    std::vector<std::size_t> deep;      ///< parts with deep samples
-    std::uint64_t bytes = 0;            ///< of the file, or of all files of a set
+    /// How many layers a composite says it was made of, at most kMostLayers.
+    std::size_t layersOfComposite() const;
+    std::vector<std::size_t> deep;  ///< parts with deep samples
+    std::uint64_t bytes = 0;        ///< of the file, or of all files of a set
 
     /// The plan that wrote the file, as far as it is known: windows always; the camera if there is
     /// a `peeler:cameraJson`, else the default one; `fragments_counted` and `fragments_stored` 0 if

@@ -135,9 +135,8 @@ void addDate(Imf::Header& header) {
 
 /// A place or a size in pixels; the sum of two fits an int.
 int pixelsIn(const nlohmann::json& value) {
-    constexpr double kMost = 1 << 28;
     const auto pixels = value.get<double>();
-    if (!(std::abs(pixels) <= kMost))
+    if (!(std::abs(pixels) <= kMostCoordinate))
         throw Error(ErrorKind::kInput, "the camera's picture has no plausible size",
                     "peeler:cameraJson");
     return static_cast<int>(pixels);

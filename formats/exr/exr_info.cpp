@@ -208,6 +208,11 @@ ExrInfo describe(std::vector<ExrInputPart> parts, std::uint64_t bytes, const std
     return info;
 }
 
+std::size_t ExrInfo::layersOfComposite() const {
+    return std::min<std::size_t>(numberIn<std::size_t>(parts.front().attribute("peeler:layers")),
+                                 kMostLayers);
+}
+
 OpenedExr::OpenedExr(const std::string& path, const LayeredReadOptions& read)
     : options(read),
       files(imagePath(path)),

@@ -26,8 +26,6 @@
 namespace peeler {
 namespace {
 
-constexpr int kMaxSide = 1 << 17;  ///< pixels; larger than any GPU renders
-constexpr int kMaxCoordinate = 1 << 28;
 constexpr int kMaxChannels = 1 << 16;        ///< of a part: all layers may be in one
 constexpr std::size_t kZlibState = 1 << 16;  ///< bytes; it takes a bit less
 /// Bytes of a block of rows or a tile that OpenEXR's classes make room for, however few pixels of
@@ -205,10 +203,10 @@ ExrInput::ExrInput(std::string path) : path_(std::move(path)), file_(path_) {
     options.read_fn = readExrBytes;
     options.size_fn = exrFileSize;
     options.alloc_fn = allocate;
-    options.max_image_width = kMaxSide;
-    options.max_image_height = kMaxSide;
-    options.max_tile_width = kMaxSide;
-    options.max_tile_height = kMaxSide;
+    options.max_image_width = kMostImageSide;
+    options.max_image_height = kMostImageSide;
+    options.max_tile_width = kMostImageSide;
+    options.max_tile_height = kMostImageSide;
     try {
         check(exr_start_read(&context_, path_.c_str(), &options));
         readHeaders();
@@ -304,7 +302,7 @@ void ExrInput::readAttributes(int index, ExrInputPart& part) {
 void ExrInput::moveToOrigin() {
     const auto isFar = [](const Window& window) {
         return std::max({std::abs(window.x0), std::abs(window.y0), std::abs(window.x1),
-                         std::abs(window.y1)}) > kMaxCoordinate;
+                         std::abs(window.y1)}) > kMostCoordinate;
     };
     for (const ExrInputPart& part : parts_) {
         if (isFar(part.data_window) || isFar(part.display_window))
@@ -326,7 +324,7 @@ void ExrInput::checkSizes() const {
     std::uint64_t least = 0;  // bytes that the pixels take, packed as well as can be
     for (const ExrInputPart& part : parts_) {
         const Window& window = part.data_window;
-        if (window.width() > kMaxSide || window.height() > kMaxSide || window.empty() ||
+        if (window.width() > kMostImageSide || window.height() > kMostImageSide || window.empty() ||
             part.channels.size() > kMaxChannels) {
             throw Error(ErrorKind::kInput, "the size of a part is not plausible",
                         path_ + ": " + part.name);

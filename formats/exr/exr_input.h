@@ -23,6 +23,10 @@ struct _priv_exr_context_t;  // OpenEXRCore's; NOLINT(bugprone-reserved-identifi
 
 namespace peeler {
 
+/// Limits of windows that are read, in pixels. The side is larger than any GPU renders, and the sum
+/// of two coordinates fits an int.
+inline constexpr int kMostImageSide = 1 << 17, kMostCoordinate = 1 << 28;
+
 struct ExrInputChannel {
     std::string name;
     PixelType type = PixelType::kHalf;

@@ -113,10 +113,8 @@ void ExrLdiReader::takeComposite() {
         throw Error(ErrorKind::kInput, "it is not a composite", input_.path(),
                     "composites have one part, named composite");
     }
-    const auto layers =
-        std::strtoul(info_.parts.front().attribute("peeler:layers").c_str(), nullptr, 10);
     flat_ = true;
-    info_.plan.layers.resize(std::min<std::size_t>(layers, kMostLayers));
+    info_.plan.layers.resize(info_.layersOfComposite());
     info_.layers = {static_cast<std::size_t>(info_.composite)};
     info_.prefixes = {""};
 }

@@ -25,13 +25,6 @@ constexpr NamedChoice<Topology> kTopologies[] = {{"triangles", Topology::kTriang
 constexpr NamedChoice<AlphaMode> kSceneAlphaModes[] = {
     {"OPAQUE", AlphaMode::kOpaque}, {"MASK", AlphaMode::kMask}, {"BLEND", AlphaMode::kBlend}};
 
-std::string shapeOf(const NumberArray& array) {
-    std::string text;
-    for (const std::uint64_t n : array.shape)
-        text += (text.empty() ? "" : ", ") + std::to_string(n);
-    return '(' + text + (array.shape.size() == 1 ? ",)" : ")");
-}
-
 class ArraySceneReader {
   public:
     ArraySceneReader(const std::filesystem::path& path, const SceneReadOptions& options)
@@ -209,7 +202,7 @@ class ArraySceneReader {
     }
     [[noreturn]] void failShape(const std::string& expected, const NumberArray& array,
                                 const char* name) const {
-        fail("expected an array of shape " + expected + ", not " + shapeOf(array), name);
+        fail("expected an array of shape " + expected + ", not " + shapeText(array.shape), name);
     }
 
     MeshFile file_;
