@@ -271,9 +271,7 @@ VerbAction declareMerge(VerbOptions& verb) {
     const auto options = std::make_shared<MergeOptions>();
     verb.addFiles("TILES", options->inputs,
                   "layered, deep or composite images (.exr, .safetensors) of one scene, view and "
-                  "settings, "
-                  "rendered with "
-                  "--tile or --crop")
+                  "settings, rendered with --tile or --crop")
         .files(".exr .safetensors");
     addLayeredOptions(verb, options->reading);
     addOutputOptions(verb, options->output);

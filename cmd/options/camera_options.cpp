@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <glm/gtc/matrix_access.hpp>
-#include <glm/gtc/matrix_inverse.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
 #include "cmd/cli/arguments.h"
 #include "cmd/options/scene_options.h"
 #include "core/scene/framing.h"
 #include "core/scene/view.h"
+#include "formats/cameras/camera_formats.h"
 
 namespace peeler::cmd {
 
@@ -53,9 +53,7 @@ glm::dmat4 parsePose(const std::string& text) {
     if (!(distanceFromRigid(world_to_camera) < kMostOff))
         throw Error(ErrorKind::kUsage, "expected a rotation and a translation", "",
                     "scale the scene instead; a mirrored axis is another convention");
-    // Of OpenCV x is right, y down, z forward; of glTF x right, y up, −z forward.
-    return glm::affineInverse(world_to_camera) *
-           glm::dmat4(glm::dmat3(1, 0, 0, 0, -1, 0, 0, 0, -1));
+    return poseOfOpencv(world_to_camera, "--pose");
 }
 
 }  // namespace
@@ -98,10 +96,9 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options, SceneReadOption
         "its height in scene units; makes it orthographic");
     add("--intrinsics", "FX,FY,CX,CY", options.intrinsics, parseIntrinsics,
         "focal lengths and principal point of a calibrated camera, in pixels, instead of --fov: "
-        "the "
-        "point x,y,z in front of it (x to the right, y down) appears at fx*x/z+cx, fy*y/z+cy, "
-        "where "
-        "0,0 is the centre of the upper left pixel, as in OpenCV; needs --size WxH");
+        "the point x,y,z in front of it (x to the right, y down) appears at fx*x/z+cx, "
+        "fy*y/z+cy, where 0,0 is the centre of the upper left pixel, as in OpenCV; needs --size "
+        "WxH");
     add("--pose", "MATRIX", options.pose, parsePose,
         "where a camera of your own stands, instead of --eye, --target and --up: the matrix from "
         "world to camera space as in OpenCV (z forward), 3 x 4 or 4 x 4 numbers, row by row");

@@ -21,8 +21,8 @@ void addLayeredOptions(VerbOptions& verb, LayeredReadOptions& options);
 /// Throws Error (kUsage) if a picture is chosen, of what is a scene.
 void refusePictureChoice(const LayeredReadOptions& options);
 
-/// The options for what becomes these files: only pixels count unless all of them are OpenEXR's
-/// or .safetensors, which have a header and a data window. Empty paths are none.
+/// Returns the options for reading a picture that becomes these files: only pixels count unless all
+/// of them are OpenEXR's or .safetensors, which have a header and a data window. Skips empty paths.
 LayeredReadOptions readingFor(const LayeredReadOptions& options,
                               std::span<const std::filesystem::path> outputs);
 

@@ -193,11 +193,6 @@ std::unique_ptr<RayOutput> RayTracer::makeOutput(const RayTrace& trace) {
     return makeHitOutput(path, hits);
 }
 
-/// Counts the hits of a bundle.
-CapturePlan RayTracer::plan(const RayTrace& trace, std::size_t bundle) {
-    return source_->plan(trace.bundles[bundle].view, capture_);
-}
-
 /// What it takes to capture a bundle, besides `left`.
 void RayTracer::forecastMemory(const RayTrace& trace, std::size_t bundle, const CapturePlan& plan,
                                std::uint64_t left) {
@@ -212,7 +207,7 @@ void RayTracer::count(RayTrace& trace) {
     if (options_.sequence.dry_run || std::ranges::any_of(trace.outputs, needsHits)) {
         ProgressReport progress(reporter_, {"count", kCountEnd});
         for (std::size_t i = 0; i < trace.bundles.size(); ++i) {
-            trace.plans.push_back(plan(trace, i));
+            trace.plans.push_back(source_->plan(trace.bundles[i].view, capture_));
             forecastMemory(trace, i, trace.plans.back(), trace.bundles.size() > 1 ? kLeftBytes : 0);
             trace.hits.push_back(trace.plans.back().fragments_counted);
             progress.update(static_cast<double>(trace.hits.size()) /
@@ -254,7 +249,8 @@ void RayTracer::trace(RayTrace& trace) {
     ProgressReport progress(reporter_, "trace");
     const auto all = static_cast<double>(trace.bundles.size());
     for (std::size_t i = 0; i < trace.bundles.size(); ++i) {
-        const CapturePlan plan = trace.plans.empty() ? this->plan(trace, i) : trace.plans[i];
+        const CapturePlan plan =
+            trace.plans.empty() ? source_->plan(trace.bundles[i].view, capture_) : trace.plans[i];
         if (trace.plans.size() != 1) forecastMemory(trace, i, plan);
         trace.hits_found += plan.fragments_counted;
         BundleSink sink(trace, i);

@@ -63,7 +63,6 @@ class RayTracer {
     void nameFiles(RayTrace& trace) const;
     void openOutputs(RayTrace& trace);
     std::unique_ptr<RayOutput> makeOutput(const RayTrace& trace);
-    CapturePlan plan(const RayTrace& trace, std::size_t bundle);
     void forecastMemory(const RayTrace& trace, std::size_t bundle, const CapturePlan& plan,
                         std::uint64_t left = 0);
     void count(RayTrace& trace);

@@ -32,7 +32,7 @@ struct VerifiedFile {
     std::vector<std::string> problems;         ///< one sentence each
     std::optional<ExrIntegrity::State> proof;  ///< nothing if that was not found out
     Provenance provenance;                     ///< of peeler's files
-    View view;                                 ///< likewise
+    View view;                                 ///< of peeler's files
     std::size_t layers = 0;
     std::uint64_t fragments = 0;  ///< as many as were found
 

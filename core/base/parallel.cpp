@@ -154,7 +154,7 @@ class Pool {
         }
     }
 
-    /// The loop with the fewest workers of those that have items left; null if there is none.
+    /// Returns the loop that has items left and the fewest workers; null if no loop has items left.
     Loop* neediest() const {
         Loop* found = nullptr;
         for (Loop* loop : loops_) {
@@ -200,7 +200,8 @@ void forgetPool() {
     pool_threads = 0;
 }
 
-/// The pool of so many threads, the caller's among them. One of another size ends with its loops.
+/// Returns the pool of `threads` threads, the caller's included. A pool of another size ends with
+/// its loops.
 std::shared_ptr<Pool> poolOf(int threads) {
     static const int watches_forks = pthread_atfork(nullptr, nullptr, forgetPool);
     static_cast<void>(watches_forks);

@@ -155,7 +155,7 @@ void BandRenderer::renderOverlapping(std::span<const Window> bands, const TakeBa
     }
 }
 
-/// Only where the scene is: many a picture is empty around it.
+/// Renders only the window that the scene covers: around it, pictures are often empty.
 void BandRenderer::renderVisible(const Window& band, const BandLimits& limits, const TakeBand& take,
                                  const TakeCounts& visible) {
     const bool tinted = plan_->settings.tinted;

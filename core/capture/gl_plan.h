@@ -38,7 +38,7 @@ struct GlPlan final : CapturePlan::Details {
 
     // Only the latest plan of a renderer has these.
     std::vector<std::uint32_t> kept_counts{};  ///< of the whole crop, or empty; one view only
-    std::vector<LayeredImage> kept_bands{};    ///< likewise, what is handed over of them
+    std::vector<LayeredImage> kept_bands{};    ///< the bands of those counts, or empty
     int kept_passes = 0;                       ///< that these took
 
     bool mergesLayers() const { return positions.size() > 1 && !settings.composite; }

@@ -20,8 +20,8 @@ enum class Tail : std::uint8_t {
 };
 
 /// A colour with coloured opacity: R, G, B, A, AR, AG, AB, premultiplied. Light of channel c that
-/// comes from behind is multiplied by 1 − A_c. A is the mean of the three, for whoever takes one
-/// number, and nothing here reads it.
+/// comes from behind is multiplied by 1 − A_c. A is the mean of the three, for readers that expect
+/// one opacity; compositing ignores it.
 using TintedColor = std::array<float, kTintedComponents>;
 
 /// An ordinary colour as one whose channels are all as opaque as it is.
@@ -34,7 +34,7 @@ inline std::array<float, 4> untinted(const TintedColor& c) {
 }
 
 /// A flattened band: premultiplied linear RGBA in 32-bit float, and the camera Z of each pixel's
-/// first fragment (+inf where there is none). Row-major inside `window`.
+/// first fragment (+inf in empty pixels). Row-major inside `window`.
 struct CompositeImage {
     Window window;
     std::vector<std::array<float, 4>> rgba;

@@ -10,8 +10,8 @@
 
 namespace peeler::inline v0 {
 
-/// Most resident bytes of the process, besides those that are none of ours. Converts from and to
-/// their number; 0 = no budget.
+/// The most resident bytes that peeler adds to the process. Converts from and to a number of bytes;
+/// 0 = no budget.
 struct MemoryBudget {
     // NOLINTNEXTLINE(google-explicit-constructor): a budget without a source is a number
     MemoryBudget(std::uint64_t most = 0, std::string from = {})
