@@ -12,6 +12,7 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <cstring>
 #include <utility>
 
@@ -43,7 +44,7 @@ sockaddr_un addressOf(const std::filesystem::path& path) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     if (path.native().size() >= sizeof address.sun_path)
-        throw Error(ErrorKind::kUsage, "the name of a socket has at most 107 bytes", path.string(),
+        throw Error(ErrorKind::kUsage, "the name of a socket has at most 106 bytes", path.string(),
                     "choose a shorter one");
     std::memcpy(address.sun_path, path.c_str(), path.native().size());
     return address;
@@ -102,22 +103,30 @@ Dispatcher::~Dispatcher() {
 
 void Dispatcher::listen() {
     const std::filesystem::path& path = *options_.socket;
-    const sockaddr_un address = addressOf(path);
     struct stat there {};
     if (lstat(path.c_str(), &there) == 0) {
         if (!S_ISSOCK(there.st_mode))
             throw Error(ErrorKind::kOutput, "there is a file of this name, and it is no socket",
                         path.string(), "choose another name");
-        if (isAnswered(address))
+        if (isAnswered(addressOf(path)))
             throw Error(ErrorKind::kOutput, "another worker listens on this socket", path.string(),
                         "connect to it, or choose another name");
-        unlink(path.c_str());
     }
+    // It gets its name once it listens: a client may connect as soon as the name is there.
+    const std::filesystem::path unnamed = path.string() + "~";
+    const sockaddr_un address = addressOf(unnamed);
+    unlink(unnamed.c_str());
     listening_ = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     const mode_t mask = umask(0177);  // for its user alone from the first moment on
     const int bound = bind(listening_, reinterpret_cast<const sockaddr*>(&address), sizeof address);
     umask(mask);
-    if (bound != 0 || ::listen(listening_, 64) != 0) fail("cannot make the socket", path);
+    if (bound != 0 || ::listen(listening_, 64) != 0 ||
+        std::rename(unnamed.c_str(), path.c_str()) != 0) {
+        const int error = errno;
+        unlink(unnamed.c_str());
+        errno = error;
+        fail("cannot make the socket", path);
+    }
 }
 
 void Dispatcher::accept() {
