@@ -114,7 +114,7 @@ all)
     stage benchmarks cmake --build --preset ci -j "$(nproc)" --target benchmarks
     stage headers $python tests/single_files.py build/ci headers
     stage plain plain
-    stage style sh tests/check_style.sh build/ci
+    stage style sh tests/check_style.sh build/ci all
     stage tests run_tests all
     ;;
 plain)

@@ -1,43 +1,63 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What clang-tidy reads: the product's units of a build folder, many as one.
+"""What clang-tidy reads: the product's files of a build folder, many as one unit.
 
-    style_units.py BUILD_FOLDER OUT_FOLDER
+    style_units.py BUILD_FOLDER OUT_FOLDER [all]
 
-Most of what clang-tidy takes for a unit goes to the headers of libraries, and grows little with the
-files of ours behind them. Units of one folder that are compiled alike become one here: a file of
-includes in OUT_FOLDER, beside a compile_commands.json for these. Prints their paths, the units with
-the most to read first. Tests, and what they compile once more, are left out."""
+The files that differ from what landed last (or whose own header does), and of the others a fourth, another one at every
+commit; `all`: all of them. Most of what clang-tidy takes for a unit goes to the headers of libraries, and grows little with
+the files of ours behind them. What is compiled alike becomes one unit here: a file of includes in
+OUT_FOLDER, beside a compile_commands.json for these. Prints their paths, the units with the most to read first. Tests, and
+what they compile once more, are left out."""
 
 import json
 import pathlib
+import random
 import re
 import sys
 
+import single_files
 
-def size(unit):
-    """Of what it is made of, in bytes."""
+SHARE = 4
+
+
+def files_of(unit):
+    """What a unit of the build is made of."""
     if unit.suffix != ".cxx":
-        return unit.stat().st_size
-    return sum(pathlib.Path(name).stat().st_size for name in re.findall(r'#include "(.*)"', unit.read_text()))
+        return [unit]
+    return [pathlib.Path(name) for name in re.findall(r'#include "(.*)"', unit.read_text())]
 
 
-def main():
-    build, out = (pathlib.Path(name).resolve() for name in sys.argv[1:])
+def chosen_of(files, source):
+    changed = single_files.different(source)[1]
+    first = {file for file in files if file in changed or changed & set(single_files.includes(source, file)[:1])}
+    rest = sorted(set(files) - first)
+    turn = random.Random("".join(single_files.git(source, "rev-parse", "HEAD")))
+    return first | set(turn.sample(rest, len(rest) // SHARE))
+
+
+def main(build, out, every):
     out.mkdir(parents=True, exist_ok=True)
+    for unit in out.glob("unit_*.cpp"):
+        unit.unlink()
     groups = {}
     for entry in json.loads((build / "compile_commands.json").read_text()):
         flags, _, output = entry["command"].partition(" -o ")
         if output.startswith("tests/"):
             continue
         unit = pathlib.Path(entry["file"])
-        groups.setdefault((flags, unit.parent), []).append(unit)
+        groups.setdefault((flags, unit.parent), []).extend(file.resolve() for file in files_of(unit))
+    if not every:
+        chosen = chosen_of({file for files in groups.values() for file in files}, single_files.SOURCE)
+        groups = {key: [file for file in files if file in chosen] for key, files in groups.items()}
+    groups = {key: files for key, files in groups.items() if files}
     commands = []
-    for number, ((flags, _), units) in enumerate(sorted(groups.items(), key=lambda group: -sum(map(size, group[1])))):
-        file = out / f"unit_{number}.cpp"
-        file.write_text("".join(f'#include "{unit}"\n' for unit in sorted(units)))
-        commands.append({"directory": str(build), "command": f"{flags} -c {file}", "file": str(file)})
-        print(file)
+    sizes = {key: sum(file.stat().st_size for file in files) for key, files in groups.items()}
+    for number, key in enumerate(sorted(groups, key=lambda key: -sizes[key])):
+        unit = out / f"unit_{number}.cpp"
+        unit.write_text("".join(f'#include "{file}"\n' for file in sorted(groups[key])))
+        commands.append({"directory": str(build), "command": f"{key[0]} -c {unit}", "file": str(unit)})
+        print(unit)
     (out / "compile_commands.json").write_text(json.dumps(commands, indent=1))
 
 
-main()
+main(*(pathlib.Path(name).resolve() for name in sys.argv[1:3]), sys.argv[3:] == ["all"])
