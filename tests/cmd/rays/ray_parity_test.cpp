@@ -9,8 +9,8 @@
 
 #include <peeler/bundle.h>
 #include <peeler/error.h>
+#include "cmd/cli/console.h"
 #include "cmd/cli/report.h"
-#include "cmd/rays/ray_parity.h"
 #include "cmd/rays/ray_results.h"
 #include "cmd/rays/rays_options.h"
 #include "core/rays/voxels.h"
