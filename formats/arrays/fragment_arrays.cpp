@@ -188,7 +188,7 @@ void FragmentArrays::writeLists(const LayeredImage& band) {
 template <class Put>
 void FragmentArrays::writeRange(const LayeredImage& band, std::size_t first, std::size_t last,
                                 std::size_t array, const DensePlanes::Column& column, Put&& put) {
-    thread_local ByteBuffer numbers, planes;
+    ByteBuffer numbers, planes;
     const std::span offsets = std::span(band.offsets).subspan(first, last - first + 1);
     numbers.resize((offsets.back() - offsets.front()) * column.components *
                    infoOf(column.type).size);
@@ -218,8 +218,7 @@ void FragmentArrays::writePlanes(const LayeredImage& band) {
         const auto write = [&](std::size_t array, const DensePlanes::Column& column, auto&& put) {
             writeRange(band, first, last, array, column, put);
         };
-        thread_local std::vector<std::uint32_t> counts;
-        counts.clear();
+        std::vector<std::uint32_t> counts;
         for (std::size_t p = first; p < last; ++p)
             counts.push_back(band.count(p));
         writer_->writeAt(kSplitArray, (pixels_ + first) * sizeof counts[0], asBytes(counts));

@@ -67,7 +67,7 @@ class LariSample final : public Sink {
     void write(LayeredImage&& band) override {
         const std::size_t pixel = planes_.pixelBytes(kLariDepth);
         DensePlanes::forEachRange(band.offsets, pixel, [&](std::size_t first, std::size_t last) {
-            thread_local ByteBuffer planes;
+            ByteBuffer planes;
             const std::span offsets = std::span(band.offsets).subspan(first, last - first + 1);
             const std::span z =
                 std::span(band.z).subspan(offsets.front(), offsets.back() - offsets.front());

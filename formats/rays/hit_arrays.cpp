@@ -44,7 +44,7 @@ class HitArrays final : public RayOutput {
     void take(std::size_t index, const LayeredImage& band) override {
         writeSplits(band);
         reader_.read(bundles_[index], band, [&](const HitBatch& hits) {
-            thread_local ByteBuffer numbers;
+            ByteBuffer numbers;
             for (std::size_t c = 0; c < columns_.size(); ++c) {
                 const HitColumn& column = columns_[c];
                 const std::size_t bytes = column.bytes();
@@ -78,7 +78,7 @@ class HitArrays final : public RayOutput {
         constexpr std::size_t kRaysAtOnce = std::size_t{1} << 15;
         const std::size_t rays = band.window.pixels();
         parallelFor((rays + kRaysAtOnce - 1) / kRaysAtOnce, [&](std::size_t part) {
-            thread_local std::vector<std::int64_t> splits;
+            std::vector<std::int64_t> splits;
             const std::size_t first = part * kRaysAtOnce;
             splits.resize(std::min(kRaysAtOnce, rays - first));
             for (std::size_t i = 0; i < splits.size(); ++i)

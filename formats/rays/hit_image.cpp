@@ -91,7 +91,8 @@ class HitImage final : public RayOutput {
     Provenance provenance_;
     std::vector<Part> parts_;
     std::unique_ptr<AtomicFile> file_;
-    std::unique_ptr<ExrFile> exr_;  ///< from the first band on, which says what channels there are
+    std::unique_ptr<ExrOutput>
+        exr_;  ///< from the first band on, which says what channels there are
     std::vector<ExrChannel> channels_;
     std::vector<ExrDeepChunk> packed_;
     ExrPackerPool packers_{kDefaultZipLevel, Imf::ZIPS_COMPRESSION};
@@ -109,7 +110,7 @@ void HitImage::open(const LayeredImage& first_band) {
     std::vector<Imf::Header> headers;
     for (std::size_t part = 0; part < parts_.size(); ++part)
         headers.push_back(header(part));
-    exr_ = std::make_unique<ExrFile>(*file_, std::move(headers));
+    exr_ = std::make_unique<ExrOutput>(*file_, std::move(headers));
 }
 
 Imf::Header HitImage::header(std::size_t part) const {

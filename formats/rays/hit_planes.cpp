@@ -94,7 +94,7 @@ class HitPlanes final : public RayOutput {
             counts.push_back(band.count(p));
         writer_->writeAt(kCounts, (rays_ + first) * sizeof counts[0], asBytes(counts));
         const auto write = [&](const HitBatch& hits) {
-            thread_local ByteBuffer numbers, planes;
+            ByteBuffer numbers, planes;
             for (std::size_t c = 0; c < columns_.size(); ++c) {
                 const HitColumn& column = columns_[c];
                 numbers.resize(hits.size * column.bytes());

@@ -38,7 +38,7 @@ class HitPoints final : public RayOutput {
     void take(std::size_t index, const LayeredImage& band) override {
         const auto bundle = static_cast<std::uint32_t>(index);
         reader_.read(bundles_[index], band, [&](const HitBatch& hits) {
-            thread_local ByteBuffer points;
+            ByteBuffer points;
             const std::size_t size = writer_->pointSize();
             points.resize(hits.size * size);
             std::byte* out = putPositions(hits, points.data(), size);

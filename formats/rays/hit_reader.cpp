@@ -66,7 +66,7 @@ void HitReader::read(const Bundle& bundle, const LayeredImage& band,
 
 void HitReader::readSome(const Bundle& bundle, const LayeredImage& band, std::size_t first,
                          std::size_t size, const std::function<void(const HitBatch&)>& use) const {
-    thread_local Storage storage;
+    Storage storage;
     HitBatch hits;
     hits.first = first;
     hits.size = size;
