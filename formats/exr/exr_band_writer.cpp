@@ -157,7 +157,7 @@ void ExrBandWriter::open(const LayeredImage& first_band) {
         }
     }
     for (std::size_t file = 0; file < files_.size(); ++file)
-        exr_.push_back(std::make_unique<ExrFile>(*files_[file], std::move(headers[file])));
+        exr_.push_back(std::make_unique<ExrOutput>(*files_[file], std::move(headers[file])));
     for (std::size_t part = 0; part < parts_.size(); ++part)
         chunks_.push_back(exr_[parts_[part].file]->chunkCount(place_[part]));
     // Layers are stored as they come; a composite is converted.

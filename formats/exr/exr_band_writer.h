@@ -100,7 +100,7 @@ class ExrBandWriter {
     std::vector<CryptomatteLayer> cryptomatte_;
     std::vector<std::unique_ptr<AtomicFile>> files_;
     /// A container for each file, from the first band on, which says what channels there are.
-    std::vector<std::unique_ptr<ExrFile>> exr_;
+    std::vector<std::unique_ptr<ExrOutput>> exr_;
     std::vector<std::size_t> place_;                 ///< of each part in its file
     std::vector<std::vector<ExrChannel>> channels_;  ///< of each part
     bool composite_ = false;                         ///< a part shows the composite

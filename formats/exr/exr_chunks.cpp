@@ -205,7 +205,7 @@ std::unique_ptr<ExrChunkPacker> ExrPackerPool::take() {
     return packer;
 }
 
-ExrFile::ExrFile(AtomicFile& file, std::vector<Imf::Header> headers)
+ExrOutput::ExrOutput(AtomicFile& file, std::vector<Imf::Header> headers)
     : file_(file), headers_(std::move(headers)) {
     const bool multi_part = headers_.size() > 1;
     int version = Imf::EXR_VERSION | (multi_part ? Imf::MULTI_PART_FILE_FLAG : 0);
@@ -245,14 +245,14 @@ ExrFile::ExrFile(AtomicFile& file, std::vector<Imf::Header> headers)
     file_.append(std::as_bytes(std::span(offsets_)));
 }
 
-std::string ExrFile::headerBytes(const Imf::Header& header) {
+std::string ExrOutput::headerBytes(const Imf::Header& header) {
     MemoryStream stream;
     header.writeTo(stream);
     return std::move(stream.data);
 }
 
 /// The bytes that a chunk begins with.
-std::string ExrFile::beginChunk(std::size_t part, int chunk) {
+std::string ExrOutput::beginChunk(std::size_t part, int chunk) {
     chunk_ = first_offset_[part] + static_cast<std::size_t>(chunk);
     std::uint64_t& offset = offsets_.at(chunk_);
     if (offset != 0) throw Error(ErrorKind::kInternal, "a chunk is written twice", file_.path());
@@ -265,7 +265,7 @@ std::string ExrFile::beginChunk(std::size_t part, int chunk) {
     return start;
 }
 
-void ExrFile::writeChunk(std::initializer_list<std::span<const std::byte>> pieces) {
+void ExrOutput::writeChunk(std::initializer_list<std::span<const std::byte>> pieces) {
     ContentHasher hash;
     for (const auto piece : pieces) {
         hash.add(piece);
@@ -274,13 +274,13 @@ void ExrFile::writeChunk(std::initializer_list<std::span<const std::byte>> piece
     hashes_[chunk_] = hash.value();
 }
 
-void ExrFile::append(std::size_t part, int chunk, std::span<const std::byte> packed) {
+void ExrOutput::append(std::size_t part, int chunk, std::span<const std::byte> packed) {
     std::string start = beginChunk(part, chunk);
     appendNumber(start, static_cast<std::int32_t>(packed.size()));
     writeChunk({bytesOfText(start), packed});
 }
 
-void ExrFile::append(std::size_t part, int chunk, const ExrDeepChunk& packed) {
+void ExrOutput::append(std::size_t part, int chunk, const ExrDeepChunk& packed) {
     if (packed.unpacked > std::numeric_limits<std::int32_t>::max()) {
         throw Error(ErrorKind::kOutput, "the samples of a row are larger than OpenEXR's 2 GiB",
                     file_.path(), "render narrower tiles, or fewer channels or layers");
@@ -292,18 +292,18 @@ void ExrFile::append(std::size_t part, int chunk, const ExrDeepChunk& packed) {
     writeChunk({bytesOfText(start), packed.counts, packed.samples});
 }
 
-void ExrFile::setAttribute(std::size_t part, const char* name, const Imf::Attribute& value) {
+void ExrOutput::setAttribute(std::size_t part, const char* name, const Imf::Attribute& value) {
     headers_[part].insert(name, value);
     headers_changed_ = true;
 }
 
-void ExrFile::finish() {
+void ExrOutput::finish() {
     writeTables();
     writeHashes();
     readBack();
 }
 
-void ExrFile::writeTables() {
+void ExrOutput::writeTables() {
     for (const std::uint64_t offset : offsets_) {
         if (offset == 0)
             throw Error(ErrorKind::kInternal, "rows of the picture are missing", file_.path());
@@ -311,7 +311,7 @@ void ExrFile::writeTables() {
     file_.writeAt(table_position_, std::as_bytes(std::span(offsets_)));
 }
 
-void ExrFile::writeHashes() {
+void ExrOutput::writeHashes() {
     std::uint64_t at = start_.size();
     for (std::size_t part = 0; part < headers_.size(); ++part) {
         std::string header = headerBytes(headers_[part]);
@@ -334,7 +334,7 @@ void ExrFile::writeHashes() {
         throw Error(ErrorKind::kInternal, "a changed header has another size", file_.path());
 }
 
-void ExrFile::readBack() {
+void ExrOutput::readBack() {
     try {
         Imf::MultiPartInputFile check(file_.temporaryPath().c_str(), 0, false);
         bool same = check.parts() == static_cast<int>(headers_.size());

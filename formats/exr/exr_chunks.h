@@ -108,12 +108,12 @@ struct ExrDeepChunk {
 
 /// Assembles the file. Single-part if there is one header, else multi-part. A part is deep if its
 /// header's type says so.
-class ExrFile {
+class ExrOutput {
   public:
     /// Writes magic number, headers (chunk counts are filled in) and room for the offset tables.
     /// `headers` need names, types and channels; they share what OpenEXR wants shared. Throws Error
     /// (kOutput), also if a chunk could pass the format's 2 GiB, or a header is invalid.
-    ExrFile(AtomicFile& file, std::vector<Imf::Header> headers);
+    ExrOutput(AtomicFile& file, std::vector<Imf::Header> headers);
 
     int chunkCount(std::size_t part) const { return headers_[part].chunkCount(); }
     /// Adds a packed chunk of a flat part. Every chunk is to be added exactly once.

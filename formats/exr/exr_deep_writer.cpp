@@ -124,7 +124,7 @@ void ExrDeepWriter::open(const LayeredImage& first_band) {
         addIdManifest(header, options_.provenance.ids);
         headers.push_back(std::move(header));
     }
-    exr_ = std::make_unique<ExrFile>(*file_, std::move(headers));
+    exr_ = std::make_unique<ExrOutput>(*file_, std::move(headers));
 }
 
 void ExrDeepWriter::check(const LayeredImage& band) const {

@@ -39,7 +39,7 @@ struct ExrPlaneWriter::File {
     explicit File(const std::string& path) : atomic(path), packer(kDefaultZipLevel) {}
 
     AtomicFile atomic;
-    std::unique_ptr<ExrFile> exr;  // declared after the file that it writes to
+    std::unique_ptr<ExrOutput> exr;  // declared after the file that it writes to
     ExrChunkPacker packer;
     ByteBuffer packed;
 };
@@ -57,7 +57,7 @@ ExrPlaneWriter::ExrPlaneWriter(const std::string& path, std::span<const ExrPlane
             {static_cast<std::size_t>(crop.width()), static_cast<std::size_t>(crop.height())});
         headers.push_back(planeHeader(part, provenance, channels));
     }
-    file_->exr = std::make_unique<ExrFile>(file_->atomic, std::move(headers));
+    file_->exr = std::make_unique<ExrOutput>(file_->atomic, std::move(headers));
 }
 
 ExrPlaneWriter::ExrPlaneWriter(const std::string& path, const Plan& plan,

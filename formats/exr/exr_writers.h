@@ -125,8 +125,8 @@ class ExrDeepWriter : public Sink {
     Window window_;
     std::vector<Part> parts_;
     std::unique_ptr<AtomicFile> file_;
-    std::unique_ptr<ExrFile> exr_;  ///< from the first band on: it says which channels there are
-    LayeredImage like_;             ///< without pixels: the arrays of every band
+    std::unique_ptr<ExrOutput> exr_;  ///< from the first band on: it says which channels there are
+    LayeredImage like_;               ///< without pixels: the arrays of every band
     LayeredImage merged_;
     int next_row_ = 0;
     std::uint64_t fragments_seen_ = 0, fragments_written_ = 0;

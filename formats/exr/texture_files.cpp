@@ -116,7 +116,7 @@ void writeExrTextures(const std::string& path, std::span<const ValueTexture> tex
     std::vector<Imf::Header> headers;
     for (const ValueTexture& texture : textures)
         headers.push_back(textureHeader(texture, software));
-    ExrFile exr(file, headers);
+    ExrOutput exr(file, headers);
     ExrPackerPool packers(kDefaultZipLevel, Imf::ZIP_COMPRESSION);
     for (std::size_t part = 0; part < textures.size(); ++part) {
         const ValueTexture& texture = textures[part];
