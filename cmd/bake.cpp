@@ -265,12 +265,7 @@ void Bake::openHits() {
     returnFreeMemory();
     takeMemory(residentBytes() + written);
     const MemoryBudget& budget = capture_.memory;
-    const std::uint64_t needed = usedBytes(budget) + written;
-    if (budget == 0 || needed <= budget) return;
-    throw Error(ErrorKind::kMemory,
-                "the memory budget is " + mebibytesText(budget) + ", and " + mebibytesText(needed) +
-                    " are needed to write what is baked",
-                budget.where(), budget.hint(needed));
+    checkMemory(budget, usedBytes(budget) + written, "to write what is baked");
 }
 
 /// The run takes so much at some time, and what it has taken once it may take again.

@@ -241,20 +241,20 @@ BandUse Extract::useOf(int rows) const {
     BandUse use = noUseOf(band);
     use.layers = chosen_.layers.size();
     const auto add_memory = [&](const SinkMemory& memory) {
-        use.bytes += memory.bytes;
-        use.pixel_bytes += memory.pixel_bytes;
+        use.made.fixed += memory.bytes;
+        use.made.pixel += memory.pixel_bytes;
     };
     if (layers_) add_memory(layers_->memory(wholePlan(), rows, use.list_bytes));
     for (const Product& product : products_) {
         add_memory(product.sink->memory(chosen_));
-        use.fragment_bytes += product.fragment_bytes(band);
+        use.made.fragment += product.fragment_bytes(band);
     }
     // Then no array becomes larger, or there is room elsewhere.
     const bool alone = rows >= whole_.view.crop.height();
     if (products_.empty() && (alone || !options_.writesFragments())) use.array_bytes = 0;
     if (products_.size() > 1) {  // the band itself goes to one of them
-        use.fragment_bytes += use.list_bytes;
-        use.pixel_bytes += sizeof(std::uint32_t);
+        use.made.fragment += use.list_bytes;
+        use.made.pixel += sizeof(std::uint32_t);
     }
     return use;
 }

@@ -71,7 +71,7 @@ VOLATILE = {"milliseconds", "forecastMemory", "peakMemory", "seconds"}
 MEASURED = (
     (re.compile(r"\b[\d,]+ ms\b"), "# ms"),
     (re.compile(r'"seconds":[\d.]+'), '"seconds":#'),
-    (re.compile(r"\d+M (are needed besides the bands.*\n.*give at least) \d+M"), r"#M \1 #M"),
+    (re.compile(r"\d+M (are needed for the smallest bands.*\n.*give at least) \d+M"), r"#M \1 #M"),
 )
 
 # Lines that are told when some time has passed, and so now and then: all shares but the first and the last.

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <string>
 
-#include <peeler/error.h>
 #include "core/base/memory_budget.h"
 #include "core/base/process_memory.h"
 
@@ -42,10 +41,10 @@ std::uint64_t bandMemory(const LayeredInput& input, int rows, const BandUseOf& u
     const std::uint64_t lists =
         fragments * (of_band.list_bytes + of_band.array_bytes) + pixels * sizeof(std::uint32_t);
     const std::uint64_t chosen = std::min(fragments, pixels * of_band.layers);
-    const std::uint64_t made = chosen * of_band.fragment_bytes + pixels * of_band.pixel_bytes;
+    const std::uint64_t made = of_band.made.of(pixels, chosen);
     // What is made of a band is still there while the next one is read.
     const bool alone = rows >= crop.height();
-    return kExtractingBytes + of_band.bytes + lists +
+    return kExtractingBytes + of_band.made.fixed + lists +
            (alone ? std::max(read.bytes, made) : read.bytes + made);
 }
 
@@ -58,11 +57,7 @@ std::uint64_t bandBytesWithin(const MemoryBudget& budget, const LayeredInput& in
         const std::uint64_t needed = usedBytes(budget) + bandMemory(input, rows, use);
         if (needed <= budget) return bytes;
         if (rows > fewest) continue;
-        throw Error(ErrorKind::kMemory,
-                    "the memory budget is " + mebibytesText(budget) + ", and " +
-                        mebibytesText(needed) + " are needed for " + std::to_string(rows) +
-                        " rows of the picture",
-                    budget.where(), budget.hint(needed));
+        checkMemory(budget, needed, "for " + std::to_string(rows) + " rows of the picture");
     }
 }
 

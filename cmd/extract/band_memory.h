@@ -7,19 +7,18 @@
 
 #include <peeler/layered_image.h>
 #include <peeler/memory_budget.h>
+#include "core/base/memory_budget.h"
 #include "core/image/layers.h"
 #include "formats/exr/layered_input.h"
 
 namespace peeler::cmd {
 
-/// What is made of the bands of a picture besides their lists, in bytes.
+/// What the bands of a picture and what is made of them take, in bytes.
 struct BandUse {
-    std::uint64_t list_bytes = 0;      ///< of a fragment in the lists
-    std::uint64_t array_bytes = 0;     ///< of a fragment in the widest of these
-    std::uint64_t fragment_bytes = 0;  ///< of a fragment, in what is made of it
-    std::uint64_t pixel_bytes = 0;     ///< of a pixel, likewise
-    std::uint64_t bytes = 0;           ///< whatever the bands
-    std::uint64_t layers = 0;          ///< whose fragments are made something of: how many
+    std::uint64_t list_bytes = 0;   ///< of a fragment in the lists
+    std::uint64_t array_bytes = 0;  ///< of a fragment in the widest of these
+    MemoryUse made{};
+    std::uint64_t layers = 0;  ///< that something is made of
 };
 
 /// A use of bands like this one that makes nothing.

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include <peeler/bundle.h>
-#include <peeler/error.h>
 #include "core/bake/bundle_gather.h"
 #include "core/bake/gather.h"
 #include "core/bake/integrators.h"
@@ -15,12 +14,9 @@
 namespace peeler {
 
 void checkReceiverMemory(std::uint64_t bytes, std::size_t receivers, const MemoryBudget& budget) {
-    const std::uint64_t needed = usedBytes(budget) + bytes;
-    if (budget == 0 || needed < budget) return;
-    throw Error(ErrorKind::kMemory,
-                "the memory budget is " + mebibytesText(budget) + ", and the scene and its " +
-                    std::to_string(receivers) + " receivers take " + mebibytesText(needed),
-                budget.where(), budget.hint(needed) + "; or bake for fewer vertices or texels");
+    checkMemory(budget, usedBytes(budget) + bytes,
+                "for the scene and its " + std::to_string(receivers) + " receivers",
+                "; or bake for fewer vertices or texels");
 }
 
 namespace {

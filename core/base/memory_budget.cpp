@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/base/memory_budget.h"
 
-#include <peeler/memory_budget.h>
+#include <peeler/error.h>
 
 namespace peeler::inline v0 {
 
@@ -22,6 +22,22 @@ namespace peeler {
 std::string mebibytesText(std::uint64_t bytes) {
     constexpr std::uint64_t kMebibyte = 1ULL << 20;
     return std::to_string(bytes / kMebibyte + (bytes % kMebibyte != 0 ? 1 : 0)) + "M";
+}
+
+MemoryUse& MemoryUse::operator+=(const MemoryUse& other) {
+    fixed += other.fixed;
+    pixel += other.pixel;
+    fragment += other.fragment;
+    return *this;
+}
+
+void checkMemory(const MemoryBudget& budget, std::uint64_t needed, const std::string& purpose,
+                 const std::string& or_else) {
+    if (budget == 0 || needed <= budget) return;
+    throw Error(ErrorKind::kMemory,
+                "the memory budget is " + mebibytesText(budget) + ", and " + mebibytesText(needed) +
+                    " are needed " + purpose,
+                budget.where(), budget.hint(needed) + or_else);
 }
 
 }  // namespace peeler

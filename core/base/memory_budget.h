@@ -1,13 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bytes as texts have them.
+// Memory that work takes, and what is left of a budget for it.
 #pragma once
 
 #include <cstdint>
 #include <string>
 
+#include <peeler/memory_budget.h>
+
 namespace peeler {
 
 /// A number of bytes in mebibytes, rounded up: "512M".
 std::string mebibytesText(std::uint64_t bytes);
+
+/// Bytes that something takes, by the size of the band that it is made for.
+struct MemoryUse {
+    std::uint64_t fixed = 0;     ///< whatever the band's size
+    std::uint64_t pixel = 0;     ///< of every pixel
+    std::uint64_t fragment = 0;  ///< of every fragment
+
+    MemoryUse& operator+=(const MemoryUse& other);
+    /// Bytes for a band of so many, besides what is fixed.
+    std::uint64_t of(std::uint64_t pixels, std::uint64_t fragments) const {
+        return pixels * pixel + fragments * fragment;
+    }
+};
+
+/// Throws Error (kMemory) if `needed` bytes, as usedBytes() counts them, are over the budget.
+/// `purpose` follows "are needed"; `or_else` follows the hint.
+void checkMemory(const MemoryBudget& budget, std::uint64_t needed, const std::string& purpose,
+                 const std::string& or_else = {});
 
 }  // namespace peeler

@@ -7,29 +7,17 @@
 #include "core/image/channels.h"
 
 namespace peeler {
-namespace {
 
-// A pixel of a band costs a list head, an offset here and in the hand-over, and what a sink
-// composites into.
-constexpr std::uint64_t kPixelBytes = 3 * sizeof(std::uint32_t) + 5 * sizeof(float);
-
-}  // namespace
-
-SinkCosts sinkCosts(const GlPlan& details, const Plan& plan, const Sink& sink) {
+MemoryUse sinkUse(const GlPlan& details, const Plan& plan, const Sink& sink) {
     const std::uint64_t fragment =
         sizeof(float) + details.settings.colorBytes() + plan.channel_bytes;
-    const SinkMemory memory = sink.memory(plan);
-    const std::uint64_t pixels = static_cast<std::uint64_t>(memory.rows) *
-                                 static_cast<std::uint64_t>(plan.view.crop.width());
-    std::uint64_t fragments = details.samples->mostFragments(memory.rows);
-    if (details.limit) fragments = std::min(fragments, pixels * details.limit);
-    if (details.settings.composite) fragments = pixels;
-    const std::uint64_t rows = fragments * fragment + pixels * (kPixelBytes + memory.pixel_bytes);
-    const auto kept = static_cast<std::uint64_t>(memory.bands);
-    // Rows are counted twice: those of the last band and of this one.
-    return {.fixed = 2 * rows + memory.bytes,
-            .pixel = memory.pixel_bytes + kept * sizeof(std::uint32_t),
-            .fragment = kept * fragment};
+    return sinkUse(sink, plan, fragment, [&](int rows) {
+        const auto pixels =
+            static_cast<std::uint64_t>(rows) * static_cast<std::uint64_t>(plan.view.crop.width());
+        if (details.settings.composite) return pixels;
+        const std::uint64_t most = details.counted->mostFragments(rows);
+        return details.limit ? std::min(most, pixels * details.limit) : most;
+    });
 }
 
 BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const BandCapture& capture,
@@ -44,37 +32,37 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
     // The default is large enough that geometry is not drawn many times, and small enough that the
     // memory which bands share stays warm.
     costs_.band_bytes = settings.band_bytes;
-    costs_.pixel_bytes = kPixelBytes + opacity;
-    if (!plan.clip_rows.empty()) costs_.pixel_bytes += 3 * sizeof(std::uint32_t);
-    costs_.fixed_bytes = capture.tileBytes();
-    if (plan.opaque_first) costs_.fixed_bytes += capture.opaqueBytes();
+    costs_.use.pixel = kBandPixelBytes + opacity;
+    if (!plan.clip_rows.empty()) costs_.use.pixel += 3 * sizeof(std::uint32_t);
+    costs_.use.fixed = capture.tileBytes();
+    if (plan.opaque_first) costs_.use.fixed += capture.opaqueBytes();
     if (methods.composite) {
         // Every pixel counts as a fragment, as in rowFragments().
-        costs_.fixed_bytes += methods.composite->tileBytes(tile, settings);
-        costs_.fragment_bytes = capture.pixelBytes() + 15 * sizeof(float) + 3 * opacity;
+        costs_.use.fixed += methods.composite->tileBytes(tile, settings);
+        costs_.use.fragment = capture.pixelBytes() + 15 * sizeof(float) + 3 * opacity;
         costs_.largest_array_bytes = storedComponents(settings.tinted) * sizeof(float);
     } else {
-        costs_.fixed_bytes += methods.layers->tileBytes(tile, settings);
+        costs_.use.fixed += methods.layers->tileBytes(tile, settings);
         const std::uint64_t channels = channelBytes(settings.channels, type);
-        costs_.fragment_bytes = capture.fragmentBytes() + sizeof(float) + color + channels;
+        costs_.use.fragment = capture.fragmentBytes() + sizeof(float) + color + channels;
         if (overlaps) {
-            costs_.fragment_bytes += capture.copiedFragmentBytes();
-            costs_.pixel_bytes += capture.copiedPixelBytes();
+            costs_.use.fragment += capture.copiedFragmentBytes();
+            costs_.use.pixel += capture.copiedPixelBytes();
         }
         // The key of a fragment, and where it was captured.
         if (channels > 0 || settings.hit_mode != HitMode::kNone)
-            costs_.fragment_bytes += 2 * sizeof(std::uint32_t);
+            costs_.use.fragment += 2 * sizeof(std::uint32_t);
         costs_.largest_array_bytes = std::max<std::uint64_t>(
             BandBuffers::fragmentWords(settings.storedColorBytes()) * sizeof(std::uint32_t),
             shadedComponents(settings.channels) * sizeof(float));
         // All samples are held until they are merged, with their primitives and while sorting.
         if (plan.mergesLayers()) {
-            costs_.fragment_bytes += color + channels + 22 * sizeof(float);
-            costs_.pixel_bytes += (plan.positions.size() + 1) * sizeof(std::uint32_t);
+            costs_.use.fragment += color + channels + 22 * sizeof(float);
+            costs_.use.pixel += (plan.positions.size() + 1) * sizeof(std::uint32_t);
         }
         // The composite of a sample, and the one that is handed over.
         if (settings.composite)
-            costs_.pixel_bytes += 2 * (sizeof(std::uint32_t) + 5 * sizeof(float) + opacity);
+            costs_.use.pixel += 2 * (sizeof(std::uint32_t) + 5 * sizeof(float) + opacity);
     }
     costs_.storage_block_bytes = storage_block_bytes;
 }
@@ -90,13 +78,7 @@ std::uint64_t BandBudget::clipFragments(int y) const {
 
 std::uint64_t BandBudget::rowFragments(int y) const {
     return clipFragments(y) + (composites_ ? static_cast<std::uint64_t>(plan_.view.crop.width())
-                                           : plan_.samples->rowFragments(y));
-}
-
-void BandBudget::add(const SinkCosts& sink) {
-    costs_.fixed_bytes += sink.fixed;
-    costs_.pixel_bytes += sink.pixel;
-    costs_.fragment_bytes += sink.fragment;
+                                           : plan_.counted->rowFragments(y));
 }
 
 BandLimits BandBudget::limits() const {

@@ -21,14 +21,8 @@ struct PlanMethods {
     std::unique_ptr<CompositeMethod> composite{};  ///< used if there is one
 };
 
-/// What a sink costs besides the band it is given, in bytes.
-struct SinkCosts {
-    std::uint64_t fixed = 0;
-    std::uint64_t pixel = 0;     ///< of every pixel of a band
-    std::uint64_t fragment = 0;  ///< of every fragment of one
-};
-
-SinkCosts sinkCosts(const GlPlan& details, const Plan& plan, const Sink& sink);
+/// What a sink of a plan's bands takes besides the band that it is given.
+MemoryUse sinkUse(const GlPlan& details, const Plan& plan, const Sink& sink);
 
 /// The costs of a plan's bands as of now; it refers to the plan and the methods.
 class BandBudget {
@@ -38,7 +32,6 @@ class BandBudget {
                bool overlaps, std::uint64_t storage_block_bytes);
 
     BandCosts& costs() { return costs_; }
-    void add(const SinkCosts& sink);
 
     /// Throws like bandLimits().
     BandLimits limits() const;

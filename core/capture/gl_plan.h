@@ -26,12 +26,12 @@ struct GlPlan final : CapturePlan::Details {
     View view;
     CaptureSettings settings;  ///< with the surfaces that are captured, perhaps fewer
     const MethodInfo* method = nullptr;
-    std::vector<glm::dvec2> positions{};  ///< in a pixel, of the samples: a view each
+    std::vector<glm::dvec2> positions{};  ///< of the samples in a pixel: each is a view
     bool opaque_first = false;            ///< composites are captured by compositeVisible()
     Window drawn{};                       ///< then: outside of it there is nothing
 
     std::vector<std::uint64_t> clip_rows{};    ///< surfaces of clip meshes a row, of the worst view
-    std::optional<DepthComplexity> samples{};  ///< of all views together
+    std::optional<DepthComplexity> counted{};  ///< of all samples together
     std::optional<DepthComplexity> merged{};   ///< of the layers they merge into
     std::uint32_t limit = 0;                   ///< nearest layers to keep; 0 = all
     double share = 0;                          ///< of a picture's work, as progress counts it

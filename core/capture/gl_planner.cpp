@@ -74,9 +74,9 @@ void GlPlanner::count() {
     renderer_.begin(plan_);
     chooseSurfaces();
     if (progress_) plan_.share = plan_.mergesLayers() ? kMergeShare : kCountShare;
-    if (!compositeViews()) {
-        countViews();
-        mergeViews();
+    if (!compositeSamples()) {
+        countSamples();
+        countMerged();
     }
     limitLayers();
 }
@@ -109,19 +109,19 @@ void GlPlanner::chooseSurfaces() {
 
 /// To count what is visible is most of the work of compositing it. So where there is room to keep
 /// composites they are made at once, and true is returned.
-bool GlPlanner::compositeViews() {
+bool GlPlanner::compositeSamples() {
     const Window& crop = plan_.view.crop;
     const std::uint64_t composite_bytes = CompositeImage::pixelBytes(plan_.settings.tinted);
     if (!plan_.opaque_first ||
         !plan_.fitsKept(crop.pixels() * (composite_bytes + sizeof(std::uint32_t))))
         return false;
-    plan_.samples.emplace(crop);
+    plan_.counted.emplace(crop);
     if (progress_) plan_.share = kCompositeShare;
     const auto count_visible = [&](const Window& rows, std::span<const std::uint32_t> counts) {
         const auto width = static_cast<std::size_t>(rows.width());
         for (int y = rows.y0; y < rows.y1; ++y) {
             const auto row = static_cast<std::size_t>(y - rows.y0) * width;
-            plan_.samples->addRow(rows.x0, y, counts.subspan(row, width));
+            plan_.counted->addRow(rows.x0, y, counts.subspan(row, width));
         }
     };
     renderer_.takePasses();
@@ -162,18 +162,18 @@ void GlPlanner::countClip() {
 }
 
 /// Carries out the count pass of every view.
-void GlPlanner::countViews() {
+void GlPlanner::countSamples() {
     const Window& crop = plan_.view.crop;
     const auto width = static_cast<std::size_t>(crop.width());
-    plan_.samples.emplace(crop);
+    plan_.counted.emplace(crop);
     renderer_.freeBands();
     countClip();
     if (plan_.positions.size() == 1 && plan_.fitsKept(crop.pixels() * sizeof(std::uint32_t)))
         plan_.kept_counts.resize(crop.pixels());
 
     BandBudget counting = renderer_.budget();
-    counting.costs().pixel_bytes = 2 * sizeof(std::uint32_t);
-    if (!plan_.clip_rows.empty()) counting.costs().pixel_bytes += 3 * sizeof(std::uint32_t);
+    counting.costs().use.pixel = 2 * sizeof(std::uint32_t);
+    if (!plan_.clip_rows.empty()) counting.costs().use.pixel += 3 * sizeof(std::uint32_t);
     const BandLimits limits = counting.limits();
     const double counted = plan_.mergesLayers() ? kCountShare : 1;
     std::uint64_t rows = 0;
@@ -189,7 +189,7 @@ void GlPlanner::countViews() {
             const auto first = static_cast<std::size_t>(band.y0 - crop.y0) * width;
             for (int y = band.y0; y < band.y1; ++y) {
                 const auto row = static_cast<std::size_t>(y - band.y0) * width;
-                plan_.samples->addRow(crop.x0, y, {counts.data() + row, width});
+                plan_.counted->addRow(crop.x0, y, {counts.data() + row, width});
             }
             if (!plan_.kept_counts.empty())
                 std::copy(counts.begin(), counts.end(),
@@ -201,7 +201,7 @@ void GlPlanner::countViews() {
 }
 
 /// How many layers several views have together is known only when they are merged.
-void GlPlanner::mergeViews() {
+void GlPlanner::countMerged() {
     if (!plan_.mergesLayers()) return;
     const Window& crop = plan_.view.crop;
     plan_.merged.emplace(crop);

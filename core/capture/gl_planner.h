@@ -31,12 +31,12 @@ class GlPlanner {
 
   private:
     void chooseSurfaces();
-    bool compositeViews();
+    bool compositeSamples();
     void countClip();
-    void countViews();
-    void mergeViews();
+    void countSamples();
+    void countMerged();
     void limitLayers();
-    const DepthComplexity& found() const { return plan_.merged ? *plan_.merged : *plan_.samples; }
+    const DepthComplexity& found() const { return plan_.merged ? *plan_.merged : *plan_.counted; }
     void report(double from, double to, double share) const;
 
     BandRenderer& renderer_;

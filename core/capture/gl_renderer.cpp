@@ -119,13 +119,13 @@ std::uint64_t GlRenderer::forecastMemory(const CapturePlan& planned, const Sink&
     State& s = *state_;
     GlPlan& plan = s.show(*this, planned);
     s.bands.freeBands();
-    const SinkCosts of_sink = sinkCosts(plan, planned, sink);
+    const MemoryUse of_sink = sinkUse(plan, planned, sink);
     // Bands that have been kept are resident already.
     if (!plan.kept_bands.empty()) return residentBytes() + of_sink.fixed + kHandOverBytes;
     BandBudget budget = s.bands.budget();
-    budget.add(of_sink);
+    budget.costs().use += of_sink;
     const std::uint64_t largest = budget.largest(budget.cut(budget.limits()));
-    return residentBytes() + budget.costs().fixed_bytes + largest + kCaptureBytes;
+    return residentBytes() + budget.costs().use.fixed + largest + kCaptureBytes;
 }
 
 CaptureReport GlRenderer::capture(const CapturePlan& planned, Sink& sink,
@@ -158,7 +158,7 @@ CaptureReport GlRenderer::capture(const CapturePlan& planned, Sink& sink,
         plan.kept_bands.clear();  // they have been given away
     } else {
         BandBudget budget = s.bands.budget();
-        budget.add(sinkCosts(plan, planned, sink));
+        budget.costs().use += sinkUse(plan, planned, sink);
         const BandLimits limits = budget.limits();
         const std::vector<Window> bands = budget.cut(limits);
         if (s.bands.overlapsBands()) {

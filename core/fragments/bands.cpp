@@ -6,7 +6,6 @@
 #include <string>
 
 #include <peeler/error.h>
-#include "core/base/memory_budget.h"
 
 namespace peeler {
 namespace {
@@ -19,37 +18,45 @@ constexpr std::uint64_t kLeastBand = 8 * kMegabyte;
 
 }  // namespace
 
+MemoryUse sinkUse(const Sink& sink, const Plan& plan, std::uint64_t fragment,
+                  const std::function<std::uint64_t(int rows)>& most_fragments) {
+    const SinkMemory memory = sink.memory(plan);
+    const std::uint64_t pixels = static_cast<std::uint64_t>(memory.rows) *
+                                 static_cast<std::uint64_t>(plan.view.crop.width());
+    const std::uint64_t rows =
+        most_fragments(memory.rows) * fragment + pixels * (kBandPixelBytes + memory.pixel_bytes);
+    const auto kept = static_cast<std::uint64_t>(memory.bands);
+    // Rows are counted twice: those of the last band and of this one.
+    return {.fixed = 2 * rows + memory.bytes,
+            .pixel = memory.pixel_bytes + kept * sizeof(std::uint32_t),
+            .fragment = kept * fragment};
+}
+
 bool isRoomy(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs) {
     if (budget == 0) return true;
-    return budget / 2 >= used + costs.fixed_bytes + kReserve + costs.band_bytes;
+    return budget / 2 >= used + costs.use.fixed + kReserve + costs.band_bytes;
 }
 
 bool hasRoom(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs) {
     if (budget == 0) return true;
-    return budget >= used + costs.fixed_bytes + kReserve + costs.band_bytes / 4;
+    return budget >= used + costs.use.fixed + kReserve + costs.band_bytes / 4;
 }
 
 BandLimits bandLimits(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs) {
     std::uint64_t available = costs.band_bytes, hard = std::numeric_limits<std::uint64_t>::max();
     if (budget != 0) {
-        const std::uint64_t taken = used + costs.fixed_bytes + kReserve;
-        if (budget < taken + kLeastBand) {
-            throw Error(ErrorKind::kMemory,
-                        "the memory budget is " + mebibytesText(budget) + ", and " +
-                            mebibytesText(used + costs.fixed_bytes) +
-                            " are needed besides the bands",
-                        budget.where(), budget.hint(taken + kLeastBand));
-        }
+        const std::uint64_t taken = used + costs.use.fixed + kReserve;
+        checkMemory(budget, taken + kLeastBand, "for the smallest bands");
         hard = budget - taken;
         available = std::min(available, hard);
     }
     BandLimits limits;
     // A quarter is for what grows with pixels, the rest for fragments.
-    limits.pixels = std::min(available / 4 / costs.pixel_bytes,
+    limits.pixels = std::min(available / 4 / costs.use.pixel,
                              costs.storage_block_bytes / sizeof(std::uint32_t));
     const std::uint64_t driver = costs.storage_block_bytes / costs.largest_array_bytes;
-    limits.fragments = std::min(available * 3 / 4 / costs.fragment_bytes, driver);
-    limits.row_fragments = std::min(hard / 4 * 3 / costs.fragment_bytes, driver);
+    limits.fragments = std::min(available * 3 / 4 / costs.use.fragment, driver);
+    limits.row_fragments = std::min(hard / 4 * 3 / costs.use.fragment, driver);
     return limits;
 }
 
@@ -86,7 +93,7 @@ std::uint64_t largestBandBytes(std::span<const Window> bands, const BandCosts& c
         std::uint64_t fragments = 0;
         for (int y = band.y0; y < band.y1; ++y)
             fragments += row_fragments(y);
-        most = std::max(most, fragments * costs.fragment_bytes + band.pixels() * costs.pixel_bytes);
+        most = std::max(most, costs.use.of(band.pixels(), fragments));
     }
     return most;
 }

@@ -8,7 +8,9 @@
 #include <vector>
 
 #include <peeler/memory_budget.h>
+#include <peeler/sink.h>
 #include <peeler/window.h>
+#include "core/base/memory_budget.h"
 
 namespace peeler {
 
@@ -21,13 +23,20 @@ struct BandLimits {
 
 /// What one band costs.
 struct BandCosts {
-    std::uint64_t band_bytes = 0;      ///< most bytes to spend on a band of several rows
-    std::uint64_t fragment_bytes = 0;  ///< bytes a fragment, in the buffers and in the hand-over
+    MemoryUse use{};                        ///< in the buffers, in the hand-over and in the sink
+    std::uint64_t band_bytes = 0;           ///< most bytes to spend on a band of several rows
     std::uint64_t largest_array_bytes = 0;  ///< bytes a fragment in the largest single buffer
-    std::uint64_t pixel_bytes = 0;          ///< bytes a pixel of the band
-    std::uint64_t fixed_bytes = 0;          ///< whatever the bands' size
     std::uint64_t storage_block_bytes = 0;  ///< the driver's limit of one buffer binding
 };
+
+/// Bytes of a pixel of a band: a list head, an offset here and in the hand-over, and what a sink
+/// composites into.
+inline constexpr std::uint64_t kBandPixelBytes = 3 * sizeof(std::uint32_t) + 5 * sizeof(float);
+
+/// What a sink takes besides the band that it is given. `fragment`: bytes of one;
+/// `most_fragments(rows)`: what so many rows have at most.
+MemoryUse sinkUse(const Sink& sink, const Plan& plan, std::uint64_t fragment,
+                  const std::function<std::uint64_t(int rows)>& most_fragments);
 
 /// Limits under a budget of which `used` bytes are in use already (usedBytes()).
 /// Throws Error (kMemory) if next to nothing is left; a limit may still come out too small for a

@@ -228,9 +228,9 @@ CapturePlan HitRasterizer::plan(const View& view, const CaptureSettings& setting
         // As bands have it: what is left besides a reserve.
         BandCosts costs;
         costs.band_bytes = kSpanBytes;
-        costs.fragment_bytes = costs.pixel_bytes = costs.largest_array_bytes = 1;
+        costs.use.fragment = costs.use.pixel = costs.largest_array_bytes = 1;
         costs.storage_block_bytes = std::numeric_limits<std::uint64_t>::max();
-        costs.fixed_bytes = s.triangles.mostBytes() + kLeastBandBytes;
+        costs.use.fixed = s.triangles.mostBytes() + kLeastBandBytes;
         const std::uint64_t left =
             bandLimits(settings.memory, usedBytes(settings.memory), costs).row_fragments / 3 * 4;
         plan.span_limit = std::clamp(left / kSpanShare, kLeastSpanBytes, kSpanBytes);
@@ -244,21 +244,19 @@ CapturePlan HitRasterizer::plan(const View& view, const CaptureSettings& setting
 BandCosts HitRasterizer::State::costs(const Plan& plan, const Sink& sink) const {
     const CaptureSettings& settings = shown->settings;
     const DepthComplexity& complexity = shown->complexity;
-    const SinkMemory memory = sink.memory(plan);
     const std::uint64_t width = static_cast<std::uint64_t>(plan.view.crop.width());
     const std::uint64_t hit = sizeof(float) + settings.colorBytes() + plan.channel_bytes;
     BandCosts costs;
-    costs.fragment_bytes = hit * (1 + static_cast<std::uint64_t>(memory.bands));
+    costs.use = sinkUse(sink, plan, hit, [&](int rows) { return complexity.mostFragments(rows); });
+    costs.use.pixel += sizeof(std::uint32_t);
+    costs.use.fragment += hit;
     if (const std::size_t floats = shadedComponents(settings.channels); floats > 0)
-        costs.fragment_bytes += floats * sizeof(float) + sizeof(std::uint32_t);
-    costs.pixel_bytes =
-        sizeof(std::uint32_t) * (1 + static_cast<std::uint64_t>(memory.bands)) + memory.pixel_bytes;
+        costs.use.fragment += floats * sizeof(float) + sizeof(std::uint32_t);
     // A quarter of a band is for its pixels, and a wide row is one, too.
     costs.band_bytes =
-        std::max(std::min(settings.band_bytes, kBandBytes), 4 * width * costs.pixel_bytes);
-    costs.fixed_bytes = static_cast<std::uint64_t>(threadCount()) *
-                            HitSorter::bytes(width, complexity.mostFragments(1)) +
-                        memory.bytes + 2 * complexity.mostFragments(memory.rows) * hit;
+        std::max(std::min(settings.band_bytes, kBandBytes), 4 * width * costs.use.pixel);
+    costs.use.fixed += static_cast<std::uint64_t>(threadCount()) *
+                       HitSorter::bytes(width, complexity.mostFragments(1));
     // Offsets are 32 bits wide.
     costs.largest_array_bytes = 1;
     costs.storage_block_bytes = std::numeric_limits<std::uint32_t>::max();
@@ -387,7 +385,7 @@ std::uint64_t HitRasterizer::forecastMemory(const CapturePlan& planned, const Si
     for (const Window& section : plan.sections)
         most =
             std::max(most, largestBandBytes(cutBands(section, limits, row_hits), costs, row_hits));
-    return residentBytes() + s.spansToCome() + costs.fixed_bytes + most;
+    return residentBytes() + s.spansToCome() + costs.use.fixed + most;
 }
 
 CaptureReport HitRasterizer::capture(const CapturePlan& planned, Sink& sink,

@@ -18,12 +18,7 @@ constexpr std::uint64_t kUnseen = 1U << 20U;
 
 void checkReadingMemory(const MemoryBudget& budget, std::uint64_t needed,
                         const std::string& where) {
-    if (budget == 0 || needed <= budget) return;
-    throw Error(ErrorKind::kMemory,
-                "the memory budget is " + mebibytesText(budget) +
-                    ", and to read the input at least " + mebibytesText(needed) +
-                    " are needed, at " + where,
-                budget.where(), budget.hint(needed));
+    checkMemory(budget, needed, "to read the input, at " + where);
 }
 
 ReadingMemory::ReadingMemory(MemoryBudget budget) : budget_(std::move(budget)) {}

@@ -44,14 +44,14 @@ class Promised final : public LayeredInput {
 };
 
 BandUse plainUse(int) {
-    return {.list_bytes = 12, .fragment_bytes = 100, .bytes = kMegabyte, .layers = 10};
+    return {.list_bytes = 12, .made = {.fixed = kMegabyte, .fragment = 100}, .layers = 10};
 }
 
 TEST(BandMemory, CountsWhatIsThereAtATime) {
     const Promised input;
     const auto use = [](std::uint64_t fragment_bytes) {
         return [fragment_bytes](int) {
-            return BandUse{.fragment_bytes = fragment_bytes, .layers = 10};
+            return BandUse{.made = {.fragment = fragment_bytes}, .layers = 10};
         };
     };
     const std::uint64_t nothing = bandMemory(input, 10, use(0));
@@ -59,7 +59,7 @@ TEST(BandMemory, CountsWhatIsThereAtATime) {
     // Of a lone band what is made comes when what was read is no more.
     EXPECT_EQ(bandMemory(input, 1000, use(1)), bandMemory(input, 1000, use(0)));
     // Of one chosen layer there is a fragment a pixel.
-    const auto one = [](int) { return BandUse{.fragment_bytes = 1, .layers = 1}; };
+    const auto one = [](int) { return BandUse{.made = {.fragment = 1}, .layers = 1}; };
     EXPECT_EQ(bandMemory(input, 10, one) - nothing, 10'000U);
     DepthComplexity counted(input.info().plan.view.crop);
     counted.addRow(0, 5, std::vector<std::uint32_t>(1000, 1));

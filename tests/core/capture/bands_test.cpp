@@ -45,9 +45,9 @@ TEST(Bands, ARowMayHoldMoreThanABandOfSeveral) {
     EXPECT_EQ(bands[1], (Window{0, 1, 10, 2}));
     BandCosts costs;
     costs.band_bytes = 1 << 20;
-    costs.fragment_bytes = 28;
+    costs.use.fragment = 28;
     costs.largest_array_bytes = 8;
-    costs.pixel_bytes = 32;
+    costs.use.pixel = 32;
     costs.storage_block_bytes = 128ULL << 20;
     EXPECT_EQ(bandLimits(0, 0, costs).row_fragments, (128ULL << 20) / 8) << "no budget";
     const std::uint64_t gigabyte = 1ULL << 30;
@@ -57,9 +57,9 @@ TEST(Bands, ARowMayHoldMoreThanABandOfSeveral) {
 TEST(Bands, TheBudgetCountsWhatIsResidentAlready) {
     BandCosts costs;
     costs.band_bytes = 1ULL << 30;
-    costs.fragment_bytes = 28;
+    costs.use.fragment = 28;
     costs.largest_array_bytes = 8;
-    costs.pixel_bytes = 32;
+    costs.use.pixel = 32;
     costs.storage_block_bytes = 128ULL << 20;
     const std::uint64_t megabyte = 1ULL << 20;
     const auto roomy = bandLimits(0, 500 * megabyte, costs);
@@ -79,7 +79,7 @@ TEST(Bands, TheBudgetCountsWhatIsResidentAlready) {
 TEST(Bands, ABudgetWithRoomForASecondBandIsRoomy) {
     BandCosts costs;
     costs.band_bytes = 384ULL << 20;
-    costs.fixed_bytes = 100ULL << 20;
+    costs.use.fixed = 100ULL << 20;
     const std::uint64_t megabyte = 1ULL << 20;
     EXPECT_TRUE(isRoomy(0, 1000 * megabyte, costs)) << "no budget";
     EXPECT_TRUE(isRoomy(64 * 1024 * megabyte, 1000 * megabyte, costs));
@@ -89,7 +89,7 @@ TEST(Bands, ABudgetWithRoomForASecondBandIsRoomy) {
 TEST(Bands, AnErrorNamesWhoSetTheBudget) {
     BandCosts costs;
     costs.band_bytes = 1ULL << 20;
-    costs.fragment_bytes = costs.largest_array_bytes = costs.pixel_bytes = 8;
+    costs.use.fragment = costs.largest_array_bytes = costs.use.pixel = 8;
     const auto refused = [&](const MemoryBudget& budget) {
         try {
             bandLimits(budget, 300ULL << 20, costs);
