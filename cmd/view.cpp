@@ -16,12 +16,10 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
-#include "cmd/cli/report.h"
-#include "cmd/machine/resources.h"
 #include "cmd/options/camera_options.h"
 #include "cmd/options/layered_options.h"
+#include "cmd/options/layered_run.h"
 #include "cmd/options/object_options.h"
-#include "cmd/options/output_checks.h"
 #include "cmd/options/output_options.h"
 #include "cmd/session/progress_report.h"
 #include "cmd/session/session.h"
@@ -58,16 +56,12 @@ struct ViewCameraOptions {
     }
 };
 
-struct ViewOptions {
+struct ViewOptions : LayeredRunOptions {
     fs::path input;
-    LayeredReadOptions reading;
     ObjectOptions objects;
     std::uint32_t max_layers = 0;                ///< nearest layers; 0 = all
     std::optional<std::uint64_t> max_fragments;  ///< of a page; 0 = any number, none = the default
-    int threads = 0;
     ViewCameraOptions camera;
-    OutputRequest output;
-    ReportOptions report;
 };
 
 glm::dvec2 parseAngles(std::string_view text) {
@@ -210,143 +204,97 @@ View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOption
     return view;
 }
 
-/// One run. run() lists its stages.
-class ViewRun {
-  public:
-    ViewRun(const ViewOptions& options, Reporter& reporter)
-        : options_(options), reporter_(reporter) {}
-
-    void run() {
-        {
-            const StageTimer timer(result_.milliseconds, "total");
-            checkOptions();
-            load();
-            render();
-        }
-        report();
-    }
-
-  private:
-    void checkOptions();
-    void load();
-    void render();
-    /// Writes the picture from `view`, band by band.
-    void reprojectInto(Sink& writer, const View& view);
-    void report();
-
-    ViewOptions options_;
-    bool page_ = false;
-    Reporter& reporter_;
-    std::unique_ptr<LayeredInput> reader_;
-    LayeredImage image_;  ///< all of the file, or its nearest layers
-    Plan plan_;           ///< of the file
-    OutputOptions written_;
-    PictureResult result_;
-};
-
-void ViewRun::checkOptions() {
-    options_.report.applyTo(reporter_);
-    checkViewCameraOptions(options_.camera);
-    const OutputFormat& format = findOutputFormat(options_.output.path.string(), "");
-    page_ = format.holds(OutputContent::kPage);
-    options_.output.options.as = page_ ? format.kind : "composite";
-    if (page_ && options_.camera.changesAnything()) {
+/// Chooses what is written. Returns whether that is a page. Throws Error (kUsage) for options that
+/// do not go with it.
+bool chooseKind(const ViewOptions& options, OutputRequest& output) {
+    const OutputFormat& format = findOutputFormat(output.path.string(), "");
+    const bool page = format.holds(OutputContent::kPage);
+    output.options.as = page ? format.kind : "composite";
+    if (page && options.camera.changesAnything()) {
         throw Error(ErrorKind::kUsage, "a page begins at the file's own camera",
-                    options_.output.path.string(),
+                    output.path.string(),
                     "leave the options of camera and picture out, or write a .png");
     }
-    if (!page_ && options_.max_fragments) {
+    if (!page && options.max_fragments) {
         throw Error(ErrorKind::kUsage, "only a page has a limit", "--max-fragments",
                     "leave it out, or write a .html");
     }
-    checkOutput(options_.output, {options_.input});
-    checkReport(options_.report, {options_.input, options_.output.path});
-    setThreads(options_.threads);
+    return page;
 }
 
-void ViewRun::load() {
-    const StageTimer timer(result_.milliseconds, "load");
-    const LayeredReadOptions reading = readingFor(options_.reading, {{options_.output.path}});
-    reader_ = openChosen(options_.input.string(), reading, options_.objects, reporter_);
-    plan_ = reader_->info().plan;
-    if (!reader_->info().attributes().contains("peeler:cameraJson")) {
+/// Returns all fragments of the input, or the nearest layers. The plan is theirs then.
+LayeredImage load(const ViewOptions& options, LayeredInput& input, Plan& plan) {
+    if (!input.info().attributes().contains("peeler:cameraJson")) {
         throw Error(ErrorKind::kInput, "the file does not say which camera its layers come from",
-                    options_.input.string(),
+                    options.input.string(),
                     "view needs the attribute peeler:cameraJson, which peeler render writes");
     }
-    reader_->read(plan_.view.crop, image_);
-    if (options_.max_layers != 0) {
-        keepLayers(image_, {.nearest = options_.max_layers});
-        plan_.layers.resize(std::min<std::size_t>(plan_.layers.size(), options_.max_layers));
+    LayeredImage image;
+    input.read(plan.view.crop, image);
+    if (options.max_layers != 0) {
+        keepLayers(image, {.nearest = options.max_layers});
+        plan.layers.resize(std::min<std::size_t>(plan.layers.size(), options.max_layers));
     }
-    plan_.fragments_stored = image_.fragments();
+    plan.fragments_stored = image.fragments();
     // Files of other programs do not say how many fragments there were.
-    plan_.fragments_counted = std::max(plan_.fragments_counted, plan_.fragments_stored);
+    plan.fragments_counted = std::max(plan.fragments_counted, plan.fragments_stored);
+    return image;
 }
 
-void ViewRun::render() {
-    Plan plan = plan_;
-    if (!page_) plan.view = viewFrom(plan_.view, image_, options_.camera);
-    Provenance provenance = reader_->info().provenance;
-    provenance.version = PEELER_VERSION;
+/// Writes the picture from the plan's view, band by band, of an image from its own view.
+void reprojectInto(Sink& sink, const LayeredImage& image, const View& own, LayeredRun& run,
+                   Reporter& reporter) {
+    ProgressReport progress(reporter, "view");
+    const View& view = run.plan.view;
+    timed(run.result.milliseconds, "capture", [&] {
+        reproject(image, own, view, [&](LayeredImage&& band) {
+            const double share =
+                static_cast<double>(band.window.y1 - view.crop.y0) / view.crop.height();
+            sink.write(std::move(band));
+            progress.update(share);
+        });
+    });
+    // The sink's times are those of bands that were written in between.
+    for (const auto& [stage, milliseconds] : sink.times())
+        run.result.milliseconds["capture"] -= milliseconds;
+}
+
+void view(const ViewOptions& options, Reporter& reporter) {
+    LayeredRun run(options, {options.input}, reporter);
+    checkViewCameraOptions(options.camera);
+    const bool page = chooseKind(options, run.output);
+    run.checkFiles();
+    const auto input = run.openInput(options.objects);
+    LayeredImage image =
+        timed(run.result.milliseconds, "load", [&] { return load(options, *input, run.plan); });
+    const View own = run.plan.view;
+    if (!page) run.plan.view = viewFrom(own, image, options.camera);
+
+    const ExrInfo& info = input->info();
+    const std::string path = run.output.path.string();
+    Provenance provenance = info.provenance;
     provenance.method = kMethod;
     provenance.settings_hash.clear();  // it is that of the input's settings
     provenance.settings.clear();
-    OutputOptions output = options_.output.from(provenance);
-    output.automatic_exposure = options_.output.leavesExposureOpen();
-    if (page_ && options_.max_layers == 0) {
-        const ExrInfo& input = reader_->info();
+    OutputOptions output = run.outputOptions(provenance);
+    if (page && options.max_layers == 0) {
         OutputOptions hashed = output;
-        hashed.provenance = input.provenance;
-        output.provenance.output_hash =
-            outputHashFrom(input, plan.view, options_.output.path.string(), hashed);
+        hashed.provenance = info.provenance;
+        output.provenance.output_hash = outputHashFrom(info, own, path, hashed);
     }
-    if (options_.max_fragments) {
-        output.max_fragments = *options_.max_fragments == 0
+    if (options.max_fragments) {
+        output.max_fragments = *options.max_fragments == 0
                                    ? std::numeric_limits<std::uint64_t>::max()
-                                   : *options_.max_fragments;
+                                   : *options.max_fragments;
     }
-    const auto writer = makeSink(options_.output.path.string(), output);
-    writer->begin(plan);
-    if (page_)
-        writer->write(std::move(image_));
-    else
-        reprojectInto(*writer, plan.view);
-    writer->finish();
-    add(result_.milliseconds, writer->times());
-    written_ = output;
-    result_.width = plan.view.width;
-    result_.height = plan.view.height;
-}
-
-void ViewRun::reprojectInto(Sink& writer, const View& view) {
-    ProgressReport progress(reporter_, "view");
-    {
-        const StageTimer timer(result_.milliseconds, "capture");
-        reproject(image_, plan_.view, view, [&](LayeredImage&& band) {
-            const double share =
-                static_cast<double>(band.window.y1 - view.crop.y0) / view.crop.height();
-            writer.write(std::move(band));
-            progress.update(share);
-        });
-    }
-    // The writer's times are those of bands that were written in between.
-    for (const auto& [stage, milliseconds] : writer.times())
-        result_.milliseconds["capture"] -= milliseconds;
-}
-
-void ViewRun::report() {
-    result_.inputs = {options_.input};
-    result_.setFile(options_.output.path);
-    result_.layers = plan_.layers.size();
-    result_.fragments_counted = plan_.fragments_counted;
-    result_.fragments_stored = plan_.fragments_stored;
-    result_.method = kMethod;
-    result_.renderer = reader_->info().provenance.renderer;
-    result_.peak_memory = peakMemory();
-    describeDisplay(written_, written_.automatic_exposure, result_);
-    noteDisplay(result_, reporter_);
-    reportResult(options_.report, result_, reporter_);
+    const auto sink = makeSink(path, output);
+    run.write(*sink, [&] {
+        if (page)
+            sink->write(std::move(image));
+        else
+            reprojectInto(*sink, image, own, run, reporter);
+    });
+    run.report(output, provenance);
 }
 
 }  // namespace
@@ -381,7 +329,7 @@ VerbAction declareView(VerbOptions& verb) {
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);
     return [options](Session& session) {
-        ViewRun(*options, session.reporter()).run();
+        view(*options, session.reporter());
         return 0;
     };
 }
