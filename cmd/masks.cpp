@@ -2,6 +2,7 @@
 // peeler masks: of each object of a scene where it is and where it is seen, of one capture a view.
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -87,6 +88,11 @@ class Masks {
     int run();
 
   private:
+    /// Hashes of what decides what a view's picture holds, and what its files hold.
+    struct ViewHashes {
+        std::string settings, output;
+    };
+
     void checkOptions();
     void checkOutput(const OpenedScene& scene) const;
     void open();
@@ -95,8 +101,7 @@ class Masks {
     PosedScene poseOf(std::size_t view) const;
     Plan capture(std::size_t view, const View& seen, const PosedScene& posed, ObjectMaskSink& sink,
                  int& passes);
-    std::string hashOf(std::size_t view) const;
-    std::string settingsHash(std::size_t view) const;
+    const ViewHashes& hashesOf(std::size_t view);
     bool writeShared();
     void report(std::size_t view, PictureResult& result, const Json& objects,
                 const std::string& counts);
@@ -108,8 +113,9 @@ class Masks {
     std::size_t first_ = 0, end_ = 1;  ///< of the views, which are this run's
     SequenceResults results_;
     CaptureSettings capture_;
-    const OpenedScene* scene_ = nullptr;  ///< the job's
-    std::vector<View> seen_;              ///< of all views
+    const OpenedScene* scene_ = nullptr;        ///< the job's
+    std::vector<View> seen_;                    ///< of all views
+    std::map<std::size_t, ViewHashes> hashes_;  ///< of views that have been asked for
     SceneObjects objects_;
     std::optional<MaskFolder> folder_;
     std::optional<ProgressReport> progress_;
@@ -199,27 +205,27 @@ void Masks::ofViews() {
     progress_.reset();
 }
 
-std::string Masks::settingsHash(std::size_t view) const {
+const Masks::ViewHashes& Masks::hashesOf(std::size_t view) {
+    if (const auto found = hashes_.find(view); found != hashes_.end()) return found->second;
+    ViewHashes hashes;
     nlohmann::json more = {{"by", options_.objects.text()}};
     if (options_.see_through > 0) more["seeThrough"] = options_.see_through;
     if (options_.canvas > 1) more["canvas"] = options_.canvas;
     views_.addSettings(view, more);
     CaptureSettings capture = capture_;
     capture.clip = clipVolume(options_.clip, poseOf(view));
-    return job_.settingsHash(capture, std::move(more), seen_[view].crop);
-}
+    hashes.settings = job_.settingsHash(capture, std::move(more), seen_[view].crop);
 
-/// Of all that decides what a view's files hold.
-std::string Masks::hashOf(std::size_t view) const {
     const MaskFormats& formats = options_.formats;
-    const Json kinds = {settingsHash(view), formats.bop, formats.coco, formats.ids};
+    const Json kinds = {hashes.settings, formats.bop, formats.coco, formats.ids};
     OutputOptions output;
     output.as = "composite";
     output.provenance.scene_hash = hexText(scene_->scene().content_hash);
     output.provenance.settings_hash = hashText(dumpJson(kinds));
     output.provenance.time = options_.animation.time.value_or(0);
     output.provenance.view = static_cast<int>(view);
-    return outputHash(seen_[view], "masks.png", output);
+    hashes.output = outputHash(seen_[view], "masks.png", output);
+    return hashes_.emplace(view, std::move(hashes)).first->second;
 }
 
 Plan Masks::capture(std::size_t view, const View& seen, const PosedScene& posed,
@@ -244,9 +250,9 @@ Plan Masks::capture(std::size_t view, const View& seen, const PosedScene& posed,
 
 void Masks::ofView(std::size_t view) {
     PictureResult result;
-    const std::string hash = hashOf(view);
+    const ViewHashes& hashes = hashesOf(view);
     if (options_.sequence.skip_existing) {
-        if (const auto bytes = folder_->bytesOf(view, hash)) {
+        if (const auto bytes = folder_->bytesOf(view, hashes.output)) {
             result.skipped = true;
             result.bytes = *bytes;
             return report(view, result, {}, "");
@@ -269,12 +275,12 @@ void Masks::ofView(std::size_t view) {
     {
         const StageTimer timer(job_.times(), "write");
         const std::vector<glm::dmat4> places = placesOf(posed, objects_);
-        result.bytes =
-            folder_->write({view, seen_[view], hash, sink.objects(), places, sink.layers()});
+        result.bytes = folder_->write(
+            {view, seen_[view], hashes.output, sink.objects(), places, sink.layers()});
     }
     Provenance provenance;
     provenance.method = capture_.method;
-    provenance.settings_hash = settingsHash(view);
+    provenance.settings_hash = hashes.settings;
     describePicture(plan, provenance, result);
     result.normalized = scene_->normalized();
     result.width = seen_[view].crop.width();
@@ -308,7 +314,7 @@ void Masks::ofView(std::size_t view) {
 bool Masks::writeShared() {
     std::size_t missing = 0;
     for (std::size_t view = 0; view < views_.size(); ++view)
-        if (!folder_->bytesOf(view, hashOf(view))) ++missing;
+        if (!folder_->bytesOf(view, hashesOf(view).output)) ++missing;
     if (missing == 0) {
         folder_->writeShared(views_.size());
         return true;
