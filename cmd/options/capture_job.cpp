@@ -173,19 +173,19 @@ void CaptureJob::closeContext() {
     session_.close();
 }
 
-Engine CaptureJob::chooseEngine() {
+RayEngine CaptureJob::chooseEngine() {
     if (engine_) return *engine_;
-    if (options_.engine != Engine::kAuto) return engine_.emplace(options_.engine);
-    if (options_.device.choosesDevice()) return engine_.emplace(Engine::kGl);
+    if (options_.engine != RayEngine::kAuto) return engine_.emplace(options_.engine);
+    if (options_.device.choosesDevice()) return engine_.emplace(RayEngine::kGl);
     const StageTimer timer(times_, "context");
     std::string reasons;
-    if (session_.findGpu(reasons)) return engine_.emplace(Engine::kGl);
+    if (session_.findGpu(reasons)) return engine_.emplace(RayEngine::kGl);
     reporter_.detail("no GPU can be used, so the CPU finds the hits: " + reasons);
-    return engine_.emplace(Engine::kCpu);
+    return engine_.emplace(RayEngine::kCpu);
 }
 
 HitSource& CaptureJob::openHits(const PosedScene& posed) {
-    if (chooseEngine() == Engine::kGl) {
+    if (chooseEngine() == RayEngine::kGl) {
         if (!renderer_) return openRenderer(posed);
         renderer_->setPose(posed);
         return *renderer_;
@@ -254,7 +254,7 @@ std::string CaptureJob::settingsText(const CaptureSettings& capture, nlohmann::j
         more["pointSize"] = capture.point_size;
     if (const auto& normalize = options_.scene.normalize)
         more["normalize"] = nameOf<Normalized>(kNormalized, *normalize);
-    if (engine_ == Engine::kCpu) more["engine"] = nameOf<Engine>(kEngines, Engine::kCpu);
+    if (engine_ == RayEngine::kCpu) more["engine"] = nameOf<RayEngine>(kEngines, RayEngine::kCpu);
     const ShownScene shown{scene_->index(),        scene_->animations(), options_.scene.include,
                            options_.scene.exclude, frames_per_second,    crop};
     return cmd::settingsText(shown, capture, more);
@@ -272,7 +272,7 @@ void CaptureJob::finish(RunResult& result) {
         result.up = axisName(scene_->assumed()->up);
         result.metres_per_unit = scene_->assumed()->metres_per_unit;
     }
-    if (engine_) result.engine = nameOf<Engine>(kEngines, *engine_);
+    if (engine_) result.engine = nameOf<RayEngine>(kEngines, *engine_);
     if (device_) {
         result.renderer = device_->renderer;
         result.backend = device_->backend;

@@ -32,7 +32,7 @@ struct CaptureJobOptions {
     AppearanceOptions appearance;
     CaptureSettings capture;  ///< as options say it; a verb adjusts a copy
     gl::ContextRequest device;
-    Engine engine = Engine::kAuto;  ///< of verbs that trace rays
+    RayEngine engine = RayEngine::kAuto;  ///< of verbs that trace rays
     int threads = 0;
     ReportOptions report;
 };
@@ -90,7 +90,7 @@ class CaptureJob {
 
     /// The engine that finds the hits of this run, kCpu or kGl: the one that was asked for, or what
     /// `auto` comes to here, which is found out once and noted for those who want to know.
-    Engine chooseEngine();
+    RayEngine chooseEngine();
     /// Opens what finds the hits of the scene by that engine: the rasteriser on the CPU, with
     /// nothing of GL, or as openRenderer() does, throwing like it. What is open already is used
     /// again.
@@ -141,8 +141,8 @@ class CaptureJob {
     StageTimes times_;
     SharedScene scene_;
     std::optional<gl::Device> device_;
-    GlRenderer* renderer_ = nullptr;  ///< the session's
-    std::optional<Engine> engine_;    ///< kCpu or kGl, once it is chosen
+    GlRenderer* renderer_ = nullptr;   ///< the session's
+    std::optional<RayEngine> engine_;  ///< kCpu or kGl, once it is chosen
     std::unique_ptr<HitSource> rasterizer_;
 };
 

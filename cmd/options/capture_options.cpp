@@ -199,8 +199,9 @@ void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threa
     addMemoryOption(verb, capture.memory, memory);
 }
 
-void addEngineOption(VerbOptions& verb, Engine& engine) {
-    addChoice<Engine>(verb, "--engine", engine, kEngines, "engine", "what finds the hits of rays:")
+void addEngineOption(VerbOptions& verb, RayEngine& engine) {
+    addChoice<RayEngine>(verb, "--engine", engine, kEngines, "engine",
+                         "what finds the hits of rays:")
         .group("Machine");
 }
 

@@ -42,6 +42,6 @@ void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threa
                        CaptureSettings& capture, const std::string& memory);
 
 /// Declares --engine.
-void addEngineOption(VerbOptions& verb, Engine& engine);
+void addEngineOption(VerbOptions& verb, RayEngine& engine);
 
 }  // namespace peeler::cmd

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include <peeler/capture_settings.h>
+#include <peeler/renderer.h>
 #include "cmd/session/choices.h"
 
 namespace peeler::cmd {
@@ -36,14 +37,13 @@ inline constexpr Choice<PixelType> kPrecisions[] = {
     {"float", PixelType::kFloat, "32-bit colour"},
 };
 
-/// What finds the hits of rays.
-enum class Engine : std::uint8_t { kAuto, kCpu, kGl };
-inline constexpr Choice<Engine> kEngines[] = {
-    {"auto", Engine::kAuto,
+inline constexpr Choice<RayEngine> kEngines[] = {
+    {"auto", RayEngine::kAuto,
      "gl if there is a GPU, or --backend, --device or --require-gpu is given; else cpu"},
-    {"cpu", Engine::kCpu,
+    {"cpu", RayEngine::kCpu,
      "a rasteriser of hits that needs no GL and finds the same ones on every machine"},
-    {"gl", Engine::kGl, "the device that pictures are rendered by: the fragments of peeler render"},
+    {"gl", RayEngine::kGl,
+     "the device that pictures are rendered by: the fragments of peeler render"},
 };
 
 /// Pixels a side of a point in pictures for eyes.

@@ -47,8 +47,8 @@ std::uint64_t grownBy(std::uint64_t before) {
 
 }  // namespace
 
-void checkEngine(Engine engine, const gl::ContextRequest& device) {
-    if (engine != Engine::kCpu || !device.choosesDevice()) return;
+void checkEngine(RayEngine engine, const gl::ContextRequest& device) {
+    if (engine != RayEngine::kCpu || !device.choosesDevice()) return;
     std::string options;
     if (device.backend != "auto") options += ", --backend " + device.backend;
     if (device.device.given()) options += ", --device " + device.device.text();

@@ -21,7 +21,7 @@ namespace peeler::cmd {
 using SharedScene = std::shared_ptr<const OpenedScene>;
 
 /// Throws Error (kUsage) if an engine without GL is asked for as well as a device of GL.
-void checkEngine(Engine engine, const gl::ContextRequest& device);
+void checkEngine(RayEngine engine, const gl::ContextRequest& device);
 
 /// Opens scenes and contexts for runs, one run after the other, and keeps both. Runs that show the
 /// same file in the same way get the scene that was read before, uploaded as it was, as long as the
