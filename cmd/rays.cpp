@@ -43,7 +43,7 @@ class Rays {
     int run() {
         checkOptions();
         openScene();
-        return eachAlone() ? makeViews() : makeAll();
+        return eachAlone() ? makeViewFiles() : makeAll();
     }
 
   private:
@@ -57,8 +57,8 @@ class Rays {
     std::vector<Bundle> chooseBundles();
     Bundle viewBundle(std::size_t view) const;
     int makeAll();
-    int makeViews();
-    void makeView(std::size_t view);
+    int makeViewFiles();
+    void makeViewFile(std::size_t view);
 
     const RaysOptions& options_;
     Reporter& reporter_;
@@ -162,12 +162,13 @@ int Rays::makeAll() {
     return 0;
 }
 
-int Rays::makeViews() {
+int Rays::makeViewFiles() {
     int code = 0;
     job_.chooseEngine();  // hashes tell which
     try {
         makeEachView(
-            first_, end_, options_.sequence, results_, [this](std::size_t view) { makeView(view); },
+            first_, end_, options_.sequence, results_,
+            [this](std::size_t view) { makeViewFile(view); },
             [this](std::size_t view) {
                 tracer_.discard();
                 return outputOf(view);
@@ -180,7 +181,7 @@ int Rays::makeViews() {
     return std::max(code, results_.worst());
 }
 
-void Rays::makeView(std::size_t view) {
+void Rays::makeViewFile(std::size_t view) {
     if (view != first_) job_.restartClock();
     if (views_.placesObjects())
         tracer_.setScene(*scene_, views_.pose(*scene_, options_.animation.time.value_or(0), view));

@@ -65,6 +65,7 @@ class Render {
     /// Returns the exit code. `result` is what becomes of it as JSON, or under --dry-run what
     /// would; null if nothing does.
     int run(Json& result) {
+        request_.openScene();
         if (options_.sequence.dry_run) {
             result = request_.plan();
             return runReported(reporter_, [&] {

@@ -105,7 +105,7 @@ void RayTracer::make(RayTrace& trace) {
     count(trace);
     if (options_.sequence.dry_run) return describe(trace);
     reportForecast(trace.forecast, reporter_);
-    this->trace(trace);
+    traceBundles(trace);
     report(trace);
 }
 
@@ -243,7 +243,7 @@ void RayTracer::describe(const RayTrace& trace) {
     reportForecast(trace.forecast, reporter_, true);
 }
 
-void RayTracer::trace(RayTrace& trace) {
+void RayTracer::traceBundles(RayTrace& trace) {
     for (const auto& output : trace.outputs)
         output->begin(trace.bundles, trace.hits);
     ProgressReport progress(reporter_, "trace");

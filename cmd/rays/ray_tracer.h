@@ -67,7 +67,7 @@ class RayTracer {
                         std::uint64_t left = 0);
     void count(RayTrace& trace);
     void describe(const RayTrace& trace);
-    void trace(RayTrace& trace);
+    void traceBundles(RayTrace& trace);
     void report(RayTrace& trace);
 
     const Solids& solids() {

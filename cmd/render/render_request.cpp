@@ -100,11 +100,14 @@ RenderRequest::RenderRequest(const RenderOptions& options, CaptureJob& job, Repo
     checkFiles();
     capture_ = captureSettings(options);
     checkClipOptions(options.clip);
-    scene_ = &job.openScene();
-    job.checkOutputs(outputs());
+}
+
+void RenderRequest::openScene() {
+    scene_ = &job_.openScene();
+    job_.checkOutputs(outputs());
     views_.place(*scene_);
-    meters_exposure_ = options.output.leavesExposureOpen() && capture_.shading != Shading::kUnlit &&
-                       !scene_->at(0).lights().empty();
+    meters_exposure_ = options_.output.leavesExposureOpen() &&
+                       capture_.shading != Shading::kUnlit && !scene_->at(0).lights().empty();
 }
 
 /// What the options and the file of cameras ask for, before anything is known of the scene.

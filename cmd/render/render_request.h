@@ -34,10 +34,13 @@ struct PictureRequest {
 /// All pictures of a run, one after the other: of each frame every view.
 class RenderRequest {
   public:
-    /// Checks the options, then opens the job's scene. Nothing that is to be written may replace
-    /// what is read, or what must stay. All arguments must outlive it. Throws Error (kUsage),
-    /// (kInput), (kOutput).
+    /// Checks the options. Nothing that is to be written may replace what must stay. All arguments
+    /// must outlive it. Throws Error (kUsage), (kOutput).
     RenderRequest(const RenderOptions& options, CaptureJob& job, Reporter& reporter);
+
+    /// Opens the job's scene, and places the cameras in it. Nothing that is to be written may
+    /// replace what is read. Called first. Throws Error (kUsage), (kInput), (kOutput).
+    void openScene();
 
     const Scene& scene() const { return scene_->scene(); }
     bool hasFrames() const { return options_.animation.frames.has_value(); }
@@ -59,7 +62,7 @@ class RenderRequest {
     /// The cameras of all views, whichever of them this run makes.
     const ViewList& views() const { return views_; }
     /// The picture with this index, the scene posed at its time. Throws Error (kUsage) and (kInput)
-    /// like OpenedScene::view().
+    /// like ViewList::view().
     PictureRequest picture(std::size_t index) const;
     /// Whether the exposure is to be metered: of pictures for eyes that the scene's own lights
     /// light, unless it is given.
@@ -96,7 +99,7 @@ class RenderRequest {
     ViewList views_;
     std::size_t first_ = 0, end_ = 0;  ///< of the pictures, which are this run's
     CaptureSettings capture_;
-    const CaptureJob& job_;
+    CaptureJob& job_;
     const OpenedScene* scene_ = nullptr;  ///< owned by job_
     bool meters_exposure_ = false;
 };

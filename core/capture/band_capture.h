@@ -74,6 +74,8 @@ class BandCapture {
     /// How many surfaces of the clip meshes every pixel of the band has. Overwrites `counts`.
     void countClip(const Window& band, std::vector<std::uint32_t>& counts);
 
+    // band_lists.cpp.
+
     /// Captures a band's fragments and sorts them into `out`, with the channels of the settings as
     /// extra arrays. Returns the geometry passes. Throws Error (kInternal) if any pixel's fragments
     /// differ in number from the count.
@@ -92,11 +94,15 @@ class BandCapture {
     /// Where in the picture there may be fragments, whatever the sample position.
     Window drawnWindow() const { return rasterizer_.drawnWindow(); }
 
+    // visible_composite.cpp.
+
     /// Composites what is visible of a band: the nearest opaque fragment of every pixel, and those
     /// transparent ones in front of it, which alone are put into lists, of as many rows at a time
     /// as the limits allow. There may be no clip meshes. Returns and throws like layers().
     int compositeVisible(LayerMethod& method, const Window& band, const BandLimits& limits,
                          const TakeVisible& take);
+
+    // band_capture.cpp.
 
     /// Composites a band on the fly. Returns and throws like layers().
     int composite(CompositeMethod& method, const BandRequest& request, CompositeImage& out);
