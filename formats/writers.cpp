@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include <peeler/error.h>
+#include "core/image/channels.h"
 #include "formats/arrays/array_writer.h"
 #include "formats/arrays/fragment_tables.h"
 #include "formats/arrays/picture_arrays.h"
@@ -33,10 +34,7 @@ std::unique_ptr<Sink> makeXrayMatrix(const std::string& path, const OutputOption
 
 SizeForecast arraysForecast(const std::string& path, const Plan& plan,
                             const OutputOptions& options) {
-    LayeredImage band;  // without fragments, with the channels of the plan
-    band.color = {colorNames(plan.tinted), plan.color_type, {}};
-    band.extra = plan.channels;
-    return forecastFragmentArrays(path, plan, band, arrayOptions(options));
+    return forecastFragmentArrays(path, plan, emptyBand(plan), arrayOptions(options));
 }
 
 SizeForecast xrayForecast(const std::string& path, const Plan& plan, const OutputOptions& options) {

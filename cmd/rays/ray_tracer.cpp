@@ -48,6 +48,7 @@ class BundleSink final : public Sink {
             all.rows = std::max(all.rows, one.rows);
             all.bytes += one.bytes;
             all.pixel_bytes += one.pixel_bytes;
+            all.fragment_bytes += one.fragment_bytes;
         }
         return all;
     }

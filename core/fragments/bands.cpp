@@ -29,7 +29,7 @@ MemoryUse sinkUse(const Sink& sink, const Plan& plan, std::uint64_t fragment,
     // Rows are counted twice: those of the last band and of this one.
     return {.fixed = 2 * rows + memory.bytes,
             .pixel = memory.pixel_bytes + kept * sizeof(std::uint32_t),
-            .fragment = kept * fragment};
+            .fragment = memory.fragment_bytes + kept * fragment};
 }
 
 bool isRoomy(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs) {

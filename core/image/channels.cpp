@@ -79,6 +79,13 @@ FragmentArray emptyArray(Channel channel, PixelType color_type) {
     return array;
 }
 
+LayeredImage emptyBand(const Plan& plan) {
+    LayeredImage band;
+    band.color = {colorNames(plan.tinted), plan.color_type, {}};
+    band.extra = plan.channels;
+    return band;
+}
+
 std::size_t channelBytes(std::span<const Channel> channels, PixelType color_type) {
     std::size_t bytes = 0;
     for (const Channel channel : channels) {

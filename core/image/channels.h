@@ -9,6 +9,8 @@
 #include <vector>
 
 #include <peeler/channels.h>
+#include <peeler/layered_image.h>
+#include <peeler/sink.h>
 
 namespace peeler {
 
@@ -18,6 +20,9 @@ std::string nameOf(const FragmentArray& array);
 
 /// The array of a channel, still without fragments. `color_type` is that of the colours.
 FragmentArray emptyArray(Channel channel, PixelType color_type);
+
+/// A band of a plan without fragments: colours and the plan's channels.
+LayeredImage emptyBand(const Plan& plan);
 
 /// Bytes of these channels of a fragment in a LayeredImage.
 std::size_t channelBytes(std::span<const Channel> channels, PixelType color_type);

@@ -13,6 +13,7 @@
 #include <peeler/layered_image.h>
 #include "core/base/parallel.h"
 #include "core/base/resize_anew.h"
+#include "core/image/channels.h"
 #include "core/image/layers.h"
 #include "formats/arrays/bundle_arrays.h"
 #include "formats/arrays/fragment_columns.h"
@@ -105,9 +106,11 @@ class FragmentArrays final : public Sink {
     }
     void write(LayeredImage&& band) override;
     void finish() override { writer_->finish(); }
-    SinkMemory memory(const Plan&) const override {
+    /// Where lists begin, and the numbers of one array; or ranges of planes as they are filled.
+    SinkMemory memory(const Plan& plan) const override {
         if (options_.dense) return {.bytes = DensePlanes::rangeBytes()};
-        return {.pixel_bytes = sizeof(std::int64_t)};  // where lists begin
+        return {.pixel_bytes = sizeof(std::int64_t),
+                .fragment_bytes = fragmentArrayBytes(emptyBand(plan), options_)};
     }
 
   private:

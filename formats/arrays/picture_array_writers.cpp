@@ -152,8 +152,12 @@ class LayerArrays final : public Sink {
         const StageTimer timer(times_, "write");
         writer_->finish();
     }
-    SinkMemory memory(const Plan&) const override {
-        return {.pixel_bytes = sizeof(std::int64_t)};  // where lists begin
+    /// Where lists begin, and the numbers of one array, which may be put in another order.
+    SinkMemory memory(const Plan& plan) const override {
+        std::size_t widest = plan.tinted ? kPlainComponents * pixelTypeSize(plan.color_type) : 0;
+        for (const FragmentArray& array : plan.channels)
+            widest = std::max(widest, array.stride());
+        return {.pixel_bytes = sizeof(std::int64_t), .fragment_bytes = widest};
     }
     StageTimes times() const override { return times_; }
 

@@ -54,6 +54,25 @@ TEST(Bands, ARowMayHoldMoreThanABandOfSeveral) {
     EXPECT_LE(bandLimits(gigabyte, gigabyte / 2, costs).row_fragments * 28, gigabyte / 2);
 }
 
+TEST(Bands, ASinkTakesWhatItSays) {
+    class Keeper final : public Sink {
+        void begin(const Plan&) override {}
+        void write(LayeredImage&&) override {}
+        void finish() override {}
+        SinkMemory memory(const Plan&) const override {
+            return {.rows = 2, .bytes = 100, .pixel_bytes = 8, .fragment_bytes = 12, .bands = 1};
+        }
+    };
+    Plan plan;
+    plan.view.crop = {0, 0, 10, 10};
+    const MemoryUse use = sinkUse(Keeper(), plan, 20, [](int rows) { return 30ULL * rows; });
+    // Of two rows there are 60 fragments of 20 bytes and 20 pixels, twice.
+    EXPECT_EQ(use.fixed, 2 * (60 * 20 + 20 * (kBandPixelBytes + 8)) + 100);
+    EXPECT_EQ(use.pixel, 8 + sizeof(std::uint32_t));
+    EXPECT_EQ(use.fragment, 12U + 20U);
+    EXPECT_EQ(use.of(3, 5), 3 * 12U + 5 * 32U);
+}
+
 TEST(Bands, TheBudgetCountsWhatIsResidentAlready) {
     BandCosts costs;
     costs.band_bytes = 1ULL << 30;

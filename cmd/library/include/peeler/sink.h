@@ -73,10 +73,11 @@ struct Provenance {
 
 /// Memory of a sink besides the band it is given; the capture leaves room for it under a budget.
 struct SinkMemory {
-    int rows = 0;                   ///< of fragments, kept from one band to the next
-    std::uint64_t bytes = 0;        ///< whatever the bands
-    std::uint64_t pixel_bytes = 0;  ///< of every pixel of those rows and of the band at hand
-    int bands = 0;                  ///< that it keeps while the next one is made
+    int rows = 0;                      ///< of fragments, kept from one band to the next
+    std::uint64_t bytes = 0;           ///< whatever the bands
+    std::uint64_t pixel_bytes = 0;     ///< of every pixel of those rows and of the current band
+    std::uint64_t fragment_bytes = 0;  ///< of every fragment of the current band
+    int bands = 0;                     ///< that it keeps while the next one is made
 };
 
 /// Takes a picture band by band. Bands arrive top to bottom without gaps, each as wide as the crop,
