@@ -116,6 +116,10 @@ SECTIONS: Dict[str, Section] = {
         "Jobs a minute of one `peeler worker`, beside a process for each job; 20 sample models in turn. The files are the same.",
         (("jobs_in_one_worker.py", "{build}/peeler", *JOB_SCENES,
           "--", "--size", "640x360"),)),
+    "python-calls": Section(
+        "Calls from Python",
+        "What a call from Python takes, beside the same call of the C++ library: all layers of 64 x 64 pixels.",
+        (("python_calls.py", "{build}", ENGINE, GLASSES),)),
     "budgets": Section(
         "Budgets",
         "The most that was resident in large pictures, and under budgets of memory.",
