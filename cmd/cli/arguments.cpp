@@ -125,13 +125,12 @@ Option Option::required(bool is_required) {
 
 Option Option::description(const std::string& help) {
     description_->help = help;
-    option_->description(helpLines(*description_));
     return *this;
 }
 
 Option Option::oneOf(std::vector<ChoiceDescription> choices) {
     description_->choices = std::move(choices);
-    return description(description_->help);
+    return *this;
 }
 
 Option Option::someOf(std::vector<ChoiceDescription> choices) {
@@ -301,6 +300,8 @@ std::string ArgumentParser::verb() const {
 }
 
 std::string ArgumentParser::help() const {
+    for (const auto& [option, description] : descriptions_)
+        option->description(helpLines(description));
     std::string text = app_->help();
     const auto found = examples_.find(verb());
     if (found == examples_.end() || found->second.empty()) return text;

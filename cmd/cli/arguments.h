@@ -105,7 +105,7 @@ class VerbOptions {
   public:
     using Take = std::function<void(const std::string&)>;
 
-    using Descriptions = std::map<const CLI::Option*, OptionDescription>;
+    using Descriptions = std::map<CLI::Option*, OptionDescription, std::less<>>;
 
     VerbOptions(CLI::App& app, Descriptions& descriptions)
         : app_(&app), descriptions_(&descriptions) {}

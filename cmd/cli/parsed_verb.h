@@ -27,6 +27,7 @@ class ParsedVerb {
     /// form, and for --help: there is nothing to carry out. Files are not looked at.
     void parse(std::vector<std::string> arguments);
 
+    const std::string& name() const { return name_; }
     /// The options that the verb has, and, once they are parsed, which of them are given.
     const VerbOptions& options() const { return options_; }
 

@@ -44,10 +44,13 @@ namespace {
 /// As many as `wanted`, or as many as can be started in each place that has threads: loops have one
 /// less, the image libraries and the rasteriser as many, writing and the driver's cache one each.
 int startable(int wanted) {
+    static int started = 0;  // as many could be started before
+    if (wanted == started) return wanted;
     constexpr int kPlaces = 3, kOthers = 2;
     const int all = kPlaces * wanted - 1 + kOthers;
     const int room = startableThreads(all);
-    return room == all ? wanted : std::max(1, (room + 1 - kOthers) / kPlaces);
+    if (room == all) return started = wanted;
+    return std::max(1, (room + 1 - kOthers) / kPlaces);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <memory>
 #include <utility>
 
 #include <peeler/error.h>
@@ -127,21 +128,34 @@ void checkOutput(const VerbOptions& options) {
                     "name a file");
 }
 
-int runJob(const WorkerRequest& request, const JobLimits& limits, Session& session) {
+/// A verb whose options are declared, for the next job.
+using DeclaredVerb = std::unique_ptr<ParsedVerb>;
+
+DeclaredVerb declaredLike(const std::string& verb) {
+    try {
+        return std::make_unique<ParsedVerb>(verbNamed(verb));
+    } catch (const Error&) {
+        return nullptr;  // there is no such verb
+    }
+}
+
+int runJob(const WorkerRequest& request, const JobLimits& limits, Session& session,
+           DeclaredVerb& declared) {
     const Verb& verb = verbNamed(request.verb);
     checkVerb(verb);
-    ParsedVerb parsed(verb);
-    parsed.parse(completed(request, parsed.options(), limits));
-    checkOutput(parsed.options());
-    return parsed.run(session);
+    if (!declared || declared->name() != verb.name) declared = std::make_unique<ParsedVerb>(verb);
+    const DeclaredVerb parsed = std::move(declared);
+    parsed->parse(completed(request, parsed->options(), limits));
+    checkOutput(parsed->options());
+    return parsed->run(session);
 }
 
 /// One run of a job. `found` is what it comes to.
 void tryJob(const WorkerRequest& request, const JobLimits& limits, Session& session,
-            WorkerResult& found) {
+            DeclaredVerb& declared, WorkerResult& found) {
     const auto start = Clock::now();
     try {
-        found.exit_code = runJob(request, limits, session);
+        found.exit_code = runJob(request, limits, session, declared);
     } catch (const Cancelled&) {
         found.exit_code = kCancelledCode;
         found.error = Error(ErrorKind::kInternal, "the job was cancelled");
@@ -160,11 +174,11 @@ bool mayHaveBroken(const WorkerResult& found) {
 }
 
 std::string finished(int file, const WorkerRequest& request, const JobLimits& limits,
-                     Session& session) {
+                     Session& session, DeclaredVerb& declared) {
     while (true) {
         JobReporter reporter(file, request);
         session.setReporter(reporter);
-        tryJob(request, limits, session, reporter.found);
+        tryJob(request, limits, session, declared, reporter.found);
         if (mayHaveBroken(reporter.found)) session.close();
         // What is kept of other jobs may be what there was no room for.
         const bool full = reporter.found.error &&
@@ -201,6 +215,7 @@ void JobProcess::serve(int file, const JobLimits& limits, pid_t parent) {
     std::array<char, 65536> bytes;
     JobReporter idle(kOwn, WorkerRequest(R"({"id":0,"verb":"info"})"));
     Session session(idle, limits.keep);
+    DeclaredVerb declared;
     while (true) {
         const ssize_t count = ::read(kOwn, bytes.data(), bytes.size());
         if (count < 0 && errno == EINTR) continue;
@@ -211,12 +226,14 @@ void JobProcess::serve(int file, const JobLimits& limits, pid_t parent) {
             text.erase(0, end + 1);
             cancelled = 0;
             running = 1;
-            const std::string line = finished(kOwn, request, limits, session);
+            const std::string line = finished(kOwn, request, limits, session, declared);
             running = 0;
             constexpr itimerval kNever{};
             setitimer(ITIMER_REAL, &kNever, nullptr);
             session.setReporter(idle);
             send(kOwn, kEnd + line);
+            // While the client reads that: the next job is mostly of the same verb.
+            declared = declaredLike(request.verb);
         }
     }
     removeTemporaryFiles();

@@ -119,7 +119,7 @@ SECTIONS: Dict[str, Section] = {
     "python-calls": Section(
         "Calls from Python",
         "What a call from Python takes, beside the same call of the C++ library: all layers of 64 x 64 pixels.",
-        (("python_calls.py", "{build}", ENGINE, GLASSES),)),
+        (("python_calls.py", "{build}", "examples/scenes/panes.glb", "examples/scenes/coincident.glb"),)),
     "budgets": Section(
         "Budgets",
         "The most that was resident in large pictures, and under budgets of memory.",
