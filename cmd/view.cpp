@@ -294,6 +294,7 @@ void view(const ViewOptions& options, Reporter& reporter) {
         else
             reprojectInto(*sink, image, own, run, reporter);
     });
+    run.plan.samples = 1;  // a pixel of the view; the input's are in the file
     run.report(output, provenance);
 }
 
