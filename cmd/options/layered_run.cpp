@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "cmd/machine/resources.h"
-#include "cmd/options/layered_options.h"
 #include "cmd/options/output_checks.h"
 
 namespace peeler::cmd {

@@ -10,6 +10,7 @@
 
 #include "cmd/cli/report.h"
 #include "cmd/options/layered_bands.h"
+#include "cmd/options/layered_options.h"
 #include "cmd/options/object_options.h"
 #include "cmd/options/output_options.h"
 #include "cmd/session/progress_report.h"

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <peeler/gltf_options.h>
+#include <peeler/scene.h>
 #include "formats/file/read_warnings.h"
 #include "formats/gltf/gltf_files.h"
 
