@@ -3,8 +3,8 @@
 
     single_files.py BUILD_FOLDER [headers]
 
-Compiles, without making anything of it, the files that differ from what landed last and those that include them (16 at
-most), and of all others, in an order that every commit has of its own, as many as SECONDS allow. What landed last is where
+Compiles, without making anything of it, the files that differ from what landed last and those that include them (40 at
+most, by chance), and of all others, in an order that every commit has of its own, as many as SECONDS allow. What landed last is where
 this branch left origin/main; where that is not known, or is this very commit, the thirtieth commit before. Left out is what
 the build itself compiles alone; a header is compiled by the .cpp that includes it first. `headers`: those that no .cpp
 includes first."""
@@ -24,7 +24,7 @@ SOURCE = pathlib.Path(__file__).resolve().parents[1]
 FOLDERS = ("core", "formats", "cmd", "tests")
 INCLUDE = re.compile(r'^ *# *include ["<]([^">]+)[">]', re.MULTILINE)
 SECONDS = 20
-MOST_DIFFERENT = 16
+MOST_DIFFERENT = 40
 COMMITS = 30
 
 
@@ -103,11 +103,14 @@ def files_to_compile(build, source):
 def chosen_of(units, included, source):
     """(those that are compiled at all events, the others in their order, how the first were chosen)"""
     base, changed = different(source)
-    first = [file for file in units if file in changed or changed & set(included[file][:1])]
-    first += [file for file in units if file not in first and changed & set(included[file])]
-    first = first[:MOST_DIFFERENT]
+    turn = random.Random("".join(git(source, "rev-parse", "HEAD")))
+    first = sorted(file for file in units if file in changed or changed & set(included[file][:1]))
+    others = sorted(file for file in units if file not in first and changed & set(included[file]))
+    turn.shuffle(first)
+    turn.shuffle(others)
+    first = (first + others)[:MOST_DIFFERENT]
     rest = sorted(set(units) - set(first))
-    random.Random("".join(git(source, "rev-parse", "HEAD"))).shuffle(rest)
+    turn.shuffle(rest)
     return first, rest, f"{len(first)} that differ from {base} or include what does, and of the others what {SECONDS} s allow"
 
 
