@@ -93,7 +93,7 @@ TEST_F(KilledShards, AreWholeOrNotThere) {
     fs::create_directories(out);
     const auto start = std::chrono::steady_clock::now();
     ASSERT_EQ(runPeelerProcess(line(whole)).exit_code, 0);
-    const std::chrono::duration<double> takes = std::chrono::steady_clock::now() - start;
+    std::chrono::duration<double> takes = std::chrono::steady_clock::now() - start;
     const Json members = membersOf(whole);
     ASSERT_EQ(members.size(), std::size_t{4 * kViews});
     ASSERT_EQ(shardsIn(whole).size(), std::size_t{kViews / kOfAShard});
@@ -116,6 +116,8 @@ TEST_F(KilledShards, AreWholeOrNotThere) {
         const CommandResult result = run.wait();
         ASSERT_TRUE(result.exit_code == 137 || result.exit_code == 0) << result.err;
         killed += result.exit_code == 137;
+        // The machine was busier when the whole run was timed.
+        if (result.exit_code == 0) takes *= 0.8;
         std::size_t others = 0;
         shardsIn(out, &others);
         left += others;
@@ -134,8 +136,7 @@ TEST_F(KilledShards, AreWholeOrNotThere) {
         "seed %u: %d runs, %d of them killed (the others had ended), %zu hidden files and folders "
         "left behind and removed\n",
         seed, runs, killed, left);
-    // On a busy machine runs may be quicker than the one that was timed, and end before.
-    EXPECT_GE(killed, kills / 2);
+    EXPECT_EQ(killed, kills);
 }
 
 TEST_F(KilledShards, TerminationLeavesNothing) {
