@@ -4,10 +4,10 @@
     single_files.py BUILD_FOLDER [headers]
 
 Compiles, without making anything of it, the files that differ from what landed last and those that include them (28 at
-most, by chance), and of all others, in an order that every commit has of its own, as many as SECONDS allow. What landed last is where
-this branch left origin/main; where that is not known, or is this very commit, the thirtieth commit before. Left out is what
-the build itself compiles alone; a header is compiled by the .cpp that includes it first. `headers`: those that no .cpp
-includes first."""
+most, by chance), and of all others, in an order that every commit has of its own, as many as SECONDS allow. What landed
+last is where this branch left origin/main; where that is not known, or is this very commit, the thirtieth commit before.
+Left out is what the build itself compiles alone; a header is compiled by the .cpp that includes it first. `headers`: those
+that no .cpp includes first."""
 
 import concurrent.futures
 import json
@@ -34,6 +34,17 @@ def git(source, *arguments):
     return done.stdout.splitlines() if done.returncode == 0 else []
 
 
+def files_of(unit):
+    """What a unit of the build is made of."""
+    files = [unit] if unit.suffix == ".cpp" else map(pathlib.Path, INCLUDE.findall(unit.read_text()))
+    return [file.resolve() for file in files]
+
+
+def turn_of(source):
+    """What chooses by turns: another order at every commit."""
+    return random.Random("".join(git(source, "rev-parse", "HEAD")))
+
+
 def commands(build):
     """{.cpp: (folder, compiler and flags)}, and those of them that are compiled alone."""
     found, alone = {}, set()
@@ -42,8 +53,7 @@ def commands(build):
         if "ccache" in words[0]:
             del words[0]
         unit = pathlib.Path(entry["file"])
-        files = [unit] if unit.suffix == ".cpp" else map(pathlib.Path, INCLUDE.findall(unit.read_text()))
-        for file in map(pathlib.Path.resolve, files):
+        for file in files_of(unit):
             found.setdefault(file, (entry["directory"], words))
             alone |= {file} if unit.suffix == ".cpp" else set()
     return found, alone
@@ -103,7 +113,7 @@ def files_to_compile(build, source):
 def chosen_of(units, included, source):
     """(those that are compiled at all events, the others in their order, how the first were chosen)"""
     base, changed = different(source)
-    turn = random.Random("".join(git(source, "rev-parse", "HEAD")))
+    turn = turn_of(source)
     first = sorted(file for file in units if file in changed or changed & set(included[file][:1]))
     others = sorted(file for file in units if file not in first and changed & set(included[file]))
     turn.shuffle(first)

@@ -11,8 +11,6 @@ what they compile once more, are left out."""
 
 import json
 import pathlib
-import random
-import re
 import sys
 
 import single_files
@@ -20,19 +18,11 @@ import single_files
 SHARE = 4
 
 
-def files_of(unit):
-    """What a unit of the build is made of."""
-    if unit.suffix != ".cxx":
-        return [unit]
-    return [pathlib.Path(name) for name in re.findall(r'#include "(.*)"', unit.read_text())]
-
-
 def chosen_of(files, source):
     changed = single_files.different(source)[1]
     first = {file for file in files if file in changed or changed & set(single_files.includes(source, file)[:1])}
     rest = sorted(set(files) - first)
-    turn = random.Random("".join(single_files.git(source, "rev-parse", "HEAD")))
-    return first | set(turn.sample(rest, len(rest) // SHARE))
+    return first | set(single_files.turn_of(source).sample(rest, len(rest) // SHARE))
 
 
 def main(build, out, every):
@@ -45,7 +35,7 @@ def main(build, out, every):
         if output.startswith("tests/"):
             continue
         unit = pathlib.Path(entry["file"])
-        groups.setdefault((flags, unit.parent), []).extend(file.resolve() for file in files_of(unit))
+        groups.setdefault((flags, unit.parent), []).extend(single_files.files_of(unit))
     if not every:
         chosen = chosen_of({file for files in groups.values() for file in files}, single_files.SOURCE)
         groups = {key: [file for file in files if file in chosen] for key, files in groups.items()}
