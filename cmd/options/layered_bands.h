@@ -29,24 +29,30 @@ void forEachBand(LayeredInput& reader, std::uint64_t band_bytes, Take&& take) {
     }
 }
 
-/// The same with progress, of the nearest `max_layers` fragments of every pixel (0 = all). Reading
-/// counts as "load" among `times`.
+/// Goes through a picture from top to bottom, with progress: `read(window, band)` fills each band,
+/// which counts as "load" among `times`, and `take(band)` may move from it.
+template <class Read, class Take>
+void forEachBand(const Window& crop, int rows, StageTimes& times, ProgressReport& progress,
+                 Read&& read, Take&& take) {
+    LayeredImage band;
+    for (int y = crop.y0; y < crop.y1; y += rows) {
+        const Window window{crop.x0, y, crop.x1, std::min(y + rows, crop.y1)};
+        timed(times, "load", [&] { read(window, band); });
+        take(band);
+        progress.update(static_cast<double>(window.y1 - crop.y0) / crop.height());
+    }
+}
+
+/// The same for a file: the nearest `max_layers` fragments of every pixel (0 = all).
 template <class Take>
 void forEachBand(LayeredInput& reader, std::uint32_t max_layers, StageTimes& times,
                  ProgressReport& progress, Take&& take, std::uint64_t band_bytes = kBandBytes) {
-    const Window& crop = reader.info().plan.view.crop;
-    const int rows = reader.rowsFor(band_bytes);
-    LayeredImage band;
-    for (int y = crop.y0; y < crop.y1; y += rows) {
-        {
-            const StageTimer timer(times, "load");
-            reader.read({crop.x0, y, crop.x1, std::min(y + rows, crop.y1)}, band);
-            keepLayers(band, {.nearest = max_layers});
-        }
-        const double share = static_cast<double>(band.window.y1 - crop.y0) / crop.height();
-        take(band);
-        progress.update(share);
-    }
+    const auto read = [&](const Window& window, LayeredImage& band) {
+        reader.read(window, band);
+        keepLayers(band, {.nearest = max_layers});
+    };
+    forEachBand(reader.info().plan.view.crop, reader.rowsFor(band_bytes), times, progress, read,
+                take);
 }
 
 }  // namespace peeler::cmd

@@ -2,7 +2,6 @@
 // One run of a verb that makes one picture of layered files.
 #pragma once
 
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -48,29 +47,18 @@ class LayeredRun {
     /// Opens the one input, with the fragments of these objects alone. Its plan is `plan` then.
     std::unique_ptr<LayeredInput> openInput(const ObjectOptions& objects);
 
-    /// Goes through the picture from top to bottom: `read(window, band)` fills each band, and
-    /// `take(band)` may move from it.
+    /// Goes through `plan`, as forEachBand() of layered_bands.h does.
     template <class Read, class Take>
     void forEachBand(const Stage& stage, int rows, Read&& read, Take&& take) {
         ProgressReport progress(reporter_, stage);
-        const Window& crop = plan.view.crop;
-        LayeredImage band;
-        for (int y = crop.y0; y < crop.y1; y += rows) {
-            const Window window{crop.x0, y, crop.x1, std::min(y + rows, crop.y1)};
-            timed(result.milliseconds, "load", [&] { read(window, band); });
-            take(band);
-            progress.update(static_cast<double>(window.y1 - crop.y0) / crop.height());
-        }
+        cmd::forEachBand(plan.view.crop, rows, result.milliseconds, progress, read, take);
     }
     /// Goes through the nearest `max_layers` layers of an input, 0 = all.
     template <class Take>
     void forEachBand(const Stage& stage, LayeredInput& input, std::uint32_t max_layers,
                      Take&& take) {
-        const auto read = [&](const Window& window, LayeredImage& band) {
-            input.read(window, band);
-            keepLayers(band, {.nearest = max_layers});
-        };
-        forEachBand(stage, input.rowsFor(kBandBytes), read, take);
+        ProgressReport progress(reporter_, stage);
+        cmd::forEachBand(input, max_layers, result.milliseconds, progress, take);
     }
 
     /// Options of the output, made of an input with this provenance by this version.
