@@ -19,7 +19,7 @@ struct MemoryUse {
     std::uint64_t fragment = 0;  ///< of every fragment
 
     MemoryUse& operator+=(const MemoryUse& other);
-    /// Bytes for a band of so many, besides what is fixed.
+    /// Returns the bytes of a band of this size, without `fixed`.
     std::uint64_t of(std::uint64_t pixels, std::uint64_t fragments) const {
         return pixels * pixel + fragments * fragment;
     }

@@ -33,8 +33,8 @@ struct BandCosts {
 /// composites into.
 inline constexpr std::uint64_t kBandPixelBytes = 3 * sizeof(std::uint32_t) + 5 * sizeof(float);
 
-/// What a sink takes besides the band that it is given. `fragment`: bytes of one;
-/// `most_fragments(rows)`: what so many rows have at most.
+/// Returns the memory that a sink takes besides the band that it is given. `fragment`: bytes of a
+/// fragment; `most_fragments(rows)`: the most fragments of any `rows` successive rows.
 MemoryUse sinkUse(const Sink& sink, const Plan& plan, std::uint64_t fragment,
                   const std::function<std::uint64_t(int rows)>& most_fragments);
 
