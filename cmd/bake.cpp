@@ -342,7 +342,7 @@ void Bake::showWhatWasBaked(GlbWriter& package) const {
 }
 
 void Bake::writePackage(GlbWriter& package) const {
-    for (const std::string& warning : package.warnings())
+    for (const Text& warning : package.warnings())
         reporter_.warning(warning);
     package.write(outputs_.front().string());
 }

@@ -133,7 +133,7 @@ void Batch::readFile() {
         try {
             text = readRegularText(options_.file);
         } catch (const Error& problem) {
-            throw Error(problem.kind(), std::string("cannot read the jobs: ") + problem.what(),
+            throw Error(problem.kind(), std::string("cannot read the jobs: ") + problem.whatText(),
                         options_.file.string(),
                         "name a file with a job a line, as peeler batch --help shows one, or - for "
                         "standard input");

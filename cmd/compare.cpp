@@ -102,7 +102,7 @@ ComparedImage::ComparedImage(const std::string& path, const LayeredReadOptions& 
         const std::string image = "The image \"" + path + "\": ";
         for (const std::string& note : flat_.notes)
             warnings.warn(image + note + ".");
-        for (const std::string& warning : warnings.sentences())
+        for (const Text& warning : warnings.sentences())
             reporter.warning(warning);
         return;
     }

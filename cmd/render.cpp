@@ -187,7 +187,7 @@ bool Render::make(Picture& picture, std::size_t index) {
         return true;
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kDevice || !job_.hasContext()) throw;
-        reporter_.warning(std::string(error.what()) + "; trying once more.");
+        reporter_.warning(error.whatText() + "; trying once more.");
     }
     // A context that was lost takes everything that lives in it along.
     picture.writer.reset();
@@ -259,7 +259,7 @@ void Render::forecast(Json& result) {
         prepare(picture);
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kDevice) throw;
-        reporter_.warning("What it takes is not known: " + std::string(error.what()) + ".");
+        reporter_.warning("What it takes is not known: " + error.whatText() + ".");
         return;
     }
     result["forecastBytes"] = *picture.result.forecast_bytes;

@@ -169,10 +169,12 @@ const OutputFormat& findOutputFormat(std::string_view path, std::string_view as)
     }
     if (extensions_there.empty()) {
         throw Error(ErrorKind::kUsage, "there is no kind of output \"" + std::string(as) + "\"",
-                    "`as`", "choose one of: " + kinds);
+                    Parameter::kAs, "choose one of: " + kinds);
     }
-    throw Error(ErrorKind::kUsage, extension + " cannot hold `as` " + std::string(as),
-                std::string(path), "write " + extensions_there + ", or use `as` " + kinds_here);
+    throw Error(ErrorKind::kUsage,
+                extension + " cannot hold " + Parameter::kAs + " " + std::string(as),
+                std::string(path),
+                "write " + extensions_there + ", or use " + Parameter::kAs + " " + kinds_here);
 }
 
 std::vector<std::string> filesBeside(const std::string& path, const OutputOptions& options) {

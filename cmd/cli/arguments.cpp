@@ -167,7 +167,7 @@ Option VerbOptions::addText(const std::string& name, const std::string& value_na
         try {
             take(text);
         } catch (const Error& error) {
-            throw Error(error.kind(), error.what(), shown + " " + text, error.hint());
+            throw Error(error.kind(), error.whatText(), shown + " " + text, error.hintText());
         }
     };
     return described(*app_->add_option_function<std::string>(name, assign)
@@ -185,10 +185,9 @@ Option VerbOptions::addRepeated(const std::string& name, const std::string& valu
             try {
                 take(text);
             } catch (const Error& error) {
-                const std::string where = error.where().empty()
-                                              ? std::string(name).append(" ").append(text)
-                                              : error.where();
-                throw Error(error.kind(), error.what(), where, error.hint());
+                const Text where =
+                    error.where().empty() ? std::string(name) + " " + text : error.whereText();
+                throw Error(error.kind(), error.whatText(), where, error.hintText());
             }
         }
     };

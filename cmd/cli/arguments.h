@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "cmd/cli/api_names.h"
 #include "cmd/cli/errors.h"
 #include "cmd/session/choices.h"
 
@@ -51,14 +50,13 @@ struct CommandDescription {
     std::vector<CommandDescription> verbs;
 };
 
-/// The rows of a table that has a name and a summary in each, the summaries as the command line
-/// says them.
+/// Returns the choices of a table whose rows have a name and a summary.
 template <class Rows>
 std::vector<ChoiceDescription> describeChoices(const Rows& rows, bool first_is_default = false) {
     std::vector<ChoiceDescription> choices;
     for (const auto& row : rows) {
         choices.push_back(
-            {std::string(row.name), inOptions(row.summary), first_is_default && choices.empty()});
+            {std::string(row.name), std::string(row.summary), first_is_default && choices.empty()});
     }
     return choices;
 }

@@ -50,7 +50,7 @@ auto hintingAt(const ArgumentParser& parser, const Work& work) {
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kUsage || !error.hint().empty() || parser.verb().empty())
             throw;
-        throw Error(error.kind(), error.what(), error.where(),
+        throw Error(error.kind(), error.whatText(), error.whereText(),
                     "see peeler " + parser.verb() + " --help");
     }
 }

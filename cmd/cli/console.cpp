@@ -6,8 +6,8 @@
 #include <ostream>
 
 #include <peeler/error.h>
-#include "cmd/cli/api_names.h"
 #include "cmd/cli/errors.h"
+#include "cmd/cli/option_names.h"
 #include "cmd/cli/report.h"
 #include "core/base/printable.h"
 
@@ -45,8 +45,9 @@ void Console::sayHint(std::string_view text) {
 }
 
 void Console::failure(const Error& error) {
-    message(Severity::kError, error.what() + (error.where().empty() ? "" : ": " + error.where()));
-    if (!error.hint().empty()) hint(error.hint());
+    message(Severity::kError,
+            error.whatText() + (error.where().empty() ? "" : ": " + error.whereText()));
+    if (!error.hint().empty()) hint(error.hintText());
 }
 
 void Console::result(const Json& result) {
@@ -75,7 +76,7 @@ void Console::clearBar() {
     bar_width_ = 0;
 }
 
-void Console::message(Severity severity, std::string_view said) {
+void Console::message(Severity severity, const Text& said) {
     if (!shows(severity)) return;
     const std::string text = inOptions(said);
     clearBar();

@@ -50,7 +50,7 @@ class Console final : public Reporter {
     void clearBar();
 
   private:
-    void message(Severity severity, std::string_view text) override;
+    void message(Severity severity, const Text& text) override;
     void sayHint(std::string_view text);
     std::string line(std::string_view word, std::string_view text, std::string_view color) const;
     void say(const std::string& text);

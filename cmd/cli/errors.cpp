@@ -9,8 +9,8 @@
 
 #include <peeler/error.h>
 #include <peeler/work.h>
-#include "cmd/cli/api_names.h"
 #include "cmd/cli/console.h"
+#include "cmd/cli/option_names.h"
 
 namespace peeler::cmd {
 
@@ -70,12 +70,12 @@ std::span<const ExitCode> exitCodes() {
     return kExitCodes;
 }
 
-void refuse(const std::string& what, const std::string& where, const std::string& hint) {
+void refuse(const Text& what, const Text& where, const Text& hint) {
     throw Error(ErrorKind::kUsage, what, where, hint);
 }
 
 int reportError(Reporter& reporter, const Error& error) {
-    reporter.failure({error.kind(), error.what(), error.where(), hintOf(error)});
+    reporter.failure({error.kind(), error.whatText(), error.whereText(), hintOf(error)});
     return static_cast<int>(error.kind());
 }
 
@@ -83,8 +83,7 @@ Error currentError() {
     try {
         throw;
     } catch (const Error& error) {
-        return {error.kind(), inOptions(error.what()), inOptions(error.where()),
-                inOptions(error.hint())};
+        return inOptions(error);
     } catch (const ReaderGone&) {
         throw;
     } catch (const Cancelled&) {

@@ -24,8 +24,7 @@ std::span<const ExitCode> exitCodes();
 std::string_view kindName(ErrorKind kind);
 
 /// Throws Error (kUsage), for what is asked for and cannot be.
-[[noreturn]] void refuse(const std::string& what, const std::string& where = "",
-                         const std::string& hint = "");
+[[noreturn]] void refuse(const Text& what, const Text& where = {}, const Text& hint = {});
 
 /// Runs `work` and returns its result as the exit code. What it throws becomes lines on stderr and
 /// the exit code that belongs to it: an Error its kind, std::bad_alloc 33, ReaderGone 141 (as

@@ -118,7 +118,7 @@ JobLine::JobLine(const std::string& line, std::span<const std::string_view> more
         takeKeys(more_keys, *this);
     } catch (const Error& error) {
         if (!error.hint().empty()) throw;
-        throw Error(error.kind(), error.what(), error.where(), help);
+        throw Error(error.kind(), error.whatText(), error.whereText(), help);
     }
 }
 

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "cmd/cli/api_names.h"
 #include "cmd/cli/errors.h"
+#include "cmd/cli/option_names.h"
 #include "cmd/cli/report.h"
 #include "cmd/info/info_options.h"
 #include "cmd/machine/resources.h"
@@ -91,7 +91,7 @@ std::vector<ExtensionUse> extensionsOf(const Scene& scene) {
         for (const GltfExtension& known : gltfExtensions()) {
             if (name != known.name) continue;
             use.supported = known.supported;
-            use.note = inOptions(known.note);
+            use.note = known.note;
         }
         uses.push_back(use);
     }
@@ -124,8 +124,6 @@ SceneFacts gather(const InfoOptions& options) {
         ignored.push_back(extension);
     facts.scene = loadScene(request);
     facts.assumed = assumedOf(options.file, request.scene.reading);
-    for (std::string& warning : facts.scene.warnings)
-        warning = inOptions(warning);
     facts.scene.default_scene = chooseScene(facts.scene, request.scene);
     selectNodes(facts.scene, request.scene);
     const PosedScene shown(facts.scene);
@@ -292,7 +290,9 @@ Json toJson(const SceneFacts& facts, const InfoOptions& options) {
                                       {"supported", use.supported},
                                       {"note", use.note}});
     }
-    json["warnings"] = scene.warnings;
+    json["warnings"] = Json::array();
+    for (const Text& warning : scene.warnings)
+        json["warnings"].push_back(inOptions(warning));
     return json;
 }
 
@@ -410,7 +410,7 @@ void printSceneInfo(const InfoOptions& options, Reporter& reporter) {
         reporter.result(toJson(facts, options));
         return;
     }
-    for (const std::string& warning : facts.scene.warnings)
+    for (const Text& warning : facts.scene.warnings)
         reporter.warning(warning);
     reporter.text(toText(facts, options));
 }

@@ -29,7 +29,7 @@ PosedScene posed(const Shown& shown) {
     for (const int animation : shown.animations)
         if (animation < 0 || static_cast<std::size_t>(animation) >= scene.animations.size())
             throw Error(ErrorKind::kUsage, "the scene has no such animation",
-                        "`animations` " + std::to_string(animation),
+                        Parameter::kAnimations + " " + std::to_string(animation),
                         "it has " + std::to_string(scene.animations.size()));
     return {scene, index, poseAt(scene, shown.animations, shown.time)};
 }

@@ -35,7 +35,7 @@ class WarningInput final : public LayeredInput {
 
   private:
     void print() {
-        for (const std::string& warning : input_->takeWarnings())
+        for (const Text& warning : input_->takeWarnings())
             reporter_.warning(warning);
     }
 

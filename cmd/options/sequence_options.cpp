@@ -42,8 +42,8 @@ void SequenceResults::add(Json result, const std::string& line) {
 void SequenceResults::addFailure(const std::filesystem::path& output, const PictureNumber& number,
                                  const Error& error) {
     const std::string of = pictures_.empty() ? "" : number.text() + ": ";
-    const int code =
-        reportError(reporter_, Error(error.kind(), of + error.what(), error.where(), error.hint()));
+    const int code = reportError(
+        reporter_, Error(error.kind(), of + error.whatText(), error.whereText(), error.hintText()));
     worst_ = std::max(worst_, code);
     Json json;
     if (number.frame) json["frame"] = *number.frame;

@@ -153,7 +153,7 @@ ViewList::ViewList(const ViewListOptions& options, const CameraOptions& camera, 
 }
 
 void ViewList::tell(const ReadWarnings& warnings) const {
-    for (const std::string& sentence : warnings.sentences())
+    for (const Text& sentence : warnings.sentences())
         reporter_.warning(sentence);
 }
 

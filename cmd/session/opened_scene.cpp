@@ -5,7 +5,7 @@ namespace peeler::cmd {
 
 OpenedScene::OpenedScene(const SceneRequest& request, Reporter& reporter)
     : scene_(loadScene(request)), assumed_(assumedOf(request.scene.file, request.scene.reading)) {
-    for (const std::string& warning : scene_.warnings)
+    for (const Text& warning : scene_.warnings)
         reporter.warning(warning);
     index_ = chooseScene(scene_, request.scene);
     selectNodes(scene_, request.scene);

@@ -42,11 +42,11 @@ class Reporter {
     Reporter(const Reporter&) = delete;
     Reporter& operator=(const Reporter&) = delete;
 
-    void detail(std::string_view text) { message(Severity::kDetail, text); }
-    void note(std::string_view text) { message(Severity::kNote, text); }
-    void hint(std::string_view text) { message(Severity::kHint, text); }
-    void warning(std::string_view text) { message(Severity::kWarning, text); }
-    void error(std::string_view text) { message(Severity::kError, text); }
+    void detail(const Text& text) { message(Severity::kDetail, text); }
+    void note(const Text& text) { message(Severity::kNote, text); }
+    void hint(const Text& text) { message(Severity::kHint, text); }
+    void warning(const Text& text) { message(Severity::kWarning, text); }
+    void error(const Text& text) { message(Severity::kError, text); }
     /// A note about the whole run: the same text is reported once.
     void noteOnce(const std::string& text) {
         if (noted_.insert(text).second) note(text);
@@ -80,7 +80,7 @@ class Reporter {
   protected:
     friend class ProgressReport;
 
-    virtual void message(Severity severity, std::string_view text) = 0;
+    virtual void message(Severity severity, const Text& text) = 0;
     /// Whether a message of this severity is asked for.
     bool shows(Severity severity) const {
         if (severity >= Severity::kHint) return true;

@@ -64,7 +64,7 @@ SharedScene Session::open(const SceneRequest& request) {
     const auto known = std::ranges::find(scenes_, request, &KeptScene::request);
     if (known != scenes_.end()) {
         if (areUnchanged(known->files)) {
-            for (const std::string& warning : known->scene->scene().warnings)
+            for (const Text& warning : known->scene->scene().warnings)
                 reporter_->warning(warning);
             scenes_.splice(scenes_.begin(), scenes_, known);
             return known->scene;

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include <peeler/error.h>
-#include "cmd/cli/api_names.h"
 #include "cmd/cli/errors.h"
+#include "cmd/cli/option_names.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/layered_bands.h"
 #include "cmd/session/reporter.h"
@@ -85,9 +85,9 @@ void checkCompleteness(const ExrInfo& info, VerifiedFile& file) {
 }
 
 /// A problem and where it is, unless that is just the file.
-std::string sentence(const std::string& problem, const std::string& where,
-                     const VerifiedFile& file) {
-    return inOptions(problem + (where == file.path ? "" : ": " + printable(where)));
+std::string sentence(const Text& problem, const Text& where, const VerifiedFile& file) {
+    return inOptions(problem +
+                     (where == file.path ? Text() : ": " + printableText(where, kMostOfName)));
 }
 
 /// Of OpenEXR alone: arrays have no hash of their bytes, and say no number twice.
@@ -153,7 +153,7 @@ VerifiedFile verifyFile(const std::string& path) {
         verify(file);
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kInput) throw;
-        file.blame(Verdict::kBad, sentence(error.what(), error.where(), file));
+        file.blame(Verdict::kBad, sentence(error.whatText(), error.whereText(), file));
     }
     return file;
 }

@@ -17,8 +17,8 @@
 
 #include <peeler/error.h>
 #include <peeler/work.h>
-#include "cmd/cli/api_names.h"
 #include "cmd/cli/errors.h"
+#include "cmd/cli/option_names.h"
 #include "cmd/cli/parsed_verb.h"
 #include "cmd/options/output_checks.h"
 #include "cmd/session/session.h"
@@ -91,7 +91,7 @@ class JobReporter final : public Reporter {
     WorkerResult found;
 
   private:
-    void message(Severity severity, std::string_view text) override {
+    void message(Severity severity, const Text& text) override {
         if (severity == Severity::kWarning) found.warnings.push_back(inOptions(text));
         if (severity == Severity::kError && !found.error)
             found.error = Error(ErrorKind::kInput, inOptions(text));

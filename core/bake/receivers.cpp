@@ -38,7 +38,7 @@ VertexReceivers::VertexReceivers(const PosedScene& posed, const MemoryBudget& bu
         throw Error(ErrorKind::kInput,
                     "the scene shows " + std::to_string(count) + " vertices, at most " +
                         std::to_string(kMostReceivers) + " can be baked for",
-                    "", "bake parts of it: `include`, `exclude`");
+                    "", "bake parts of it: " + Parameter::kInclude + ", " + Parameter::kExclude);
     checkReceiverMemory(count * kReceiverBytes, count, budget);
     receivers_.positions.resize(count);
     receivers_.normals.resize(count);
@@ -159,7 +159,8 @@ class Placement {
 
 [[noreturn]] void failTooLarge() {
     throw Error(ErrorKind::kInput, "there are too many textures of this size to bake at once", "",
-                "choose a smaller `size`, or bake parts of the scene: `include`, `exclude`");
+                "choose a smaller " + Parameter::kSize + ", or bake parts of the scene: " +
+                    Parameter::kInclude + ", " + Parameter::kExclude);
 }
 
 /// In texels, whole turns taken off, so that numbers stay small.
@@ -249,7 +250,7 @@ TexelReceivers::TexelReceivers(const PosedScene& posed, const VertexReceivers& v
     if (atlases_.empty())
         throw Error(ErrorKind::kInput,
                     "no triangle that is shown has TEXCOORD_" + std::to_string(settings.uv_set), "",
-                    "use `target` vertices, or another `uv_set`");
+                    "use " + Parameter::kTarget + " vertices, or another " + Parameter::kUvSet);
 }
 
 SurfaceLookup TexelReceivers::lookup() const {

@@ -122,7 +122,8 @@ TexelCoverage::TexelCoverage(std::span<const UvTriangle> triangles, int size)
         looked_at += box.x * box.y;
         if (looked_at <= kMostLookedAt) continue;
         throw Error(ErrorKind::kInput, "the UVs repeat the texture too often to bake into it", "",
-                    "use `target` vertices, another `uv_set`, or a smaller `size`");
+                    "use " + Parameter::kTarget + " vertices, another " + Parameter::kUvSet +
+                        ", or a smaller " + Parameter::kSize);
     }
     first_crossing_.assign(static_cast<std::size_t>(size) + 1, 0);
     forEachReach([&](std::uint32_t, std::int32_t low, std::int32_t high) {

@@ -5,13 +5,13 @@
 
 namespace peeler::inline v0 {
 
-std::string MemoryBudget::where() const {
-    return source.empty() ? "`memory` " + mebibytesText(bytes) : source;
+Text MemoryBudget::where() const {
+    return source.empty() ? Parameter::kMemory + " " + mebibytesText(bytes) : source;
 }
 
-std::string MemoryBudget::hint(std::uint64_t needed) const {
+Text MemoryBudget::hint(std::uint64_t needed) const {
     if (source.empty()) return "give at least " + mebibytesText(needed);
-    return "raise that limit, or say `memory` " + mebibytesText(needed) +
+    return "raise that limit, or say " + Parameter::kMemory + " " + mebibytesText(needed) +
            " if so much may be used all the same";
 }
 
@@ -32,7 +32,7 @@ MemoryUse& MemoryUse::operator+=(const MemoryUse& other) {
 }
 
 void checkMemory(const MemoryBudget& budget, std::uint64_t needed, const std::string& purpose,
-                 const std::string& or_else) {
+                 const Text& or_else) {
     if (budget == 0 || needed <= budget) return;
     throw Error(ErrorKind::kMemory,
                 "the memory budget is " + mebibytesText(budget) + ", and " + mebibytesText(needed) +

@@ -28,6 +28,6 @@ struct MemoryUse {
 /// Throws Error (kMemory) if `needed` bytes, as usedBytes() counts them, are over the budget.
 /// `purpose` follows "are needed"; `or_else` follows the hint.
 void checkMemory(const MemoryBudget& budget, std::uint64_t needed, const std::string& purpose,
-                 const std::string& or_else = {});
+                 const Text& or_else = {});
 
 }  // namespace peeler

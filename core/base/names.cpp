@@ -100,7 +100,7 @@ std::optional<std::size_t> findNameOrIndex(std::string_view text,
     return std::nullopt;
 }
 
-std::size_t chooseFrom(const std::string& kind, const std::string& field, const std::string& text,
+std::size_t chooseFrom(const std::string& kind, const Text& field, const std::string& text,
                        const std::vector<std::vector<std::string>>& names) {
     if (const auto found = findNameOrIndex(text, names)) return *found;
     std::vector<std::string_view> listed;

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include <peeler/text.h>
+
 namespace peeler {
 
 /// The name nearest to `text` by edit distance (Damerau & Levenshtein, adjacent transpositions
@@ -31,7 +33,7 @@ std::optional<std::size_t> findNameOrIndex(std::string_view text,
 
 /// Like findNameOrIndex(), but throws Error (kUsage) with the list of names for what is not there.
 /// `kind` is what it is, "camera", and `field` what asks for it, as messages name it.
-std::size_t chooseFrom(const std::string& kind, const std::string& field, const std::string& text,
+std::size_t chooseFrom(const std::string& kind, const Text& field, const std::string& text,
                        const std::vector<std::vector<std::string>>& names);
 
 }  // namespace peeler

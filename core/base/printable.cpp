@@ -92,4 +92,11 @@ std::string printable(std::string_view text, std::size_t most) {
     return shown;
 }
 
+Text printableText(const Text& text, std::size_t most) {
+    Text shown;
+    text.visit([&](std::string_view words) { shown += printable(words, most); },
+               [&](Parameter parameter) { shown += parameter; });
+    return shown;
+}
+
 }  // namespace peeler

@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include <peeler/text.h>
+
 namespace peeler {
 
 /// Bytes of a name, and of a line of a message, that are shown; paths are lines, and Error cuts at
@@ -23,5 +25,8 @@ std::string escapedByte(char byte);
 /// other lines, nor flood a log. Bytes of control characters, of what reorders or breaks lines, and
 /// of what is no UTF-8 are shown as \xNN; after `most` bytes "…" stands for the rest.
 std::string printable(std::string_view text, std::size_t most = kMostOfName);
+
+/// Returns the same of the words of a text.
+Text printableText(const Text& text, std::size_t most);
 
 }  // namespace peeler

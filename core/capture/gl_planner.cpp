@@ -30,22 +30,25 @@ std::uint64_t imageBytes(const LayeredImage& image) {
 
 void checkSettings(const CaptureSettings& settings) {
     const MethodInfo* method = findPeelMethod(settings.method);
-    const std::string where = "`method` " + settings.method;
+    const Text where = Parameter::kMethod + " " + settings.method;
     if (!method)
         throw Error(ErrorKind::kUsage, "there is no method '" + settings.method + "'", where);
     if (!method->exact() && !settings.composite) {
         throw Error(ErrorKind::kUsage,
                     settings.method + " finds no layers: it approximates their composite", where,
-                    "add `composite` or write a .png, or choose another method");
+                    "add " + Parameter::kComposite + " or write a .png, or choose another method");
     }
     if (!method->exact() && (settings.max_layers != 0 || settings.occlusion_ratio > 0)) {
         throw Error(ErrorKind::kUsage,
                     settings.method + " takes all layers at once and can keep no few", where,
-                    "leave `max_layers` and `occlusion_ratio` out, or choose another method");
+                    "leave " + Parameter::kMaxLayers + " and " + Parameter::kOcclusionRatio +
+                        " out, or choose another method");
     }
     if (settings.tail == Tail::kBlend && !settings.composite) {
         throw Error(ErrorKind::kUsage, "layers are stored as they are found, never blended",
-                    "`tail` blend", "add `composite` or write a .png, or leave `tail` out");
+                    Parameter::kTail + " blend",
+                    "add " + Parameter::kComposite + " or write a .png, or leave " +
+                        Parameter::kTail + " out");
     }
     if (settings.hit_mode != HitMode::kNone &&
         (!method->layers()->takesAll() || settings.composite || settings.samples > 1 ||
@@ -55,7 +58,8 @@ void checkSettings(const CaptureSettings& settings) {
     }
     if (settings.composite && !settings.channels.empty()) {
         throw Error(ErrorKind::kUsage, "a composite that is found on the fly has no channels",
-                    "`channels`", "leave `channels` out, or capture layers");
+                    Parameter::kChannels,
+                    "leave " + Parameter::kChannels + " out, or capture layers");
     }
 }
 

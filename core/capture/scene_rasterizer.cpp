@@ -67,7 +67,8 @@ void SceneRasterizer::begin() {
     const int size = pass_context_.settings.point_size, most = context_.device().limits.point_size;
     if (size <= most) return;
     throw Error(ErrorKind::kUsage, "the driver shows no points of so many pixels",
-                "`point_size` " + std::to_string(size), "give at most " + std::to_string(most));
+                Parameter::kPointSize + " " + std::to_string(size),
+                "give at most " + std::to_string(most));
 }
 
 std::vector<Window> SceneRasterizer::tilesOf(const Window& area) const {

@@ -41,13 +41,14 @@ void checkSize(const gl::Limits& limits, int size, int layers, const MemoryBudge
         throw Error(ErrorKind::kUsage,
                     "the GL device takes textures of " + std::to_string(limits.texture_size) +
                         " texels a side",
-                    "`shadow_size` " + std::to_string(size), "make the shadow maps smaller");
+                    Parameter::kShadowSize + " " + std::to_string(size),
+                    "make the shadow maps smaller");
     }
     if (layers > limits.texture_layers) {
         throw Error(ErrorKind::kInput,
                     std::to_string(layers) + " lights cast shadows, and the GL device takes " +
                         std::to_string(limits.texture_layers) + " shadow maps",
-                    "", "render without `shadows`, or with fewer lights");
+                    "", "render without " + Parameter::kShadows + ", or with fewer lights");
     }
     const auto side = static_cast<std::uint64_t>(size);
     const std::uint64_t bytes = side * side * static_cast<std::uint64_t>(layers) * sizeof(float);
@@ -55,7 +56,8 @@ void checkSize(const gl::Limits& limits, int size, int layers, const MemoryBudge
         throw Error(ErrorKind::kMemory,
                     std::to_string(layers) + " shadow maps take " + std::to_string(bytes >> 20) +
                         " MiB, and the memory budget is " + mebibytesText(memory),
-                    memory.where(), "give a smaller `shadow_size` than " + std::to_string(size));
+                    memory.where(),
+                    "give a smaller " + Parameter::kShadowSize + " than " + std::to_string(size));
     }
 }
 

@@ -68,11 +68,12 @@ std::vector<Window> cutBands(const Window& crop, const BandLimits& limits,
     for (int y = crop.y0; y < crop.y1; ++y) {
         const std::uint64_t row = row_fragments(y);
         if (row > std::max(limits.fragments, limits.row_fragments) || width > limits.pixels) {
-            throw Error(ErrorKind::kMemory,
-                        "one row of " + std::to_string(width) + " pixels with " +
-                            std::to_string(row) +
-                            " fragments does not fit the memory budget or the driver's buffers",
-                        "row " + std::to_string(y), "raise `memory`, or render parts with `crop`");
+            throw Error(
+                ErrorKind::kMemory,
+                "one row of " + std::to_string(width) + " pixels with " + std::to_string(row) +
+                    " fragments does not fit the memory budget or the driver's buffers",
+                "row " + std::to_string(y),
+                "raise " + Parameter::kMemory + ", or render parts with " + Parameter::kCrop);
         }
         const auto rows = bands.empty() ? 0 : static_cast<std::uint64_t>(bands.back().height());
         if (bands.empty() || fragments + row > limits.fragments ||

@@ -181,7 +181,7 @@ std::vector<BackendCandidate> requested(const ContextRequest& request) {
     throw Error(ErrorKind::kDevice,
                 ambiguous ? std::to_string(rows.size()) + " devices have a UUID that starts so"
                           : "there is no such device",
-                "`device` " + request.device.text(), "there are:" + list);
+                Parameter::kDevice + " " + request.device.text(), "there are:" + list);
 }
 
 /// Opens the first of the candidates that can be used; null if none can. `attempts` gets a sentence
@@ -238,8 +238,8 @@ std::unique_ptr<Context> createContext(const ContextRequest& request,
     for (const auto& backend : kBackends)
         known = known || request.backend == backend.name;
     if (!known) {
-        throw Error(ErrorKind::kUsage, "there is no backend '" + request.backend + "'", "`backend`",
-                    "choose auto, " + quotedList(backendNames()));
+        throw Error(ErrorKind::kUsage, "there is no backend '" + request.backend + "'",
+                    Parameter::kBackend, "choose auto, " + quotedList(backendNames()));
     }
     std::vector<std::string> attempts;
     auto context = openFirst(requested(request), request, attempts);
@@ -250,9 +250,9 @@ std::unique_ptr<Context> createContext(const ContextRequest& request,
         reasons += (reasons.empty() ? "" : "; ") + attempt;
     throw Error(ErrorKind::kDevice, "no usable OpenGL 4.5 device: " + reasons, "",
                 request.require_gpu
-                    ? "leave out `require_gpu` to render in software"
-                    : "install Mesa (Debian: libegl1 libgl1-mesa-dri, or libosmesa6); "
-                      "`listDevices` shows every attempt");
+                    ? "leave out " + Parameter::kRequireGpu + " to render in software"
+                    : "install Mesa (Debian: libegl1 libgl1-mesa-dri, or libosmesa6); " +
+                          Parameter::kListDevices + " shows every attempt");
 }
 
 std::unique_ptr<Context> findGpuContext(std::vector<std::string>* failed_attempts) {

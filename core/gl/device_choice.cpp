@@ -12,9 +12,9 @@ namespace peeler::gl {
 namespace {
 
 [[noreturn]] void refuse() {
-    throw Error(ErrorKind::kUsage,
-                "expected a device's number in `listDevices`, cuda: and its number there, or "
-                "uuid: and the beginning of its UUID");
+    throw Error(ErrorKind::kUsage, "expected a device's number in " + Parameter::kListDevices +
+                                       ", cuda: and its number there, or "
+                                       "uuid: and the beginning of its UUID");
 }
 
 int number(std::string_view text) {

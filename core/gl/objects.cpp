@@ -156,14 +156,15 @@ void waitForGpu(const Functions& gl) {
 
 void checkErrors(const Functions& gl, const std::string& stage) {
     if (gl.GetGraphicsResetStatus() != GL_NO_ERROR) {
-        throw Error(ErrorKind::kDevice, "the GL context was lost while " + stage, "",
-                    "the GPU was reset or taken away; try again, or `backend` osmesa");
+        throw Error(
+            ErrorKind::kDevice, "the GL context was lost while " + stage, "",
+            "the GPU was reset or taken away; try again, or " + Parameter::kBackend + " osmesa");
     }
     const GLenum code = gl.GetError();
     if (code == GL_NO_ERROR) return;
     if (code == GL_OUT_OF_MEMORY) {
         throw Error(ErrorKind::kMemory, "the GL driver is out of memory while " + stage, "",
-                    "lower `memory` or the picture's size");
+                    "lower " + Parameter::kMemory + " or the picture's size");
     }
     throw Error(ErrorKind::kInternal, "GL error " + std::to_string(code) + " while " + stage);
 }

@@ -20,7 +20,8 @@ namespace {
 FragmentChannel idsToMergeBy(const LayeredImage& image, const std::string& name) {
     if (const FragmentChannel ids = findIds(image, name)) return ids;
     throw Error(ErrorKind::kUsage, "the samples have no channel " + name + " to merge by",
-                "`deep_merge` by-id", "add `channels` id, or merge by-z");
+                Parameter::kDeepMerge + " by-id",
+                "add " + Parameter::kChannels + " id, or merge by-z");
 }
 
 /// Says which samples belong to the run of an earlier one.

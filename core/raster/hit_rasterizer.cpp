@@ -52,7 +52,7 @@ void checkHitSettings(const View& view, const CaptureSettings& settings) {
     if (view.crop.width() <= kMostSide && view.crop.height() <= kMostSide) return;
     throw Error(ErrorKind::kUsage,
                 "a bundle would have more than " + std::to_string(kMostSide) + " rays on a side",
-                "", "give a lower `resolution` or a smaller `size`");
+                "", "give a lower " + Parameter::kResolution + " or a smaller " + Parameter::kSize);
 }
 
 struct BandSize {

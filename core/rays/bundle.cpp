@@ -83,7 +83,8 @@ Bundle latticeBundle(std::string name, const glm::dmat3& frame, const glm::dvec3
                      const glm::dvec2& rays, double spacing, const Bounds& scene) {
     if (!(rays.x <= kMaxSide && rays.y <= kMaxSide && rays.x * rays.y <= kMaxRays)) {
         throw Error(ErrorKind::kUsage, "a bundle would have more rays than 2^30", "",
-                    "give a lower `resolution`, a larger `spacing` or smaller `bounds`");
+                    "give a lower " + Parameter::kResolution + ", a larger " + Parameter::kSpacing +
+                        " or smaller " + Parameter::kBounds);
     }
     const Bounds box = boxIn(frame, scene);  // its z grows backward
     const double margin = kEndMargin * extentOf(scene);

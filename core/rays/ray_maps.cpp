@@ -105,7 +105,8 @@ constexpr RayMapInfo kMaps[] = {
     {RayMap::kPathLength, "path-length", "length inside of each material", PixelType::kFloat,
      pathLength, true, true},
     {RayMap::kTransmission, "transmission",
-     "share of X-rays that pass, as `attenuation` says; in a picture 1 is black, 0 white",
+     "share of X-rays that pass, by the attenuation of the materials; in a picture 1 is black, 0 "
+     "white",
      PixelType::kFloat, transmission, true},
     {RayMap::kParity, "parity", "number of solids that are hit an odd number of times",
      PixelType::kUint, parity, true},

@@ -33,10 +33,10 @@ const PlacedLight& chooseLight(const std::vector<PlacedLight>& lights, const std
         throw Error(ErrorKind::kUsage,
                     "the scene has no lights of its own, and with an environment "
                     "none is built in",
-                    "`camera` " + camera, "leave `environment` out");
+                    Parameter::kCamera + " " + camera, "leave " + Parameter::kEnvironment + " out");
     }
     throw Error(
-        ErrorKind::kUsage, "unknown light", "`camera` " + camera,
+        ErrorKind::kUsage, "unknown light", Parameter::kCamera + " " + camera,
         choiceHint(camera, "lights", std::vector<std::string_view>(listed.begin(), listed.end())) +
             "; or an index from light:0 to light:" + std::to_string(lights.size() - 1));
 }
@@ -50,12 +50,12 @@ View lightCamera(const PosedScene& posed, const std::string& camera) {
     const PlacedLight& light = chooseLight(lights, camera);
     if (light.light.type == LightType::kPoint) {
         throw Error(ErrorKind::kUsage, "a point light shines all around, so it has no view",
-                    "`camera` " + camera, "choose a directional or a spot light");
+                    Parameter::kCamera + " " + camera, "choose a directional or a spot light");
     }
     const auto view = lightView(light, posed);
     if (!view) {
         throw Error(ErrorKind::kInput, "the scene has no vertices to fit the light's view to",
-                    "`camera` " + camera);
+                    Parameter::kCamera + " " + camera);
     }
     return *view;
 }
@@ -85,9 +85,9 @@ View sceneCamera(const Scene& scene, const CameraInstance& instance, const std::
     projection.half_height = camera.perspective ? std::tan(camera.yfov / 2) : std::abs(camera.ymag);
     if (!(projection.half_height > 0 && std::isfinite(projection.half_height)) ||
         (camera.perspective && camera.yfov >= std::numbers::pi)) {
-        throw Error(
-            ErrorKind::kInput, "the camera has no usable extent", where,
-            "yfov must lie between 0 and pi, ymag must not be 0; or choose another `camera`");
+        throw Error(ErrorKind::kInput, "the camera has no usable extent", where,
+                    "yfov must lie between 0 and pi, ymag must not be 0; or choose another " +
+                        Parameter::kCamera);
     }
     double aspect = 16.0 / 9;
     if (camera.perspective && camera.aspect_ratio) {
@@ -104,7 +104,7 @@ View sceneCamera(const Scene& scene, const CameraInstance& instance, const std::
     if (!place) {
         throw Error(ErrorKind::kInput, "the camera's node leaves no direction to look along",
                     "/nodes/" + std::to_string(instance.node),
-                    "choose another `camera`, or give `eye`");
+                    "choose another " + Parameter::kCamera + ", or give " + Parameter::kEye);
     }
     view.camera_to_world = *place;
     projection.near = camera.znear;
@@ -135,8 +135,8 @@ View placedCamera(const CameraChoice& choice, const Bounds& bounds) {
     const auto place =
         distanceFromRigid(*choice.pose) < kRigidByRounding ? choice.pose : rigid(*choice.pose);
     if (!place) {
-        throw Error(ErrorKind::kUsage, "the pose leaves no direction to look along", "`pose`",
-                    "give a rotation and a translation");
+        throw Error(ErrorKind::kUsage, "the pose leaves no direction to look along",
+                    Parameter::kPose, "give a rotation and a translation");
     }
     view.camera_to_world = *place;
     Projection& projection = view.projection;
@@ -187,17 +187,19 @@ View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
         if (!centred) target = eye - forward * glm::dot(offset, forward);
     }
     if (eye == target) {
-        throw Error(
-            ErrorKind::kUsage, "the eye is at the target, so there is no direction to look along",
-            "`eye`",
-            choice.target ? "move one of them" : "the target is the scene's centre; give `target`");
+        throw Error(ErrorKind::kUsage,
+                    "the eye is at the target, so there is no direction to look along",
+                    Parameter::kEye,
+                    choice.target ? "move one of them"
+                                  : "the target is the scene's centre; give " + Parameter::kTarget);
     }
     auto place = lookAlong(eye, target - eye, up);
     // Straight down or up: north is up, as on a map, unless another up was asked for.
     if (!place && !choice.up) place = lookAlong(eye, target - eye, {0, 0, -1});
     if (!place) {
         throw Error(ErrorKind::kUsage, "the up direction is parallel to the viewing direction",
-                    "`up`", "give an `up` that points upwards in the picture");
+                    Parameter::kUp,
+                    "give an " + Parameter::kUp + " that points upwards in the picture");
     }
     view.camera_to_world = *place;
 
@@ -225,7 +227,8 @@ void setDepthRange(View& view, const CameraChoice& choice, const Bounds& bounds)
                 "the camera's near plane must lie before its far plane, and a perspective camera's "
                 "in front "
                 "of the eye",
-                asked ? "`near`, `far`" : "camera " + view.camera_name, "give `near` and `far`");
+                asked ? Parameter::kNear + ", " + Parameter::kFar : "camera " + view.camera_name,
+                "give " + Parameter::kNear + " and " + Parameter::kFar);
 }
 
 std::string cropText(const Window& crop) {
@@ -238,44 +241,51 @@ std::string cropText(const Window& crop) {
 void checkCamera(const CameraChoice& choice) {
     if (choice.camera && choice.buildsCamera()) {
         throw Error(ErrorKind::kUsage,
-                    "`camera` takes a camera of the scene, `eye`, `target`, `up`, `pose`, `fov` "
-                    "and `ortho_height` build one",
-                    "`camera` " + *choice.camera, "leave out the one or the others");
+                    Parameter::kCamera + " takes a camera of the scene, " + Parameter::kEye + ", " +
+                        Parameter::kTarget + ", " + Parameter::kUp + ", " + Parameter::kPose +
+                        ", " + Parameter::kFov + " and " + Parameter::kOrthoHeight + " build one",
+                    Parameter::kCamera + " " + *choice.camera, "leave out the one or the others");
     }
     if (choice.fov && choice.ortho_height) {
         throw Error(ErrorKind::kUsage, "a camera has a field of view or an orthographic height",
-                    "`fov`, `ortho_height`", "leave one of them out");
+                    Parameter::kFov + ", " + Parameter::kOrthoHeight, "leave one of them out");
     }
     if (choice.pose && (choice.eye || choice.target || choice.up)) {
         throw Error(ErrorKind::kUsage, "a camera's place is a pose, or eye, target and up",
-                    "`pose`, `eye`, `target`, `up`", "leave out the one or the others");
+                    Parameter::kPose + ", " + Parameter::kEye + ", " + Parameter::kTarget + ", " +
+                        Parameter::kUp,
+                    "leave out the one or the others");
     }
     if (choice.intrinsics && (choice.fov || choice.ortho_height)) {
-        throw Error(ErrorKind::kUsage, "intrinsics say what a field of view would say",
-                    "`intrinsics`, `fov`, `ortho_height`", "leave out the one or the others");
+        throw Error(
+            ErrorKind::kUsage, "intrinsics say what a field of view would say",
+            Parameter::kIntrinsics + ", " + Parameter::kFov + ", " + Parameter::kOrthoHeight,
+            "leave out the one or the others");
     }
     if (choice.intrinsics && choice.size.height == 0) {
         throw Error(ErrorKind::kUsage, "intrinsics are of a picture whose size is known",
-                    "`intrinsics`, `size` " + std::to_string(choice.size.width),
-                    "give the height too: `size` WxH");
+                    Parameter::kIntrinsics + ", " + Parameter::kSize + " " +
+                        std::to_string(choice.size.width),
+                    "give the height too: " + Parameter::kSize + " WxH");
     }
     if (choice.near && choice.far && *choice.near >= *choice.far) {
         throw Error(ErrorKind::kUsage, "the near plane must lie before the far plane",
-                    "`near`, `far`");
+                    Parameter::kNear + ", " + Parameter::kFar);
     }
     if (choice.ortho_height && choice.far && !std::isfinite(*choice.far)) {
         throw Error(ErrorKind::kUsage, "an orthographic camera cannot see infinitely far",
-                    "`far` inf");
+                    Parameter::kFar + " inf");
     }
     if (choice.eye && choice.target) {
         if (*choice.eye == *choice.target) {
             throw Error(ErrorKind::kUsage,
                         "the eye is at the target, so there is no direction to look along",
-                        "`eye`, `target`", "move one of them");
+                        Parameter::kEye + ", " + Parameter::kTarget, "move one of them");
         }
         if (choice.up && !lookAlong(*choice.eye, *choice.target - *choice.eye, *choice.up)) {
             throw Error(ErrorKind::kUsage, "the up direction is parallel to the viewing direction",
-                        "`up`", "give an `up` that points upwards in the picture");
+                        Parameter::kUp,
+                        "give an " + Parameter::kUp + " that points upwards in the picture");
         }
     }
     if (choice.crop && choice.size.height != 0) {
@@ -307,7 +317,8 @@ Size sizeWithAspect(Size size, double aspect) {
     const double height = std::round(size.width / aspect);
     if (!(height <= kMostPictureSide)) {
         throw Error(ErrorKind::kUsage, "the camera's aspect ratio makes the picture too high",
-                    "`size` " + std::to_string(size.width), "give the height too: `size` WxH");
+                    Parameter::kSize + " " + std::to_string(size.width),
+                    "give the height too: " + Parameter::kSize + " WxH");
     }
     size.height = std::max(1, static_cast<int>(height));
     checkPixels(size);
@@ -317,9 +328,9 @@ Size sizeWithAspect(Size size, double aspect) {
 void checkCrop(const Window& crop, int width, int height) {
     if (crop.x1 <= width && crop.y1 <= height) return;
     throw Error(ErrorKind::kUsage, "the crop reaches outside the picture",
-                "`crop` " + cropText(crop),
+                Parameter::kCrop + " " + cropText(crop),
                 "the picture is " + std::to_string(width) + " x " + std::to_string(height) +
-                    " pixels; `crop` takes x,y,width,height");
+                    " pixels; " + Parameter::kCrop + " takes x,y,width,height");
 }
 
 std::vector<std::string> cameraNames(const PosedScene& posed) {
@@ -351,13 +362,13 @@ View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraCh
                 const auto node = static_cast<std::size_t>(posed.cameras()[i].node);
                 alternatives.push_back({names[i], posed.scene().nodes[node].name});
             }
-            chosen = chooseFrom("camera", "`camera`", *choice.camera, alternatives);
+            chosen = chooseFrom("camera", Parameter::kCamera, *choice.camera, alternatives);
         }
         view = sceneCamera(posed.scene(), posed.cameras()[chosen], names[chosen], choice.size);
     } else if (choice.pose) {
         view = placedCamera(choice, box);
     } else {
-        if (choice.camera) chooseFrom("camera", "`camera`", *choice.camera, {});
+        if (choice.camera) chooseFrom("camera", Parameter::kCamera, *choice.camera, {});
         view = builtCamera(choice, extent);
     }
     view.projection.half_width = view.projection.half_height * aspectOf(view);

@@ -92,7 +92,9 @@ void checkTextureUnits(Material material, int units) {
                 "a material uses " + std::to_string(used) + " textures, and the GL device takes " +
                     std::to_string(units) + " in a shader, of which " + std::to_string(kOthers) +
                     " are needed otherwise",
-                material.name, "render on another device (`listDevices`), or `backend` osmesa");
+                material.name,
+                "render on another device (" + Parameter::kListDevices + "), or " +
+                    Parameter::kBackend + " osmesa");
 }
 
 namespace {

@@ -53,8 +53,8 @@ class LariSample final : public Sink {
 
     void begin(const Plan& plan) override {
         if (isStandardOutput(path_)) {
-            throw Error(ErrorKind::kUsage, "standard output takes one file", "`as` lari",
-                        "name a file");
+            throw Error(ErrorKind::kUsage, "standard output takes one file",
+                        Parameter::kAs + " lari", "name a file");
         }
         const std::vector<std::string> beside = lariFiles(path_);
         depths_.emplace(beside.at(0), lariArrays(plan));

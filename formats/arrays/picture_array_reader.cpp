@@ -29,7 +29,7 @@ class PictureArrayReader final : public LayeredInput {
     void readComposite(const Window& window, CompositeImage& out) override;
     int rowsFor(std::uint64_t bytes) const override;
     BandRead mostOf(int rows) const override;
-    std::vector<std::string> takeWarnings() override { return arrays_->warnings.take(); }
+    std::vector<Text> takeWarnings() override { return arrays_->warnings.take(); }
 
   private:
     /// Fragments of the file that follow one another.
@@ -56,12 +56,13 @@ PictureArrayReader::PictureArrayReader(std::unique_ptr<PictureArrays> arrays, bo
     : arrays_(std::move(arrays)), info_(arrays_->info()), stored_(info_.parts.front().data_window) {
     if (arrays_->options.choosesPicture())
         throw Error(ErrorKind::kUsage, "a file of arrays has one picture, and no parts or views",
-                    arrays_->path(), "leave `part` and `view` out");
-    if (pixels != arrays_->composite())
-        throw Error(ErrorKind::kInput,
-                    pixels ? "it is no composite" : "it is a composite, and has no layers",
                     arrays_->path(),
-                    "render with `as` " + std::string(pixels ? "composite" : "layers"));
+                    "leave " + Parameter::kPart + " and " + Parameter::kView + " out");
+    if (pixels != arrays_->composite())
+        throw Error(
+            ErrorKind::kInput,
+            pixels ? "it is no composite" : "it is a composite, and has no layers", arrays_->path(),
+            "render with " + Parameter::kAs + " " + std::string(pixels ? "composite" : "layers"));
     placePixels(info_.plan.view, stored_, arrays_->options.pixels_only, arrays_->path());
     stored_ = intersect(stored_, info_.plan.view.crop);
     if (stored_.empty()) stored_ = {};

@@ -36,9 +36,9 @@ PictureArrays::PictureArrays(const std::string& path, const LayeredReadOptions& 
     const std::string kind = header_.text(kPictureKind);
     composite_ = kind == kCompositeKind;
     if (!composite_ && kind != kLayersKind && !header_.find("splits"))
-        throw Error(
-            ErrorKind::kInput, kNoPicture, path,
-            "layers are written with `as` layers, and say so in " + std::string(kPictureKind));
+        throw Error(ErrorKind::kInput, kNoPicture, path,
+                    "layers are written with " + Parameter::kAs + " layers, and say so in " +
+                        std::string(kPictureKind));
     std::tie(display_, data_) = windowsIn(header_.metadata, path);
     if (data_.empty() || data_.width() > kMostImageSide || data_.height() > kMostImageSide ||
         display_.empty() ||

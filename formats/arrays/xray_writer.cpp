@@ -52,10 +52,11 @@ class XrayNumbers {
         const auto find = [&](std::string_view name) {
             const FragmentChannel found = findChannel(band, name);
             if (found) return found;
-            throw Error(
-                ErrorKind::kUsage,
-                "the picture has no channel " + std::string(name) + ", which `as` xray needs",
-                "`channels`", "it needs distance, geometric-normal, facing and base-color");
+            throw Error(ErrorKind::kUsage,
+                        "the picture has no channel " + std::string(name) + ", which " +
+                            Parameter::kAs + " xray needs",
+                        Parameter::kChannels,
+                        "it needs distance, geometric-normal, facing and base-color");
         };
         distance_ = find("distance");
         facing_ = find("facing");

@@ -22,7 +22,7 @@ glm::dmat4 withAxesTurned(glm::dmat4 camera_to_world) {
 
 }  // namespace
 
-void refuseCamera(const std::string& what, const std::string& where, const std::string& hint) {
+void refuseCamera(const Text& what, const Text& where, const Text& hint) {
     throw Error(ErrorKind::kInput, what, where, hint);
 }
 

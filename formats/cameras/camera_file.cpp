@@ -70,7 +70,7 @@ void checkRenderable(const FileCamera& camera, const std::string& where) {
     try {
         setIntrinsics(view, *camera.intrinsics);
     } catch (const Error& error) {
-        refuseCamera(error.what(), where + ", view " + camera.name, error.hint());
+        refuseCamera(error.whatText(), where + ", view " + camera.name, error.hintText());
     }
 }
 
@@ -155,7 +155,7 @@ CameraChoice cameraChoice(const FileCamera& camera, CameraChoice choice) {
     if (camera.size.width > 0) choice.size = camera.size;
     if (camera.intrinsics && camera.size.width == 0)
         throw Error(ErrorKind::kUsage, "the file does not say how large the picture is",
-                    "camera " + camera.name, "give `size`");
+                    "camera " + camera.name, "give " + Parameter::kSize);
     return choice;
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include <peeler/text.h>
 #include "formats/cameras/camera_file.h"
 #include "formats/file/atomic_file.h"
 
@@ -50,8 +51,7 @@ extern const CameraFormat kTransformsFormat, kBopFormat, kColmapFormat, kPoseArr
 // camera_checks.cpp.
 
 /// Throws Error (kInput).
-[[noreturn]] void refuseCamera(const std::string& what, const std::string& where,
-                               const std::string& hint = {});
+[[noreturn]] void refuseCamera(const Text& what, const Text& where, const Text& hint = {});
 
 /// The bytes of a file of cameras. Throws Error (kInput).
 std::vector<std::uint8_t> readCameraBytes(const std::filesystem::path& path);

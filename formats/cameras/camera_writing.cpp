@@ -44,11 +44,11 @@ Intrinsics writtenIntrinsics(const FileCamera& camera) {
                     "leave it out");
     if (camera.size.width < 1 || camera.size.height < 1)
         throw Error(ErrorKind::kUsage, "the size of the camera's picture is not known", where,
-                    "give `size`");
+                    "give " + Parameter::kSize);
     if (camera.intrinsics) return *camera.intrinsics;
     if (!camera.fov)
         throw Error(ErrorKind::kUsage, "the camera has neither intrinsics nor a field of view",
-                    where, "give `fov`");
+                    where, "give " + Parameter::kFov);
     const double f = camera.size.height / (2 * std::tan(glm::radians(*camera.fov) / 2));
     return {f, f, (camera.size.width - 1) / 2.0, (camera.size.height - 1) / 2.0};
 }

@@ -95,13 +95,15 @@ std::vector<FileCamera> camerasOf(const ThingArray& poses, const PoseArray& kind
                                   const CameraSource& source) {
     const auto convention = source.options.convention ? source.options.convention : kind.convention;
     if (!convention)
-        throw Error(ErrorKind::kUsage,
-                    "an array of poses does not say what its axes are: a convention is missing",
-                    source.path.string(),
-                    "give `convention`: opencv is world to camera, looking along +Z with +Y down; "
-                    "opengl is camera to "
-                    "world, looking along -Z with +Y up; blender is likewise, in a world with +Z "
-                    "up");
+        throw Error(
+            ErrorKind::kUsage,
+            "an array of poses does not say what its axes are: a convention is missing",
+            source.path.string(),
+            "give " + Parameter::kConvention +
+                ": opencv is world to camera, looking along +Z with +Y down; "
+                "opengl is camera to "
+                "world, looking along -Z with +Y up; blender is likewise, in a world with +Z "
+                "up");
     checkViewCount(poses.count(), source.path.string());
     std::vector<FileCamera> cameras(poses.count());
     for (std::uint64_t i = 0; i < poses.count(); ++i) {

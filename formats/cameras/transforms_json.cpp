@@ -138,7 +138,7 @@ std::optional<double> focalLength(const FrameMembers& members, const std::string
             refuseCamera("a field of view lies between 0 and half a turn", where);
         if (pixels == 0)
             refuseCamera("a field of view without \"w\" and \"h\" leaves the size of pictures open",
-                         where, "give `size`");
+                         where, "give " + Parameter::kSize);
         return pixels / (2 * std::tan(angle / 2));
     }
     return {};
@@ -161,7 +161,7 @@ void readLens(const FrameMembers& members, const CameraObject& frame, const Size
         if (!corner && pixels == 0)
             refuseCamera("without \"w\" and \"h\" the middle of pictures is not known, and \"" +
                              std::string(key) + "\" is missing",
-                         frame.where(), "give `size`");
+                         frame.where(), "give " + Parameter::kSize);
         return corner.value_or(pixels / 2.0) - 0.5;
     };
     camera.intrinsics =

@@ -157,7 +157,7 @@ int findComposite(const ExrInfo& info) {
 const std::string& imagePath(const std::string& path) {
     if (fileKind(path) != FileKind::kGltf) return path;
     throw Error(ErrorKind::kInput, "it is a scene, not an image", path,
-                "render it first: `Renderer`");
+                "render it first: " + Parameter::kRenderer);
 }
 
 }  // namespace

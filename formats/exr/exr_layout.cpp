@@ -54,8 +54,8 @@ const ExrLayout& findExrLayout(std::string_view name) {
         if (layout.name == name) return layout;
         names += (names.empty() ? "" : ", ") + std::string(layout.name);
     }
-    throw Error(ErrorKind::kUsage, "there is no layout \"" + std::string(name) + "\"", "`layout`",
-                "choose one of: " + names);
+    throw Error(ErrorKind::kUsage, "there is no layout \"" + std::string(name) + "\"",
+                Parameter::kLayout, "choose one of: " + names);
 }
 
 std::string layerName(std::size_t layer) {
@@ -88,7 +88,7 @@ const ExrCompression& findExrCompression(std::string_view name, bool deep) {
     throw Error(ErrorKind::kUsage,
                 (deep ? "deep images cannot be compressed as \"" : "there is no compression \"") +
                     std::string(name) + "\"",
-                "`compression`", "choose one of: " + names);
+                Parameter::kCompression, "choose one of: " + names);
 }
 
 }  // namespace peeler

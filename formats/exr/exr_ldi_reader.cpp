@@ -73,7 +73,7 @@ ExrLdiReader::ExrLdiReader(OpenedExr opened, const std::optional<ExrPicture>& pi
         takePicture(*picture);
     } else if (info_.layers.empty() && promised != "0") {
         throw Error(ErrorKind::kInput, "it is not a layered depth image: no part is named layer_*",
-                    input_.path(), "render with `as` ldi");
+                    input_.path(), "render with " + Parameter::kAs + " ldi");
     } else if (!promised.empty() && promised != std::to_string(info_.layers.size()) &&
                !lone_layer) {
         throw Error(
@@ -150,7 +150,7 @@ void ExrLdiReader::checkLayers() const {
             throw Error(
                 ErrorKind::kInput,
                 "a layer has no channel " + source.prefix + channels_[c].name + " of half or float",
-                input_.where(source.part), "`part` reads a part by itself");
+                input_.where(source.part), Parameter::kPart + " reads a part by itself");
         }
     }
 }
@@ -375,7 +375,7 @@ void ExrLdiReader::read(const Window& window, LayeredImage& out) {
 void ExrLdiReader::readComposite(const Window& window, CompositeImage& out) {
     if (info_.composite < 0) {
         throw Error(ErrorKind::kInput, "it has no part \"composite\"", input_.path(),
-                    "flatten it, or render without `no_composite`");
+                    "flatten it, or render without " + Parameter::kNoComposite);
     }
     const auto part = static_cast<std::size_t>(info_.composite);
     const ExrInputPart& composite = info_.parts[part];

@@ -190,7 +190,7 @@ const ExrPicture& pictureOfPart(const std::vector<ExrPicture>& pictures, const s
     if (itself != pictures.end()) return *itself;
     if (pictures.size() == 1) return pictures.front();
     throw Error(ErrorKind::kInput, "its colours stand in several layers", where,
-                "choose one by `part`: " +
+                "choose one by " + Parameter::kPart + ": " +
                     listed(namesOf(pictures, [](const ExrPicture& p) { return p.layer; })));
 }
 
@@ -265,7 +265,7 @@ ExrPicture choosePicture(OpenedExr& opened) {
     if (pictures.empty())
         throw Error(ErrorKind::kInput,
                     "it has neither layers nor a picture: no part has R, G, B or Y", path,
-                    "`readExrInfo` lists its parts");
+                    Parameter::kReadExrInfo + " lists its parts");
     const std::size_t part = pictures.front().part;
     std::erase_if(pictures, [&](const ExrPicture& p) { return p.part != part; });
     const std::vector<std::string>& of_part = info.parts[part].views;
@@ -277,7 +277,8 @@ ExrPicture choosePicture(OpenedExr& opened) {
     if (!options.choosesPicture() && !info.is_peeler) {
         for (const std::string& view : views)
             if (view != chosen.view)
-                opened.warnings.warn("The view \"" + view + "\" is not read; `view` chooses it.");
+                opened.warnings.warn("The view \"" + view + "\" is not read; " + Parameter::kView +
+                                     " chooses it.");
     }
     return chosen;
 }
@@ -296,7 +297,7 @@ void warnOfUnread(OpenedExr& opened, std::span<const std::size_t> read) {
     if (names.empty()) return;
     opened.warnings.warn((names.size() == 1 ? "The part " + listed(names) + " is"
                                             : "The parts " + listed(names) + " are") +
-                         " not read; `part` chooses another one.");
+                         " not read; " + Parameter::kPart + " chooses another one.");
 }
 
 void makeDepthsFinite(std::span<float> depths, ReadWarnings& warnings) {

@@ -38,7 +38,7 @@ class ExrLdiReader : public LayeredInput {
     void readComposite(const Window& window, CompositeImage& out) override;
     int rowsFor(std::uint64_t bytes) const override;
     BandRead mostOf(int rows) const override;
-    std::vector<std::string> takeWarnings() override { return opened_.warnings.take(); }
+    std::vector<Text> takeWarnings() override { return opened_.warnings.take(); }
 
   private:
     struct Layer;
@@ -102,7 +102,7 @@ class ExrDeepReader : public LayeredInput {
     void readComposite(const Window& window, CompositeImage& out) override;
     int rowsFor(std::uint64_t bytes) const override;
     BandRead mostOf(int rows) const override;
-    std::vector<std::string> takeWarnings() override { return opened_.warnings.take(); }
+    std::vector<Text> takeWarnings() override { return opened_.warnings.take(); }
 
   private:
     /// Where the values of one channel of a part go.

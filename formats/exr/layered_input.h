@@ -9,6 +9,7 @@
 
 #include <peeler/composite.h>
 #include <peeler/layered_image.h>
+#include <peeler/text.h>
 #include "formats/exr/exr_files.h"
 
 namespace peeler {
@@ -39,7 +40,7 @@ class LayeredInput {
     virtual void readComposite(const Window& window, CompositeImage& out) = 0;
 
     /// The warnings that have come since it was last called: of headers, and of what has been read.
-    virtual std::vector<std::string> takeWarnings() { return {}; }
+    virtual std::vector<Text> takeWarnings() { return {}; }
 
     /// Rows of full width whose read() takes about `bytes`, at least one chunk's.
     virtual int rowsFor(std::uint64_t bytes) const = 0;

@@ -91,10 +91,11 @@ std::filesystem::path withLinksFollowed(std::filesystem::path path) {
 }
 
 AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(path_) {
-    if (path_.empty()) throw Error(ErrorKind::kUsage, "the file's name is empty", "`path`");
+    if (path_.empty()) throw Error(ErrorKind::kUsage, "the file's name is empty", Parameter::kPath);
     if (isStandardOutput(path_)) {
         if (isatty(STDOUT_FILENO) == 1)
-            throw Error(ErrorKind::kUsage, "standard output is a terminal", "`path` " + path_,
+            throw Error(ErrorKind::kUsage, "standard output is a terminal",
+                        Parameter::kPath + " " + path_,
                         "pipe it to another program, or name a file");
         std::error_code none;
         destination_ = (fs::temp_directory_path(none) / "stdout").string();

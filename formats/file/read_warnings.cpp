@@ -14,24 +14,22 @@ constexpr std::size_t kMost = 100, kMostOfSentence = 1000;
 
 }  // namespace
 
-void ReadWarnings::warn(const std::string& sentence, const std::string& where) {
-    std::string what = sentence;
-    if (what.ends_with('.')) what.pop_back();
-    warn(sentence, Error(ErrorKind::kInput, what, where.empty() ? file_ : where,
-                         "mend the file, or leave `strict` out"));
+void ReadWarnings::warn(const Text& sentence, const Text& where) {
+    warn(sentence, Error(ErrorKind::kInput, sentence.withoutEnd('.'), where.empty() ? file_ : where,
+                         "mend the file, or leave " + Parameter::kStrict + " out"));
 }
 
-void ReadWarnings::warn(const std::string& sentence, const Error& problem) {
+void ReadWarnings::warn(const Text& sentence, const Error& problem) {
     if (strict_) throw Error(problem);
     add(sentence);
 }
 
-void ReadWarnings::add(const std::string& sentence) {
-    const std::string shown = printable(sentence, kMostOfSentence);
+void ReadWarnings::add(const Text& sentence) {
+    const Text shown = printableText(sentence, kMostOfSentence);
     if (sentences_.size() > kMost || std::ranges::find(sentences_, shown) != sentences_.end())
         return;
-    sentences_.push_back(sentences_.size() < kMost ? shown
-                                                   : "There are more warnings than fit here.");
+    sentences_.push_back(
+        sentences_.size() < kMost ? shown : Text("There are more warnings than fit here."));
 }
 
 }  // namespace peeler

@@ -23,23 +23,23 @@ class ReadWarnings {
 
     /// Adds a whole sentence; names of the file may stand in it as they are. Throws Error (kInput)
     /// with the sentence and the place, a line or a JSON pointer, if `strict`.
-    void warn(const std::string& sentence, const std::string& where = {});
+    void warn(const Text& sentence, const Text& where = {});
     /// Adds the sentence. Throws `problem`, its cause, if `strict`.
-    void warn(const std::string& sentence, const Error& problem);
+    void warn(const Text& sentence, const Error& problem);
 
-    const std::vector<std::string>& sentences() const { return sentences_; }
+    const std::vector<Text>& sentences() const { return sentences_; }
     /// Those that have come since it was last called.
-    std::vector<std::string> take() {
+    std::vector<Text> take() {
         return {sentences_.begin() + std::exchange(taken_, std::ssize(sentences_)),
                 sentences_.end()};
     }
 
   private:
-    void add(const std::string& sentence);
+    void add(const Text& sentence);
 
     bool strict_;
     std::string file_;
-    std::vector<std::string> sentences_;
+    std::vector<Text> sentences_;
     std::ptrdiff_t taken_ = 0;
 };
 

@@ -167,7 +167,7 @@ std::string TarShards::nameOf(int number) const {
     if (number > 0 && !hasFrameToken(pattern_))
         throw Error(ErrorKind::kUsage,
                     "the shard is full, and its name has no place for the number of the next one",
-                    "`path` " + pattern_, "put %06d or ###### into the file's name");
+                    Parameter::kPath + " " + pattern_, "put %06d or ###### into the file's name");
     return framePath(pattern_, number);
 }
 

@@ -13,6 +13,7 @@
 
 #include <peeler/gltf_options.h>
 #include <peeler/scene.h>
+#include <peeler/text.h>
 #include "formats/file/read_warnings.h"
 #include "formats/gltf/gltf_files.h"
 
@@ -51,7 +52,7 @@ class GlbWriter {
     static std::uint64_t memory(const Scene& scene);
 
     nlohmann::ordered_json& gltf() { return json_; }
-    const std::vector<std::string>& warnings() const { return warnings_; }
+    const std::vector<Text>& warnings() const { return warnings_; }
 
     /// Add something and return its index. `target` is as in glTF 2.0 §5.11.5: 34962 = vertices.
     std::size_t addBufferView(std::vector<std::uint8_t> bytes, std::optional<int> target = {});
@@ -84,7 +85,7 @@ class GlbWriter {
     /// Of each buffer of the source: where it begins in the binary chunk; none if it is not there.
     std::vector<std::optional<std::uint64_t>> starts_;
     std::vector<std::size_t> placeholders_;  ///< of each buffer that is not there, its new index
-    std::vector<std::string> warnings_;
+    std::vector<Text> warnings_;
     ReadWarnings given_by_read_gltf_{false, {}};
 };
 

@@ -267,11 +267,10 @@ void checkRequiredExtensions(const json& gltf, const std::vector<std::string>& i
         const std::vector<GltfExtension>& known = supportedGltfExtensions();
         if (std::none_of(known.begin(), known.end(),
                          [&](const GltfExtension& extension) { return name == extension.name; }))
-            failGltf(
-                "the file requires the glTF extension " + name + ", which is not supported",
-                childPointer("/extensionsRequired", i),
-                "export it without this extension, or go on without it: `ignored_extensions` " +
-                    name);
+            failGltf("the file requires the glTF extension " + name + ", which is not supported",
+                     childPointer("/extensionsRequired", i),
+                     "export it without this extension, or go on without it: " +
+                         Parameter::kIgnoredExtensions + " " + name);
     }
 }
 

@@ -65,9 +65,7 @@ struct GltfDocument {
     std::deque<std::vector<std::uint8_t>> storage;  ///< what the spans above point into
 
     /// Adds a sentence to the warnings, as ReadWarnings does.
-    void warn(const std::string& sentence, const std::string& where = {}) {
-        warnings.warn(sentence, where);
-    }
+    void warn(const Text& sentence, const Text& where = {}) { warnings.warn(sentence, where); }
     /// Keeps the bytes of a file alive and lets them enter the hash.
     std::span<const std::uint8_t> keep(std::vector<std::uint8_t> bytes);
     /// The bytes that a URI names, as GltfFolder reads them, kept; `where` is its JSON pointer.

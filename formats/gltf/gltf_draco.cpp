@@ -237,8 +237,9 @@ class DracoReader {
                                     budget.where(), budget.hint(2 * budget));
                 return;
             }
-            job.problem = Error(error.kind(), error.what(),
-                                error.where().empty() ? job.where : error.where(), error.hint());
+            job.problem =
+                Error(error.kind(), error.whatText(),
+                      error.where().empty() ? job.where : error.whereText(), error.hintText());
         }
     }
 

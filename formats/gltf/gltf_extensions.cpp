@@ -28,7 +28,7 @@ const std::vector<GltfExtension>& gltfExtensions() {
         {"KHR_materials_transmission", true,
          "light that passes; alpha of the layer, without refraction"},
         {"KHR_materials_unlit", true, "materials without lighting"},
-        {"KHR_materials_variants", true, "other materials for the same meshes, by `chooseVariant`"},
+        {"KHR_materials_variants", true, "other materials for the same meshes; one can be chosen"},
         {"KHR_materials_volume", true, "thickness tints transmitted light; without refraction"},
         {"KHR_mesh_quantization", true, "vertex attributes stored as small integers"},
         {"KHR_meshopt_compression", true, "meshopt-compressed buffers"},

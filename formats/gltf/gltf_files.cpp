@@ -181,7 +181,8 @@ fs::path GltfFolder::allowed(const fs::path& name) const {
     const auto refuseOutside = [&](const std::string& why) {
         if (!allow_outside_)
             throw Error(ErrorKind::kInput, why, "",
-                        "put the file beside the scene file, or trust the scene: `allow_outside`");
+                        "put the file beside the scene file, or trust the scene: " +
+                            Parameter::kAllowOutside);
     };
     if (name.empty() || name.native().find('\0') != std::string::npos)
         refuse("it is not a file name");
@@ -317,7 +318,7 @@ std::vector<std::uint8_t> GltfFolder::read(const Named& named, const std::string
     try {
         return readRegularFile(found.file, max_file_bytes_);
     } catch (const Error& problem) {
-        throw Error(problem.kind(), shown + ": " + problem.what(), where, problem.hint());
+        throw Error(problem.kind(), shown + ": " + problem.whatText(), where, problem.hintText());
     }
 }
 

@@ -159,7 +159,8 @@ class MaterialReader {
             throw Error(
                 ErrorKind::kInput,
                 "the texture has an image of " + name + " only, which is not decoded", place,
-                "add a PNG or JPEG fallback, or go on without: `ignored_extensions` " + name);
+                "add a PNG or JPEG fallback, or go on without: " + Parameter::kIgnoredExtensions +
+                    " " + name);
         }
         missing(where, "it has no image", "add a PNG or JPEG image");
         return -1;

@@ -37,8 +37,8 @@ struct MeshoptJob {
 
 /// The error, with the place that the codec does not know.
 Error placed(const Error& error, const std::string& where) {
-    return {error.kind(), error.what(), error.where().empty() ? where : error.where(),
-            error.hint()};
+    return {error.kind(), error.whatText(), error.where().empty() ? where : error.whereText(),
+            error.hintText()};
 }
 
 MeshoptStream streamOf(const json& view, const json& extension, const GltfDocument& document,

@@ -262,7 +262,7 @@ void checkCameraKinds(const json& cameras) {
 
 }  // namespace
 
-void failGltf(const std::string& what, const std::string& where, const std::string& hint) {
+void failGltf(const Text& what, const Text& where, const Text& hint) {
     throw Error(ErrorKind::kInput, what, where, hint);
 }
 

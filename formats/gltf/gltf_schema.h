@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include <peeler/text.h>
 #include "formats/file/json_text.h"
 
 namespace peeler {
@@ -22,8 +23,7 @@ void checkGltfSchema(nlohmann::json& gltf);
 inline constexpr const char* kValidatorHint = "check the file with the Khronos glTF validator";
 
 /// Throws Error(kInput); `where` is a JSON pointer, or a path if it is about the whole file.
-[[noreturn]] void failGltf(const std::string& what, const std::string& where,
-                           const std::string& hint = kValidatorHint);
+[[noreturn]] void failGltf(const Text& what, const Text& where, const Text& hint = kValidatorHint);
 
 /// What a member of an object must be.
 enum class SchemaKind {

@@ -84,7 +84,7 @@ void MaskFolder::checkViews(std::span<const View> views) const {
         const Window &crop = view.crop, &first = views.front().crop;
         if (crop.width() != first.width() || crop.height() != first.height())
             throw Error(ErrorKind::kUsage, "BOP has one size for all pictures", view.camera_name,
-                        "give `size`, or leave BOP's files out");
+                        "give " + Parameter::kSize + ", or leave BOP's files out");
     }
 }
 

@@ -127,9 +127,9 @@ std::string MeshFile::folderOf(const std::string& file) const {
 
 void MeshFile::missing(const std::string& what, const Error& problem, const std::string& where) {
     if (problem.kind() != ErrorKind::kInput) throw Error(problem);
-    const std::string why = what + ": " + problem.what();
-    warnings_.warn(what + " (" + where + "): " + problem.what() + ".",
-                   Error(ErrorKind::kInput, why, where, problem.hint()));
+    const Text why = what + ": " + problem.whatText();
+    warnings_.warn(what + " (" + where + "): " + problem.whatText() + ".",
+                   Error(ErrorKind::kInput, why, where, problem.hintText()));
 }
 
 int MeshFile::addNode(const std::string& node_name, Mesh mesh) {

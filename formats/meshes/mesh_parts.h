@@ -66,9 +66,7 @@ class MeshFile {
     std::string atLine(std::size_t place) const;
     std::string atByte(std::size_t place) const;
     /// Adds a sentence to the scene's warnings, as ReadWarnings does.
-    void warn(const std::string& sentence, const std::string& where = {}) {
-        warnings_.warn(sentence, where);
-    }
+    void warn(const Text& sentence, const Text& where = {}) { warnings_.warn(sentence, where); }
 
     /// Reads another file of its folder, named in a line (`where`) of it or of such a file, whose
     /// folder is `from`, and lets its bytes enter the scene's hash.

@@ -292,10 +292,9 @@ class ObjReader {
         }
         if (in_smooth_group_ && face_[0].normal < 0 && !file_.options().smooth_normals &&
             !std::exchange(warned_of_groups_, true))
-            file_.warn(
-                "Faces without normals are flat, though they are in smoothing groups (s); "
-                "`smooth_normals` makes them smooth.",
-                where());
+            file_.warn("Faces without normals are flat, though they are in smoothing groups (s); " +
+                           Parameter::kSmoothNormals + " makes them smooth.",
+                       where());
         openRun(Topology::kTriangles);
         vertices_.clear();
         for (const Corner& corner : face_)
@@ -311,7 +310,7 @@ class ObjReader {
             for (const PolygonCutter::Triangle& triangle : cutter_.cut(outline_))
                 addElement(triangle, 3);
         } catch (const Error& problem) {
-            throw Error(problem.kind(), problem.what(), where(), problem.hint());
+            throw Error(problem.kind(), problem.whatText(), where(), problem.hintText());
         }
     }
 

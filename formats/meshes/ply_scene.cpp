@@ -120,9 +120,9 @@ class PlyReader {
                 if (problem.kind() != ErrorKind::kInput || !problem.where().empty()) throw;
                 const std::size_t place = file_.bytes().size() - numbers_->left();
                 throw Error(ErrorKind::kInput,
-                            element.name + " " + std::to_string(row_) + ": " + problem.what(),
+                            element.name + " " + std::to_string(row_) + ": " + problem.whatText(),
                             ply_.isText() ? file_.atLine(place) : file_.atByte(place),
-                            problem.hint().empty() ? "export the file again" : problem.hint());
+                            problem.hint().empty() ? "export the file again" : problem.hintText());
             }
         }
         checkEnd();

@@ -107,11 +107,11 @@ glm::dmat4 placeOf(Axis up, double unit) {
 void checkOptions(const SceneReadOptions& options) {
     const auto metres = options.metres_per_unit.value_or(1);
     if (!(metres > 0 && std::isfinite(metres)))
-        throw Error(ErrorKind::kUsage, "a unit is longer than 0", "`metres_per_unit`");
+        throw Error(ErrorKind::kUsage, "a unit is longer than 0", Parameter::kMetresPerUnit);
     const double degrees = options.smooth_normals.value_or(0);
     if (!(degrees >= 0 && degrees <= 180))
         throw Error(ErrorKind::kUsage, "expected an angle from 0 to 180 degrees",
-                    "`smooth_normals`");
+                    Parameter::kSmoothNormals);
 }
 
 }  // namespace
@@ -164,10 +164,10 @@ Scene readSceneFile(const std::filesystem::path& path, const SceneReadOptions& o
     }
     if (format == kGltf) {
         if (options.up || options.metres_per_unit || options.smooth_normals) {
-            const std::string why =
-                "`up`, `metres_per_unit` and `smooth_normals` are for PLY, STL and OBJ: a glTF "
-                "says "
-                "itself that +Y is up, that units are metres, and what is smooth";
+            const Text why = Parameter::kUp + ", " + Parameter::kMetresPerUnit + " and " +
+                             Parameter::kSmoothNormals +
+                             " are for PLY, STL and OBJ: a glTF says "
+                             "itself that +Y is up, that units are metres, and what is smooth";
             if (options.strict) throw Error(ErrorKind::kUsage, why, path.string());
             scene.warnings.push_back(why + ".");
         }

@@ -303,8 +303,9 @@ void HtmlViewWriter::begin(const Plan& plan) {
                     "a page is to hold no more than " + std::to_string(options_.max_fragments) +
                         " fragments, and there are " + std::to_string(plan.fragments_stored),
                     path_,
-                    "keep fewer `max_layers`, render a smaller `size`, or raise "
-                    "`max_fragments` (1 to 7 bytes of page each)");
+                    "keep fewer " + Parameter::kMaxLayers + ", render a smaller " +
+                        Parameter::kSize + ", or raise " + Parameter::kMaxFragments +
+                        " (1 to 7 bytes of page each)");
     }
     plan_ = plan;
     image_ = {};

@@ -28,7 +28,8 @@ const HitFormat& hitFormatOf(const std::string& path) {
     for (const HitFormat& format : kHitFormats)
         if (format.extension == extension) return format;
     throw Error(ErrorKind::kUsage, "hits cannot be written in this format", path,
-                "end the name in .npz, .safetensors, .ply or .exr; `maps` writes pictures");
+                "end the name in .npz, .safetensors, .ply or .exr; " + Parameter::kMaps +
+                    " writes pictures");
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ std::vector<std::uint64_t> pixelsOf(std::span<const Bundle> bundles) {
         if (rays.width() == first.width() && rays.height() == first.height()) continue;
         throw Error(ErrorKind::kUsage, "bundles of different sizes are not one array of planes",
                     sizeText(bundle) + "; " + sizeText(bundles.front()),
-                    "trace them one by one, or write lists: leave `dense` out");
+                    "trace them one by one, or write lists: leave " + Parameter::kDense + " out");
     }
     std::vector<std::uint64_t> pixels = {static_cast<std::uint64_t>(first.height()),
                                          static_cast<std::uint64_t>(first.width())};

@@ -164,18 +164,19 @@ bool hasMap(const RayMapSettings& settings, RayMap map) {
 void checkMapSettings(const RayMapSettings& settings) {
     if (hasMap(settings, RayMap::kTransmission) && settings.attenuation.empty()) {
         throw Error(ErrorKind::kUsage, "what passes depends on how materials attenuate",
-                    "transmission", "give `attenuation` MATERIAL=MU");
+                    "transmission", "give " + Parameter::kAttenuation + " MATERIAL=MU");
     }
     if (!hasMap(settings, RayMap::kOverlap)) return;
     const auto& [a, b] = settings.parts;
     if (a.empty() || b.empty()) {
         throw Error(ErrorKind::kUsage, "an overlap is one of two parts", "overlap",
-                    "give `parts` twice");
+                    "give " + Parameter::kParts + " twice");
     }
     for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
         if (a[i] && b[i]) {
             throw Error(ErrorKind::kUsage, "a node belongs to both parts",
-                        "/nodes/" + std::to_string(i), "give `parts` other names");
+                        "/nodes/" + std::to_string(i),
+                        "give " + Parameter::kParts + " other names");
         }
     }
 }
@@ -263,7 +264,7 @@ std::unique_ptr<RayOutput> makeRayMapOutput(const std::string& path, const Posed
         throw Error(
             ErrorKind::kUsage,
             std::string(arrays ? "arrays hold" : "an EXR holds") + " the numbers as they are",
-            "`range`", "leave it out, or write .png, .jpg or .tif");
+            Parameter::kRange, "leave it out, or write .png, .jpg or .tif");
     }
     if (arrays) return std::make_unique<RayMapArrays>(path, posed, solids, options);
     return std::make_unique<RayMapFile>(path, posed, solids, options);

@@ -59,7 +59,9 @@ class RayMapPictures : public RayMapOutput {
                         options.settings.maps.size() == 1
                             ? "path-length is a number a material, and a picture shows one number"
                             : "a picture shows one map",
-                        path_, "write .exr, or give `attenuation` for an X-ray, or `maps` once");
+                        path_,
+                        "write .exr, or give " + Parameter::kAttenuation + " for an X-ray, or " +
+                            Parameter::kMaps + " once");
         }
         output_.provenance = options.provenance;
         map_ = maps().channels().front().map;

@@ -42,6 +42,9 @@ class Errors(ModuleTest):
         error = self.assert_error("usage", self.r.layers, scene("panes"), camera="main", ortho_height=2)
         self.assertIn("ortho_height", error.what)
         self.assertNotIn("--", str(error))
+        for name in ("a--size.glb", "--size.glb", "a `size` b.glb"):
+            error = self.assert_error("input", peeler.Scene, self.folder / name)
+            self.assertEqual(error.where, str(self.folder / name))
         self.assert_error("output", self.r.layers(scene("panes"), size=(8, 8)).save,
                           self.folder / "no" / "x.exr", no_mkdir=True)
         self.assert_error("incomplete", self.r.layers, scene("panes"), size=(32, 18), layers=1, strict=True)

@@ -65,8 +65,8 @@ std::string bytesOf(const fs::path& path) {
     return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-bool contains(const std::string& text, const std::string& part) {
-    return text.find(part) != std::string::npos;
+bool contains(const Text& text, const std::string& part) {
+    return text.str().find(part) != std::string::npos;
 }
 
 namespace {

@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include <peeler/text.h>
+
 namespace peeler::test {
 
 using Json = nlohmann::json;
@@ -28,7 +30,7 @@ std::optional<std::filesystem::path> assetsDir();
 std::string bytesOf(const std::filesystem::path& path);
 
 /// Whether a text holds these words.
-bool contains(const std::string& text, const std::string& part);
+bool contains(const Text& text, const std::string& part);
 
 /// A folder that is made fresh and removed with the object.
 class ScratchDir {

@@ -90,6 +90,15 @@ def keywords(call):
     return table(call)
 
 
+@functools.lru_cache(maxsize=None)
+def _all_options():
+    return {name for verb in description()["verbs"].values() for option in verb["options"] for name in option["names"]}
+
+
+# By itself, not within a path: "out--size.exr" is a file.
+_OPTION = re.compile(r"(?<![\w./-])--[a-z][a-z-]*(?![\w/-]|\.\w)")
+
+
 def in_keywords(text, names=()):
     """Returns a text of the command line with keywords in place of options: "ortho_height" for "--ortho-height".
 
@@ -98,7 +107,8 @@ def in_keywords(text, names=()):
     text = re.sub(r"see peeler ([a-z]*) ?--help", "see help(peeler)", text)
     text = re.sub(r"\bpeeler (devices|info|check|verify|convert|merge|flatten)\b", r"peeler.\1()", text)
     names = dict(names)
-    return re.sub("--[a-z][a-z-]*", lambda found: names.get(keyword_of(found[0]), keyword_of(found[0])), text)
+    return _OPTION.sub(lambda found: names.get(keyword_of(found[0]), keyword_of(found[0])) if found[0] in _all_options()
+                       else found[0], text)
 
 
 def path_of(path):

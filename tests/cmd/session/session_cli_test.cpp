@@ -25,10 +25,10 @@ class Messages final : public cmd::Reporter {
     void result(const cmd::Json&) override {}
     void text(std::string_view) override {}
 
-    std::vector<std::string> warnings;
+    std::vector<Text> warnings;
 
   private:
-    void message(cmd::Severity severity, std::string_view text) override {
+    void message(cmd::Severity severity, const Text& text) override {
         if (severity == cmd::Severity::kWarning) warnings.emplace_back(text);
     }
 };

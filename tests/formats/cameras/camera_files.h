@@ -120,7 +120,7 @@ inline std::vector<FileCamera> readCameras(const std::filesystem::path& path,
                                            const CameraFileOptions& options = {}) {
     ReadWarnings warnings(false, path.string());
     std::vector<FileCamera> cameras = peeler::readCameras(path, options, warnings);
-    EXPECT_EQ(warnings.sentences(), std::vector<std::string>()) << path;
+    EXPECT_EQ(warnings.sentences(), std::vector<Text>()) << path;
     return cameras;
 }
 

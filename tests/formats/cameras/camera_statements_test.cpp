@@ -8,7 +8,7 @@
 namespace peeler::test {
 namespace {
 
-std::vector<std::string> cameraWarnings(const std::filesystem::path& file, bool strict) {
+std::vector<Text> cameraWarnings(const std::filesystem::path& file, bool strict) {
     const bool is_array = file.extension() == ".npy" || file.extension() == ".npz";
     CameraFileOptions options{.convention = {}, .size = {640, 480}};
     if (is_array) options.convention = CameraConvention::kOpencv;

@@ -29,7 +29,7 @@ using test::FlatPart;
 struct ReadPicture {
     LayeredImage image;
     ExrInfo info;
-    std::vector<std::string> warnings;
+    std::vector<Text> warnings;
 
     /// The only fragment of a pixel.
     std::size_t at(int x, int y) const {
@@ -274,15 +274,14 @@ TEST_F(ExrPictures, PartsAndViewsAreChosen) {
     view.view = "right";
     other.part = "c";
     EXPECT_EQ(readFlat({a, b}).colorAt(0, 0)[0], 0.5F);
-    EXPECT_EQ(
-        readFlat({a, b}).warnings,
-        (std::vector<std::string>{"The part \"b\" is not read; `part` chooses another one."}));
+    EXPECT_EQ(readFlat({a, b}).warnings,
+              (std::vector<Text>{"The part \"b\" is not read; `part` chooses another one."}));
     const ReadPicture chosen = readFlat({a, b}, {}, part);
     EXPECT_EQ(chosen.colorAt(0, 0)[0], 0.25F);
     EXPECT_TRUE(chosen.warnings.empty());
     EXPECT_EQ(readFlat({a, b}, views, view).colorAt(0, 0)[0], 0.25F);
     EXPECT_EQ(readFlat({a, b}, views).warnings,
-              (std::vector<std::string>{"The view \"right\" is not read; `view` chooses it."}));
+              (std::vector<Text>{"The view \"right\" is not read; `view` chooses it."}));
     for (const LayeredReadOptions& wrong : {other, view}) {
         try {
             readFlat({a, b}, {}, wrong);

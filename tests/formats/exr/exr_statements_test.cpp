@@ -88,7 +88,7 @@ ChangeHeader views(bool parts) {
 }
 
 /// Reads all pixels; of files that are called pixels.exr for what has no header.
-std::vector<std::string> readStatement(const std::filesystem::path& file, bool strict) {
+std::vector<Text> readStatement(const std::filesystem::path& file, bool strict) {
     LayeredReadOptions options;
     options.strict = strict;
     options.pixels_only = file.filename() == "pixels.exr";

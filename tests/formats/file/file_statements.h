@@ -27,7 +27,7 @@ struct Statement {
 
 /// Reads a file, or throws Error (kInput), and returns its warnings.
 using ReadStatement =
-    std::function<std::vector<std::string>(const std::filesystem::path& file, bool strict)>;
+    std::function<std::vector<Text>(const std::filesystem::path& file, bool strict)>;
 
 /// The rows of the table below "### FORMAT" in formats/README.md: what is said, what it becomes.
 inline std::map<std::string, std::string> statementRows(const std::string& format) {

@@ -164,8 +164,8 @@ struct Lie {
 
 /// Is there a warning with these words?
 inline bool warned(const Scene& scene, const std::string& words) {
-    for (const std::string& warning : scene.warnings)
-        if (warning.find(words) != std::string::npos) return true;
+    for (const Text& warning : scene.warnings)
+        if (contains(warning, words)) return true;
     return false;
 }
 

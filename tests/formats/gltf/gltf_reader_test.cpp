@@ -160,8 +160,8 @@ TEST(GltfExtensions, WarnOnceEachWhereOptional) {
     EXPECT_TRUE(warned(scene, "KHR_materials_dispersion"));
     EXPECT_TRUE(warned(scene, "X_unheard_of"));
     EXPECT_EQ(scene.extensions_used.size(), 4U);
-    for (const std::string& warning : scene.warnings)
-        EXPECT_EQ(warning.back(), '.') << warning;
+    for (const Text& warning : scene.warnings)
+        EXPECT_EQ(warning.str().back(), '.') << warning;
 }
 
 TEST(GltfExtensions, AreRefusedWhereRequiredAndUnknown) {

@@ -32,7 +32,7 @@ std::string writeFloats(const ScratchDir& folder, const std::string& name, int w
 /// What a file holds, and what is warned of.
 struct Sky {
     Environment environment;
-    std::vector<std::string> warnings;
+    std::vector<Text> warnings;
 };
 Sky skyOf(const std::string& path, const EnvironmentLimits& limits = {}, bool strict = false) {
     ReadWarnings warnings(strict, path);

@@ -156,7 +156,7 @@ std::vector<Statement> environments() {
     };
 }
 
-std::vector<std::string> warningsOf(const std::filesystem::path& file, ReadWarnings& warnings) {
+std::vector<Text> warningsOf(const std::filesystem::path& file, ReadWarnings& warnings) {
     const auto warn = [&](const std::vector<std::string>& notes) {
         for (const std::string& note : notes)
             warnings.warn(note);

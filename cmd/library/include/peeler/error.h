@@ -2,10 +2,10 @@
 // The one error type: kind, message, place and hint.
 #pragma once
 
-#include <cstddef>
 #include <stdexcept>
 #include <string>
-#include <utility>
+
+#include <peeler/text.h>
 
 #pragma GCC visibility push(default)
 
@@ -24,32 +24,25 @@ enum class ErrorKind : int {
 
 /// Thrown by every layer. `what` is a sentence without a full stop; `where` is a path, a JSON
 /// pointer into the glTF ("/meshes/0/primitives/1"), a part name, or empty; `hint` says what to
-/// try, or is empty. Names from files stand in them as they are, but none makes them endless: after
-/// 8,000 bytes "…" stands for the rest.
+/// try, or is empty. Names from files stand in them unchanged; after 8,000 bytes a text ends in
+/// "…".
 class Error : public std::runtime_error {
   public:
-    Error(ErrorKind kind, std::string what, std::string where = {}, std::string hint = {})
-        : std::runtime_error(cut(std::move(what))),
-          kind_(kind),
-          where_(cut(std::move(where))),
-          hint_(cut(std::move(hint))) {}
+    Error(ErrorKind kind, Text what, Text where = {}, Text hint = {});
 
     ErrorKind kind() const noexcept { return kind_; }
-    const std::string& where() const noexcept { return where_; }
-    const std::string& hint() const noexcept { return hint_; }
+    const std::string& where() const noexcept { return where_.str(); }
+    const std::string& hint() const noexcept { return hint_.str(); }
+
+    /// The same three with their parameters by identity, for a program that has names of its own
+    /// for them.
+    const Text& whatText() const noexcept { return what_; }
+    const Text& whereText() const noexcept { return where_; }
+    const Text& hintText() const noexcept { return hint_; }
 
   private:
-    static std::string cut(std::string text) {
-        std::size_t end = 8000;
-        if (text.size() <= end) return text;
-        while (end > 0 && (text[end] & 0xC0) == 0x80)
-            --end;  // not within a character of UTF-8
-        return text.replace(end, std::string::npos, "…");
-    }
-
     ErrorKind kind_;
-    std::string where_;
-    std::string hint_;
+    Text what_, where_, hint_;
 };
 
 }  // namespace peeler::inline v0

@@ -34,7 +34,7 @@ struct StoredLayers {
     Plan plan;  ///< view, layers, how many fragments there were
     LayeredImage image;
     Provenance provenance;
-    std::vector<std::string> warnings{};  ///< what was read otherwise than the file says
+    std::vector<Text> warnings{};  ///< what was read otherwise than the file says
 };
 
 /// Reads layered files in any layout, deep files, and flat pictures as one layer. Throws Error

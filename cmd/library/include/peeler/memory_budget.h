@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include <peeler/text.h>
+
 #pragma GCC visibility push(default)
 
 namespace peeler::inline v0 {
@@ -21,9 +23,9 @@ struct MemoryBudget {
     operator std::uint64_t() const { return bytes; }
 
     /// Where an Error happens that is over the budget: "`memory` 512M", or the source.
-    std::string where() const;
+    Text where() const;
     /// What to do where `needed` bytes would do.
-    std::string hint(std::uint64_t needed) const;
+    Text hint(std::uint64_t needed) const;
 
     std::uint64_t bytes;
     /// Of the process, resident before and held by somebody else: they do not count. 0 where the

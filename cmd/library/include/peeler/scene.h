@@ -13,6 +13,7 @@
 #include <vector>
 
 #include <peeler/material.h>
+#include <peeler/text.h>
 
 #pragma GCC visibility push(default)
 
@@ -204,7 +205,7 @@ struct Scene {
     std::uint64_t content_hash = 0;  ///< of all bytes that were read
     /// What the scene's file names besides itself (buffers, images) and may read, read or not.
     std::vector<std::filesystem::path> files;
-    std::vector<std::string> warnings;  ///< whole sentences, each once
+    std::vector<Text> warnings;  ///< whole sentences, each once
 };
 
 /// An axis-aligned box in world space.

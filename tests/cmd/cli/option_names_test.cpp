@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the API's names are on the command line, and that messages say that.
+// Options in place of the parameters of messages.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -9,11 +9,12 @@
 
 #include <peeler/error.h>
 #include <peeler/memory_budget.h>
-#include "cmd/cli/api_names.h"
+#include <peeler/text.h>
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/command_line.h"
 #include "cmd/cli/console.h"
 #include "cmd/cli/errors.h"
+#include "cmd/cli/option_names.h"
 
 namespace peeler::cmd {
 namespace {
@@ -58,46 +59,38 @@ class AllVerbs {
     std::vector<VerbAction> actions_;  ///< own what the options refer to
 };
 
-TEST(ApiNames, StandForOptionsAndVerbsThatExist) {
+TEST(OptionNames, AreOptionsAndVerbsThatExist) {
     const AllVerbs all;
-    for (const ApiName& row : apiNames())
-        EXPECT_TRUE(all.understand(std::string(row.command_line))) << row.name;
+    for (int i = 0; i < static_cast<int>(Parameter::kCount); ++i) {
+        const auto parameter = static_cast<Parameter>(i);
+        EXPECT_TRUE(all.understand(std::string(optionOf(parameter)))) << nameOf(parameter);
+    }
     for (const char* nothing : {"", "devices", "peeler", "peeler dance", "--no-such-option",
                                 "peeler render --max-fragments", "--layers --no-such-option"}) {
         EXPECT_FALSE(all.understand(nothing)) << nothing;
     }
 }
 
-TEST(ApiNames, AreSaidInOptions) {
-    for (const ApiName& row : apiNames()) {
-        const std::string name(row.name), said(row.command_line);
-        EXPECT_EQ(inOptions("`" + name + "`"), said);
-        EXPECT_EQ(inOptions("a `" + name + "` b ``" + name + "`."),
-                  "a " + said + " b `" + said + ".");
-        EXPECT_EQ(inOptions(name), name);
-    }
-    EXPECT_EQ(inOptions("give a lower `resolution`, a larger `spacing` or smaller `bounds`"),
+TEST(OptionNames, ReplaceParametersAlone) {
+    EXPECT_EQ(inOptions("give a lower " + Parameter::kResolution + ", a larger " +
+                        Parameter::kSpacing + " or smaller " + Parameter::kBounds),
               "give a lower --resolution, a larger --spacing or smaller --bounds");
+    // A file's name looks like a parameter.
+    EXPECT_EQ(inOptions("`size`.glb: leave " + Parameter::kSize + " out"),
+              "`size`.glb: leave --size out");
 }
 
-TEST(ApiNames, LeaveOtherBackquotesAsTheyAre) {
-    for (const char* text : {"", "`", "``", "a", "`a", "a`", "`a`", "`a`b`", "`memory", "memory`",
-                             "`Memory`", "` memory`", "`memory 1G`"}) {
-        EXPECT_EQ(inOptions(text), text);
-    }
-    EXPECT_EQ(inOptions("`a`memory`"), "`a--memory");
-}
-
-TEST(ApiNames, AreSaidInOptionsWhereErrorsAreReported) {
+TEST(OptionNames, AreReportedWithErrors) {
     std::ostringstream out, err;
     Console console(out, err, false);
     const auto work = []() -> int {
-        throw Error(ErrorKind::kMemory, "no `size` fits",
-                    MemoryBudget(std::uint64_t{512} << 20).where(), "raise `memory`");
+        throw Error(ErrorKind::kMemory, "no " + Parameter::kSize + " fits `size`",
+                    MemoryBudget(std::uint64_t{512} << 20).where(), "raise " + Parameter::kMemory);
     };
     EXPECT_EQ(runReported(console, work), 33);
     EXPECT_EQ(err.str(),
-              "peeler: error: no --size fits: --memory 512M\npeeler: hint: raise --memory\n");
+              "peeler: error: no --size fits `size`: --memory 512M\n"
+              "peeler: hint: raise --memory\n");
 }
 
 }  // namespace
