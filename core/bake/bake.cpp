@@ -21,7 +21,7 @@ void checkReceiverMemory(std::uint64_t bytes, std::size_t receivers, const Memor
 
 namespace {
 
-/// What a bake has at hand from its beginning to its end.
+/// The state of one bake.
 struct BakeState {
     BakeState(HitSource& hits, const Receivers& seers, const BakeSettings& settings,
               const CaptureSettings& asked, const SurfaceLookup& lookup)
@@ -42,7 +42,7 @@ struct BakeState {
         sums.resize(seers.size());
     }
 
-    /// Of the values: later rounds have those of the one before.
+    /// Copies of the values: later rounds read those of the round before.
     std::uint64_t keptCopies() const { return integrator->rounds() > 1 ? 1 : 0; }
     std::uint64_t valueBytes() const { return receivers.size() * components * sizeof(float); }
     bool empty() const { return !source.posed().bounds(); }
@@ -67,7 +67,7 @@ std::vector<float> bake(HitSource& source, const Receivers& receivers, const Bak
     if (s.empty()) return std::move(s.values);
     std::vector<float> gathered;
     for (int round = 0; round < s.integrator->rounds(); ++round) {
-        // The first round tells of what the others will need, too.
+        // The first round also reports the memory of later rounds.
         const std::uint64_t to_come = round == 0 ? s.keptCopies() * s.valueBytes() : 0;
         GatherJob job{receivers, settings, *s.integrator, s.directions};
         if (tell) job.tell = [&](std::uint64_t bytes) { tell(bytes + to_come); };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What points on surfaces see around them, gathered from bundles of rays.
+// Baking: occlusion, visibility and irradiance at surface points, gathered from bundles of rays.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@
 
 namespace peeler {
 
-/// Points on surfaces, in world space, on the side that their unit normals point to. A normal of
-/// length 0 marks one that sees nothing: its values are 0.
+/// Surface points in world space, each on the side that its unit normal points to. A normal of
+/// length 0 marks a receiver that sees nothing: its values are 0.
 struct Receivers {
     std::vector<glm::dvec3> positions;
     std::vector<glm::vec3> normals;
@@ -23,48 +23,48 @@ struct Receivers {
     std::size_t size() const { return positions.size(); }
 };
 
-/// What is baked, and how many floats a receiver gets.
+/// The baked quantity, with the number of floats per receiver.
 enum class BakeQuantity : std::uint8_t {
     kAmbientOcclusion,  ///< 1: cosine-weighted share of the hemisphere that is not occluded
     kBentNormal,        ///< 3: unit, the mean unoccluded direction, world space
-    kSkyVisibility,     ///< 1: what of a uniform sky (around +Y) arrives, 1 on an open plain
+    kSkyVisibility,     ///< 1: share of a uniform sky (around +Y) that arrives, 1 on an open plain
     kThickness,         ///< 1: mean distance to the other side, scene units
-    kIrradiance  ///< 3: light that arrives, W/m² per W/(m² sr) of what the sources give off
+    kIrradiance         ///< 3: incoming light, W/m² per W/(m² sr) of emitted radiance
 };
-/// How many floats a receiver's value has.
+/// Returns the number of floats in a receiver's value.
 std::size_t componentsOf(BakeQuantity quantity);
 
 struct BakeSettings {
     BakeQuantity quantity = BakeQuantity::kAmbientOcclusion;
     int directions = 256;  ///< over the sphere, in opposite pairs: one bundle serves two
-    int resolution = 512;  ///< of bundles, where there are any: rays along the longer side
-    double max_distance = std::numeric_limits<double>::infinity();  ///< what is farther is not seen
-    int bounces = 1;  ///< of light that reaches a receiver; irradiance
+    int resolution = 512;  ///< of bundles, if any: rays along the longer side
+    double max_distance = std::numeric_limits<double>::infinity();  ///< range of visibility
+    int bounces = 1;  ///< of light that reaches a receiver; irradiance only
 };
 
-/// What surfaces show to others: the irradiance that the receivers have gathered so far, at a point
-/// of a surface. Given by whoever knows where the receivers lie.
+/// Returns the irradiance gathered so far by the receivers, interpolated at a point of a surface.
+/// Supplied by the code that placed the receivers.
 using SurfaceLookup = std::function<glm::vec3(std::span<const float> irradiance, std::uint32_t key,
                                               const glm::vec2& barycentric)>;
 
-/// Is told how many bytes the process will have resident at most while receivers see what has been
-/// planned.
+/// Receives the peak resident bytes of the process while the receivers gather from the planned
+/// bundle.
 using ReportMemory = std::function<void(std::uint64_t bytes)>;
 
-/// Values of every receiver, componentsOf() each. If the source prefers lines, and nothing is asked
-/// of what is seen but how far it is, every receiver has lines of its own (gatherByLines()). Else
-/// every direction is a parallel bundle that covers the scene (Szirmay-Kalos & Purgathofer 1998;
-/// Hermes et al. 2010; Tokuyoshi et al. 2011), of which a receiver's ray is the one nearest to it.
-/// Memory does not grow with the number of directions.
-/// `lookup` is needed for kIrradiance with several bounces. Throws what captures throw, and Error
-/// (kMemory) if the receivers' sums alone are over the budget.
-/// `tell` is called before lines are looked along, or before each bundle.
+/// Returns the values of every receiver, componentsOf() each. If the source prefers lines and the
+/// integrator needs only distances, every receiver has its own lines (gatherByLines()). Otherwise
+/// each direction is a parallel bundle that covers the scene (Szirmay-Kalos & Purgathofer 1998;
+/// Hermes et al. 2010; Tokuyoshi et al. 2011), and a receiver uses the ray nearest to it. Memory
+/// does not grow with the number of directions.
+/// `lookup` is required for kIrradiance with several bounces. Throws like captures do, and Error
+/// (kMemory) if the receivers' sums alone exceed the budget.
+/// `tell` is called before lines are traced, or before each bundle.
 std::vector<float> bake(HitSource& source, const Receivers& receivers, const BakeSettings& settings,
                         const CaptureSettings& capture, const SurfaceLookup& lookup,
                         const Progress& progress, const ReportMemory& tell = {});
 
-/// The most that bake() would tell with the same arguments, whose progress this has likewise. Lines
-/// are not looked along, and bundles are counted but not captured. Throws like bake().
+/// Returns the highest value that bake() would report with the same arguments, and reports the same
+/// progress. Traces no lines; counts bundles but does not capture them. Throws like bake().
 std::uint64_t forecastBake(HitSource& source, const Receivers& receivers,
                            const BakeSettings& settings, const CaptureSettings& capture,
                            const Progress& progress);

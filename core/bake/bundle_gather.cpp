@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gathering from bundles of rays, which any source of hits can trace.
+// Gathering from bundles of rays, which any HitSource can trace.
 #include "core/bake/bundle_gather.h"
 
 #include <algorithm>
@@ -13,12 +13,12 @@
 namespace peeler {
 namespace {
 
-constexpr std::size_t kReceiversAtOnce = 4096;  // that a thread takes
-// Hits nearer than this share of the distance of rays are taken for the receiver's own surface:
-// between rays a surface is known as a plane, which a curved one leaves by less.
+constexpr std::size_t kReceiversAtOnce = 4096;  // per task
+// Hits nearer than this share of the ray spacing are taken for the receiver's own surface: between
+// rays a surface is approximated by a plane, and a curved one deviates from it by less.
 constexpr double kOwnSurface = 0.2;
 
-/// Where receivers are among the rays of a bundle.
+/// The positions of receivers in the ray grid of a bundle.
 class RayLattice {
   public:
     RayLattice(const Bundle& bundle, double max_distance)
@@ -36,7 +36,7 @@ class RayLattice {
 
     struct Place {
         int x = 0, y = 0;     // the nearest ray
-        glm::vec2 offset{0};  // from it, in rays, y down
+        glm::vec2 offset{0};  // from that ray, in rays, y down
         float t = 0;
     };
     Place placeOf(const glm::dvec3& position) const {
@@ -52,8 +52,8 @@ class RayLattice {
         return place;
     }
 
-    /// The next fragment of the nearest ray along its direction or against it. Hits are followed,
-    /// as planes, to the receiver's own line.
+    /// Returns the next fragment of the nearest ray along its direction or against it. Hits are
+    /// extrapolated, as planes, to the receiver's own line.
     VisibleHit next(const LayeredImage& band, bool forward, const Place& place) const {
         const std::size_t pixel = band.pixelIndex(place.x, place.y);
         const auto slopes = band.color.as<const glm::vec2>();
@@ -77,10 +77,11 @@ class RayLattice {
     glm::dvec3 origin_, right_, up_, direction_;
     double rays_a_unit_;
     float own_surface_, max_distance_;
-    glm::vec2 z_step_{0};  // from depth a ray (y up) to Z a ray (y down)
+    glm::vec2 z_step_{0};  // from depth per ray (y up) to Z per ray (y down)
 };
 
-/// Takes the bands of a bundle and lets the receivers whose rays they have see them.
+/// A sink that gathers from the bands of a bundle, for the receivers whose nearest ray is in the
+/// band.
 class ReceiverSink final : public Sink {
   public:
     ReceiverSink(const Bundle& bundle, const GatherJob& job, std::vector<Sum>& sums)
@@ -115,8 +116,8 @@ class ReceiverSink final : public Sink {
     std::vector<Sum>& sums_;
 };
 
-/// Lattices of successive bundles are turned and shifted against each other: what falls between the
-/// rays of one is met by others.
+/// Returns the grid of a bundle. Successive grids are rotated and shifted against each other, so
+/// that one bundle hits details that fall between the rays of another.
 RayGrid gridOf(const BakeSettings& settings, int bundle) {
     constexpr double kGolden = 0.6180339887498949;
     // Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences": R2.
@@ -129,11 +130,11 @@ RayGrid gridOf(const BakeSettings& settings, int bundle) {
     return grid;
 }
 
-/// What a bundle leaves in the heap for those that come after it; measured.
+/// Heap memory that one bundle leaves allocated for the next; measured.
 constexpr std::uint64_t kLeftBytes = std::uint64_t{4} << 20;
 
-/// Plans one bundle after the other, and calls take(bundle, plan, share): what has been planned,
-/// and how much of all bundles is done with it.
+/// Plans one bundle after another and calls take(bundle, plan, share), where `share` is the
+/// progress once this bundle is done.
 template <class Take>
 void forEachBundle(HitSource& source, const CaptureSettings& capture, const GatherJob& job,
                    const Take& take) {
@@ -150,7 +151,7 @@ void forEachBundle(HitSource& source, const CaptureSettings& capture, const Gath
 
 void gatherByBundles(HitSource& source, const CaptureSettings& capture, const GatherJob& job,
                      std::vector<Sum>& sums, const Progress& progress) {
-    std::uint64_t kept = 0;  // by captures, which serves the next ones
+    std::uint64_t kept = 0;  // by captures, reused by the next ones
     forEachBundle(source, capture, job,
                   [&](const Bundle& bundle, const CapturePlan& plan, double share) {
                       ReceiverSink sink(bundle, job, sums);

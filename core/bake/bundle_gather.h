@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Receivers gather along the rays of bundles.
+// Gathering along the rays of bundles.
 #pragma once
 
 #include <vector>
@@ -8,12 +8,12 @@
 
 namespace peeler {
 
-/// Likewise along the ray of a bundle that is nearest to it. `capture` asks for hits with slopes
-/// and with the integrator's channels. Throws what captures throw.
+/// Gathers along the ray of each bundle that is nearest to the receiver. `capture` requests hits
+/// with slopes and the integrator's channels. Throws like captures do.
 void gatherByBundles(HitSource& source, const CaptureSettings& capture, const GatherJob& job,
                      std::vector<Sum>& sums, const Progress& progress);
 
-/// The most that gatherByBundles() would tell. Progress is that of counting.
+/// Returns the highest value that gatherByBundles() would report. Progress covers the count passes.
 std::uint64_t forecastBundles(HitSource& source, const CaptureSettings& capture,
                               const GatherJob& job, const Progress& progress);
 

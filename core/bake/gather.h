@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two ways to what receivers see along directions: lines of their own, and bundles of rays.
+// The job shared by both ways of gathering: along receivers' own lines, and along bundles of rays.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -17,13 +17,12 @@ struct GatherJob {
     const Receivers& receivers;
     const BakeSettings& settings;
     Integrator& integrator;
-    /// Unit vectors. Receivers that face the other way look against them.
+    /// Unit vectors. Receivers that face the other way look along the opposite vectors.
     std::span<const glm::dvec3> directions;
-    ReportMemory tell{};  ///< as bake() has it
+    ReportMemory tell{};  ///< as in bake()
 };
 
-/// What receivers need has to leave room for what else there is: throws Error (kMemory) unless so
-/// many bytes, besides what is resident, are within the budget.
+/// Throws Error (kMemory) if `bytes`, added to resident memory, exceed the budget.
 void checkReceiverMemory(std::uint64_t bytes, std::size_t receivers, const MemoryBudget& budget);
 
 }  // namespace peeler

@@ -16,7 +16,7 @@ namespace {
 
 class Occlusion final : public Integrator {
   public:
-    /// `sky`: light comes only from the directions that go upward.
+    /// `sky`: light comes only from upward directions.
     explicit Occlusion(bool sky) : sky_(sky) {}
     void add(const VisibleHit& seen, const glm::dvec3&, float cosine, Sum& sum) const override {
         sum.weight += cosine;
@@ -54,8 +54,8 @@ class Thickness final : public Integrator {
     float max_distance_;
 };
 
-/// Lambert's surfaces send back ρ/π of what they get, on their front (on both sides if the material
-/// says so); metals do not.
+/// Lambertian surfaces reflect ρ/π of the incoming light, on their front (on both sides if the
+/// material is double-sided); metals reflect none.
 class Irradiance final : public Integrator {
   public:
     Irradiance(const BakeSettings& settings, const IntegratorSources& sources)
@@ -127,7 +127,7 @@ struct Quantity {
                                         const IntegratorSources& sources);
 };
 
-/// In the order of the enumeration.
+/// In the order of BakeQuantity.
 constexpr Quantity kQuantities[] = {
     {1,
      [](const BakeSettings&, const IntegratorSources&) -> std::unique_ptr<Integrator> {

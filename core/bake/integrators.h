@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the quantities that are baked make of what receivers see: one class each.
+// Integrators: one class for each baked quantity.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +15,12 @@
 
 namespace peeler {
 
-/// What a receiver sees first in a direction.
+/// The first surface that a receiver sees along a direction.
 struct VisibleHit {
     glm::vec3 direction{0};  ///< unit, world space, away from the receiver
     /// Scene units; infinite if there is nothing within the largest distance.
     float distance = std::numeric_limits<float>::infinity();
-    std::uint32_t fragment = kNoFragment;  ///< of the band at hand, if there are bands
+    std::uint32_t fragment = kNoFragment;  ///< in the current band, if there are bands
 
     bool nothing() const { return distance == std::numeric_limits<float>::infinity(); }
 };
@@ -31,26 +31,26 @@ struct Sum {
     float weight = 0;
 };
 
-/// What a quantity makes of what receivers see.
+/// An integrator of visible hits into the value of one baked quantity.
 class Integrator {
   public:
     virtual ~Integrator() = default;
     /// Whether receivers look into the surface they are on, not away from it.
     virtual bool looksInside() const { return false; }
-    /// Of what is seen, besides how far it is: hits of bundles have them.
+    /// Returns the channels needed besides distance; hits of bundles have them.
     virtual std::vector<Channel> channels() const { return {}; }
-    /// Times that all bundles are traced.
+    /// Returns how often all bundles are traced.
     virtual int rounds() const { return 1; }
-    /// Before a round, with the values of every receiver after the round before; empty before the
-    /// first.
+    /// Called before each round with every receiver's values from the round before (empty in the
+    /// first round).
     virtual void beginRound(std::span<const float>) {}
-    /// Before the hits of a band are added.
+    /// Called before the hits of a band are added.
     virtual void beginBand(const LayeredImage&) {}
-    /// Adds what a receiver at `position` (world space) sees; `cosine` is that of the direction to
-    /// its normal, above 0.
+    /// Adds the hit seen by a receiver at `position` (world space). `cosine` is between the
+    /// direction and its normal, above 0.
     virtual void add(const VisibleHit& seen, const glm::dvec3& position, float cosine,
                      Sum& sum) const = 0;
-    /// Writes the receiver's value, componentsOf() numbers, to `out`.
+    /// Writes the receiver's value, componentsOf() floats, to `out`.
     virtual void finish(const Sum& sum, float* out) const {
         *out = sum.weight > 0 ? sum.value.x / sum.weight : 0;
     }
@@ -61,7 +61,7 @@ struct IntegratorSources {
     const SurfaceLookup& lookup;
 };
 
-/// The one for the settings' quantity. The sources must outlive it.
+/// Returns the integrator for the settings' quantity. The sources must outlive it.
 std::unique_ptr<Integrator> makeIntegrator(const BakeSettings& settings,
                                            const IntegratorSources& sources);
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gathering along lines of the receivers' own: which receivers and directions are looked at
-// together, and how their sums add up.
+// Gathering along the receivers' own lines: receivers and directions in tasks, and their sums.
 #include "core/bake/line_gather.h"
 
 #include <algorithm>
@@ -19,16 +18,16 @@ namespace peeler {
 namespace {
 
 constexpr double kOwnSurfaceShare = 1e-4;  // of the scene's diagonal
-// What a core's cache holds, and what is worth projecting the scene for.
+// Receivers per chunk: few enough for a core's cache, enough to be worth projecting the scene.
 constexpr std::size_t kMostTogether = std::size_t{1} << 17;
-constexpr std::size_t kGroupDirections = 8;  // that a task looks along
+constexpr std::size_t kGroupDirections = 8;  // per task
 constexpr std::size_t kTasksAThread = 4;
-constexpr std::size_t kSumsAtOnce = 4096;  // that a thread adds up
-// Code and tables that are first touched, and cells that are sorted anew: measured.
+constexpr std::size_t kSumsAtOnce = 4096;  // per task
+// Code and tables at first use, and freshly sorted cells: measured.
 constexpr std::uint64_t kLineBytes = std::uint64_t{4} << 20;
 
-/// The receivers in an order in which those next to each other are near each other: along a Z curve
-/// (Morton 1966) through 1024 cells a side.
+/// Returns the receivers in an order that keeps neighbours together: along a Z curve (Morton 1966)
+/// through a grid of 1024 cells per side.
 std::vector<std::uint32_t> spatialOrder(const Receivers& receivers, const Occluders& occluders) {
     constexpr double kSide = 1024;
     const auto spread = [](double at) {
@@ -52,9 +51,9 @@ std::vector<std::uint32_t> spatialOrder(const Receivers& receivers, const Occlud
     return order;
 }
 
-/// How the work is cut: receivers into chunks, directions into groups.
+/// The partition of the work: receivers into chunks, directions into groups.
 struct LineTasks {
-    /// Throws Error (kMemory) if not even one group at a time is within the budget.
+    /// Throws Error (kMemory) if even one group at a time exceeds the budget.
     LineTasks(const GatherJob& job, const MemoryBudget& budget)
         : count(job.receivers.size()),
           chunks((count + kMostTogether - 1) / kMostTogether),
@@ -77,12 +76,12 @@ struct LineTasks {
     }
 
     std::size_t count, chunks, chunk, groups, groups_at_once = 1;
-    std::uint64_t bytes = 0;  // that they take
+    std::uint64_t bytes = 0;  // that all tasks need
 };
 
-/// One chunk and one group are a task, whose sums begin at 0 and are added to the others' in the
-/// order of groups. As many groups as are needed to keep all threads busy are done before that; how
-/// many does not change the result.
+/// A task is one chunk and one group. Its sums begin at 0 and are added to the others' in the order
+/// of groups. Enough groups run at once to keep all threads busy; their number does not change the
+/// result.
 class LineGather {
   public:
     LineGather(const Occluders& occluders, const GatherJob& job, const LineTasks& tasks)
@@ -120,7 +119,7 @@ class LineGather {
     }
 
   private:
-    /// One task. `sums` are those of the group, in the order of `order_`.
+    /// Runs one task. `sums` are those of the group, in the order of `order_`.
     void lookAlong(std::size_t group, std::size_t chunk, Sum* sums) {
         const std::size_t first = chunk * tasks_.chunk,
                           end = std::min(tasks_.count, first + tasks_.chunk);
@@ -162,7 +161,7 @@ class LineGather {
     const GatherJob& job_;
     const LineTasks& tasks_;
     std::vector<std::uint32_t> order_;  // chunk by chunk
-    std::vector<Sum> partial_;          // of each group at hand, in that order
+    std::vector<Sum> partial_;          // of each group in progress, in that order
     std::mutex mutex_;
     std::vector<std::unique_ptr<VisibilityRays>> idle_;
 };

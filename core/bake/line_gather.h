@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Receivers gather along visibility rays of their own.
+// Gathering along each receiver's own visibility rays.
 #pragma once
 
 #include <vector>
@@ -9,15 +9,15 @@
 
 namespace peeler {
 
-/// Every receiver along lines of its own, found on the CPU (VisibilityRays): exact but for rounding
-/// and for its own surface, which is what is nearer than 1e-4 of the scene's diagonal. For
-/// integrators without channels. `capture`: which faces are in the way, and the budget. Adds to
-/// `sums`, one for each receiver; the result does not depend on threads nor memory. Throws Error
-/// (kMemory) before anything is done.
+/// Gathers along each receiver's own lines, traced on the CPU (VisibilityRays). Exact except for
+/// rounding and for the receiver's own surface: hits nearer than 1e-4 of the scene's diagonal are
+/// ignored. For integrators without channels. `capture` gives the faces that occlude, and the
+/// budget. Adds to `sums`, one per receiver. The result does not depend on the number of threads or
+/// on memory. Throws Error (kMemory) before any work is done.
 void gatherByLines(const PosedScene& posed, const CaptureSettings& capture, const GatherJob& job,
                    std::vector<Sum>& sums, const Progress& progress);
 
-/// What gatherByLines() would tell.
+/// Returns the value that gatherByLines() would report.
 std::uint64_t forecastLines(const PosedScene& posed, const CaptureSettings& capture,
                             const GatherJob& job);
 

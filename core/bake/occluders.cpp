@@ -16,7 +16,7 @@ bool isFinite(const glm::vec3& p) {
     return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
-/// The middle of the box around what is finite.
+/// Returns the middle of the bounding box of the finite positions.
 glm::dvec3 middleOf(const std::vector<glm::vec3>& positions) {
     glm::vec3 least(std::numeric_limits<float>::max()), most(-least);
     for (const glm::vec3& p : positions) {
@@ -37,7 +37,7 @@ Occluders::Occluders(const PosedScene& posed, Faces faces) : posed_(posed) {
     const DrawList& list = posed_.drawList();
     const Scene& scene = posed_.scene();
     alpha_tests_.reserve(list.draws().size());
-    /// The patches of each geometry, which several draws may show.
+    /// The patches of a geometry, which several draws may share.
     struct Shared {
         std::size_t first = 0, count = 0;
         glm::dvec3 middle{0};
@@ -75,7 +75,7 @@ Occluders::Occluders(const PosedScene& posed, Faces faces) : posed_(posed) {
 
 void Occluders::addPatches(const Primitive& primitive, const std::vector<glm::vec3>& positions,
                            const glm::dvec3& middle) {
-    // Of each vertex the last patch that it was put into, and as which corner.
+    // For each vertex, the last patch that contains it, and its corner index there.
     struct Place {
         std::size_t patch = std::numeric_limits<std::size_t>::max();
         std::uint8_t corner = 0;
@@ -104,7 +104,7 @@ void Occluders::addPatches(const Primitive& primitive, const std::vector<glm::ve
         }
         Triangle triangle{};
         const auto vertices = cornersOf(primitive, element).vertex;
-        // Who is nowhere hides nothing, but is counted.
+        // Triangles with non-finite vertices occlude nothing but still count.
         const bool finite = std::ranges::all_of(
             vertices, [&](std::size_t vertex) { return isFinite(positions[vertex]); });
         for (std::size_t i = 0; i < 3 && finite; ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangles look for the receivers that they cover.
+// Triangles find the receivers that they cover.
 #include <algorithm>
 #include <cstring>
 #include <utility>
@@ -11,32 +11,33 @@
 namespace peeler {
 namespace {
 
-// Triangles reach beyond their edges by this share of themselves.
+// Triangles extend beyond their edges by this share of their size.
 constexpr float kBeyondEdges = 1e-6F;
-// Edges are followed from row to row in triangles of more rows than this: the others have few
+// Only triangles of more rows than this are scan-converted edge by edge; smaller ones test few
 // receivers in vain.
 constexpr int kPlainRows = 3;
-// What is steeper is not seen: of triangles so nearly edge-on that next to nothing is behind them,
-// depth would be a matter of rounding, and who is on one could not tell it from what is in front.
+// Steeper triangles are ignored. They are so nearly edge-on that they hide next to nothing and
+// their depth is lost in rounding: a receiver on one could not be distinguished from those in
+// front.
 constexpr float kSteepest = 500;
-// Columns by which edges may be farther out than rounded.
+// Columns by which edges are widened, against rounding.
 constexpr float kColumnSlack = 1e-3F;
 
-/// What is computed at once.
+/// SIMD vectors (compiler extension), 16 and 32 bytes wide.
 using FourLanes = float __attribute__((vector_size(4 * sizeof(float))));
 using EightLanes = float __attribute__((vector_size(8 * sizeof(float))));
 
-/// A triangle as receivers see it: where its first corner is, what takes the way from there to the
-/// weights of the other two, and how much deeper those are.
+/// A projected triangle: its first corner, the gradients of the other two barycentric weights, and
+/// their depths relative to the first corner.
 struct FacingTriangle {
     float x = 0, y = 0, z = 0;
     float second_x = 0, second_y = 0, third_x = 0, third_y = 0;
     float second_z = 0, third_z = 0;
-    float side = 0;  // that alone can see it
+    float side = 0;  // the only side that can see it
     std::uint32_t element = 0;
 };
 
-/// The receivers first … end − 1, and those behind them up to a whole number of blocks.
+/// The SIMD test of the receivers first … end − 1, rounded up to whole blocks.
 template <class Lanes, bool kOneSided>
 struct LaneCover {
     static constexpr bool kNeedsSide = kOneSided;
@@ -70,10 +71,10 @@ struct LaneCover {
         }
     }
 
-    CellReceivers r;  // a copy: nothing that is written can be it
+    CellReceivers r;  // a copy: writes cannot alias it
 };
 
-/// The same one by one, of surfaces of which alpha says whether they are there.
+/// The scalar test, for surfaces with an alpha test.
 class TestedCover {
   public:
     static constexpr bool kNeedsSide = true;
@@ -114,8 +115,8 @@ struct Corner {
     float x = 0, y = 0;
 };
 
-/// Covers the receivers between the edges of a triangle with these corners, which is in the columns
-/// x0 … x1 of the rows y0 … y1.
+/// Tests the receivers between the edges of a triangle with these corners, which lies in the
+/// columns x0 … x1 of the rows y0 … y1.
 template <class Cover>
 PEELER_INLINE void coverRows(const Cover& cover, const FacingTriangle& triangle, Corner a, Corner b,
                              Corner c, int x0, int x1, int y0, int y1, const CellReceivers& r) {
@@ -126,7 +127,7 @@ PEELER_INLINE void coverRows(const Cover& cover, const FacingTriangle& triangle,
         return to.y > from.y ? (to.x - from.x) / (to.y - from.y) : 0;
     };
     const float along = slope(a, c), upper = slope(a, b), lower = slope(b, c);
-    // On the side of one edge, and on that of the two others.
+    // The long edge, and the two short ones.
     const auto one_at = [&](float y) { return a.x + (y - a.y) * along; };
     const auto other_at = [&](float y) {
         return y < b.y ? a.x + (y - a.y) * upper : b.x + (y - b.y) * lower;
@@ -155,7 +156,7 @@ PEELER_INLINE void coverRows(const Cover& cover, const FacingTriangle& triangle,
     }
 }
 
-/// The corners of a patch's triangles in place, and the cells that they may cover.
+/// The projected triangles of a patch, and the cells that they may cover.
 struct PlacedTriangles {
     static constexpr std::size_t kMost = OccluderPatch::kMost;
     using Values = std::array<float, kMost>;
@@ -175,8 +176,7 @@ PEELER_INLINE float most(float a, float b, float c) {
     return ab > c ? ab : c;
 }
 
-/// The cells between two coordinates: what is beyond the last begins behind it, and what is before
-/// the first ends before it.
+/// Finds the cells between two coordinates; the range is empty if it lies outside the grid.
 PEELER_INLINE void cellsBetween(float from, float to, float cells, int& first, int& last) {
     const float begin = from > 0 ? from : 0;
     first = static_cast<int>(begin < cells ? begin : cells);
@@ -236,7 +236,7 @@ PEELER_INLINE void coverPatch(const Occluders& occluders, const OccluderPiece& p
         const int x0 = p.x0[i], x1 = p.x1[i], y0 = p.y0[i], y1 = p.y1[i];
         if (x1 < x0 || y1 < y0) continue;
         const Corner a{p.a[0][i], p.a[1][i]}, b{p.b[0][i], p.b[1][i]}, c{p.c[0][i], p.c[1][i]};
-        const float inverse = p.inverse_area[i];  // not finite: it covers nothing
+        const float inverse = p.inverse_area[i];  // if not finite, it covers nothing
         FacingTriangle t;
         t.x = a.x;
         t.y = a.y;
@@ -248,8 +248,8 @@ PEELER_INLINE void coverPatch(const Occluders& occluders, const OccluderPiece& p
         t.second_z = p.b[2][i] - t.z;
         t.third_z = p.c[2][i] - t.z;
         if constexpr (Cover::kNeedsSide) {
-            // Counter-clockwise is the front, unless a reflection has turned it, of what looks
-            // along Z; what looks against it sees it the other way round.
+            // For receivers that look along Z, counter-clockwise is the front unless a reflection
+            // reverses it; for those that look against Z it is the back.
             const bool front = (inverse > 0) != piece.mirrored;
             t.side = front == piece.cull_back ? 1.0F : -1.0F;
             t.element = patch.first_element + i;

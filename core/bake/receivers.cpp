@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From vertices and triangles with UVs to receivers, and from their values to pixels.
+// Receivers from vertices and triangles with UVs, and pixels from receivers' values.
 #include "core/bake/receivers.h"
 
 #include <algorithm>
@@ -57,7 +57,7 @@ void VertexReceivers::fill(const VertexRange& range) {
         world[i] = glm::dvec3(instance.world * glm::dvec4(local[i], 1));
         receivers_.positions[range.first + i] = world[i];
     }
-    // In world space, since a skin can mirror without the instance's matrix saying so.
+    // In world space, since a skin can mirror even if the instance's matrix does not.
     const double side = instance.mirrored ? -1 : 1;
     for (std::uint32_t t = 0; t < elementsOf(primitive); ++t) {
         const auto [a, b, c] = cornersOf(primitive, t).vertex;
@@ -94,10 +94,10 @@ SurfaceLookup VertexReceivers::lookup() const {
 
 namespace {
 
-// The most texels of all textures together: their indices take 4 GiB.
+// The maximum number of texels of all textures together: their indices take 4 GiB.
 constexpr std::size_t kMostTexels = std::size_t{1} << 30;
 
-/// The triangles that one material shows, in draw order.
+/// The visible triangles of one material, in draw order.
 struct Chart {
     struct Source {
         std::uint32_t range = 0;  ///< index into VertexReceivers::ranges()
@@ -107,7 +107,7 @@ struct Chart {
     std::vector<Source> sources;
 };
 
-/// Places samples of triangles in the world.
+/// The placement of triangle samples in the world.
 class Placement {
   public:
     Placement(const PosedScene& posed, const VertexReceivers& vertices)
@@ -163,7 +163,7 @@ class Placement {
                     Parameter::kInclude + ", " + Parameter::kExclude);
 }
 
-/// In texels, whole turns taken off, so that numbers stay small.
+/// Returns the UVs in texels, shifted by whole repeats so that numbers stay small.
 UvTriangle uvTriangle(const std::vector<glm::vec2>& uvs, const Corners& corners, int size) {
     UvTriangle result;
     for (std::size_t i = 0; i < 3; ++i)
@@ -195,7 +195,7 @@ void rasterize(const Chart& chart, const Placement& placement, int size, TexelAt
     }
     if (count > kMostReceivers) failTooLarge();
     atlas.first.push_back(static_cast<std::uint32_t>(count));
-    // The places of those of other textures are there twice while they move.
+    // Resizing briefly holds the receivers of earlier textures twice.
     checkReceiverMemory(count * kReceiverBytes, count, budget);
     receivers.positions.resize(count);
     receivers.normals.resize(count);
@@ -230,7 +230,7 @@ TexelReceivers::TexelReceivers(const PosedScene& posed, const VertexReceivers& v
         }
         Chart& chart = charts[static_cast<std::size_t>(primitive.material)];
         for (std::uint32_t t = 0; t < elementsOf(primitive); ++t) {
-            if (placement.isDegenerate(range, t)) continue;  // nobody sees it
+            if (placement.isDegenerate(range, t)) continue;  // invisible
             chart.triangles.push_back(uvTriangle(uvs, cornersOf(primitive, t), settings.size));
             chart.sources.push_back({static_cast<std::uint32_t>(r), t});
         }
@@ -320,7 +320,7 @@ std::vector<std::int32_t> nearestFilled(const std::vector<char>& filled, int siz
     const int most = std::min(reach, size / 2);
     const auto wrapped = [&](int i) { return static_cast<std::size_t>((i + size) % size); };
     constexpr int kNone = std::numeric_limits<int>::max();
-    // In every column, how far up or down the nearest filled texel is.
+    // For each texel, the vertical offset of the nearest filled texel of its column.
     std::vector<int> offsets(filled.size(), kNone);
     parallelFor(side, [&](std::size_t x) {
         for (int y = 0; y < size; ++y)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Edge functions, and nearest points of edges.
+// Edge functions and nearest points on edges.
 #include "core/bake/texel_coverage.h"
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace peeler {
 namespace {
 
-// Half the diagonal of a texel and a little more, lest rounding leave a triangle out.
+// Half the diagonal of a texel and a little more, so that rounding does not leave out a triangle.
 constexpr double kReach = 0.7072;
 constexpr double kMostLookedAt = 536870912;  // 2^29 texels
 
@@ -19,14 +19,15 @@ double cross(const glm::dvec2& a, const glm::dvec2& b) {
     return a.x * b.y - a.y * b.x;
 }
 
-/// Twice the area of (a, b, p), positive to the left of a → b. Two triangles see a common edge from
-/// opposite ends; it is always calculated from the same one, so that they get opposite numbers.
+/// Returns twice the area of (a, b, p), positive to the left of a → b. Two triangles see a shared
+/// edge from opposite ends; it is always computed from the same one, so that they get opposite
+/// values.
 double edge(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& p) {
     if (a.x < b.x || (a.x == b.x && a.y < b.y)) return cross(b - a, p - a);
     return -cross(a - b, p - b);
 }
 
-/// Whether a centre on the edge is this triangle's: of the two directions of an edge one is.
+/// Whether a centre on the edge belongs to this triangle: one of the edge's two directions owns it.
 bool ownsEdge(const glm::dvec2& a, const glm::dvec2& b) {
     return b.y < a.y || (b.y == a.y && b.x > a.x);
 }
@@ -36,7 +37,7 @@ struct EdgePoint {
     glm::dvec3 weights{1, 0, 0};
 };
 
-/// The point of the triangle's edges nearest to `p`.
+/// Returns the point of the triangle's edges nearest to `p`.
 EdgePoint nearestOnEdges(const UvTriangle& t, const glm::dvec2& p) {
     EdgePoint nearest;
     for (int i = 0; i < 3; ++i) {
@@ -56,7 +57,7 @@ EdgePoint nearestOnEdges(const UvTriangle& t, const glm::dvec2& p) {
     return nearest;
 }
 
-/// Whether the centre p is in the triangle; then its weights.
+/// Whether the centre p is in the triangle; if so, sets its weights.
 bool covers(const UvTriangle& t, const glm::dvec2& p, glm::dvec3& weights) {
     const double area = edge(t[0], t[1], t[2]);
     if (area == 0) return false;
@@ -70,7 +71,7 @@ bool covers(const UvTriangle& t, const glm::dvec2& p, glm::dvec3& weights) {
     return true;
 }
 
-/// Where the triangle is between y − kReach and y + kReach: least and greatest x.
+/// Returns the least and greatest x of the triangle between y − kReach and y + kReach.
 std::array<double, 2> extentAt(const UvTriangle& t, double y) {
     std::array<double, 2> x{std::numeric_limits<double>::infinity(),
                             -std::numeric_limits<double>::infinity()};
@@ -80,7 +81,7 @@ std::array<double, 2> extentAt(const UvTriangle& t, double y) {
         if (std::max(a.y, b.y) < low || std::min(a.y, b.y) > high) continue;
         for (const double end : {low, high}) {
             const double at = std::clamp(end, std::min(a.y, b.y), std::max(a.y, b.y));
-            // A level edge counts with both ends.
+            // A horizontal edge counts with both ends.
             const double s = a.y == b.y ? (end == low ? 0.0 : 1.0) : (at - a.y) / (b.y - a.y);
             const double there = a.x + s * (b.x - a.x);
             x = {std::min(x[0], there), std::max(x[1], there)};
@@ -89,7 +90,7 @@ std::array<double, 2> extentAt(const UvTriangle& t, double y) {
     return x;
 }
 
-/// The first and last texel whose centre lies between two coordinates.
+/// Return the first and last texel whose centre lies between two coordinates.
 std::int32_t firstTexel(double from) {
     return static_cast<std::int32_t>(std::ceil(from - 0.5));
 }
@@ -142,9 +143,9 @@ TexelCoverage::TexelCoverage(std::span<const UvTriangle> triangles, int size)
 
 TexelRow TexelCoverage::row(int y) const {
     const auto width = static_cast<std::size_t>(size_);
-    std::vector<std::uint32_t> covering(width, 0);  // how many triangles
+    std::vector<std::uint32_t> covering(width, 0);  // number of triangles
     std::vector<TexelSample> kept(width * kMostSamples);
-    std::vector<double> nearest(width, kReach * kReach);  // of what only touches, squared distance
+    std::vector<double> nearest(width, kReach * kReach);  // squared distance of touching triangles
     const auto sample = [](std::uint32_t triangle, const glm::dvec3& weights) {
         return TexelSample{triangle, glm::vec2(weights.y, weights.z)};
     };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which texels triangles cover in UV space.
+// Rasterisation of triangles in UV space.
 #pragma once
 
 #include <array>
@@ -24,37 +24,37 @@ struct TexelRow {
     std::vector<std::uint32_t> first;  ///< of texel x: samples first[x] … first[x + 1] − 1
     std::vector<TexelSample> samples;
     std::uint64_t covered = 0;  ///< texels whose centre is in a triangle
-    std::uint64_t shared = 0;   ///< of those, in several
+    std::uint64_t shared = 0;   ///< those covered by several triangles
 };
 
-/// Rasterises triangles in a plane that repeats the texture.
+/// The coverage of texels by triangles, in a plane that repeats the texture.
 class TexelCoverage {
   public:
-    /// A texel has at most so many samples, of the first triangles.
+    /// The maximum number of samples per texel, from the first triangles.
     static constexpr std::uint32_t kMostSamples = 8;
 
-    /// `size` texels a side. The triangles must outlive it. Throws Error (kInput) if more than 2^29
-    /// texels lie in the boxes around all of them.
+    /// `size` is in texels per side. The triangles must outlive it. Throws Error (kInput) if the
+    /// bounding boxes of all triangles together contain more than 2^29 texels.
     TexelCoverage(std::span<const UvTriangle> triangles, int size);
 
-    /// The triangles that a texel's centre lies in; of two with a common edge one has a centre on
-    /// it. If there is none, the nearest point of the nearest one that touches the circle around
-    /// the texel. May be called from several threads.
+    /// Returns the triangles that contain each texel's centre; a centre on a shared edge belongs to
+    /// one of the two triangles. If there are none, returns the nearest point of the nearest
+    /// triangle that touches the texel's circumscribed circle. Thread-safe.
     TexelRow row(int y) const;
 
   private:
-    /// A row of the plane that a triangle is on.
+    /// A row of the unwrapped plane that a triangle reaches.
     struct Crossing {
         std::uint32_t triangle = 0;
         std::int32_t y = 0;
     };
-    /// Calls body(triangle, first row, last row) for each.
+    /// Calls body(triangle, first row, last row) for each triangle.
     template <class Body>
     void forEachReach(const Body& body) const;
 
     std::span<const UvTriangle> triangles_;
     int size_;
-    std::vector<std::size_t> first_crossing_;  ///< of each row of the texture, and one more
+    std::vector<std::size_t> first_crossing_;  ///< of each row of the texture, plus an end
     std::vector<Crossing> crossings_;
 };
 

@@ -14,40 +14,42 @@
 
 namespace peeler {
 
-/// Receivers, and how far each sees along a direction or, if it faces the other way, against it.
+/// Receivers with the distance each sees along a direction or, if it faces the other way, against
+/// it.
 ///
-/// Seen along the direction receivers are points of a plane. They are sorted into the cells of a
-/// grid, and every triangle looks for those that it covers, as the lights of irregular shadow maps
-/// do (Aila & Laine 2004, "Alias-Free Shadow Maps"; Johnson et al. 2005, "The Irregular Z-Buffer").
-/// In single precision from the middle of the scene on, with the same bits on every processor. One
-/// for each thread.
+/// Projected along the direction, receivers are points in a plane. They are sorted into the cells
+/// of a grid, and every triangle tests the receivers that it may cover, as irregular shadow maps do
+/// (Aila & Laine 2004, "Alias-Free Shadow Maps"; Johnson et al. 2005, "The Irregular Z-Buffer").
+/// Works in single precision relative to the middle of the scene; the results are bit-identical on
+/// every processor. Each thread needs its own.
 class VisibilityRays {
   public:
-    /// Hits nearer than `own_surface` (scene units) are the surface that a receiver is on. The
+    /// Hits nearer than `own_surface` (scene units) are taken for the receiver's own surface. The
     /// occluders must outlive it.
     VisibilityRays(const Occluders& occluders, float own_surface)
         : occluders_(occluders), own_surface_(own_surface) {}
 
-    /// Takes these of the receivers, in this order.
+    /// Selects receivers, in this order.
     void place(const Receivers& receivers, std::span<const std::uint32_t> chosen);
 
-    /// Looks along the unit vector, away from the receivers' surfaces or into them. What is not
-    /// nearer than `max_distance` is not seen.
+    /// Traces along the unit vector, away from the receivers' surfaces or into them. Ignores hits
+    /// at `max_distance` or farther.
     void look(const glm::dvec3& direction, bool inside, float max_distance);
 
-    /// Of each receiver the cosine of the direction to its normal (to the normal's opposite if it
-    /// looks into the surface): negative if it looks against the direction, 0 if nowhere.
+    /// Returns for each receiver the cosine between the direction and its normal (the opposite
+    /// normal if it looks into the surface): negative if it looks against the direction, 0 if it
+    /// looks neither way.
     std::span<const float> cosines() const { return {cosine_.data(), count_}; }
-    /// Of each receiver, how far away is what it sees first, scene units; infinite if there is
-    /// nothing.
+    /// Returns for each receiver the distance to the first surface, in scene units; infinite if it
+    /// sees none.
     std::span<const float> distances() const { return {distance_.data(), count_}; }
 
-    /// Most bytes of one with so many receivers.
+    /// Returns the maximum bytes of an object with this many receivers.
     static std::uint64_t bytes(std::size_t receivers);
 
   private:
-    /// Rows of cells. Columns are narrow: what a triangle covers of a row is one range of
-    /// receivers, however many columns that are.
+    /// Rows of cells. Columns are narrow: within a row a triangle covers one range of receivers,
+    /// for any number of columns.
     struct Grid {
         glm::dvec2 first{0}, cells_a_unit{1};
         int width = 1, height = 1;
@@ -59,15 +61,15 @@ class VisibilityRays {
     const Occluders& occluders_;
     float own_surface_;
     std::size_t count_ = 0;
-    // Of each receiver.
+    // Per receiver.
     std::array<std::vector<float>, 3> position_, normal_, place_;
     std::vector<float> cosine_, distance_;
-    std::vector<std::uint32_t> cell_;  // then its place among the sorted ones
-    // Of each receiver, cell by cell: x and y in cells, z in scene units.
+    std::vector<std::uint32_t> cell_;  // then its index in the sorted order
+    // Per receiver, sorted by cell: x and y in cells, z in scene units.
     std::array<std::vector<float>, 3> sorted_;
     std::vector<float> side_, nearest_;
     Grid grid_;
-    std::vector<std::uint32_t> first_;  // of each cell, and one more
+    std::vector<std::uint32_t> first_;  // of each cell, plus an end
 };
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory that work takes, and what is left of a budget for it.
+// Memory use by band size, and checks against the budget.
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,14 @@
 
 namespace peeler {
 
-/// A number of bytes in mebibytes, rounded up: "512M".
+/// Returns a number of bytes in mebibytes, rounded up: "512M".
 std::string mebibytesText(std::uint64_t bytes);
 
-/// Bytes that something takes, by the size of the band that it is made for.
+/// Bytes of memory, as a function of the band's size.
 struct MemoryUse {
-    std::uint64_t fixed = 0;     ///< whatever the band's size
-    std::uint64_t pixel = 0;     ///< of every pixel
-    std::uint64_t fragment = 0;  ///< of every fragment
+    std::uint64_t fixed = 0;     ///< independent of the band's size
+    std::uint64_t pixel = 0;     ///< per pixel
+    std::uint64_t fragment = 0;  ///< per fragment
 
     MemoryUse& operator+=(const MemoryUse& other);
     /// Returns the bytes of a band of this size, without `fixed`.
@@ -25,7 +25,7 @@ struct MemoryUse {
     }
 };
 
-/// Throws Error (kMemory) if `needed` bytes, as usedBytes() counts them, are over the budget.
+/// Throws Error (kMemory) if `needed` bytes, as usedBytes() counts them, exceed the budget.
 /// `purpose` follows "are needed"; `or_else` follows the hint.
 void checkMemory(const MemoryBudget& budget, std::uint64_t needed, const std::string& purpose,
                  const Text& or_else = {});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Edit distance and the sentences about unknown names.
+// Edit distance, and hints for unknown names.
 #include "core/base/names.h"
 
 #include <algorithm>
@@ -20,8 +20,8 @@ std::string lower(std::string_view text) {
     return out;
 }
 
-/// The "optimal string alignment" distance: insertions, deletions, replacements and swaps of
-/// neighbours.
+/// Returns the "optimal string alignment" distance: insertions, deletions, replacements and swaps
+/// of adjacent characters.
 std::size_t editDistance(std::string_view a, std::string_view b) {
     std::vector<std::size_t> before, last(b.size() + 1), now(b.size() + 1);
     for (std::size_t j = 0; j <= b.size(); ++j)
@@ -44,7 +44,7 @@ std::size_t editDistance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string_view nearestName(std::string_view text, std::span<const std::string_view> names) {
-    // Names come from files too: the table of distances must not grow with somebody's novel.
+    // Names come from files too: limits the size of the distance table.
     constexpr std::size_t kLongest = 200;
     const std::string wanted = lower(text.substr(0, kLongest));
     std::string_view best;
@@ -52,7 +52,7 @@ std::string_view nearestName(std::string_view text, std::span<const std::string_
     for (const std::string_view name : names) {
         const std::string candidate = lower(name.substr(0, kLongest));
         if (candidate.empty() || wanted.empty()) continue;
-        // The start of a name is a fair abbreviation of it, however much is missing.
+        // A prefix is a fair abbreviation, however much is missing.
         const bool begins = wanted.size() >= 2 && candidate.starts_with(wanted);
         const std::size_t distance = begins ? 1 : editDistance(wanted, candidate);
         const std::size_t allowed =

@@ -25,7 +25,7 @@
 namespace peeler {
 namespace {
 
-/// A new thread inherits the mask of the one that starts it.
+/// A scope that blocks all signals; a new thread inherits the mask of the thread that starts it.
 class SignalsBlocked {
   public:
     SignalsBlocked() {
@@ -41,7 +41,7 @@ class SignalsBlocked {
     sigset_t before_;
 };
 
-/// Grows by one with each thread of the process; 0 without /proc.
+/// Returns a number that grows by one with each thread of the process; 0 without /proc.
 nlink_t taskLinks() {
     struct stat status {};
     return ::stat("/proc/self/task", &status) == 0 ? status.st_nlink : 0;
@@ -69,12 +69,12 @@ int startableThreads(int wanted) {
             while (started.size() < static_cast<std::size_t>(wanted))
                 started.push_back(startWorker([&] { const std::lock_guard passed(gate); }));
         } catch (...) {
-            // So many, then.
+            // The limit has been reached.
         }
     }
     for (std::thread& thread : started)
         thread.join();
-    // One that has been joined is counted until the kernel has taken it away.
+    // A joined thread still counts until the kernel has removed it.
     for (int i = 0; i < 100 && taskLinks() > before; ++i)
         std::this_thread::sleep_for(std::chrono::microseconds(100));
     return static_cast<int>(started.size());
@@ -84,18 +84,18 @@ namespace {
 
 thread_local bool inside_loop = false;
 
-/// A loop that threads take items of, until none is left.
+/// A loop, with items that threads take until none are left.
 struct Loop {
     const std::function<void(std::size_t)>& body;
     std::size_t items;
     std::atomic<std::size_t> next{0};
-    std::size_t workers = 0;  ///< at it, besides its caller; the pool's to lock
+    std::size_t workers = 0;  ///< working on it, besides its caller; guarded by the pool's mutex
     std::exception_ptr failure{};
 
     bool hasItems() const { return next < items; }
 };
 
-/// Threads that help the callers of loops. Of several loops at a time each gets its share of them.
+/// Threads that help the callers of loops. Concurrent loops share them evenly.
 class Pool {
   public:
     explicit Pool(int threads) {
@@ -171,7 +171,7 @@ class Pool {
             for (std::size_t i; changes == changes_ && (i = loop.next.fetch_add(1)) < loop.items;)
                 loop.body(i);
         } catch (...) {
-            loop.next = loop.items;  // what has not begun need not begin
+            loop.next = loop.items;  // do not start the remaining items
             const std::lock_guard lock(mutex_);
             if (!loop.failure) loop.failure = std::current_exception();
         }
@@ -181,27 +181,27 @@ class Pool {
     std::vector<std::thread> workers_;
     std::mutex mutex_;
     std::condition_variable wake_, idle_;
-    std::vector<Loop*> loops_;               ///< whose callers are in run()
-    std::atomic<std::uint64_t> changes_{0};  ///< loops that have begun
+    std::vector<Loop*> loops_;               ///< with callers in run()
+    std::atomic<std::uint64_t> changes_{0};  ///< number of loops started
     bool stop_ = false;
 };
 
 std::atomic<int> wanted_threads{0};
-std::mutex pool_mutex;  ///< of the two below
+std::mutex pool_mutex;  ///< guards the two below
 std::shared_ptr<Pool> pool;
 int pool_threads = 0;
 
-/// A child that a host forks has the pool without its threads, and the lock as it was at that
-/// moment, perhaps held by a thread that the child does not have. Both are left behind: to end the
-/// pool would be to wait for its threads.
+/// A child forked by a host has the pool without its threads, and the mutex in its state at that
+/// moment, perhaps locked by a thread that the child does not have. Both are leaked: destroying the
+/// pool would wait for its threads.
 void forgetPool() {
     new (&pool_mutex) std::mutex;
     new (&pool) std::shared_ptr<Pool>;
     pool_threads = 0;
 }
 
-/// Returns the pool of `threads` threads, the caller's included. A pool of another size ends with
-/// its loops.
+/// Returns the pool of `threads` threads, including the caller's. A pool of another size is
+/// destroyed when its loops end.
 std::shared_ptr<Pool> poolOf(int threads) {
     static const int watches_forks = pthread_atfork(nullptr, nullptr, forgetPool);
     static_cast<void>(watches_forks);
@@ -217,7 +217,7 @@ std::shared_ptr<Pool> poolOf(int threads) {
 }  // namespace
 
 int affinityCount() {
-    // The affinity mask, not the number of processors: schedulers of render farms pin processes.
+    // The affinity mask, not the number of processors: render-farm schedulers pin processes.
     cpu_set_t set;
     CPU_ZERO(&set);
     const int count = sched_getaffinity(0, sizeof set, &set) == 0
@@ -239,7 +239,7 @@ int threadCount() {
 
 void parallelFor(std::size_t items, const std::function<void(std::size_t)>& body) {
     const int threads = threadCount();
-    // A nested loop runs on its caller alone.
+    // A nested loop runs on its caller's thread alone.
     if (items > 1 && threads > 1 && !inside_loop) return poolOf(threads)->run(items, body);
     for (std::size_t i = 0; i < items; ++i)
         body(i);

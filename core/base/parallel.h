@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops over independent items on a fixed set of threads, what each of them needs one of, and
-// threads that leave signals to the main thread.
+// Parallel loops on a fixed set of threads, per-thread objects, and threads that leave signals to
+// the main thread.
 #pragma once
 
 #include <cstddef>
@@ -15,36 +15,35 @@
 
 namespace peeler {
 
-/// The hint of an Error where threads cannot be started.
+/// The hint of an Error when threads cannot be started.
 inline constexpr char kMoreThreads[] =
     "raise the limit of processes and threads (ulimit -u, a cgroup's pids.max), or end others";
 
-/// Runs `work` on a thread of its own that takes no signals: it could hold any lock when their
-/// handler runs. Throws Error (kMemory) if a process limit allows no more threads.
+/// Runs `work` on a new thread with all signals blocked: a handler could run while it holds a lock.
+/// Throws Error (kMemory) if a process limit allows no more threads.
 std::thread startWorker(std::function<void()> work);
 
-/// Returns how many threads, at most `wanted`, can be started beside those that there are. It
-/// starts and ends so many: limits (RLIMIT_NPROC, a cgroup's pids.max) say only what they count
-/// with others.
+/// Returns how many more threads, at most `wanted`, can be started. Starts and ends them to find
+/// out: limits (RLIMIT_NPROC, a cgroup's pids.max) also count the threads of other processes.
 int startableThreads(int wanted);
 
-/// How many processors the process may run on, at least 1.
+/// Returns the number of processors the process may run on, at least 1.
 int affinityCount();
 
-/// How many threads parallelFor uses (setThreadCount).
+/// Returns the number of threads that parallelFor uses (setThreadCount).
 int threadCount();
 
-/// Calls body(i) for every i in [0, items), in any order, on all threads, the caller's among them.
-/// Returns when all are done. The first exception thrown by a body is rethrown here. Not to be
-/// nested: a body that calls parallelFor runs that loop alone. Loops of several threads at a time
-/// share the others. A child of fork() has threads of its own; a body must not fork and go on.
+/// Calls body(i) for every i in [0, items), in any order, on all threads including the caller's.
+/// Returns when all are done. Rethrows the first exception thrown by a body. Do not nest: a body
+/// that calls parallelFor runs that loop alone. Concurrent loops share the other threads. A child
+/// of fork() has its own threads; a body must not fork and continue in the child.
 void parallelFor(std::size_t items, const std::function<void(std::size_t)>& body);
 
-/// Hands out one item to each thread at work, and keeps them for those that come next.
+/// A pool of objects: lends one to each thread and reuses those that are returned.
 template <class Item>
 class ObjectPool {
   public:
-    /// Calls use(item) with one that no other thread has meanwhile.
+    /// Calls use(item) with an item that no other thread uses meanwhile.
     template <class Use>
     void with(Use&& use) {
         std::unique_ptr<Item> item;

@@ -11,8 +11,8 @@ unsigned byteAt(std::string_view text, std::size_t i) {
     return static_cast<unsigned char>(text[i]);
 }
 
-/// The well-formed sequences of several bytes: by the first byte, which second ones there are. All
-/// after the second are 0x80 to 0xBF.
+/// Well-formed UTF-8 sequences: ranges of the first and second byte. All later bytes are 0x80 to
+/// 0xBF.
 struct Sequence {
     unsigned first, last;  ///< first bytes
     unsigned second_first, second_last;
@@ -24,20 +24,20 @@ constexpr Sequence kSequences[] = {
     {0xF0, 0xF0, 0x90, 0xBF, 4}, {0xF1, 0xF3, 0x80, 0xBF, 4}, {0xF4, 0xF4, 0x80, 0x8F, 4},
 };
 
-/// Characters that are not shown as they are.
+/// Characters that are escaped.
 struct Range {
     char32_t first, last;
 };
 constexpr Range kUnshown[] = {
     {0x00, 0x1F},      // C0
-    {0x7F, 0x9F},      // DEL and C1, of which U+009B begins what terminals obey
-    {0x200E, 0x200F},  // marks of direction
-    {0x2028, 0x202E},  // line and paragraph separators, embeddings and overrides of direction
-    {0x2066, 0x2069},  // isolates of direction
-    {0xFEFF, 0xFEFF},  // byte order mark: nothing to be seen
+    {0x7F, 0x9F},      // DEL and C1; U+009B starts terminal control sequences
+    {0x200E, 0x200F},  // directional marks
+    {0x2028, 0x202E},  // line and paragraph separators, directional embeddings and overrides
+    {0x2066, 0x2069},  // directional isolates
+    {0xFEFF, 0xFEFF},  // byte order mark: invisible
 };
 
-/// The character of a well-formed sequence.
+/// Returns the character of a well-formed sequence.
 char32_t characterOf(std::string_view sequence) {
     constexpr unsigned kOfFirst[] = {0x7F, 0x1F, 0x0F, 0x07};
     char32_t character = byteAt(sequence, 0) & kOfFirst[sequence.size() - 1];

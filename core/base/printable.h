@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Strings that come from files or from outside, as people may be shown them.
+// Sanitised text: untrusted strings made safe to print.
 #pragma once
 
 #include <cstddef>
@@ -10,20 +10,21 @@
 
 namespace peeler {
 
-/// Bytes of a name, and of a line of a message, that are shown; paths are lines, and Error cuts at
-/// as many.
+/// Maximum bytes shown of a name, and of a line of a message. Paths are lines; Error truncates at
+/// the same length.
 inline constexpr std::size_t kMostOfName = 200, kMostOfLine = 8000;
 
-/// The bytes of the UTF-8 character that `text` begins with (Unicode 15, table 3-7); 0 if it begins
-/// with none.
+/// Returns the length in bytes of the UTF-8 character at the start of `text` (Unicode 15, table
+/// 3-7); 0 if there is no valid one.
 std::size_t utf8Length(std::string_view text);
 
-/// A byte as \xNN.
+/// Returns a byte as \xNN.
 std::string escapedByte(char byte);
 
-/// `text` as it may stand in a message: what a file says must neither steer a terminal, look like
-/// other lines, nor flood a log. Bytes of control characters, of what reorders or breaks lines, and
-/// of what is no UTF-8 are shown as \xNN; after `most` bytes "…" stands for the rest.
+/// Returns `text` in a form that is safe in a message: a file's content must not control a
+/// terminal, imitate other lines, or flood a log. Control characters, characters that reorder or
+/// break lines, and invalid UTF-8 are shown as \xNN bytes; beyond `most` bytes, "…" replaces the
+/// rest.
 std::string printable(std::string_view text, std::size_t most = kMostOfName);
 
 /// Returns the same of the words of a text.

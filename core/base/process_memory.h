@@ -8,17 +8,16 @@
 
 namespace peeler {
 
-/// Bytes of resident memory of this process now.
+/// Returns the current resident memory of this process in bytes.
 std::uint64_t residentBytes();
 
-/// What of the budget is in use: the resident memory now, less the budget's base.
+/// Returns the part of the budget in use: the current resident memory minus the budget's base.
 std::uint64_t usedBytes(const MemoryBudget& budget);
 /// Returns usedBytes() plus `more`. If that exceeds the budget, calls returnFreeMemory() first, so
 /// that freed memory does not count.
 std::uint64_t usedBytesWith(const MemoryBudget& budget, std::uint64_t more);
 
-/// Hands memory that was freed back to the system, where malloc would keep it: it is not resident
-/// any longer.
+/// Returns freed memory to the system where malloc would keep it, so that it is no longer resident.
 void returnFreeMemory();
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Storage that is used again for other contents.
+// Resizing of storage whose contents are discarded.
 #pragma once
 
 #include <cstddef>
@@ -7,9 +7,9 @@
 
 namespace peeler {
 
-/// resize() for contents that will be overwritten: never holds the old and the new storage at once.
-/// There is room for `most` or a little more, as the next band may have, which takes no memory
-/// until then.
+/// Resizes for contents that will be overwritten: never holds the old and the new storage at once.
+/// Reserves `most` elements if that is enough, else a little more than `size`, for the next band;
+/// reserved memory is not resident until used.
 template <class T, class Allocator>
 void resizeAnew(std::vector<T, Allocator>& values, std::size_t size, std::size_t most = 0) {
     if (values.capacity() < size) {

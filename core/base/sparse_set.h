@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Few items out of many that numbers name.
+// Sparse sets: few items, addressed by number, out of a large range.
 #pragma once
 
 #include <cstddef>
@@ -9,9 +9,9 @@
 
 namespace peeler {
 
-/// Items by number, in the order in which they were first asked for (Briggs & Torczon 1993, "An
-/// Efficient Representation for Sparse Sets"): finding one and clearing all take the same time
-/// however many numbers there are. Memory is 4 bytes a number, once.
+/// Items by number, in order of first access (Briggs & Torczon 1993, "An Efficient Representation
+/// for Sparse Sets"). Lookup and clearing take constant time, for any range of numbers. Memory is 4
+/// bytes per number, allocated once.
 template <class Item>
 class SparseSet {
   public:
@@ -20,12 +20,12 @@ class SparseSet {
         Item item;
     };
 
-    /// Forgets the items; numbers are less than `numbers` from now on.
+    /// Removes all items; from now on numbers are less than `numbers`.
     void begin(std::size_t numbers) {
         entries_.clear();
         if (places_.size() < numbers) places_.resize(numbers);
     }
-    /// A new one is value-initialised.
+    /// Returns an item; a new one is value-initialised.
     Item& operator[](std::uint32_t number) {
         std::uint32_t& place = places_[number];
         if (place >= entries_.size() || entries_[place].number != number) {
@@ -38,7 +38,7 @@ class SparseSet {
     std::vector<Entry> take() { return std::exchange(entries_, {}); }
 
   private:
-    std::vector<std::uint32_t> places_;  // of each number, if the entry there is its own
+    std::vector<std::uint32_t> places_;  // of each number, valid if the entry there has that number
     std::vector<Entry> entries_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Timers of stages.
+// Stage timers.
 #pragma once
 
 #include <chrono>
@@ -8,7 +8,7 @@
 
 namespace peeler {
 
-/// Adds the time from construction to destruction to one stage.
+/// A scoped timer: adds the time from construction to destruction to one stage.
 class StageTimer {
   public:
     StageTimer(StageTimes& times, const char* stage) : milliseconds_(times[stage]) {}
@@ -21,18 +21,18 @@ class StageTimer {
 
   private:
     using Clock = std::chrono::steady_clock;
-    double& milliseconds_;  // a map's nodes stay where they are
+    double& milliseconds_;  // stays valid: map nodes do not move
     Clock::time_point start_ = Clock::now();
 };
 
-/// What `work()` returns; its time goes to the stage.
+/// Returns the result of `work()` and adds its time to the stage.
 template <class Work>
 auto timed(StageTimes& times, const char* stage, Work&& work) {
     const StageTimer timer(times, stage);
     return work();
 }
 
-/// Adds the times of every stage to those of another.
+/// Adds the times of all stages in `from` to `to`.
 inline void add(StageTimes& to, const StageTimes& from) {
     for (const auto& [stage, milliseconds] : from)
         to[stage] += milliseconds;

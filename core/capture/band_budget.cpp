@@ -27,10 +27,10 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
     const PixelType type = settings.color_type;
     const std::uint64_t color = settings.colorBytes();
     const std::uint64_t tile = capture.tilePixels();
-    // Of a pixel's composite, besides RGBA and Z.
+    // Opacity per pixel of a composite, besides RGBA and Z.
     const std::uint64_t opacity = settings.tinted ? 3 * sizeof(float) : 0;
-    // The default is large enough that geometry is not drawn many times, and small enough that the
-    // memory which bands share stays warm.
+    // The default is large enough to avoid drawing the geometry many times, and small enough to
+    // keep the memory shared by bands warm in the caches.
     costs_.band_bytes = settings.band_bytes;
     costs_.use.pixel = kBandPixelBytes + opacity;
     if (!plan.clip_rows.empty()) costs_.use.pixel += 3 * sizeof(std::uint32_t);
@@ -49,26 +49,26 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
             costs_.use.fragment += capture.copiedFragmentBytes();
             costs_.use.pixel += capture.copiedPixelBytes();
         }
-        // The key of a fragment, and where it was captured.
+        // The key of a fragment, and its index in the captured lists.
         if (channels > 0 || settings.hit_mode != HitMode::kNone)
             costs_.use.fragment += 2 * sizeof(std::uint32_t);
         costs_.largest_array_bytes = std::max<std::uint64_t>(
             BandBuffers::fragmentWords(settings.storedColorBytes()) * sizeof(std::uint32_t),
             shadedComponents(settings.channels) * sizeof(float));
-        // All samples are held until they are merged, with their primitives and while sorting.
+        // All samples are held until they are merged, with their primitives and the sort buffers.
         if (plan.mergesLayers()) {
             costs_.use.fragment += color + channels + 22 * sizeof(float);
             costs_.use.pixel += (plan.positions.size() + 1) * sizeof(std::uint32_t);
         }
-        // The composite of a sample, and the one that is handed over.
+        // The composite of a sample, and the composite passed on.
         if (settings.composite)
             costs_.use.pixel += 2 * (sizeof(std::uint32_t) + 5 * sizeof(float) + opacity);
     }
     costs_.storage_block_bytes = storage_block_bytes;
 }
 
-/// As many fragments as take no less room, in memory and in a buffer, than what a row's pixels have
-/// of the clip meshes.
+/// Returns the number of fragments that take at least as much memory and buffer space as a row's
+/// clip-mesh surfaces.
 std::uint64_t BandBudget::clipFragments(int y) const {
     if (plan_.clip_rows.empty()) return 0;
     const auto row = static_cast<std::size_t>(y - plan_.view.crop.y0);

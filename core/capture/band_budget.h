@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the bands of a GlPlan cost, and so how large they may be.
+// The memory cost of a GlPlan's bands, and the band sizes that it allows.
 #pragma once
 
 #include <cstdint>
@@ -15,31 +15,31 @@
 
 namespace peeler {
 
-/// The methods of a plan: one captures its layers, or the other composites them on the fly.
+/// The methods of a plan: one captures layers, the other composites on the fly.
 struct PlanMethods {
     std::unique_ptr<LayerMethod> layers{};
-    std::unique_ptr<CompositeMethod> composite{};  ///< used if there is one
+    std::unique_ptr<CompositeMethod> composite{};  ///< used if set
 };
 
-/// What a sink of a plan's bands takes besides the band that it is given.
+/// Returns the memory that a sink of a plan's bands uses besides the band itself.
 MemoryUse sinkUse(const GlPlan& details, const Plan& plan, const Sink& sink);
 
-/// The costs of a plan's bands as of now; it refers to the plan and the methods.
+/// The current costs of a plan's bands; refers to the plan and the methods.
 class BandBudget {
   public:
-    /// `overlaps`: a band is captured while the one before is taken.
+    /// `overlaps`: a band is captured while the previous one is sorted and passed on.
     BandBudget(const GlPlan& plan, const PlanMethods& methods, const BandCapture& capture,
                bool overlaps, std::uint64_t storage_block_bytes);
 
     BandCosts& costs() { return costs_; }
 
-    /// Throws like bandLimits().
+    /// Returns the limits of bands. Throws like bandLimits().
     BandLimits limits() const;
-    /// The bands that the picture is cut into. Throws like cutBands().
+    /// Returns the bands that the picture is cut into. Throws like cutBands().
     std::vector<Window> cut(const BandLimits& limits) const;
-    /// The same of bands that store no fragments: they are only counted.
+    /// Returns the bands of a count pass, which store no fragments.
     std::vector<Window> cutForCounting(const BandLimits& limits) const;
-    /// Bytes of the largest of these bands, besides what is fixed.
+    /// Returns the bytes of the largest of these bands, without the fixed costs.
     std::uint64_t largest(const std::vector<Window>& bands) const;
 
   private:

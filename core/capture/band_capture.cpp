@@ -145,7 +145,7 @@ void BandCapture::count(const Window& band, std::vector<std::uint32_t>& counts) 
     gl::checkErrors(gl(), "counting fragments");
 }
 
-/// The completeness certificate: the capture advanced every pixel's list head from `first` exactly
+/// Checks completeness: the capture must have advanced every pixel's list head from `first` exactly
 /// to `end`.
 void BandCapture::checkListHeads(const std::uint32_t* list_heads, const Window& band,
                                  std::span<const std::uint32_t> first,
@@ -224,7 +224,8 @@ void BandCapture::readComposite(const BandRequest& request, CompositeImage& out)
     const auto* depth = depths.as<const float>();
     const auto* color = colors.as<const std::array<float, 4>>();
     out.window = request.band;
-    // No method touches an area without fragments: the buffers may hold an earlier band's there.
+    // No method touches areas without fragments: the buffers may hold an earlier band's values
+    // there.
     out.rgba.assign(pixels, {});
     out.opacity.assign(pass_context_.settings.tinted ? pixels : 0, {});
     out.z.assign(pixels, std::numeric_limits<float>::infinity());

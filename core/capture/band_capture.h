@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One band of one view through the GPU: counted, captured or composited.
+// Capture of one band of one view on the GPU: counting, capturing or compositing.
 #pragma once
 
 #include <algorithm>
@@ -26,34 +26,35 @@
 
 namespace peeler {
 
-/// How much of every pixel a band shall show.
+/// A band to capture, and the fragments to capture per pixel.
 struct BandRequest {
     Window band;
     std::span<const std::uint32_t> counts;  ///< of the band's pixels, as count() found them
     std::uint32_t layers = 0;               ///< the nearest to keep; 0 = all
-    /// Layers: with their draw-order keys as the first extra array; hits always have them.
+    /// Whether layers get their draw-order keys as the first extra array; hits always do.
     bool keys = false;
-    /// Only what is transparent and in front of the fragments of the OpaqueTarget.
+    /// Only transparent fragments in front of those of the OpaqueTarget.
     bool in_front = false;
 };
 
-/// The lists of a band, as they come from the GPU: in its buffers, or on the way from there.
+/// The lists of a band as captured: in the GPU's buffers, or being copied from there.
 struct BandLists {
     Window band;
-    std::uint32_t layers = 0;          ///< as BandRequest has it
-    bool keys = false;                 ///< likewise
+    std::uint32_t layers = 0;          ///< as in BandRequest
+    bool keys = false;                 ///< as in BandRequest
     bool channels = false;             ///< whether channels.frag has run
-    int passes = 0;                    ///< geometry passes until now
-    std::vector<std::uint32_t> first;  ///< where pixels' lists begin, pixels + 1 entries
-    // Copies that are made while the GPU goes on with another band.
+    int passes = 0;                    ///< geometry passes so far
+    std::vector<std::uint32_t> first;  ///< start of each pixel's list, pixels + 1 entries
+    // Copies that run while the GPU works on another band.
     gl::ReadBack copied_heads, copied_fragments, copied_channels;
     gl::Fence copied;
 };
 
-/// Takes a part of a band's composite, and how many fragments every pixel of it shows.
+/// Takes part of a band's composite, with the number of visible fragments of each pixel.
 using TakeVisible = std::function<void(const CompositeImage&, std::span<const std::uint32_t>)>;
 
-/// Owns the uploaded scene and the buffers. "count", "capture" and "sort" are added to the times.
+/// The capture of bands. Owns the uploaded scene and the buffers. Adds "count", "capture" and
+/// "sort" to the times.
 class BandCapture {
   public:
     /// Throws like GpuScene. The pass context and the times must outlive it.
@@ -62,43 +63,46 @@ class BandCapture {
 
     /// Shows the same scene in another pose, from the next begin() on.
     void setPose(const PosedScene& posed);
-    /// What motion is measured against; must outlive its use. None: nothing moves.
+    /// Sets the frame that motion is measured against; must outlive its use. Null: nothing moves.
     void setNextFrame(const NextFrame* next) { next_frame_ = next; }
 
-    /// Takes the pass context as it is now.
+    /// Applies the current state of the pass context.
     void begin();
 
-    /// The fragments of every pixel of the band. Overwrites `counts`.
+    /// Counts the fragments of every pixel of the band. Overwrites `counts`.
     void count(const Window& band, std::vector<std::uint32_t>& counts);
 
-    /// How many surfaces of the clip meshes every pixel of the band has. Overwrites `counts`.
+    /// Counts the clip-mesh surfaces of every pixel of the band. Overwrites `counts`.
     void countClip(const Window& band, std::vector<std::uint32_t>& counts);
 
     // band_lists.cpp.
 
     /// Captures a band's fragments and sorts them into `out`, with the channels of the settings as
-    /// extra arrays. Returns the geometry passes. Throws Error (kInternal) if any pixel's fragments
-    /// differ in number from the count.
+    /// extra arrays. Returns the number of geometry passes. Throws Error (kInternal) if any pixel's
+    /// fragments differ in number from the count.
     int layers(LayerMethod& method, const BandRequest& request, LayeredImage& out);
 
-    /// Whether the GPU can capture a band while the CPU takes another: it is not the CPU itself.
+    /// Whether the GPU can capture a band while the CPU sorts another, that is, the GPU is not the
+    /// CPU.
     bool overlaps() const;
-    /// The two halves of layers() where it can: has the GPU capture a band and copy its lists, and
-    /// waits for those, checks and sorts them. Other bands may be submitted between.
+    /// The two halves of layers() if overlaps(): submit() has the GPU capture a band and copy its
+    /// lists; take() waits for these, checks and sorts them. Other bands may be submitted in
+    /// between.
     void submit(LayerMethod& method, const BandRequest& request, BandLists& lists);
     int take(BandLists& lists, LayeredImage& out);
 
-    /// Composites what layers() would give, without storing it. Returns and throws like that.
+    /// Composites the layers that layers() would capture, without storing them. Returns and throws
+    /// like layers().
     int composite(LayerMethod& method, const BandRequest& request, CompositeImage& out);
 
-    /// Where in the picture there may be fragments, whatever the sample position.
+    /// Returns the window of the picture that can contain fragments, for any sample position.
     Window drawnWindow() const { return rasterizer_.drawnWindow(); }
 
     // visible_composite.cpp.
 
-    /// Composites what is visible of a band: the nearest opaque fragment of every pixel, and those
-    /// transparent ones in front of it, which alone are put into lists, of as many rows at a time
-    /// as the limits allow. There may be no clip meshes. Returns and throws like layers().
+    /// Composites the visible fragments of a band: the nearest opaque fragment of every pixel and
+    /// the transparent ones in front of it. Only the latter go into lists, for as many rows at a
+    /// time as the limits allow. Clip meshes are not supported. Returns and throws like layers().
     int compositeVisible(LayerMethod& method, const Window& band, const BandLimits& limits,
                          const TakeVisible& take);
 
@@ -107,33 +111,32 @@ class BandCapture {
     /// Composites a band on the fly. Returns and throws like layers().
     int composite(CompositeMethod& method, const BandRequest& request, CompositeImage& out);
 
-    /// The largest change of Z that refining hits has made since the last begin().
+    /// Returns the largest change of Z by refined hits since the last begin().
     double largestCorrection() const { return largest_correction_; }
-    /// Which surface a primitive's key belongs to (DrawList::surfaceOf).
+    /// Returns the surface of a primitive's key (DrawList::surfaceOf).
     std::uint32_t surfaceOf(std::uint32_t key) const {
         return gpu_scene_.posed().drawList().surfaceOf(key);
     }
 
-    /// What bands cost besides what the hand-over and sinks take: a fragment of layers(), or a
-    /// pixel of composite().
+    /// Return the bytes that bands cost besides those of the hand-over and the sinks: per fragment
+    /// of layers(), or per pixel of composite().
     std::uint64_t fragmentBytes() const;
     std::uint64_t pixelBytes() const;
-    /// Of those of a fragment, and of a pixel, what the copies of two bands take that are under way
-    /// at once; 0 if none are.
+    /// Return the bytes, per fragment and per pixel, of the copies of two bands in flight; 0 if
+    /// bands do not overlap.
     std::uint64_t copiedFragmentBytes() const { return overlaps() ? 2 * fragmentBytes() : 0; }
     std::uint64_t copiedPixelBytes() const {
-        return overlaps() ? 4 * sizeof(std::uint32_t)
-                          : 0;  // list heads, and the lists' first entries
+        return overlaps() ? 4 * sizeof(std::uint32_t) : 0;  // list heads, and the starts of lists
     }
-    /// Pixels of the largest raster tile that the crop touches, and bytes of the textures that
-    /// every method needs for it.
+    /// Return the pixels of the largest raster tile that the crop touches, and the bytes of the
+    /// textures that every method needs for it.
     std::uint64_t tilePixels() const;
-    /// How many raster tiles a row of the band touches.
+    /// Returns the number of raster tiles that a row of the band touches.
     int tilesAcross(const Window& band) const {
         const Window row{band.x0, band.y0, band.x1, band.y0 + 1};
         return static_cast<int>(rasterizer_.tilesOf(row).size());
     }
-    /// Bytes that compositeVisible() needs for it besides those of tileBytes().
+    /// Returns the bytes that compositeVisible() needs for it in addition to tileBytes().
     std::uint64_t opaqueBytes() const {
         return OpaqueTarget::bytes(tilePixels(), pass_context_.settings.color_type);
     }
@@ -143,23 +146,23 @@ class BandCapture {
         return rasterizer_.boundBytes(tilePixels()) + list_heads;
     }
 
-    /// Adds how long the GPU has worked since the last time, as "gpuCount" and "gpuCapture", to the
-    /// times; waits for it. Where it is the CPU nothing is added: that is in "count" and "capture".
+    /// Adds the GPU time since the last call, as "gpuCount" and "gpuCapture", to the times; waits
+    /// for the GPU. Adds nothing if the GPU is the CPU: that time is in "count" and "capture".
     void takeGpuTimes() { gpu_timer_.takeInto(times_); }
 
-    /// Frees what it holds besides the scene.
+    /// Frees everything but the scene.
     void free();
 
   private:
     const gl::Functions& gl() const { return context_.functions(); }
-    /// Finds the boundary of the clip meshes in a band, unless that is what the buffers hold.
+    /// Finds the boundary of the clip meshes in a band, unless the buffers already hold it.
     void prepareClip(const Window& band);
     /// Draws a pass without attachments that touches every pixel's list head.
     void drawIntoLists(const GeometryPass& pass, const Window& band);
-    /// The fragments that a pass counts in every pixel's list head. Overwrites `counts`.
+    /// Counts a pass's fragments in every pixel's list head. Overwrites `counts`.
     void countInLists(const GeometryPass& pass, const Window& band,
                       std::vector<std::uint32_t>& counts);
-    /// The largest value of the pixels of `area`, which lies in `band`.
+    /// Returns the largest value of the pixels of `area`, which lies in `band`.
     template <class Value>
     static std::uint32_t largestIn(const Window& band, const Window& area, Value&& value) {
         std::uint32_t most = 0;
@@ -171,12 +174,12 @@ class BandCapture {
         }
         return most;
     }
-    /// Calls f(tile, area of the band in it).
+    /// Calls f(tile, part of the band in it) for each tile.
     template <class F>
     void forEachTile(const Window& band, F&& f) {
         for (const Window& tile : rasterizer_.tilesOf(band)) {
             f(tile, intersect(tile, band));
-            // Tiles have pixels of their own, but in the same buffers.
+            // Tiles share no pixels, but they share the buffers.
             gl().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
         }
     }
@@ -186,35 +189,37 @@ class BandCapture {
     void checkListHeads(const std::uint32_t* list_heads, const Window& band,
                         std::span<const std::uint32_t> first,
                         std::span<const std::uint32_t> end) const;
-    /// Draws a band's fragments, the nearest `layers` (0 = all) of every pixel at least, into
-    /// lists, without waiting for the GPU where it need not.
+    /// Draws a band's fragments into lists: at least the nearest `layers` (0 = all) of every pixel.
+    /// Waits for the GPU only if it must.
     void drawLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers,
                    BandLists& lists);
-    /// The same into `lists_`, waited for and checked. Returns the geometry passes.
+    /// Draws into `lists_`, waits for the GPU and checks. Returns the number of geometry passes.
     int fillLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers);
-    /// That of the list heads, if they can be a render target, with the depths of the OpaqueTarget.
+    /// Returns a framebuffer with the depths of the OpaqueTarget and, if they can be a render
+    /// target, the list heads.
     gl::Framebuffer framebufferInFront() const;
-    /// Captures the nearest opaque fragments of `area`. Returns the geometry passes.
+    /// Captures the nearest opaque fragments of `area`. Returns the number of geometry passes.
     int captureOpaque(const Window& tile, const Window& area);
-    /// The transparent fragments in front of them, of every pixel of `area`. Overwrites `counts`.
+    /// Counts the transparent fragments in front of them for every pixel of `area`. Overwrites
+    /// `counts`.
     void countInFront(const Window& tile, const Window& area, std::vector<std::uint32_t>& counts);
-    /// Composites rows of `tile`: `captured` has what is in front of the opaque fragments.
+    /// Composites rows of `tile`. `captured` has the fragments in front of the opaque ones.
     void takeVisible(const Window& tile, const Window& rows, const CapturedFragments& captured,
                      const TakeVisible& take);
     bool needsKeys(bool asked) const;
     bool blendsTail() const { return pass_context_.settings.tail == Tail::kBlend; }
-    /// Bytes that the fragments of lists take in the buffers, and what channels.frag yields of
-    /// them.
+    /// Return the bytes of the lists' fragments in the buffers, and of the output of channels.frag
+    /// for them.
     std::size_t storedBytes(const BandLists& lists) const;
     std::size_t shadedBytes(const BandLists& lists) const;
     gl::Buffer::Mapping readFragments(const BandLists& lists) const;
     CapturedFragments capturedIn(const BandLists& lists, const std::uint32_t* stored) const;
-    /// Sorts lists into `out`, with what follows from the keys and, if it has run, what
-    /// channels.frag yielded.
+    /// Sorts lists into `out`, with the channels that follow from the keys and, if channels.frag
+    /// has run, its output.
     void sortLists(const BandLists& lists, const std::uint32_t* stored, const float* values,
                    LayeredImage& out);
     void setListHeads(std::span<const std::uint32_t> list_heads);
-    /// Another geometry pass, which finds what channels.frag yields of the captured fragments.
+    /// Draws another geometry pass, which runs channels.frag for the captured fragments.
     void drawChannels(BandLists& lists);
     void addChannels(const BandLists& lists, const CapturedFragments& captured,
                      std::span<std::uint32_t> sources, const float* values, LayeredImage& out);
@@ -230,12 +235,12 @@ class BandCapture {
     BandBuffers buffers_;
     ListHeadTarget list_head_target_;
     OpaqueTarget opaque_;
-    std::vector<std::uint32_t> opaque_pixels_;   ///< some rows that were read of it
-    CompositeImage visible_;                     ///< some rows of a composite
+    std::vector<std::uint32_t> opaque_pixels_;   ///< rows read back from it
+    CompositeImage visible_;                     ///< rows of a composite
     std::vector<std::uint32_t> visible_counts_;  ///< of their pixels
-    BandLists lists_;                            ///< of a band that nothing overlaps
-    std::vector<std::uint32_t> ends_;            ///< where a ListHeadTarget has left its list heads
-    Window clip_band_;                           ///< whose boundary the buffers hold
+    BandLists lists_;                            ///< of a band without overlap
+    std::vector<std::uint32_t> ends_;            ///< list heads read from a ListHeadTarget
+    Window clip_band_;                           ///< the band of the clip boundary in the buffers
     double largest_correction_ = 0;
 };
 

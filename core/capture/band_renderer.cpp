@@ -13,10 +13,10 @@
 namespace peeler {
 namespace {
 
-// Of a composite, which is handed over in parts whose memory is soon used again.
+// Rows of a composite per hand-over; small parts soon reuse the same memory.
 constexpr int kRowsHandedOver = 128;
 
-/// Prefiltering an environment of a file takes its time.
+/// Times the upload of lights: prefiltering an environment map is slow.
 Lighting timedLighting(gl::Context& context, const PosedScene& posed, StageTimes& times) {
     const StageTimer timer(times, "upload");
     return {context.functions(), posed};
@@ -25,7 +25,7 @@ Lighting timedLighting(gl::Context& context, const PosedScene& posed, StageTimes
 PlanMethods methodsOf(const GlPlan& plan) {
     PlanMethods methods;
     if (plan.method->exact()) methods.layers = plan.method->layers();
-    // With coloured opacity layers are composited on the CPU: blending knows one alpha.
+    // With coloured opacity, layers are composited on the CPU: GL blending has only one alpha.
     const bool on_the_fly = plan.settings.composite && plan.method->composite &&
                             !(plan.settings.tinted && plan.method->exact());
     if (on_the_fly) methods.composite = plan.method->composite();
@@ -77,7 +77,7 @@ void BandRenderer::freeBands() {
     returnFreeMemory();
 }
 
-/// The fragments of every pixel of a band of the current view.
+/// Returns the fragment counts of a band of the current view.
 std::span<const std::uint32_t> BandRenderer::countsOf(const Window& band) {
     if (plan_->kept_counts.empty()) {
         capture_.count(band, counts_);
@@ -155,7 +155,7 @@ void BandRenderer::renderOverlapping(std::span<const Window> bands, const TakeBa
     }
 }
 
-/// Renders only the window that the scene covers: around it, pictures are often empty.
+/// Renders only the window that the scene covers, since pictures are often empty around it.
 void BandRenderer::renderVisible(const Window& band, const BandLimits& limits, const TakeBand& take,
                                  const TakeCounts& visible) {
     const bool tinted = plan_->settings.tinted;
@@ -178,7 +178,7 @@ void BandRenderer::renderVisible(const Window& band, const BandLimits& limits, c
     const Window seen = intersect(band, plan_->drawn);
     if (seen.empty()) return handOverEmpty(band.y0, band.y1);
     handOverEmpty(band.y0, seen.y0);
-    // Several samples are to be averaged, and the parts of several raster tiles put side by side.
+    // Several samples are averaged, and parts in several raster tiles are joined.
     const std::size_t samples = plan_->positions.size();
     const bool whole = samples > 1 || capture_.tilesAcross(seen) > 1;
     if (whole) beginMean(seen, composite_, tinted);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renders the bands of a GlPlan as sinks get them.
+// Rendering of a GlPlan's bands, as passed to sinks.
 #pragma once
 
 #include <array>
@@ -22,13 +22,13 @@
 
 namespace peeler {
 
-/// Takes what the sinks get of a band, or of some rows of it.
+/// Takes a band, or some of its rows, for the sinks.
 using TakeBand = std::function<void(LayeredImage&)>;
-/// Takes how many fragments are visible in the pixels of some rows.
+/// Takes the number of visible fragments of each pixel of some rows.
 using TakeCounts = std::function<void(const Window& rows, std::span<const std::uint32_t> counts)>;
 
-/// Owns the uploaded scene, its lights, and what one band after the other is rendered into.
-/// "count", "capture", "sort", "composite" and "upload" are added to the times.
+/// A renderer of bands. Owns the uploaded scene, its lights, and the buffers that bands are
+/// rendered into. Adds "count", "capture", "sort", "composite" and "upload" to the times.
 class BandRenderer {
   public:
     /// The posed scene and the times must outlive it.
@@ -37,38 +37,38 @@ class BandRenderer {
     BandCapture& capture() { return capture_; }
     Lighting& lighting() { return lighting_; }
 
-    /// Renders the bands of this plan from now on, whose view, settings, method and positions are
-    /// known; it must stay.
+    /// Renders the bands of this plan from now on. Its view, settings, method and positions must be
+    /// set; it must outlive its use.
     void begin(const GlPlan& plan);
-    /// Moves the view to one of the sample positions for what is captured from now on.
+    /// Moves the view to a sample position for all later captures.
     void showSample(std::size_t i);
-    /// Takes the surfaces of the plan's settings as they are now.
+    /// Applies the current surfaces of the plan's settings.
     void takeSurfaces() { pass_context_.settings.surfaces = plan_->settings.surfaces; }
 
-    /// The plan's methods; captured layers may be composited on the CPU.
+    /// Returns the plan's methods; captured layers may be composited on the CPU.
     const PlanMethods& methods() const { return methods_; }
-    /// Whether a band is captured while the one before is taken: of layers that are handed over as
-    /// they are found.
+    /// Whether a band is captured while the previous one is sorted and passed on: only for layers
+    /// that need no further processing.
     bool overlapsBands() const;
-    /// What the plan's bands cost.
+    /// Returns the costs of the plan's bands.
     BandBudget budget() const;
-    /// What earlier bands have left, of this plan or another, is not to be counted twice under a
-    /// budget: as resident memory and as what the next bands take. Where there is room for both,
-    /// the buffers serve again.
+    /// Frees the buffers of earlier bands, of this plan or another, so that a budget does not count
+    /// them twice: as resident memory and as memory of the next bands. Keeps them for reuse if the
+    /// budget has room for both.
     void freeBands();
 
     /// Renders a band. Throws Error (kInternal) if the hits of a pixel differ from the count.
     void render(const Window& band, const BandLimits& limits, const TakeBand& take,
                 const TakeCounts& visible);
-    /// The same for all bands, where the GPU captures one while the CPU takes the one before.
+    /// Renders all bands; the GPU captures one while the CPU takes the previous one.
     void renderOverlapping(std::span<const Window> bands, const TakeBand& take);
-    /// Renders a band of a plan with `opaque_first`: without what lies behind opaque surfaces.
+    /// Renders a band of a plan with `opaque_first`: without the fragments behind opaque surfaces.
     void renderVisible(const Window& band, const BandLimits& limits, const TakeBand& take,
                        const TakeCounts& visible);
     /// Captures all samples of a band and merges them.
     void renderMerged(const Window& band, LayeredImage& out);
 
-    /// The geometry passes since the last call.
+    /// Returns the number of geometry passes since the last call.
     int takePasses() { return std::exchange(passes_, 0); }
 
   private:
@@ -83,8 +83,8 @@ class BandRenderer {
     Lighting lighting_;
     const GlPlan* plan_ = nullptr;
     PlanMethods methods_;
-    std::vector<std::uint32_t> counts_;  ///< of the band being captured
-    std::array<BandLists, 2> lists_;     ///< of bands that overlap
+    std::vector<std::uint32_t> counts_;  ///< of the current band
+    std::array<BandLists, 2> lists_;     ///< of overlapping bands
     LayeredImage image_;
     CompositeImage composite_;
     int passes_ = 0;

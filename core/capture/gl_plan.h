@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A plan of the GlRenderer: how a view is captured, and what the count pass has found.
+// A capture plan of the GlRenderer: how to capture a view, with the results of the count pass.
 #pragma once
 
 #include <cstdint>
@@ -17,29 +17,29 @@
 
 namespace peeler {
 
-// What planning has found is kept for the capture if it is no more than this share of the budget
-// (or this many bytes without one); otherwise it is found again.
+// Results of planning are kept for the capture if they take at most this share of the budget (or
+// this many bytes without one); otherwise they are computed again.
 inline constexpr std::uint64_t kKeptShare = 6;
 inline constexpr std::uint64_t kKeptBytes = 256ULL << 20;
 
 struct GlPlan final : CapturePlan::Details {
     View view;
-    CaptureSettings settings;  ///< with the surfaces that are captured, perhaps fewer
+    CaptureSettings settings;  ///< with the surfaces to capture, perhaps fewer
     const MethodInfo* method = nullptr;
-    std::vector<glm::dvec2> positions{};  ///< of the samples in a pixel: each is a view
+    std::vector<glm::dvec2> positions{};  ///< sample positions in a pixel: each is a view
     bool opaque_first = false;            ///< composites are captured by compositeVisible()
-    Window drawn{};                       ///< then: outside of it there is nothing
+    Window drawn{};                       ///< with opaque_first: outside of it there is nothing
 
-    std::vector<std::uint64_t> clip_rows{};    ///< surfaces of clip meshes a row, of the worst view
+    std::vector<std::uint64_t> clip_rows{};    ///< clip-mesh surfaces per row, of the worst view
     std::optional<DepthComplexity> counted{};  ///< of all samples together
     std::optional<DepthComplexity> merged{};   ///< of the layers they merge into
     std::uint32_t limit = 0;                   ///< nearest layers to keep; 0 = all
-    double share = 0;                          ///< of a picture's work, as progress counts it
+    double share = 0;                          ///< of a picture's work, for progress
 
-    // Only the latest plan of a renderer has these.
+    // Only a renderer's latest plan has these.
     std::vector<std::uint32_t> kept_counts{};  ///< of the whole crop, or empty; one view only
     std::vector<LayeredImage> kept_bands{};    ///< the bands of those counts, or empty
-    int kept_passes = 0;                       ///< that these took
+    int kept_passes = 0;                       ///< that captured these
 
     bool mergesLayers() const { return positions.size() > 1 && !settings.composite; }
     bool fitsKept(std::uint64_t bytes) const {

@@ -14,7 +14,7 @@
 namespace peeler {
 namespace {
 
-// How much of a picture's time planning takes, roughly: one cheap pass of two or three and the
+// Approximate share of planning in a picture's time: one cheap pass out of two or three plus the
 // writing, or with several samples the whole capture once.
 constexpr double kCountShare = 0.2, kMergeShare = 0.6, kCompositeShare = 0.8;
 
@@ -85,14 +85,14 @@ void GlPlanner::count() {
     limitLayers();
 }
 
-/// Reports progress in a stage of the planning that goes from one share of it to another.
+/// Reports progress in a planning stage that spans `from` to `to` of the planning's share.
 void GlPlanner::report(double from, double to, double share) const {
     if (progress_) progress_(plan_.share * (from + (to - from) * share));
 }
 
-/// No fragment behind an opaque one changes an exact composite of all layers: its alpha is 1, so
-/// that nothing gets through. Such composites are captured without them. Approximations average
-/// all fragments, and limits count them.
+/// Leaves out the fragments behind opaque ones if the composite is exact and has all layers: they
+/// cannot change it, since opaque fragments have alpha 1. Approximations average all fragments, and
+/// limits count them.
 void GlPlanner::chooseSurfaces() {
     CaptureSettings& settings = plan_.settings;
     if (!settings.composite || !plan_.method->exact() || settings.max_layers != 0 ||
@@ -105,14 +105,14 @@ void GlPlanner::chooseSurfaces() {
     if (methods.composite || !methods.layers->takesOpaqueFirst() || !settings.clip.nodes.empty() ||
         settings.depth_clamp)
         return;
-    plan_.opaque_first = true;  // which its costs depend on
+    plan_.opaque_first = true;  // must be set before its costs are computed
     plan_.opaque_first =
         hasRoom(settings.memory, usedBytes(settings.memory), renderer_.budget().costs());
     if (plan_.opaque_first) plan_.drawn = renderer_.capture().drawnWindow();
 }
 
-/// To count what is visible is most of the work of compositing it. So where there is room to keep
-/// composites they are made at once, and true is returned.
+/// Composites all samples and returns true if there is room to keep the composites: counting
+/// visible fragments is most of the work of compositing them.
 bool GlPlanner::compositeSamples() {
     const Window& crop = plan_.view.crop;
     const std::uint64_t composite_bytes = CompositeImage::pixelBytes(plan_.settings.tinted);
@@ -142,7 +142,7 @@ bool GlPlanner::compositeSamples() {
     return true;
 }
 
-/// Clip meshes have lists of their own in every band, which have to fit, too.
+/// Counts the clip-mesh surfaces: each band has lists of them, which must also fit.
 void GlPlanner::countClip() {
     if (plan_.settings.clip.nodes.empty()) return;
     const Window& crop = plan_.view.crop;
@@ -165,7 +165,7 @@ void GlPlanner::countClip() {
     plan_.clip_rows = std::move(most_of);
 }
 
-/// Carries out the count pass of every view.
+/// Runs the count pass of every view.
 void GlPlanner::countSamples() {
     const Window& crop = plan_.view.crop;
     const auto width = static_cast<std::size_t>(crop.width());
@@ -204,7 +204,7 @@ void GlPlanner::countSamples() {
     }
 }
 
-/// How many layers several views have together is known only when they are merged.
+/// Merges all views to count their layers: the number is known only after merging.
 void GlPlanner::countMerged() {
     if (!plan_.mergesLayers()) return;
     const Window& crop = plan_.view.crop;
@@ -227,8 +227,8 @@ void GlPlanner::countMerged() {
     if (!keeps) plan_.kept_bands.clear();
 }
 
-/// max_layers and occlusion_ratio of the settings: the first layer that touches fewer pixels than
-/// the ratio is the last one, as if a pass had found it out.
+/// Applies max_layers and occlusion_ratio of the settings: the first layer that touches fewer
+/// pixels than the ratio becomes the last one, as in an occlusion query per pass.
 void GlPlanner::limitLayers() {
     plan_.limit = plan_.settings.max_layers;
     if (!(plan_.settings.occlusion_ratio > 0)) return;

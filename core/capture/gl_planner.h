@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The count pass of a view, and what follows from it: a GlPlan.
+// Planning: the count pass of a view, and the GlPlan that follows from it.
 #pragma once
 
 #include <peeler/sink.h>
@@ -11,22 +11,22 @@
 
 namespace peeler {
 
-/// Throws Error (kUsage) for what contradicts itself whatever the scene is: an unknown method, one
-/// that makes composites only where layers are asked for, a limit on one that takes all at once, a
-/// blended tail of layers.
+/// Throws Error (kUsage) for settings that contradict each other regardless of the scene: an
+/// unknown method, a composite-only method for layers, a layer limit on a method that takes all
+/// layers at once, a blended tail of layers.
 void checkSettings(const CaptureSettings& settings);
 
-/// Makes one plan.
+/// The planner of one plan.
 class GlPlanner {
   public:
-    /// All must outlive it. `plan` has its view and its settings.
+    /// All arguments must outlive it. `plan` has its view and its settings.
     GlPlanner(BandRenderer& renderer, const DrawList& draws, StageTimes& times, GlPlan& plan,
               const Progress& progress);
 
-    /// Counts, and merges or composites where that has to be done to count; fills the plan in.
-    /// Throws Error (kMemory) if one row does not fit the budget.
+    /// Counts, and merges or composites if counting requires it; completes the plan. Throws Error
+    /// (kMemory) if a single row exceeds the budget.
     void count();
-    /// What sinks get of it.
+    /// Returns the plan as passed to sinks.
     Plan plan() const;
 
   private:

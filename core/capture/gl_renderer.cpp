@@ -17,11 +17,11 @@
 namespace peeler {
 namespace {
 
-// What costs do not count, and forecasts have to. With llvmpipe (Mesa 22.3, LLVM 15, on one and
-// two threads) the captures of tests/memory_test.py take up to 35 MB more: LLVM compiles their
-// passes when they are first drawn (6 MB for plain materials, 27 for those of a car's engine, more
-// for peels, which have two passes), and the rasteriser's threads keep triangles in bins. Of bands
-// that have been kept nothing is left to compile: up to 20 MB.
+// Memory that the costs do not include but forecasts must. With llvmpipe (Mesa 22.3, LLVM 15, on
+// one and two threads) the captures of tests/memory_test.py take up to 35 MB more: LLVM compiles
+// their passes on first draw (6 MB for plain materials, 27 for those of a car's engine, more for
+// peeling, which has two passes), and the rasteriser's threads keep triangles in bins. Kept bands
+// need no more compilation: up to 20 MB.
 constexpr std::uint64_t kCaptureBytes = std::uint64_t{40} << 20;
 constexpr std::uint64_t kHandOverBytes = std::uint64_t{24} << 20;
 
@@ -39,9 +39,9 @@ struct GlRenderer::State {
     std::optional<NextFrame> next_frame;
     StageTimes times;
     BandRenderer bands;
-    std::optional<ShadowMaps> shadows;  // of the pose, once something was lit that has them
-    std::shared_ptr<GlPlan> shown;      // what `bands` renders
-    std::weak_ptr<GlPlan> latest;       // which alone keeps what planning has found
+    std::optional<ShadowMaps> shadows;  // of the pose, captured once a lit render needs them
+    std::shared_ptr<GlPlan> shown;      // the plan that `bands` renders
+    std::weak_ptr<GlPlan> latest;       // the only one that keeps planning results
 };
 
 GlRenderer::GlRenderer(gl::Context& context, PosedScene posed)
@@ -55,7 +55,7 @@ void GlRenderer::setPose(PosedScene posed) {
     const bool lit_alike = still && s.posed.lights() == posed.lights();
     s.posed = std::move(posed);
     if (!still) timed(s.times, "upload", [&] { s.bands.capture().setPose(s.posed); });
-    // Shadow maps are worth keeping where only the camera moves.
+    // Shadow maps are worth keeping if only the camera moves.
     if (lit_alike) return;
     s.bands.lighting().setShadows(nullptr);
     s.shadows.reset();
@@ -76,8 +76,7 @@ StageTimes GlRenderer::takeTimes() {
     return std::exchange(state_->times, {});
 }
 
-/// Hands the lights the shadow maps that the settings ask for, which are captured unless they are
-/// there already.
+/// Sets the lights' shadow maps as required by the settings, capturing them if necessary.
 void GlRenderer::State::castShadows(GlRenderer& renderer, const CaptureSettings& asked) {
     bands.lighting().setShadows(nullptr);
     if (!asked.shadows || asked.shading == Shading::kUnlit) return;
@@ -88,7 +87,7 @@ void GlRenderer::State::castShadows(GlRenderer& renderer, const CaptureSettings&
     bands.lighting().setShadows(&*shadows);
 }
 
-/// Has `bands` render this plan.
+/// Makes `bands` render this plan.
 GlPlan& GlRenderer::State::show(GlRenderer& renderer, const CapturePlan& planned) {
     auto details = std::dynamic_pointer_cast<GlPlan>(planned.details);
     if (!details) throw Error(ErrorKind::kInternal, "the plan is another source's");
@@ -103,7 +102,7 @@ GlPlan& GlRenderer::State::show(GlRenderer& renderer, const CapturePlan& planned
 CapturePlan GlRenderer::plan(const View& view, const CaptureSettings& settings,
                              const Progress& progress) {
     State& s = *state_;
-    s.castShadows(*this, settings);  // plans and captures, too
+    s.castShadows(*this, settings);  // itself plans and captures, so it comes first
     checkSettings(settings);
     if (const auto before = s.latest.lock()) before->freeKept();
     s.shown = std::make_shared<GlPlan>();
@@ -120,7 +119,7 @@ std::uint64_t GlRenderer::forecastMemory(const CapturePlan& planned, const Sink&
     GlPlan& plan = s.show(*this, planned);
     s.bands.freeBands();
     const MemoryUse of_sink = sinkUse(plan, planned, sink);
-    // Bands that have been kept are resident already.
+    // Kept bands are already resident.
     if (!plan.kept_bands.empty()) return residentBytes() + of_sink.fixed + kHandOverBytes;
     BandBudget budget = s.bands.budget();
     budget.costs().use += of_sink;
@@ -155,7 +154,7 @@ CaptureReport GlRenderer::capture(const CapturePlan& planned, Sink& sink,
             keepLayers(image, {.nearest = plan.limit});
             take(image);
         }
-        plan.kept_bands.clear();  // they have been given away
+        plan.kept_bands.clear();  // they have been moved out
     } else {
         BandBudget budget = s.bands.budget();
         budget.costs().use += sinkUse(plan, planned, sink);

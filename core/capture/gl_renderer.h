@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a scene and a view to bands of fragments: count, plan, capture.
+// The GL renderer: counts, plans and captures the views of a scene, band by band.
 #pragma once
 
 #include <memory>
@@ -10,30 +10,29 @@
 
 namespace peeler {
 
-/// Owns the uploaded scene. One GlRenderer serves any number of views, pictures as well as rays.
+/// A renderer of one scene, which it uploads. Serves any number of views, of pictures and of rays.
 class GlRenderer final : public HitSource {
   public:
     /// Uploads the scene. The context must outlive the GlRenderer. Throws Error (kMemory) if the
-    /// driver has no room, (kInput) if a texture is larger than it takes.
+    /// driver runs out of memory, (kInput) if a texture exceeds the driver's limit.
     GlRenderer(gl::Context& context, PosedScene posed);
     ~GlRenderer() override;
     GlRenderer(const GlRenderer&) = delete;
     GlRenderer& operator=(const GlRenderer&) = delete;
 
-    /// Shows the same scene (of the file's `scenes`) in another pose from the next plan() on. Only
-    /// what has moved is uploaded again. Plans of another pose cannot be captured any more.
+    /// Sets another pose of the same scene (of the file's `scenes`) from the next plan() on.
+    /// Uploads only the parts that moved. Plans of earlier poses can no longer be captured.
     void setPose(PosedScene posed);
 
-    /// What motion is measured against in the captures to come.
+    /// Sets the frame that motion is measured against in later captures.
     void setNextFrame(NextFrame next);
 
-    /// Several samples have to be merged to be counted. Throws like checkSettings() (gl_planner.h),
-    /// too, and Error (kDevice) if the context is lost.
+    /// Merges several samples in order to count them. Throws like checkSettings() (gl_planner.h),
+    /// and Error (kDevice) if the context is lost.
     CapturePlan plan(const View& view, const CaptureSettings& settings,
                      const Progress& progress = {}) override;
 
-    /// With CaptureSettings::composite a band has one fragment in every pixel that has any: the
-    /// composite.
+    /// With CaptureSettings::composite, each non-empty pixel has one fragment: the composite.
     CaptureReport capture(const CapturePlan& plan, Sink& sink,
                           const Progress& progress = {}) override;
 

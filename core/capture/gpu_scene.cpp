@@ -19,11 +19,11 @@
 namespace peeler {
 namespace {
 
-/// In pixels: lines and points have a width, and coordinates are snapped.
+/// In pixels: lines and points have width, and coordinates are snapped.
 constexpr double kPixelMargin = 2;
 
-/// What a clip coordinate may be off: four products of matrix entries and coordinates, each rounded
-/// to float, and summed.
+/// The maximum error of a clip coordinate: four products of matrix entries and coordinates, each
+/// rounded to float, and summed.
 constexpr double kClipRounding = 8.0 / (1 << 24);
 
 }  // namespace
@@ -56,7 +56,7 @@ Window screenBounds(const Box& box, const glm::dmat4& clip_from_model, int width
         low = glm::min(low, (ndc - off + 1.0) / 2.0 * size - kPixelMargin);
         high = glm::max(high, (ndc + off + 1.0) / 2.0 * size + kPixelMargin);
     }
-    // Also where something is not finite.
+    // Also if a value is not finite.
     if (!(low.x <= high.x && low.y <= high.y)) return all;
     low = glm::clamp(glm::floor(low), glm::dvec2(0), size);
     high = glm::clamp(glm::ceil(high), glm::dvec2(0), size);
@@ -75,7 +75,7 @@ struct Attribute {
     GLint components;
     const void* data;
     std::size_t bytes;
-    std::size_t missing;  // offset of the constant that stands in
+    std::size_t missing;  // offset of the default constant
 };
 
 template <class T>
@@ -85,7 +85,7 @@ Attribute attribute(GLuint location, const std::vector<T>& values,
             missing};
 }
 
-/// Those of a primitive, or those that deformation replaces.
+/// Returns the attributes of a primitive, or those that deformation replaces.
 template <class Vertices>
 std::array<Attribute, 6> attributes(const Vertices& v) {
     return {attribute(PEELER_POSITION, v.positions),
@@ -108,7 +108,7 @@ std::size_t alignedBytes(const Attributes& list) {
     return bytes;
 }
 
-/// Copies the arrays one after the other.
+/// Copies the arrays one after another.
 template <class Attributes>
 void copy(const Attributes& list, std::byte* to) {
     for (const Attribute& a : list) {
@@ -117,7 +117,7 @@ void copy(const Attributes& list, std::byte* to) {
     }
 }
 
-/// Lets the vertex array read attributes that lie one after the other from `offset` on.
+/// Points the vertex array at consecutive attributes from `offset` on.
 template <class Attributes>
 void point(const gl::Functions& gl, GLuint vertex_array, const Attributes& list, GLuint buffer,
            std::size_t offset) {
@@ -159,7 +159,8 @@ gl::VertexArray makeVertexArray(const gl::Functions& gl, const Primitive& p, GLu
 GpuGeometry::GpuGeometry(const gl::Functions& gl, const PosedScene& posed) {
     const Scene& scene = posed.scene();
     const std::vector<Geometry>& geometries = posed.drawList().geometries();
-    // Where the arrays of every primitive go, then its indices; deformed ones share the rest.
+    // The offset of every primitive's arrays, followed by its indices; deformed instances share all
+    // else.
     std::map<std::pair<int, std::size_t>, std::size_t> offsets;
     std::size_t fixed_bytes = sizeof kMissing, deformed_bytes = 0;
     for (const Geometry& geometry : geometries) {
@@ -221,8 +222,7 @@ void GpuGeometry::setDeformed(const PosedScene& posed) {
 
 namespace {
 
-// std140 records are bound one at a time, and 256 is the largest offset alignment GL allows a
-// driver.
+// std140 records are bound one at a time, and 256 is the largest offset alignment GL allows.
 constexpr std::size_t kMaterialStride = (sizeof(shader::MaterialRecord) + 255) / 256 * 256;
 
 gl::Texture uploadImage(const gl::Functions& gl, const Image& image, bool srgb, int largest) {
@@ -278,7 +278,7 @@ void GpuScene::bindMaterialRecord(std::size_t material) const {
 void GpuScene::uploadMaterials(const gl::Context& context) {
     const Scene& scene = posed_.scene();
     const gl::Functions& gl = context.functions();
-    std::set<std::size_t> used;  // a file may hold many scenes; only what is drawn is uploaded
+    std::set<std::size_t> used;  // a file may hold many scenes; only drawn materials are uploaded
     for (const MeshInstance& instance : posed_.meshes())
         for (const Primitive& p : posed_.primitives(instance))
             used.insert(static_cast<std::size_t>(p.material));

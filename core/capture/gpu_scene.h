@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The uploaded scene: its geometry, its materials, and where on the screen it can appear.
+// The uploaded scene: its geometry, its materials, and its bounds on screen.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -15,7 +15,7 @@
 
 namespace peeler {
 
-/// The smallest axis-parallel box around some points; none yet: inside out.
+/// The axis-aligned bounding box of points; inverted while empty.
 struct Box {
     glm::vec3 min{std::numeric_limits<float>::infinity()};
     glm::vec3 max{-std::numeric_limits<float>::infinity()};
@@ -24,27 +24,28 @@ struct Box {
     void add(std::span<const glm::vec3> points);
 };
 
-/// The pixels, y up, of a viewport of this size on which a GPU can put anything of the box: no
-/// pixel less, whatever it rounds in single precision, though often some more. All of them where
-/// the box reaches behind the eye.
+/// Returns the pixels, y up, of a viewport of this size that the box can touch. Conservative:
+/// covers every pixel despite the GPU's single-precision rounding, often some more. Returns all
+/// pixels if the box reaches behind the eye.
 Window screenBounds(const Box& box, const glm::dmat4& clip_from_model, int width, int height);
 
-/// One buffer for what never changes, one for deformed vertices, a vertex array object a geometry.
+/// Uploaded geometry: one buffer for static data, one for deformed vertices, a vertex array object
+/// per geometry.
 class GpuGeometry {
   public:
-    /// Throws Error (kMemory) if the driver has no room.
+    /// Throws Error (kMemory) if the driver runs out of memory.
     GpuGeometry(const gl::Functions& gl, const PosedScene& posed);
 
-    /// Takes the deformed vertices of another moment of the same scene. The GPU must not be using
+    /// Uploads the deformed vertices of another moment of the same scene. The GPU must not be using
     /// them.
     void setDeformed(const PosedScene& posed);
 
     GLuint vertexArray(const Draw& draw) const {
         return geometries_[draw.geometry].vertex_array.name();
     }
-    /// Around its vertices, in mesh space.
+    /// Returns the bounding box of its vertices, in mesh space.
     const Box& box(const Draw& draw) const { return geometries_[draw.geometry].box; }
-    /// Bytes into the element buffer.
+    /// Returns the offset into the element buffer in bytes.
     std::size_t indexOffset(const Draw& draw) const {
         return geometries_[draw.geometry].index_offset;
     }
@@ -61,25 +62,25 @@ class GpuGeometry {
     gl::Buffer fixed_, deformed_;
 };
 
-/// A material's record and the textures it binds, by unit (PEELER_BASE_COLOR_UNIT …).
+/// A material's record and its texture bindings, by unit (PEELER_BASE_COLOR_UNIT …).
 struct GpuMaterial {
     struct Binding {
         GLuint texture = 0, sampler = 0;
     };
     Binding bindings[kMaterialTextures];
     bool unlit = false, double_sided = false;
-    unsigned features = 0;  ///< what its shader needs, a bit for each of materialFeatures()
+    unsigned features = 0;  ///< of its shader, one bit for each of materialFeatures()
     glm::uvec4 flags{};     ///< of its record
 };
 
 /// Geometry, textures with mipmaps, and material records.
 class GpuScene {
   public:
-    /// Throws Error (kMemory) if the driver has no room, (kInput) if an image is larger than it
-    /// takes or the scene has 2^32 primitives or more.
+    /// Throws Error (kMemory) if the driver runs out of memory, (kInput) if an image exceeds the
+    /// driver's limit or the scene has 2^32 primitives or more.
     GpuScene(const gl::Context& context, const PosedScene& posed);
 
-    /// Shows the same scene in another pose. The GPU must not be using it.
+    /// Sets another pose of the same scene. The GPU must not be using it.
     void setPose(const PosedScene& posed);
 
     const PosedScene& posed() const { return posed_; }

@@ -13,7 +13,7 @@ class Lighting;
 struct PassContext {
     View view;
     CaptureSettings settings;
-    const Lighting* lighting = nullptr;  ///< none: nothing shines
+    const Lighting* lighting = nullptr;  ///< null: no lights
 };
 
 }  // namespace peeler

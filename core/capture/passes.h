@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a pass is (which shader runs over what, with which state, into which framebuffer), and which
-// program draws what in it.
+// Passes (shader, draws, GL state and framebuffer), and the shader variants that draw them.
 #pragma once
 
 #include <array>
@@ -20,42 +19,42 @@
 
 namespace peeler {
 
-/// Four integers for a shader's uniform at location 0.
+/// Four integers for the shader uniform at location 0.
 using ShaderArgument = std::optional<std::array<int, 4>>;
 
-/// Which draws a geometry pass shows, by the alpha mode of their materials.
+/// The draws of a geometry pass, by the alpha mode of their materials.
 enum class Draws : std::uint8_t {
     kAll,
-    kOpaque,     ///< OPAQUE and MASK, if no light passes through
-    kBlended,    ///< the others: BLEND, and what transmits light
-    kClipMeshes  ///< the boundary of the clip volume, which no other pass shows; both faces
+    kOpaque,     ///< OPAQUE and MASK, without transmission
+    kBlended,    ///< the others: BLEND, and materials with transmission
+    kClipMeshes  ///< the boundary of the clip volume, drawn by no other pass; both faces
 };
 
-/// The definition of a pass whose render target are the list heads (ListHeadTarget).
+/// The definition for passes that render to the list heads (ListHeadTarget).
 inline constexpr std::string_view kFetchedListHeads = "FETCHED_LIST_HEADS";
-/// The same, with fragments that store their entries in place of their primitives
+/// The definition for fragments that also store their list entries in place of their primitives
 /// (shaders/a_buffer.frag).
 inline constexpr std::string_view kEntriesAsKeys = "FETCHED_LIST_HEADS ENTRIES_AS_KEYS";
 
-/// A geometry pass: which fragment shader sees which draws.
+/// A geometry pass: a fragment shader and the draws it runs on.
 struct GeometryPass {
     std::string_view fragment_shader;
     std::string_view definitions = "";  ///< for the preprocessor, separated by spaces
-    bool shades = false;  ///< looks at the surface's colour, not only at depth and alpha
-    /// Looks at all that the material says, whatever light makes of it, for the channels of the
-    /// settings.
+    bool shades = false;  ///< evaluates the surface's colour, not only depth and alpha
+    /// Evaluates all material properties, regardless of lighting, for the channels of the settings.
     bool describes = false;
     Draws draws = Draws::kAll;
-    bool bounded = true;  ///< fragments behind the opaque bound, if there is one, do not count
-    /// Likewise those behind the fragments of an OpaqueTarget, which is bound for reading, and
-    /// whose depths the framebuffer has. What is drawn stores nothing if it is behind them.
+    bool bounded = true;  ///< skips fragments behind the opaque bound, if there is one
+    /// Skips fragments behind those of an OpaqueTarget, which is bound for reading and whose depths
+    /// are attached to the framebuffer. Nothing is stored for hidden fragments.
     bool in_front = false;
     GLuint framebuffer = 0;
     gl::DepthTest depth_test = gl::DepthTest::kOff;
     std::array<gl::Blend, gl::kMaxAttachments> blend{};
     ShaderArgument argument{};
 
-    /// The same pass over what is transparent and in front of the fragments of an OpaqueTarget.
+    /// Returns the same pass, restricted to transparent fragments in front of those of an
+    /// OpaqueTarget.
     GeometryPass inFront() const {
         GeometryPass pass = *this;
         pass.draws = Draws::kBlended;
@@ -76,31 +75,30 @@ struct FullScreenPass {
     ShaderArgument argument{};
 };
 
-/// What a pass looks at of a material, a draw, the view and its lights is compiled into its
-/// program, so that a shader spends nothing on what is not there. Draws that have the same in the
-/// eyes of a pass share a program; programs are compiled when they are first asked for, and stay.
+/// Shader variants. The features of material, draw, view and lights that a pass uses are compiled
+/// into its program, so that a shader spends no time on unused ones. Draws that look the same to a
+/// pass share a program. Programs are compiled on first use and kept.
 class ShaderVariants {
   public:
-    /// All must outlive it; the programs are for the pass context as it is when asked for.
+    /// All arguments must outlive it; programs match the pass context at the time of the request.
     ShaderVariants(const gl::Functions& gl, const GpuScene& scene, const PassContext& pass_context)
         : gl_(gl), scene_(scene), pass_context_(pass_context) {}
 
-    /// The program that draws `draw` in a geometry pass. Throws like gl::Program.
+    /// Returns the program that draws `draw` in a geometry pass. Throws like gl::Program.
     const gl::Program& variant(const GeometryPass& pass, const Draw& draw);
-    /// The program of these files, of which there is one. The definitions are separated by spaces;
-    /// what says how fragments are stored joins them. Throws like gl::Program.
+    /// Returns the only program of these files. The definitions are separated by spaces; the
+    /// definition of the fragment storage is appended. Throws like gl::Program.
     const gl::Program& program(const std::vector<std::string_view>& files,
                                std::string_view definitions);
 
   private:
-    /// Bits that stand for definitions, and the flags of material and draw as far as the pass looks
-    /// at them.
+    /// Bits for definitions, and the material and draw flags that the pass uses.
     struct Variant {
         unsigned bits = 0;
         std::uint32_t material_flags = 0, draw_flags = 0;
         std::uint32_t transformed = 0, second_uv = 0;  // textures, by unit
-        std::uint32_t channels = 0;                    // that the pass describes, a bit each
-        std::string_view stored;                       // how fragments are
+        std::uint32_t channels = 0;                    // described by the pass, one bit each
+        std::string_view stored;                       // definition of the fragment storage
         bool operator<(const Variant& other) const {
             return std::tie(bits, material_flags, draw_flags, transformed, second_uv, channels,
                             stored) < std::tie(other.bits, other.material_flags, other.draw_flags,
@@ -110,7 +108,7 @@ class ShaderVariants {
     };
 
     Variant variantOf(const GeometryPass& pass, const Draw& draw) const;
-    /// What lights make of a surface that is lit.
+    /// Returns the bits of lighting on a lit surface.
     unsigned lightBits() const;
     std::string definitionsOf(const GeometryPass& pass, const Variant& variant) const;
 
@@ -119,7 +117,7 @@ class ShaderVariants {
     const PassContext& pass_context_;
     /// By definitions and files.
     std::map<std::string, gl::Program> programs_;
-    /// By fragment shader and definitions of the pass: found without putting texts together.
+    /// By fragment shader and definitions of the pass: found without building a string.
     std::map<std::tuple<std::string_view, std::string_view, Variant>, const gl::Program*> variants_;
 };
 

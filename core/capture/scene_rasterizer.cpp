@@ -90,7 +90,7 @@ void SceneRasterizer::setTile(const Window& tile) {
 
 void SceneRasterizer::setBand(const Window& band, std::uint32_t layers) {
     if (band == band_ && layers == layers_) return;
-    // The boundary of a clip mesh is known in one band at a time.
+    // The boundary of a clip mesh is known for only one band at a time.
     if (band != band_ && !pass_context_.settings.clip.nodes.empty()) bound_missing_ = bounded();
     band_ = band;
     layers_ = layers;
@@ -114,7 +114,7 @@ void SceneRasterizer::freeBound() {
 
 glm::dmat4 SceneRasterizer::clipFromView() const {
     const double width = pass_context_.view.width, height = pass_context_.view.height;
-    // GL samples at pixel centres: the picture is shifted until the wanted place is there.
+    // GL samples at pixel centres: the picture is shifted to put the sample position there.
     const glm::dvec2 shift = pass_context_.view.sample - glm::dvec2(0.5);
     return pass_context_.view.projection.matrix(
         (tile_.x0 + shift.x) / width, (tile_.y0 + shift.y) / height, (tile_.x1 + shift.x) / width,
@@ -177,7 +177,7 @@ Window SceneRasterizer::drawnWindow() const {
     Window drawn;
     for (const Draw& draw : list.draws()) {
         for (const glm::dmat4& world : list.worlds(draw)) {
-            // Y points up there, and here down.
+            // screenBounds() has y up, the picture y down.
             const Window bounds =
                 screenBounds(scene_.geometry().box(draw), clip_from_world * world, width, height);
             drawn = unite(
@@ -187,7 +187,7 @@ Window SceneRasterizer::drawnWindow() const {
     return drawn;
 }
 
-/// What points of several pixels cover, too; no pixel less.
+/// Returns the bounds grown by the point size, if they are of points or lines; conservative.
 Window SceneRasterizer::grown(const Window& bounds, const Draw& draw) const {
     const int size = pass_context_.settings.point_size;
     if (bounds.empty() || size <= 1 || (draw.flags & PEELER_IS_TRIANGLES) != 0) return bounds;
@@ -214,7 +214,7 @@ void SceneRasterizer::bindFrame() {
     }
     frame_record_.bindUniform(PEELER_FRAME_BLOCK, 0, sizeof(shader::FrameRecord));
     if (pass_context_.lighting) pass_context_.lighting->bind();
-    // Without it an integer texture is incomplete: filters are linear unless told.
+    // Without a nearest sampler an integer texture is incomplete: filters are linear by default.
     for (GLuint unit = PEELER_MATERIAL_UNITS; unit <= PEELER_SHADOW_UNIT; ++unit)
         functions().BindSampler(unit, nearest_.name());
 }
@@ -234,7 +234,7 @@ bool SceneRasterizer::shown(const GeometryPass& pass, const Draw& draw) const {
     if (pass_context_.settings.hit_mode != HitMode::kNone &&
         (draw.flags & PEELER_IS_TRIANGLES) == 0)
         return false;
-    // The pass that finds the bound is the one for which opaque surfaces are always there.
+    // Not in the pass that finds the bound: there, opaque surfaces are always drawn.
     const bool hidden =
         pass.bounded && pass_context_.settings.surfaces == Surfaces::kTransparent && draw.opaque;
     const bool boundary =
@@ -287,7 +287,7 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     }
     const gl::Program* current = nullptr;
     std::size_t material = static_cast<std::size_t>(-1);
-    if (instance_records_) instance_records_.bindStorage(PEELER_INSTANCES);  // none: no draws
+    if (instance_records_) instance_records_.bindStorage(PEELER_INSTANCES);  // null: no draws
     const auto& draws = scene_.posed().drawList().draws();
     const Window scissor = inTile(area);
     for (std::size_t i = 0; i < draws.size(); ++i) {
@@ -349,7 +349,7 @@ void SceneRasterizer::renderOpaqueBound() {
     bound_missing_ = false;
     const GLuint framebuffer = bound_framebuffer_.name();
     gl::PassState clearing = passState(framebuffer, area);
-    clearing.depth_test = gl::DepthTest::kNearest;  // a clear heeds the depth mask
+    clearing.depth_test = gl::DepthTest::kNearest;  // a clear obeys the depth mask
     gl::apply(gl, clearing);
     const float far = 0;
     const GLuint none[4] = {0xFFFFFFFFU, 0, 0, 0};

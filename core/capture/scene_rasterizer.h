@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws the scene into a raster tile with one of the fragment shaders.
+// The scene rasteriser: draws the scene into a raster tile with a given fragment shader.
 #pragma once
 
 #include <cstdint>
@@ -18,27 +18,27 @@ namespace shader {
 struct FrameRecord;
 }
 
-/// Rasterisation is repeatable only if the viewport never changes, so the picture is divided into
-/// raster tiles: a fixed grid that depends on its size alone. Inside a tile every pass of every
-/// method, band and crop uses the same viewport and merely another scissor; hence they agree bit
-/// for bit.
+/// Rasterisation is repeatable only with a constant viewport, so the picture is divided into raster
+/// tiles: a fixed grid that depends only on its size. Inside a tile every pass of every method,
+/// band and crop uses the same viewport and differs only in the scissor; hence they agree bit for
+/// bit.
 class SceneRasterizer {
   public:
     static constexpr int kTileSize = 4096;
 
-    /// All must outlive it.
+    /// All arguments must outlive it.
     SceneRasterizer(const gl::Context& context, const GpuScene& scene,
                     const PassContext& pass_context);
 
-    /// Takes the pass context as it is now. The view of its lighting is the caller's to set.
+    /// Applies the current state of the pass context. The caller sets the view of its lighting.
     void begin();
-    /// The tiles of the view that touch `area`, row by row.
+    /// Returns the tiles of the view that touch `area`, row by row.
     std::vector<Window> tilesOf(const Window& area) const;
     /// Makes `tile` (one of tilesOf) the target. With Surfaces::kVisible or kTransparent the next
     /// bounded pass renders the opaque bound of the tile first.
     void setTile(const Window& tile);
-    /// The band whose buffers the fragments go to, and how many of the nearest layers a composite
-    /// shows in order.
+    /// Sets the band whose buffers receive the fragments, and the number of nearest layers that a
+    /// composite shows in order.
     void setBand(const Window& band, std::uint32_t layers = 0);
 
     /// Draws the scene into `area` (picture coordinates, inside the tile).
@@ -48,36 +48,36 @@ class SceneRasterizer {
     /// Runs a compute shader over `area`, which is also its argument.
     void compute(std::string_view shader, std::string_view definitions, const Window& area);
 
-    /// Where in the picture the scene's draws may be, whatever the sample position; outside of it
-    /// there is no fragment. Takes as long as setTile().
+    /// Returns the window of the picture that can contain the scene's draws, for any sample
+    /// position; there are no fragments outside of it. Takes as long as setTile().
     Window drawnWindow() const;
     const Window& tile() const { return tile_; }
-    /// The tile's viewport and `area` as scissor.
+    /// Returns a state with the tile's viewport and `area` as scissor.
     gl::PassState passState(GLuint framebuffer, const Window& area) const;
-    /// Whether opaque surfaces hide what is behind them.
+    /// Whether opaque surfaces hide fragments behind them.
     bool bounded() const { return pass_context_.settings.surfaces != Surfaces::kAll; }
     HitMode hitMode() const { return pass_context_.settings.hit_mode; }
     bool floatColor() const { return pass_context_.settings.color_type == PixelType::kFloat; }
     /// Whether opacity is coloured.
     bool tinted() const { return pass_context_.settings.tinted; }
     const gl::Functions& functions() const { return context_.functions(); }
-    /// Bytes of textures a tile needs for the opaque bound.
+    /// Returns the bytes of a tile's textures for the opaque bound.
     std::uint64_t boundBytes(std::uint64_t tile_pixels) const;
-    /// Frees them. The next bounded pass renders the bound anew.
+    /// Frees these textures. The next bounded pass renders the bound again.
     void freeBound();
 
   private:
-    /// Binds the record of view, tile and band, and the sampler of the peels' textures.
+    /// Binds the record of view, tile and band, and the sampler of the peeling textures.
     void bindFrame();
-    /// To the clip space of the tile.
+    /// Returns the projection to the clip space of the tile.
     glm::dmat4 clipFromView() const;
     void fillClip(shader::FrameRecord& record) const;
     bool shown(const GeometryPass& pass, const Draw& draw) const;
-    /// `area` relative to the tile, y up: x0, y0, x1, y1.
+    /// Returns `area` relative to the tile, y up: x0, y0, x1, y1.
     Window inTile(const Window& area) const;
     void uploadDrawRecords();
     Window grown(const Window& bounds, const Draw& draw) const;
-    /// Makes the buffer at least that large; what it held is lost.
+    /// Grows the buffer to at least this size; its contents are lost.
     void reserve(gl::Buffer& buffer, std::size_t bytes) const;
     void submit(const Draw& draw) const;
     void renderOpaqueBound();

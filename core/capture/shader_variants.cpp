@@ -13,7 +13,7 @@
 namespace peeler {
 namespace {
 
-// Bits, and below the definitions they stand for (shaders/README.md, "Macros").
+// Bits, and below them their definitions (shaders/README.md, "Macros").
 enum ShaderBit : unsigned {
     kVaryings = 1,
     kTextured = 2,
@@ -38,7 +38,7 @@ constexpr std::pair<unsigned, const char*> kDefinitions[] = {
     {kOrthographic, "ORTHOGRAPHIC"}, {kInFront, "IN_FRONT"},
 };
 
-/// The features that an unlit surface has, too, a bit each.
+/// Returns the features that also affect unlit surfaces, one bit each.
 unsigned alphaFeatures() {
     unsigned bits = 0;
     for (std::size_t i = 0; i < materialFeatures().size(); ++i)
@@ -46,7 +46,7 @@ unsigned alphaFeatures() {
     return bits;
 }
 
-/// The definition that says how fragments are stored (shaders/stored_fragments.glsl).
+/// Returns the definition of the fragment storage (shaders/stored_fragments.glsl).
 std::string_view storedAs(const CaptureSettings& settings) {
     if (settings.hit_mode == HitMode::kSloped) return "SLOPES";
     if (settings.hit_mode != HitMode::kNone) return "KEYS_ONLY";
@@ -98,7 +98,7 @@ ShaderVariants::Variant ShaderVariants::variantOf(const GeometryPass& pass,
     const CaptureSettings& settings = pass_context_.settings;
     Variant v;
     v.stored = storedAs(settings);
-    std::uint32_t looks_at = 0;  // which of the material's flags
+    std::uint32_t looks_at = 0;  // the material flags that the pass uses
     if (pass.describes) {
         v.bits = kVaryings | material.features * kFirstFeature;
         looks_at = kAll;
@@ -108,7 +108,7 @@ ShaderVariants::Variant ShaderVariants::variantOf(const GeometryPass& pass,
         const bool unlit = settings.shading == Shading::kUnlit || material.unlit;
         const unsigned features = material.features & (unlit ? alphaFeatures() : ~0U);
         v.bits = kVaryings | (unlit ? kUnlit : lightBits()) | features * kFirstFeature;
-        // An unlit surface shows its base colour alone.
+        // An unlit surface shows only its base colour.
         looks_at = unlit && features == 0 ? kAlpha | kBaseColor : kAll;
     } else if (draw.alpha_tested && pass.draws != Draws::kClipMeshes) {
         v.bits = kVaryings | kAlphaTest;
@@ -120,7 +120,7 @@ ShaderVariants::Variant ShaderVariants::variantOf(const GeometryPass& pass,
     v.second_uv = material.flags.z & textures;
     if (v.material_flags >= PEELER_FIRST_TEXTURE_BIT) v.bits |= kTextured;
     if (looks_at == kAll)
-        v.draw_flags = draw.flags & ~PEELER_MIRRORED;  // which the vertex shader reads
+        v.draw_flags = draw.flags & ~PEELER_MIRRORED;  // used by the vertex shader
     else if (looks_at != 0)
         v.draw_flags = draw.flags & PEELER_HAS_COLORS;
 

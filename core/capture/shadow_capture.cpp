@@ -11,7 +11,7 @@
 namespace peeler {
 namespace {
 
-/// Uploads the midpoints of each band to a layer of the array.
+/// A sink that uploads the midpoints of each band to a layer of the array.
 class MapSink final : public Sink {
   public:
     MapSink(const gl::Functions& gl, GLuint texture, int layer)

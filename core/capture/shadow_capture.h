@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Midpoint shadow maps: what the lights see, captured with the renderer's own layers.
+// Midpoint shadow maps, captured from the lights with the renderer's own layers.
 #pragma once
 
 #include <vector>
@@ -12,10 +12,10 @@
 
 namespace peeler {
 
-/// Captures what directional and spot lights see through `renderer`. `settings` say how large the
-/// maps are and how much memory there is. Throws Error (kUsage) if the device takes no textures of
-/// this size, (kInput) if it takes no array of so many, (kMemory) if they alone pass the budget,
-/// and what GlRenderer throws.
+/// Captures the shadow maps of directional and spot lights with `renderer`. `settings` give the
+/// maps' size and the memory budget. Throws Error (kUsage) if the device does not support textures
+/// of this size, (kInput) if there are too many maps for a texture array, (kMemory) if the maps
+/// alone exceed the budget, and like GlRenderer.
 ShadowMaps captureShadowMaps(GlRenderer& renderer, const gl::Context& context,
                              const std::vector<PlacedLight>& lights,
                              const CaptureSettings& settings);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Composites that show no fragment behind an opaque one: opaque surfaces first, depth-tested, then
-// only what is transparent in front of them.
+// Composites without hidden fragments: opaque surfaces first, with a depth test, then only the
+// transparent fragments in front of them.
 #include <algorithm>
 #include <numeric>
 
@@ -10,8 +10,8 @@
 namespace peeler {
 namespace {
 
-// Composites are made and handed over a few rows at a time, in memory that stays warm: to touch
-// fresh memory costs more than to composite into it.
+// Composites are made and passed on a few rows at a time, in memory that stays warm: touching fresh
+// memory costs more than compositing into it.
 constexpr std::uint64_t kPixelsAtOnce = 1 << 18;
 
 }  // namespace

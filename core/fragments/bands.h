@@ -14,48 +14,48 @@
 
 namespace peeler {
 
-/// What a band may hold at most.
+/// The maximum contents of a band.
 struct BandLimits {
     std::uint64_t fragments = 0;
     std::uint64_t pixels = 0;
-    std::uint64_t row_fragments = 0;  ///< of a band of one row, if it may hold more than others
+    std::uint64_t row_fragments = 0;  ///< limit of a one-row band, if higher than the others
 };
 
-/// What one band costs.
+/// The costs of a band.
 struct BandCosts {
-    MemoryUse use{};                        ///< in the buffers, in the hand-over and in the sink
-    std::uint64_t band_bytes = 0;           ///< most bytes to spend on a band of several rows
-    std::uint64_t largest_array_bytes = 0;  ///< bytes a fragment in the largest single buffer
-    std::uint64_t storage_block_bytes = 0;  ///< the driver's limit of one buffer binding
+    MemoryUse use{};                        ///< in the buffers, the hand-over and the sink
+    std::uint64_t band_bytes = 0;           ///< maximum bytes of a band of several rows
+    std::uint64_t largest_array_bytes = 0;  ///< bytes per fragment in the largest single buffer
+    std::uint64_t storage_block_bytes = 0;  ///< the driver's limit on one buffer binding
 };
 
-/// Bytes of a pixel of a band: a list head, an offset here and in the hand-over, and what a sink
-/// composites into.
+/// Bytes per pixel of a band: a list head, an offset here and in the hand-over, and the pixel that
+/// a sink composites into.
 inline constexpr std::uint64_t kBandPixelBytes = 3 * sizeof(std::uint32_t) + 5 * sizeof(float);
 
-/// Returns the memory that a sink takes besides the band that it is given. `fragment`: bytes of a
-/// fragment; `most_fragments(rows)`: the most fragments of any `rows` successive rows.
+/// Returns the memory that a sink uses besides the band itself. `fragment`: bytes per fragment;
+/// `most_fragments(rows)`: the maximum fragments of any `rows` successive rows.
 MemoryUse sinkUse(const Sink& sink, const Plan& plan, std::uint64_t fragment,
                   const std::function<std::uint64_t(int rows)>& most_fragments);
 
-/// Limits under a budget of which `used` bytes are in use already (usedBytes()).
-/// Throws Error (kMemory) if next to nothing is left; a limit may still come out too small for a
-/// row: cutBands says so.
+/// Returns the limits under a budget with `used` bytes already in use (usedBytes()). Throws Error
+/// (kMemory) if next to nothing is left. A limit may still be too small for a row: then cutBands()
+/// throws.
 BandLimits bandLimits(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs);
 
-/// Whether a budget leaves at least as much again as is used and as a full band takes: nothing
-/// is gained by giving buffers back between bands then. Always without one.
+/// Whether half of the budget covers the used bytes and a full band, so that freeing buffers
+/// between bands gains nothing. Always true without a budget.
 bool isRoomy(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs);
 
-/// Whether a budget leaves a quarter of a full band besides what is taken. Always without one.
+/// Whether the budget leaves room for a quarter of a full band. Always true without a budget.
 bool hasRoom(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs);
 
-/// Cuts the crop's rows into bands, top to bottom, as few as the limits allow. `row_fragments(y)`
-/// is the number of fragments of a row. Throws Error (kMemory) if one row alone is over a limit.
+/// Cuts the crop's rows into as few bands as the limits allow, top to bottom. `row_fragments(y)` is
+/// the number of fragments of a row. Throws Error (kMemory) if a single row exceeds a limit.
 std::vector<Window> cutBands(const Window& crop, const BandLimits& limits,
                              const std::function<std::uint64_t(int y)>& row_fragments);
 
-/// What the largest of some bands takes at those costs, besides what is fixed.
+/// Returns the bytes of the largest of these bands, without the fixed costs.
 std::uint64_t largestBandBytes(std::span<const Window> bands, const BandCosts& costs,
                                const std::function<std::uint64_t(int y)>& row_fragments);
 

@@ -13,12 +13,13 @@
 namespace peeler {
 namespace {
 
-/// Sorts the lists of pixels that follow one another. Neighbours mostly see the same surfaces in
-/// the same order: each list begins with the order of the one before it, and an insertion sort has
-/// next to nothing left to do. Where it has a lot, a general sort takes over.
+/// A sorter for the lists of consecutive pixels. Adjacent pixels mostly see the same surfaces in
+/// the same order: each list starts with the order of the previous one, and an insertion sort has
+/// next to nothing left to do. If it has too much, a general sort takes over.
 class ListSorter {
   public:
-    /// The order of the fragments, nearest first; until the next call. Depths are not negative.
+    /// Returns the order of the fragments, nearest first; valid until the next call. Depths are not
+    /// negative.
     const std::uint32_t* sort(const std::uint32_t* words, std::size_t stride, std::size_t count) {
         if (order_.size() != count) {
             order_.resize(count);
@@ -46,10 +47,10 @@ class ListSorter {
     }
 
   private:
-    static constexpr std::size_t kMoves = 12;  ///< a fragment; more cost more than a general sort
+    static constexpr std::size_t kMoves = 12;  ///< per fragment; beyond that std::sort is cheaper
 
-    /// Grows from the nearest to the farthest, among equal depths in draw order. Floats that are
-    /// not negative order like their bits.
+    /// Grows from the nearest to the farthest; equal depths are in draw order. Non-negative floats
+    /// order like their bits.
     static std::uint64_t keyOf(const std::uint32_t* fragment) {
         return std::uint64_t{~fragment[0]} << 32 | fragment[1];
     }
@@ -64,15 +65,15 @@ class ListSorter {
     std::vector<std::uint64_t> keys_;
 };
 
-/// The pixels of a row, and where their sorted fragments go.
+/// The pixels of a row, and the destination of their sorted fragments.
 struct SortedRow {
     std::size_t first_pixel, pixels;  ///< as captured
-    std::size_t to_pixel;             ///< the first one's place in `out`
+    std::size_t to_pixel;             ///< index of the first one in `out`
     LayeredImage& out;
     std::uint32_t* sources;  ///< of all fragments of `out`, or null
 };
 
-/// `kStride` words are captured of a fragment; of its colour `kColorBytes` are kept.
+/// `kStride`: words captured per fragment; `kColorBytes`: bytes kept of its colour.
 template <std::size_t kStride, std::size_t kColorBytes>
 void sortRow(const CapturedFragments& captured, const SortedRow& row, ListSorter& sorter) {
     LayeredImage& out = row.out;
@@ -97,7 +98,7 @@ void sortRow(const CapturedFragments& captured, const SortedRow& row, ListSorter
 
 using SortRow = void (*)(const CapturedFragments&, const SortedRow&, ListSorter&);
 
-/// For colours as they are captured, and as they are kept: halfs or floats, plain or tinted.
+/// Returns the sorter for captured and stored colours: half or float, plain or tinted.
 SortRow rowSorterOf(std::size_t stride, std::size_t color_bytes) {
     if (stride == 2) return sortRow<2, 0>;
     if (stride == 4) return sortRow<4, 8>;
@@ -107,7 +108,7 @@ SortRow rowSorterOf(std::size_t stride, std::size_t color_bytes) {
 }
 
 /// Makes room in `out` for the nearest `max_layers` (0 = all) fragments of the pixels from `first`
-/// on, and for those of `behind`, of this row, if there are any.
+/// on, and for those of `behind` in this row, if given.
 void layOut(const CapturedFragments& captured, std::size_t first, std::size_t pixels,
             std::uint32_t max_layers, LayeredImage& out, const std::uint32_t* behind = nullptr) {
     resizeAnew(out.offsets, pixels + 1);
@@ -122,8 +123,8 @@ void layOut(const CapturedFragments& captured, std::size_t first, std::size_t pi
     resizeAnew(out.color.data, out.offsets[pixels] * out.color.stride());
 }
 
-/// Puts the opaque fragments of a row, if any, at the end of their pixels' lists. Where opacity is
-/// coloured all channels are as opaque as they are.
+/// Appends the opaque fragments of a row, if any, to their pixels' lists. With coloured opacity,
+/// every channel gets their alpha.
 void addBehind(const std::uint32_t* fragments, const std::uint32_t* colors, LayeredImage& lists) {
     constexpr std::size_t kWords = OpaqueFragments::kWords;
     const std::size_t number = pixelTypeSize(lists.color.type), stride = lists.color.stride();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Captured fragments in any order, sorted by depth into lists, or composited in that order.
+// Depth sorting of captured fragments, into lists or straight into a composite.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@
 
 namespace peeler {
 
-/// A band as it comes out of the capture: pixel p owns the fragments [first[p], first[p + 1]), each
-/// of `stride` words: buffer depth, primitive (or what orders the pixel's fragments alike,
+/// A captured band: pixel p owns the fragments [first[p], first[p + 1]), each of `stride` words:
+/// buffer depth, primitive (or another value that orders the pixel's fragments the same way,
 /// LayerArea::keys), and a colour (shaders/stored_fragments.glsl).
 struct CapturedFragments {
     std::span<const std::uint32_t> first;  ///< pixels + 1 entries
@@ -24,28 +24,28 @@ struct CapturedFragments {
     std::uint32_t primitive(std::size_t fragment) const { return words[fragment * stride + 1]; }
 };
 
-/// The nearest opaque fragments of a band, four words a pixel: depth (0 = there is none), key, and
-/// a colour of halfs, which `colors`, if given, have as floats instead. They come behind a pixel's
+/// The nearest opaque fragments of a band, four words per pixel: depth (0 = none), key, and a
+/// half-float colour, which `colors`, if given, replaces by floats. They lie behind the pixel's
 /// list.
 struct OpaqueFragments {
-    const std::uint32_t* fragments = nullptr;  ///< of the top row; those below it come before it
-    const std::uint32_t* colors = nullptr;     ///< likewise, four words a pixel
+    const std::uint32_t* fragments = nullptr;  ///< of the top row; lower rows precede it in memory
+    const std::uint32_t* colors = nullptr;     ///< same layout, four words per pixel
 
     static constexpr std::size_t kWords = 4;
 };
 
-/// Sorts every pixel's list by (depth, primitive), keeps the nearest `max_layers` (0 = all), turns
-/// buffer depth into camera Z and writes the result to `out`, whose window, colour channels and
-/// type are set and whose storage is reused; extra arrays are left alone. `sources`, if given,
-/// becomes the index that each fragment of `out` has in the captured arrays. Rows are done in
-/// parallel; the result does not depend on how.
+/// Sorts every pixel's list by (depth, primitive), keeps the nearest `max_layers` (0 = all),
+/// converts buffer depth to camera Z and writes the result to `out`. The window, colour channels
+/// and type of `out` must be set; its storage is reused; its extra arrays are left alone.
+/// `sources`, if given, receives the index of each fragment of `out` in the captured arrays. Rows
+/// are processed in parallel; the result does not depend on the order.
 void depthSort(const CapturedFragments& captured, const Projection& projection,
                std::uint32_t max_layers, LayeredImage& out,
                std::vector<std::uint32_t>* sources = nullptr);
 
-/// What compositeNearest() makes of the lists that depthSort() would give with colours like
-/// `color`, which is empty, bit for bit, without storing them. `behind`, if given, is behind the
-/// lists. `out`, whose window is set, is overwritten.
+/// Composites the lists that depthSort() would write, bit-identical to compositeNearest(), without
+/// storing them. `color` gives their channels and type and is empty. `behind`, if given, lies
+/// behind the lists. Overwrites `out`, whose window must be set.
 void depthSortComposite(const CapturedFragments& captured, const Projection& projection,
                         std::uint32_t layers, Tail tail, const FragmentArray& color,
                         CompositeImage& out, const OpaqueFragments* behind = nullptr);

@@ -21,7 +21,7 @@ double radicalInverse(unsigned index) {
     return value;
 }
 
-/// One fragment of one sample of the pixel at hand.
+/// One fragment of one sample of the current pixel.
 struct Entry {
     float z;
     int sample;
@@ -29,7 +29,7 @@ struct Entry {
     std::uint32_t surface;
 };
 
-/// Fragments of different samples, at most one of each, that become one.
+/// Fragments of different samples, at most one of each, that merge into one.
 struct Group {
     std::uint32_t surface;
     std::size_t nearest;       // index into the pixel's entries
@@ -40,10 +40,10 @@ struct MergedRow {
     std::vector<std::uint32_t> counts;  // by pixel
     std::vector<float> z;
     std::vector<MergedColor> colors;
-    std::vector<std::pair<int, std::uint32_t>> nearest;  // sample and fragment in it
+    std::vector<std::pair<int, std::uint32_t>> nearest;  // sample, and fragment in it
 };
 
-/// Merges the pixels of a row one after the other; the storage is reused.
+/// Merges pixels of a row, one after another; reuses its storage.
 class RowMerger {
   public:
     RowMerger(std::span<const LayeredImage> samples, const SurfaceOf& surface_of)
@@ -64,7 +64,7 @@ class RowMerger {
 
     std::span<const LayeredImage> samples_;
     const SurfaceOf& surface_of_;
-    std::vector<Entry> entries_;  // nearest first; those of a sample in its order
+    std::vector<Entry> entries_;  // nearest first; those of a sample keep its order
     std::vector<Group> groups_;
     std::vector<int> last_group_;  // by sample
 };
@@ -83,9 +83,9 @@ void RowMerger::collect(std::size_t pixel) {
     });
 }
 
-/// A surface may lie in the pixel more than once (front and back of a ball, folds). An entry
-/// belongs to the group only if each member is the nearest to it among its sample's fragments of
-/// the surface.
+/// Whether an entry belongs to the group: each member must be the nearest to it among its sample's
+/// fragments of the surface. A surface may lie in the pixel more than once (front and back of a
+/// ball, folds).
 bool RowMerger::fits(const Group& group, const Entry& entry) const {
     for (const int member : group.members) {
         if (member < 0) continue;
@@ -106,7 +106,7 @@ void RowMerger::group() {
     for (std::size_t i = 0; i < entries_.size(); ++i) {
         const Entry& entry = entries_[i];
         int& last = last_group_[static_cast<std::size_t>(entry.sample)];
-        // Behind its sample's last fragment, so that every sample keeps its order.
+        // Starts behind its sample's last fragment, so that every sample keeps its order.
         int found = static_cast<int>(groups_.size()) - 1;
         while (found > last && groups_[static_cast<std::size_t>(found)].surface != entry.surface)
             --found;
@@ -122,7 +122,7 @@ void RowMerger::group() {
 
 void RowMerger::composite(MergedRow& row) const {
     constexpr double kNothing = 1e-9;
-    using Through = std::array<double, 3>;  // of each channel, what still gets through
+    using Through = std::array<double, 3>;  // transmittance per channel
     std::vector<Through> through(samples_.size(), {1, 1, 1});
     const auto samples = static_cast<double>(samples_.size());
     for (const Group& group : groups_) {

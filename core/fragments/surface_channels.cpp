@@ -19,13 +19,13 @@
 namespace peeler {
 namespace {
 
-/// World to pixels of the picture, y down.
+/// Projection from world space to pixels of the picture, y down.
 class PixelProjection {
   public:
     explicit PixelProjection(const View& view)
         : rays_(view), camera_from_world_(glm::inverse(view.camera_to_world)) {}
 
-    /// False if the point is not in front of the camera.
+    /// Returns false if the point is not in front of the camera.
     bool project(const glm::dvec3& world, glm::dvec2& pixel) const {
         const glm::dvec3 point(camera_from_world_ * glm::dvec4(world, 1));
         if (rays_.perspective() && !(point.z < 0)) return false;
@@ -38,7 +38,7 @@ class PixelProjection {
     glm::dmat4 camera_from_world_;
 };
 
-/// What all fragments of a band share.
+/// Data shared by all fragments of a band.
 struct Band {
     explicit Band(const FragmentSources& s)
         : sources(s),
@@ -48,7 +48,7 @@ struct Band {
 
     const FragmentSources& sources;
     PixelProjection now, next;
-    std::vector<std::uint32_t> ordinals;  // of every instance among those of its node
+    std::vector<std::uint32_t> ordinals;  // index of every instance among those of its node
 };
 
 /// A pixel's ray.
@@ -63,17 +63,17 @@ struct PixelRay {
     glm::dvec3 direction;  // not of unit length
 };
 
-/// Everything about the fragment at hand.
+/// The current fragment.
 struct Fragment {
     const PixelRay& ray;
     const RecentElements::Entry& entry;
-    std::array<double, 3> weight{};  // of the corners; only if a channel asks for it
+    std::array<double, 3> weight{};  // of the corners; only if a channel needs it
     double z = 0;
 
     const WorldElement& element() const { return entry.element; }
 };
 
-// One function a channel: its components, as doubles, which hold any id.
+// One function per channel: writes its components as doubles, which hold any id.
 
 void normalOfTriangle(const Band&, const Fragment& f, double* out) {
     const glm::dvec3& front = f.entry.unit;
@@ -120,7 +120,7 @@ void distance(const Band& band, const Fragment& f, double* out) {
     *out = glm::distance(worldPosition(view, f.ray.at.x, f.ray.at.y, f.z), f.ray.origin);
 }
 
-/// How a channel follows from Z and primitive; none: a shader says it.
+/// The evaluation of a channel from Z and primitive; null: a shader outputs it.
 struct Evaluation {
     void (*evaluate)(const Band&, const Fragment&, double* out) = nullptr;
     bool needs_point = false;
@@ -160,7 +160,7 @@ void storeValues(const double* values, std::size_t count, PixelType type, std::b
         store_as([](double value) { return static_cast<std::uint32_t>(value); });
 }
 
-/// Fills in the channels of one fragment after the other.
+/// A filler of channels, one fragment at a time.
 class ChannelFiller {
   public:
     ChannelFiller(const FragmentSources& sources, std::span<const Channel> channels,
@@ -168,7 +168,7 @@ class ChannelFiller {
         : band_(sources) {
         for (std::size_t c = 0; c < channels.size(); ++c) {
             FragmentArray& array = arrays[c];
-            // Its storage serves again.
+            // Reuses its storage.
             FragmentArray fresh = emptyArray(channels[c], image.color.type);
             fresh.data.swap(array.data);
             array = std::move(fresh);
@@ -218,8 +218,8 @@ class ChannelFiller {
     bool needs_point_ = false;
 };
 
-/// Calls take(part, elements, pixel, ray) for every pixel that has fragments, on all threads, those
-/// of a part on one. `corners`: whether elements need them.
+/// Calls take(part, elements, pixel, ray) for every non-empty pixel, on all threads, each part on
+/// one thread. `corners`: whether elements need them.
 template <class Take>
 void forEachPixel(const FragmentSources& sources, bool corners, const LayeredImage& image,
                   const std::vector<Window>& parts, Take&& take) {
@@ -237,7 +237,7 @@ void forEachPixel(const FragmentSources& sources, bool corners, const LayeredIma
     });
 }
 
-/// Rows of an image that are done by one thread: enough for triangles to be met again.
+/// Returns groups of an image's rows, one per task: large enough to meet the same triangles again.
 std::vector<Window> partsOf(const Window& window) {
     constexpr int kPixels = 1 << 14;
     const int rows = std::max(1, kPixels / std::max(1, window.width()));

@@ -12,7 +12,7 @@ namespace {
 
 constexpr const char* kMakeCurrent = "make the context that the Renderer was made with current";
 
-/// A label that no other object of the process has; a process may hold this library twice.
+/// Returns a label unique in the process, which may load this library twice.
 std::string newLabel() {
     static std::atomic<std::uint64_t> last = 0;
     return "peeler " + std::to_string(reinterpret_cast<std::uintptr_t>(&last)) + ' ' +
@@ -54,7 +54,7 @@ AdoptedContext::~AdoptedContext() {
 
 bool AdoptedContext::current() const {
     const Functions& gl = functions();
-    // Asked first: for the label of an object that is not there, another context had an error.
+    // Checked first: querying the label of a missing object raises a GL error in another context.
     if (!anyCurrent(gl) || gl.IsVertexArray(mark_) != GL_TRUE) return false;
     std::array<GLchar, 64> text{};
     GLsizei length = 0;

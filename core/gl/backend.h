@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A GL backend, the row of the context table. The rows, context_egl.cpp and context_osmesa.cpp, are
-// declared here.
+// GL backends: the row type of the context table, and its rows, context_egl.cpp and
+// context_osmesa.cpp.
 #pragma once
 
 #include <functional>
@@ -12,17 +12,17 @@
 
 namespace peeler::gl {
 
-/// A place where a backend can make a context. `open` makes it current or says why not.
+/// A possible context of a backend. `open` makes it current or explains why it cannot.
 struct Candidate {
     Device device;  ///< backend, name and (if known beforehand) software; or the problem
     /// Returns null and a sentence in `problem` on failure. The context's functions are loaded.
     std::function<std::unique_ptr<Context>(std::string& problem)> open;
 };
 
-/// A row of the table.
+/// A row of the backend table.
 struct Backend {
     const char* name;
-    /// All candidates, hardware first. At least one, if only to say why there is none.
+    /// Returns all candidates, hardware first; at least one, if only to explain why there is none.
     std::vector<Candidate> (*candidates)();
 };
 

@@ -18,27 +18,27 @@
 namespace peeler::gl {
 namespace {
 
-// What a barrier has to name so that a shader's writes are seen by: another shader; commands that
+// The barrier bits that make a shader's writes visible to other shaders, and to commands that
 // clear, copy or map.
 constexpr GLbitfield kByShaders = GL_SHADER_STORAGE_BARRIER_BIT;
 constexpr GLbitfield kByCommands = GL_BUFFER_UPDATE_BARRIER_BIT;
 
-/// A storage block that a program looks at.
+/// A storage block of a program.
 struct Block {
     std::string name;
     GLuint binding = 0;
     bool writes = false;
 };
 
-/// What has happened to a buffer that no barrier has dealt with yet.
+/// The accesses to a buffer since the last barrier.
 struct Use {
-    GLbitfield unseen = 0;      ///< kByShaders and kByCommands: who does not see what was written
-    std::uint64_t written = 0;  ///< by which pass
-    std::uint64_t read = 0;     ///< by which pass, 0 = by none
+    GLbitfield unseen = 0;      ///< kByShaders and kByCommands: readers without a barrier
+    std::uint64_t written = 0;  ///< the pass that wrote it
+    std::uint64_t read = 0;     ///< the pass that read it, 0 = none
     std::string writer;         ///< a block of that pass
 };
 
-/// All that is known of the context whose functions are checked on this thread.
+/// The known state of the context whose functions are checked on this thread.
 struct Checked {
     Functions actual;
     PFNGLGETPROGRAMINTERFACEIVPROC get_program_interface_iv = nullptr;
@@ -63,8 +63,8 @@ Checked& checked() {
     throw Error(ErrorKind::kInternal, what, "PEELER_CHECK_BARRIERS");
 }
 
-/// The blocks of a shader that do not say everywhere that they are read only. Each is declared in
-/// one line; a regular expression that goes through all of a shader takes longer than its compiler.
+/// Returns the blocks of a shader that are not declared readonly. Each is declared on one line; a
+/// regular expression over the whole shader takes longer than its compiler.
 std::set<std::string> writtenBlocks(const std::string& text) {
     static const std::regex kBlock(R"((\breadonly\s+)?\bbuffer\s+(\w+)\s*\{)");
     std::set<std::string> names;
@@ -155,7 +155,7 @@ void APIENTRY memoryBarrier(GLbitfield barriers) {
     checked().actual.MemoryBarrier(barriers);
 }
 
-/// What the program in use does to the buffers that are bound.
+/// Records the accesses of the current program to the bound buffers.
 void useBlocks() {
     Checked& c = checked();
     for (const Block& block : c.blocks[c.program]) {

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// A check that passes that share storage buffers have the barriers between them that OpenGL wants.
+// Barrier check: passes that share storage buffers must have the barriers that OpenGL requires.
 #pragma once
 
 #include "core/gl/functions.h"
 
 namespace peeler::gl {
 
-/// Where PEELER_CHECK_BARRIERS is in the environment, has these functions throw Error (kInternal)
-/// when a pass uses what an earlier one has written to a storage buffer, or writes what one has
-/// read, or the CPU gets at it, without the barrier that OpenGL 4.5 wants between (core, 7.13.2,
-/// "Shader Memory Access Synchronization"). Software renderers forgive it, GPUs need not. A pass
-/// begins where a framebuffer is bound or work dispatched: within one, shaders have atomics. Call
-/// it once for the functions of a context, on its thread; of several contexts of a thread the last
-/// is the one that may be used. Elsewhere it does nothing, and costs nothing.
+/// If the environment variable PEELER_CHECK_BARRIERS is set, makes these functions throw Error
+/// (kInternal) when a pass uses a storage buffer that an earlier pass wrote, writes one that an
+/// earlier pass read, or the CPU accesses it, without the barrier that OpenGL 4.5 requires in
+/// between (core, 7.13.2, "Shader Memory Access Synchronization"). Software renderers forgive a
+/// missing barrier, GPUs may not. A pass begins where a framebuffer is bound or work is dispatched;
+/// within a pass, shaders use atomics. Call it once for the functions of a context, on its thread;
+/// with several contexts on a thread only the last may be used. Does nothing otherwise, at no cost.
 void checkBarriers(Functions& functions, const ProcAddress& lookup);
 
 }  // namespace peeler::gl

@@ -12,11 +12,11 @@
 namespace peeler::gl {
 namespace {
 
-// What shaders/interface.glsl gives numbers to.
+// The numbers of binding points in shaders/interface.glsl.
 constexpr GLuint kTextureUnits = PEELER_LOBE_UNIT + 1;
 constexpr GLuint kStorageBindings = PEELER_CHANNELS + 1;
 constexpr GLuint kUniformBindings = PEELER_MATERIAL_BLOCK + 1;
-constexpr GLuint kClipDistances = 8;  // the least GL_MAX_CLIP_DISTANCES
+constexpr GLuint kClipDistances = 8;  // the minimum GL_MAX_CLIP_DISTANCES
 
 constexpr std::array<std::pair<GLenum, GLenum>, 11> kTextures = {{
     {GL_TEXTURE_1D, GL_TEXTURE_BINDING_1D},
@@ -33,7 +33,7 @@ constexpr std::array<std::pair<GLenum, GLenum>, 11> kTextures = {{
 }};
 
 GLint integer(const Functions& gl, GLenum parameter) {
-    std::array<GLint, 2> value{};  // GL_POLYGON_MODE is two in older drivers
+    std::array<GLint, 2> value{};  // GL_POLYGON_MODE has two values in older drivers
     gl.GetIntegerv(parameter, value.data());
     return value[0];
 }
@@ -95,7 +95,7 @@ StateValues readEnabledByIndex(const Functions& gl, GLenum capability, GLenum ho
     return values;
 }
 
-/// Of each draw buffer, or of each viewport.
+/// Per draw buffer, or per viewport.
 StateValues readBlending(const Functions& gl, GLenum capability) {
     return readEnabledByIndex(gl, capability, GL_MAX_DRAW_BUFFERS);
 }
@@ -123,13 +123,13 @@ void writePixelStore(const Functions& gl, GLenum parameter, const StateValues& v
     gl.PixelStorei(parameter, asInt(values[0]));
 }
 
-/// A binding of a buffer that no index has, by the target.
+/// Writes the non-indexed binding of a buffer target.
 template <GLenum Target>
 void writeBuffer(const Functions& gl, GLenum, const StateValues& values) {
     gl.BindBuffer(Target, asEnum(values[0]));
 }
 
-/// Name, start and size of every binding; a buffer that is bound as a whole has the size 0.
+/// Returns name, start and size of every binding; size 0 means that the whole buffer is bound.
 StateValues readBindings(const Functions& gl, GLenum binding, GLenum start, GLenum size,
                          GLuint bindings) {
     StateValues values;
@@ -168,7 +168,7 @@ StateValues readUniforms(const Functions& gl, GLenum binding) {
                         kUniformBindings);
 }
 
-/// Does something with every texture unit, which it makes the active one.
+/// Calls each(unit) for every texture unit while it is active.
 template <class Each>
 void forEachUnit(const Functions& gl, Each each) {
     const auto active = static_cast<GLenum>(integer(gl, GL_ACTIVE_TEXTURE));
@@ -223,7 +223,7 @@ void writeColorMask(const Functions& gl, GLenum, const StateValues& values) {
                       asBoolean(values[i + 2]), asBoolean(values[i + 3]));
 }
 
-/// These parameters of every draw buffer.
+/// Returns these parameters of every draw buffer.
 StateValues readOfDrawBuffers(const Functions& gl, std::span<const GLenum> parameters) {
     StateValues values;
     for (GLuint i = 0; i < count(gl, GL_MAX_DRAW_BUFFERS); ++i) {
@@ -460,7 +460,7 @@ const std::vector<StateRow>& rows() {
         capability("colour logic operation", GL_COLOR_LOGIC_OP),
         capability("sRGB framebuffers", GL_FRAMEBUFFER_SRGB),
         {"colour masks", GL_COLOR_WRITEMASK, readColorMask, writeColorMask, {GL_TRUE}},
-        // Pixels that are uploaded and read back.
+        // Pixel transfer.
         pixelStore("unpack alignment", GL_UNPACK_ALIGNMENT, 4),
         pixelStore("unpack row length", GL_UNPACK_ROW_LENGTH),
         pixelStore("unpack image height", GL_UNPACK_IMAGE_HEIGHT),
@@ -488,7 +488,7 @@ const std::vector<StateRow>& rows() {
          writeBuffer<GL_PIXEL_PACK_BUFFER>,
          {0}},
         {"query buffer", GL_QUERY_BUFFER_BINDING, readInteger, writeBuffer<GL_QUERY_BUFFER>, {0}},
-        // Objects. Binding a buffer to an index binds it to the target, too.
+        // Objects. Binding a buffer to an index also binds it to the target.
         {"storage buffers",
          GL_SHADER_STORAGE_BUFFER_BINDING,
          readStorage,
@@ -530,7 +530,7 @@ const std::vector<StateRow>& rows() {
     return table;
 }
 
-/// `needed`, repeated.
+/// Returns `needed`, repeated to this many values.
 StateValues repeated(const StateValues& needed, std::size_t values) {
     StateValues all(values);
     for (std::size_t i = 0; i < values; ++i)
@@ -546,7 +546,7 @@ StateValues repeated(const StateValues& needed, std::size_t values) {
 struct QueryRow {
     GLenum target;
     const char* name;
-    bool streams;  ///< there is one of each vertex stream
+    bool streams;  ///< one per vertex stream
 };
 constexpr std::array<QueryRow, 6> kQueries = {{
     {GL_SAMPLES_PASSED, "GL_SAMPLES_PASSED", false},
@@ -557,7 +557,8 @@ constexpr std::array<QueryRow, 6> kQueries = {{
     {GL_TIME_ELAPSED, "GL_TIME_ELAPSED", false},
 }};
 
-/// GL has no parameter for conditional rendering: it cannot be begun within itself.
+/// Whether conditional rendering is active. GL has no query for it, but beginning it twice is an
+/// error.
 bool rendersConditionally(const Functions& gl) {
     GLuint query = 0;
     gl.CreateQueries(GL_SAMPLES_PASSED, 1, &query);
@@ -575,7 +576,7 @@ std::span<const StateRow> borrowedStateRows() {
 }
 
 std::vector<GLenum> takeErrors(const Functions& gl) {
-    // GL keeps one of each kind, and a context that is lost gives the same one for ever.
+    // GL keeps one error of each kind, and a lost context returns the same one for ever.
     constexpr std::size_t kMost = 16;
     std::vector<GLenum> errors;
     while (errors.size() < kMost) {

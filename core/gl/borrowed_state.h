@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The state of a context that peeler borrows: what it sets while it works, and puts back
-// afterwards.
+// Borrowed GL state: saved while peeler works in another owner's context, and restored afterwards.
 #pragma once
 
 #include <cstddef>
@@ -11,46 +10,46 @@
 
 namespace peeler::gl {
 
-/// The values of a row, whatever their type in GL: a double holds each of them exactly.
+/// The values of a row, of any GL type: a double holds each of them exactly.
 using StateValues = std::vector<double>;
 
-/// A row of the table of state (OpenGL 4.5 core, 23, "State Tables").
+/// A row of the state table (OpenGL 4.5 core, 23, "State Tables").
 struct StateRow {
     const char* name;
     GLenum parameter;
-    /// All values: of an indexed parameter those of every index that peeler uses.
+    /// Read and write all values: of an indexed parameter, those of every index that peeler uses.
     StateValues (*read)(const Functions& gl, GLenum parameter);
     void (*write)(const Functions& gl, GLenum parameter, const StateValues& values);
-    /// GL's initial values, which peeler starts from as in a context of its own; repeated as often
-    /// as there are values. Empty = every pass sets its own.
+    /// GL's initial values, which peeler starts from as in a context of its own; repeated for all
+    /// values. Empty = every pass sets its own.
     StateValues needed;
-    const char* extension = nullptr;  ///< the row is left out without it; null = core
+    const char* extension = nullptr;  ///< required by the row; null = core
 };
 
-/// All state that changes peeler's pictures, or that peeler changes, in the order in which it is
-/// put back.
+/// Returns all state that affects peeler's pictures or that peeler changes, in the order of
+/// restoring.
 ///
-/// Other state does neither: values of what is switched off (stencil functions, the logic
-/// operation, polygon offsets, sample masks, the restart index), blend and clear colours, image
-/// units, atomic counters, patch parameters, renderbuffers, parameters of compressed pixels. State
-/// of extensions has to be as it is initially where no row names it.
+/// Other state does neither: values of disabled features (stencil functions, the logic operation,
+/// polygon offsets, sample masks, the restart index), blend and clear colours, image units, atomic
+/// counters, patch parameters, renderbuffers, parameters of compressed pixels. Extension state
+/// without a row must have its initial values.
 ///
-/// GL cannot put back: a program or a pipeline that was deleted while it was in use; a buffer or a
-/// texture that another context deleted while it was bound here; errors that were pending
-/// (takeErrors()). A debug callback gets the messages of peeler's calls, too.
+/// GL cannot restore: a program or a pipeline that was deleted while in use; a buffer or a texture
+/// that another context deleted while it was bound here; pending errors (takeErrors()). A debug
+/// callback also receives the messages of peeler's calls.
 std::span<const StateRow> borrowedStateRows();
 
-/// Takes the errors that are pending in a context, oldest first.
+/// Returns and clears the pending errors of a context, oldest first.
 std::vector<GLenum> takeErrors(const Functions& gl);
 
-/// Throws Error (kUsage) for what the owner of a context has begun and peeler cannot work within:
-/// queries that count what is drawn or measure time, conditional rendering, transform feedback that
-/// is not paused. No error may be pending. (Statistics of the pipeline, which are an extension,
-/// count on.)
+/// Throws Error (kUsage) if an operation is in progress that peeler cannot work within: a query
+/// that counts drawing or measures time, conditional rendering, or transform feedback that is not
+/// paused. No error may be pending. (Pipeline statistics, an extension, keep counting.)
 void requireNothingBegun(const Functions& gl);
 
-/// Sets every row of the table to what peeler needs, and puts back what was there at the end of its
-/// life. The context has to be current at both. Errors of putting back are not left pending.
+/// A scope that sets every row of the table to the values peeler needs, and restores the previous
+/// values on destruction. The context must be current at both times. Errors of restoring are
+/// cleared.
 class BorrowedState {
   public:
     explicit BorrowedState(const Functions& gl);

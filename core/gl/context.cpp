@@ -18,8 +18,7 @@
 namespace peeler::gl {
 namespace {
 
-// The table of backends, in the order `auto` tries them. OSMesa comes last: it is gone from Mesa
-// 25.1.
+// The table of backends, in the order `auto` tries them. OSMesa comes last: Mesa 25.1 removed it.
 constexpr std::array<Backend, 2> kBackends = {{
     {"egl", eglCandidates},
     {"osmesa", osmesaCandidates},
@@ -39,7 +38,7 @@ std::string examine(const Functions& gl, Device& device) {
                                device.renderer.find("softpipe") != std::string::npos ||
                                device.renderer.find("SWR") != std::string::npos;
     device.software = device.software || software_name;
-    // The surfaceless platform is Mesa's choice of driver: a GPU where there is one.
+    // On the surfaceless platform Mesa chooses the driver: a GPU if there is one.
     if (device.name.find("surfaceless") != std::string::npos) device.software = software_name;
 
     const auto integer = [&](GLenum name) {
@@ -72,7 +71,8 @@ std::string examine(const Functions& gl, Device& device) {
         return "it has OpenGL " + std::to_string(major) + "." + std::to_string(minor) +
                ", and 4.5 core is needed";
     }
-    // List heads, counts, depths, stamps, lights and the two of a clip mesh: dual_composite.frag.
+    // List heads, counts, depths, stamps, lights, and two blocks of a clip mesh:
+    // dual_composite.frag.
     constexpr int kStorageBlocks = 7;
     if (limits.fragment_storage_blocks < kStorageBlocks) {
         return "it has " + std::to_string(limits.fragment_storage_blocks) +
@@ -93,14 +93,14 @@ void APIENTRY printMessage(GLenum, GLenum type, GLuint, GLenum, GLsizei, const G
 #endif
 
 /// Throws Error (kMemory) if not all threads of the software rasteriser can be started. llvmpipe
-/// waits for those that it could not start for ever (Mesa 22.3.6 to 25.0.7: lp_rast_create() starts
-/// fewer, and lp_setup_create() still counts on all of them to signal its fences).
+/// waits for ever for threads that it could not start (Mesa 22.3.6 to 25.0.7: lp_rast_create()
+/// starts fewer, and lp_setup_create() still expects all of them to signal its fences).
 void requireRasterizerThreads() {
     constexpr long kMost = 32;  // LP_MAX_THREADS, 16 in Mesa 22.3
     const char* const set = std::getenv("LP_NUM_THREADS");
     const long all = set ? std::strtol(set, nullptr, 0) : sysconf(_SC_NPROCESSORS_ONLN);
     const int needed = static_cast<int>(std::clamp(all, 1L, kMost));
-    // Another process may have had the last one for a moment.
+    // Another process may briefly have taken the last one.
     constexpr int kTries = 3;
     constexpr std::chrono::milliseconds kBetweenTries{20};
     int startable = 0;
@@ -117,8 +117,8 @@ void requireRasterizerThreads() {
         "", std::string(kMoreThreads) + (startable == 0 ? "" : ", or set LP_NUM_THREADS to fewer"));
 }
 
-/// Opens and examines; on failure returns null and leaves the reason in device.problem. Throws
-/// Error (kMemory) where the driver would hang.
+/// Opens and examines a candidate. On failure returns null and sets device.problem. Throws Error
+/// (kMemory) if the driver would hang.
 std::unique_ptr<Context> tryOpen(Candidate& candidate, Device& device) {
     device = candidate.device;
     if (!device.problem.empty()) return nullptr;
@@ -157,7 +157,7 @@ std::string quotedList(const std::vector<std::string>& names) {
     return list;
 }
 
-/// "0 = egl, device 0 (/dev/dri/card0), cuda:0, uuid:8932f937-…"
+/// Returns "0 = egl, device 0 (/dev/dri/card0), cuda:0, uuid:8932f937-…".
 std::string shortText(const Device& device) {
     std::string text = std::to_string(device.index) + " = " + device.backend + ", " + device.name;
     if (device.cuda) text += ", cuda:" + std::to_string(*device.cuda);
@@ -165,8 +165,8 @@ std::string shortText(const Device& device) {
     return text;
 }
 
-/// Which of all candidates to try. Throws Error (kDevice) if the device that is chosen is not among
-/// them, or is not the only one.
+/// Returns the candidates to try. Throws Error (kDevice) if the requested device is not among them,
+/// or is ambiguous.
 std::vector<BackendCandidate> requested(const ContextRequest& request) {
     std::vector<BackendCandidate> rows;
     std::string list;
@@ -184,8 +184,8 @@ std::vector<BackendCandidate> requested(const ContextRequest& request) {
                 Parameter::kDevice + " " + request.device.text(), "there are:" + list);
 }
 
-/// Opens the first of the candidates that can be used; null if none can. `attempts` gets a sentence
-/// for each before it.
+/// Opens the first usable candidate; null if there is none. `attempts` receives a sentence for each
+/// candidate that failed before it.
 std::unique_ptr<Context> openFirst(std::vector<BackendCandidate> rows,
                                    const ContextRequest& request,
                                    std::vector<std::string>& attempts) {

@@ -155,7 +155,7 @@ std::unique_ptr<Context> openEglContext(EGLenum platform, void* native, const De
         problem = eglError("eglBindAPI(EGL_OPENGL_API)");
         return nullptr;
     }
-    EGLConfig config = nullptr;  // EGL_NO_CONFIG_KHR where the driver takes it
+    EGLConfig config = nullptr;  // EGL_NO_CONFIG_KHR if the driver accepts it
     if (!hasWord(extensions, "EGL_KHR_no_config_context")) {
         const std::array<EGLint, 3> wanted = {EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_NONE};
         EGLint found = 0;
@@ -171,8 +171,8 @@ std::unique_ptr<Context> openEglContext(EGLenum platform, void* native, const De
 #ifndef NDEBUG
     attributes.insert(attributes.end(), {EGL_CONTEXT_OPENGL_DEBUG, EGL_TRUE});
 #endif
-    // First with reset notification, so that a lost GPU is noticed (glGetGraphicsResetStatus) and
-    // becomes exit code 5; not every driver takes the attribute (Mesa 22.3's llvmpipe does not).
+    // Tries reset notification first, so that a lost GPU is noticed (glGetGraphicsResetStatus) and
+    // becomes exit code 5; not every driver accepts the attribute (Mesa 22.3's llvmpipe does not).
     std::vector<EGLint> robust = attributes;
     robust.insert(robust.end(), {EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY,
                                  EGL_LOSE_CONTEXT_ON_RESET, EGL_NONE});
@@ -206,11 +206,11 @@ Candidate candidate(Device device, EGLenum platform, void* native) {
             }};
 }
 
-/// A device that EGL lists, and its number in CUDA as the driver tells it.
+/// A device listed by EGL, with its CUDA number as reported by the driver.
 struct Listed {
     EGLDeviceEXT handle = nullptr;
     Device device;
-    bool has_number = false;  ///< the driver can be asked for it
+    bool has_number = false;  ///< the driver can report it
     std::optional<int> ordinal;
 };
 
@@ -246,8 +246,8 @@ Listed describe(EGLDeviceEXT handle, int index) {
     Listed listed;
     listed.handle = handle;
     Device& device = listed.device;
-    // The string is queried before any attribute, and none of those if there is no string: some
-    // drivers list devices that the process's cgroup forbids, and crash.
+    // The string is queried before any attribute, and no attribute without a string: some drivers
+    // list devices that the process's cgroup forbids, and crash.
     const char* text = eglLibrary().query_device_string(handle, EGL_EXTENSIONS);
     if (!text) {
         device.name = "device " + std::to_string(index);
@@ -262,7 +262,7 @@ Listed describe(EGLDeviceEXT handle, int index) {
     return listed;
 }
 
-/// CUDA's numbers; what the variable hides is not to be used.
+/// Assigns CUDA numbers; devices hidden by the variable are marked unusable.
 void numberForCuda(std::vector<Listed>& devices) {
     std::vector<CudaDevice> all;
     std::vector<std::size_t> positions;
@@ -271,7 +271,7 @@ void numberForCuda(std::vector<Listed>& devices) {
         all.push_back({devices[i].ordinal, devices[i].device.uuid});
         positions.push_back(i);
     }
-    // No number at all: there is no CUDA.
+    // Without any number there is no CUDA.
     if (std::none_of(all.begin(), all.end(), [](const CudaDevice& gpu) { return gpu.ordinal; }))
         return;
     const auto variable = cudaVisibleDevices();

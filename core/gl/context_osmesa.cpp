@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// OSMesa: Mesa's off-screen rasteriser, without any window system library.
+// OSMesa: Mesa's off-screen rasteriser, without a window-system library.
 #include <dlfcn.h>
 
 #include <array>
@@ -11,7 +11,7 @@
 namespace peeler::gl {
 namespace {
 
-// From GL/osmesa.h, repeated here so that its package is not needed to build: the library is a
+// From GL/osmesa.h, repeated here so that building does not need its package: the library is a
 // run-time choice (and dropped upstream in Mesa 25.1).
 using OSMesaContext = struct osmesa_context*;
 constexpr int kOsmesaFormat = 0x22, kOsmesaRgba = 0x1908;
@@ -70,13 +70,13 @@ class OsmesaContextHolder final : public Context {
     Functions& mutableFunctions() { return *functions_; }
 
   private:
-    /// OSMesa wants a colour buffer; we render to framebuffers of our own.
+    /// OSMesa requires a colour buffer; peeler renders to its own framebuffers.
     static constexpr int kSize = 4;
     OSMesaContext context_;
     std::array<std::uint32_t, static_cast<std::size_t>(kSize) * kSize> buffer_{};
 };
 
-/// The library is not even looked for before that: it brings LLVM, which a GPU's driver need not.
+/// Loads the library only now: it brings LLVM, which a GPU's driver does not need.
 std::unique_ptr<Context> openOsmesaContext(const Device& device, std::string& problem) {
     problem = osmesaLibrary().problem;
     if (!problem.empty()) return nullptr;

@@ -11,7 +11,7 @@
 namespace peeler::gl {
 namespace {
 
-/// The only device that the predicate takes.
+/// Returns the only device that matches the predicate.
 template <class Predicate>
 std::optional<std::size_t> only(const std::vector<CudaDevice>& devices, Predicate matches) {
     const auto first = std::find_if(devices.begin(), devices.end(), matches);
@@ -41,7 +41,7 @@ std::optional<std::size_t> named(std::string_view identifier,
     return only(devices, [&](const CudaDevice& device) { return device.ordinal == ordinal; });
 }
 
-/// Those that have an ordinal, by it.
+/// Returns the devices that have an ordinal, sorted by it.
 std::vector<std::size_t> byOrdinal(const std::vector<CudaDevice>& devices) {
     std::vector<std::size_t> found;
     for (std::size_t i = 0; i < devices.size(); ++i)
@@ -58,7 +58,7 @@ std::string_view trimmed(std::string_view text) {
     return text.substr(first, text.find_last_not_of(" \t") + 1 - first);
 }
 
-/// What the process says that the variable was.
+/// The variable's value as set by the process.
 struct Told {
     std::mutex mutex;
     std::optional<std::string> value;

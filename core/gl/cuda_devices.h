@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The GPUs that CUDA_VISIBLE_DEVICES leaves, in its order, and the UUIDs that it names them by.
+// The GPUs visible under CUDA_VISIBLE_DEVICES, in its order, and the UUIDs that it uses.
 #pragma once
 
 #include <cstddef>
@@ -9,39 +9,38 @@
 
 namespace peeler::gl {
 
-/// A GPU that has a number in CUDA.
+/// A GPU with a CUDA number.
 struct CudaDevice {
-    std::optional<int> ordinal;  ///< as the driver tells it; nothing = it does not
-    std::string uuid;  ///< "8932f937-d72c-4106-c12f-20bd9faed9f6", or empty if it is not known
+    std::optional<int> ordinal;  ///< as the driver reports it; empty = not reported
+    std::string uuid;            ///< "8932f937-d72c-4106-c12f-20bd9faed9f6", or empty if unknown
 };
 
-/// Positions in `devices` of those that are visible, in CUDA's order: the position of a position is
-/// the number after "cuda:". `variable` is the value of CUDA_VISIBLE_DEVICES; nothing = not set,
-/// all are visible by their ordinals. So are they where some have an ordinal and others have none:
-/// a driver that asks CUDA finds the variable in the environment and numbers what it leaves. Else
-/// all ordinals are those that CUDA gives without the variable, and the rules are CUDA's (CUDA
-/// Programming Guide, "CUDA environment variables"): identifiers with commas between, each an
-/// ordinal, the beginning of a UUID with "GPU-" before it that only one device has, or a slice of a
-/// GPU, MIG-GPU-UUID/i/j; the first that names no device ends the list, and one that is named twice
-/// empties it. A slice that has a UUID of its own (MIG-UUID) names none: EGL tells nothing of
-/// slices.
+/// Returns the indices in `devices` of the visible ones, in CUDA's order: an element's position is
+/// the number after "cuda:". `variable` is the value of CUDA_VISIBLE_DEVICES; empty = not set, and
+/// all are visible, by ordinal. The same if only some have an ordinal: a driver that asks CUDA
+/// finds the variable in the environment and numbers only the visible devices.
+/// Otherwise all ordinals are those that CUDA gives without the variable, and CUDA's rules apply
+/// (CUDA Programming Guide, "CUDA environment variables"): comma-separated identifiers, each an
+/// ordinal, the beginning of a UUID after "GPU-" that matches only one device, or a slice of a GPU,
+/// MIG-GPU-UUID/i/j. The first that names no device ends the list; one named twice empties it. A
+/// slice with its own UUID (MIG-UUID) names no device: EGL does not report slices.
 std::vector<std::size_t> visibleCudaDevices(const std::optional<std::string>& variable,
                                             const std::vector<CudaDevice>& devices);
 
-/// A UUID's hexadecimal digits in lower case, without "GPU-" and dashes; empty if there is another
-/// character in it.
+/// Returns a UUID's hexadecimal digits in lower case, without "GPU-" and dashes; empty if it has
+/// any other character.
 std::string uuidDigits(std::string text);
 
-/// The value that setCudaVisibleDevices() was given, else what the environment has now.
+/// Returns the value given to setCudaVisibleDevices(), else the current value in the environment.
 std::optional<std::string> cudaVisibleDevices();
 
-/// Says what CUDA_VISIBLE_DEVICES was, for a program that has taken it out of its own environment:
-/// a driver that asks CUDA for its numbers then gives all devices theirs, as one does that does
-/// not. Otherwise the environment is read whenever devices are listed; it is never changed. Call it
+/// Sets the original CUDA_VISIBLE_DEVICES for a program that has removed it from its own
+/// environment: a driver that asks CUDA then numbers all devices, like a driver that does not.
+/// Otherwise the environment is read whenever devices are listed; it is never changed. Call it
 /// before the first context.
 void setCudaVisibleDevices(std::string value);
 
-/// What a UUID's 16 bytes are written like: "8932f937-d72c-4106-c12f-20bd9faed9f6".
+/// Returns a UUID's 16 bytes as text: "8932f937-d72c-4106-c12f-20bd9faed9f6".
 std::string uuidText(const unsigned char* bytes);
 
 }  // namespace peeler::gl

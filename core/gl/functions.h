@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The OpenGL functions peeler calls, loaded from whichever library made the context.
+// The OpenGL functions peeler calls, loaded from the library that made the context.
 #pragma once
 
 #include <GL/glcorearb.h>
@@ -137,11 +137,11 @@ struct Functions {
 #undef X
 };
 
-/// Finds a function by its whole name ("glEnable"); null if there is none.
+/// Finds a function by its full name ("glEnable"); null if there is none.
 using ProcAddress = std::function<void*(const char* name)>;
 
-/// Loads every function, and has them checkBarriers(). Returns the name of the first that is
-/// missing, or "".
+/// Loads every function and applies checkBarriers(). Returns the name of the first missing
+/// function, or "".
 std::string loadFunctions(Functions& functions, const ProcAddress& lookup);
 
 /// Whether the current context has an extension ("GL_EXT_shader_framebuffer_fetch").

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long a GPU itself works, beside what the CPU does meanwhile.
+// GPU time, measured separately from CPU time.
 #pragma once
 
 #include <optional>
@@ -15,13 +15,13 @@ namespace peeler::gl {
 
 using Query = Object<&Functions::DeleteQueries>;
 
-/// Measures spans of commands by timer queries (OpenGL 4.5 core, 4.3, "Time Queries"), without
-/// waiting for them. Software renderers are not measured: what they do the CPU does.
+/// A timer of spans of commands, by timer queries (OpenGL 4.5 core, 4.3, "Time Queries"), without
+/// waiting for them. Does not measure software renderers: their time is CPU time.
 class GpuTimer {
   public:
     explicit GpuTimer(const Context& context) : context_(context) {}
 
-    /// Lasts as long as the object. Spans do not lie within each other.
+    /// A measured span, as long as the object lives. Spans must not nest.
     class Span {
       public:
         explicit Span(const Functions* gl) : gl_(gl) {}

@@ -7,7 +7,7 @@ namespace peeler::gl {
 
 namespace {
 
-/// The first bytes of a buffer. Throws Error (kMemory) if the driver does not map them.
+/// Maps the first bytes of a buffer. Throws Error (kMemory) if the driver cannot map them.
 void* mapped(const Functions& gl, GLuint buffer, std::size_t bytes, GLbitfield access) {
     void* const data = gl.MapNamedBufferRange(buffer, 0, static_cast<GLsizeiptr>(bytes), access);
     if (data) return data;
@@ -27,7 +27,7 @@ GLuint newBuffer(const Functions& gl) {
 Buffer::Mapping::Mapping(const Functions& gl, GLuint buffer, std::size_t bytes, GLbitfield access)
     : gl_(&gl), buffer_(buffer), data_(mapped(gl, buffer, bytes, access)) {}
 
-// A zero-sized storage is an error in GL; an empty scene is not one here.
+// GL does not allow zero-sized storage, but an empty scene is valid here.
 Buffer::Buffer(const Functions& gl, std::size_t bytes)
     : Object(gl, newBuffer(gl)), size_(bytes ? bytes : 4) {
     gl.NamedBufferStorage(name(), static_cast<GLsizeiptr>(size_), nullptr,
@@ -63,7 +63,7 @@ Fence::Fence(const Functions& gl) : sync_(gl.FenceSync(GL_SYNC_GPU_COMMANDS_COMP
 }
 
 void Fence::wait() const {
-    // A context that is lost ends the waiting, too; drivers that do not tell so get this long.
+    // A lost context also ends the wait; drivers that do not report it get this long.
     constexpr GLuint64 kNanoseconds = 600'000'000'000;
     const Functions& gl = *sync_.get_deleter().gl;
     const GLenum came = gl.ClientWaitSync(sync_.get(), 0, kNanoseconds);
@@ -87,7 +87,7 @@ void ReadBack::copy(const Functions& gl, const Buffer& from, std::size_t bytes) 
         *this = {};  // free first: never hold both
         *this = ReadBack(gl, bytes);
     }
-    // For the copy, and for passes that write to the buffer next.
+    // For the copy, and for later passes that write to the buffer.
     gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
     gl.CopyNamedBufferSubData(from.name(), name(), 0, 0, static_cast<GLsizeiptr>(bytes));
 }
@@ -174,7 +174,7 @@ namespace {
 struct BlendRow {
     GLenum equation, source_rgb, destination_rgb, source_alpha, destination_alpha;
 };
-// By Blend, kMax first.
+// By Blend, starting with kMax.
 constexpr BlendRow kBlendRows[] = {
     {GL_MAX, GL_ONE, GL_ONE, GL_ONE, GL_ONE},
     {GL_FUNC_ADD, GL_ONE, GL_ONE, GL_ONE, GL_ONE},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Move-only owners of GL objects, and the state of a pass.
+// Move-only owners of GL objects, and the GL state of a pass.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@
 
 namespace peeler::gl {
 
-/// Owns one GL name; `Delete` is the member of Functions that frees it. Must not outlive the
-/// context.
+/// The owner of one GL name; `Delete` is the member of Functions that frees it. Must not outlive
+/// the context.
 template <auto Delete>
 class Object {
   public:
@@ -47,7 +47,7 @@ using SamplerObject = Object<&Functions::DeleteSamplers>;
 using VertexArray = Object<&Functions::DeleteVertexArrays>;
 using Framebuffer = Object<&Functions::DeleteFramebuffers>;
 
-/// Immutable storage of a fixed size, in the GPU's memory where there is one; the CPU gets at it by
+/// Immutable storage of a fixed size, in GPU memory if there is any; the CPU accesses it by
 /// mapping.
 class Buffer : public Object<&Functions::DeleteBuffers> {
   public:
@@ -70,13 +70,13 @@ class Buffer : public Object<&Functions::DeleteBuffers> {
     };
 
     Buffer() = default;
-    /// Throws Error (kMemory) if the driver has no room.
+    /// Throws Error (kMemory) if the driver runs out of memory.
     Buffer(const Functions& gl, std::size_t bytes);
 
     std::size_t size() const { return size_; }
-    /// The first `bytes`, for reading (after waitForGpu), or for overwriting: then all that the
-    /// buffer holds is lost. Commands that still read it need not be waited for: a driver gives the
-    /// buffer other memory, or waits itself.
+    /// Map the first `bytes`, for reading (after waitForGpu) or for overwriting, which discards the
+    /// whole buffer. Overwriting need not wait for commands that still read it: the driver provides
+    /// other memory, or waits itself.
     Mapping read(std::size_t bytes) const;
     Mapping overwrite(std::size_t bytes) const;
     /// Sets the first `bytes` to 0, on the GPU.
@@ -88,15 +88,15 @@ class Buffer : public Object<&Functions::DeleteBuffers> {
     std::size_t size_ = 0;
 };
 
-/// A place among the commands of a context, which can be waited for while the GPU goes on with
-/// those behind it.
+/// A fence in a context's command stream. The CPU can wait for it while the GPU goes on with later
+/// commands.
 class Fence {
   public:
     Fence() = default;
-    /// Behind all commands until now, which are sent to the GPU.
+    /// Places the fence after all commands so far and flushes them to the GPU.
     explicit Fence(const Functions& gl);
 
-    /// Returns when the GPU has come there. Throws Error (kDevice) if it never does.
+    /// Returns when the GPU has reached the fence. Throws Error (kDevice) if it never does.
     void wait() const;
 
   private:
@@ -107,14 +107,14 @@ class Fence {
     std::unique_ptr<std::remove_pointer_t<GLsync>, Delete> sync_;
 };
 
-/// A copy of a buffer in memory that the CPU sees at all times, so that it can be read while the
-/// GPU writes to the buffer anew. Grown on demand, reused.
+/// A copy of a buffer in CPU-visible memory, so that it can be read while the GPU overwrites the
+/// buffer. Grown on demand, reused.
 class ReadBack : public Object<&Functions::DeleteBuffers> {
   public:
     ReadBack() = default;
-    /// Has the GPU copy the first `bytes`, as shaders have left them: a barrier is set before. They
-    /// can be read once a Fence behind this has been waited for. Throws Error (kMemory) if the
-    /// driver has no room.
+    /// Makes the GPU copy the first `bytes` as left by shaders (sets a barrier first). They can be
+    /// read after waiting for a later Fence. Throws Error (kMemory) if the driver runs out of
+    /// memory.
     void copy(const Functions& gl, const Buffer& from, std::size_t bytes);
 
     template <class T>
@@ -129,50 +129,50 @@ class ReadBack : public Object<&Functions::DeleteBuffers> {
     const void* data_ = nullptr;
 };
 
-/// A texture with immutable 2D storage.
+/// Returns a texture with immutable 2D storage.
 Texture makeTexture2D(const Functions& gl, GLenum format, int width, int height, int levels = 1);
 
-/// The same, an array of layers without mipmaps.
+/// Returns a texture array with immutable storage, without mipmaps.
 Texture makeTexture2DArray(const Functions& gl, GLenum format, int width, int height, int layers);
 
-/// A cube map with immutable storage, `size` texels a side.
+/// Returns a cube map with immutable storage, `size` texels per side.
 Texture makeTextureCube(const Functions& gl, GLenum format, int size, int levels);
 
-/// A framebuffer with these colour attachments (0, 1, …) and, if not zero, a depth attachment.
-/// Throws Error (kDevice) if the driver does not take the combination.
+/// Returns a framebuffer with these colour attachments (0, 1, …) and, if not zero, a depth
+/// attachment. Throws Error (kDevice) if the driver does not support the combination.
 Framebuffer makeFramebuffer(const Functions& gl, const std::vector<GLuint>& colors, GLuint depth);
 
-/// A framebuffer without any attachment, for passes that write to storage buffers only.
+/// Returns a framebuffer without attachments, for passes that write only to storage buffers.
 Framebuffer makeEmptyFramebuffer(const Functions& gl, int width, int height);
 
-/// Makes what the GPU wrote to buffers visible to mappings and later passes, and waits until it is.
+/// Waits until the GPU's buffer writes are done and visible to mappings and later passes.
 void waitForGpu(const Functions& gl);
 
 /// Throws Error (kDevice) if the context was lost, (kMemory) on GL_OUT_OF_MEMORY, (kInternal) on
-/// any other GL error. `stage` says where in the message.
+/// any other GL error. `stage` names the stage in the message.
 void checkErrors(const Functions& gl, const std::string& stage);
 
-/// Which fragment a depth buffer keeps. Reversed Z: nearer is greater.
+/// The depth test. Reversed Z: nearer is greater.
 enum class DepthTest {
     kOff,
-    kNearest,   ///< the first drawn among equals
-    kFarthest,  ///< the last drawn among equals
-    kReplace,   ///< whatever is drawn
-    kInFront    ///< none: what is behind what it holds fails, and what it holds stays
+    kNearest,   ///< among equal depths the first drawn
+    kFarthest,  ///< among equal depths the last drawn
+    kReplace,   ///< every fragment drawn
+    kInFront    ///< read-only: fragments behind the buffer's depth fail
 };
 
-/// How what a pass writes meets what a colour attachment holds. Colours are premultiplied.
+/// Blending of a pass's output with a colour attachment. Colours are premultiplied.
 enum class Blend : std::uint8_t {
     kOff,
     kMax,            ///< every component keeps its largest value
-    kAdd,            ///< sums
-    kOver,           ///< in front of what is there: dst = src + (1 − src.a)·dst
-    kOverByOpacity,  ///< likewise by the shader's second output: dst = src + (1 − src1)·dst
-    kOverByItself,   ///< likewise, of opacities: dst = src + (1 − src)·dst
-    kUnder,          ///< behind what is there: dst += (1 − dst.a)·src
+    kAdd,            ///< sum
+    kOver,           ///< over: dst = src + (1 − src.a)·dst
+    kOverByOpacity,  ///< over, by the shader's second output: dst = src + (1 − src1)·dst
+    kOverByItself,   ///< over, of opacities: dst = src + (1 − src)·dst
+    kUnder,          ///< under: dst += (1 − dst.a)·src
 };
 
-/// The most colour attachments a pass of peeler's has.
+/// The maximum number of colour attachments of a pass.
 inline constexpr std::size_t kMaxAttachments = 5;
 
 /// All fixed-function state a geometry pass depends on. Set as a whole, so that nothing is
@@ -182,10 +182,10 @@ struct PassState {
     int viewport_width = 0, viewport_height = 0;
     int scissor_x = 0, scissor_y = 0, scissor_width = 0, scissor_height = 0;  ///< y up
     DepthTest depth_test = DepthTest::kOff;
-    bool depth_clamp = false;  ///< what lies before the near or behind the far plane counts, too
+    bool depth_clamp = false;  ///< keeps geometry before the near or behind the far plane
     std::array<Blend, kMaxAttachments> blend{};  ///< by attachment
 };
-/// Sets all of it.
+/// Sets the whole state.
 void apply(const Functions& gl, const PassState& state);
 
 }  // namespace peeler::gl

@@ -18,7 +18,7 @@ namespace peeler::gl {
 namespace {
 
 std::string rawText(const std::string& name) {
-    // While developing a shader one does not want to rebuild: PEELER_SHADERS points at the folder.
+    // For shader development without rebuilding: PEELER_SHADERS points at the folder.
     if (const char* folder = std::getenv("PEELER_SHADERS"); folder && *folder) {
         std::ifstream file(std::filesystem::path(folder) / name, std::ios::binary);
         if (file) return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
@@ -28,7 +28,8 @@ std::string rawText(const std::string& name) {
     throw Error(ErrorKind::kInternal, "there is no such shader", name);
 }
 
-/// Includes may stand inside #if branches, so the preprocessor decides what is read twice, not we.
+/// Include guards: includes may stand inside #if branches, so only the preprocessor knows which
+/// files are read twice.
 std::string guardOf(std::string name) {
     for (char& c : name)
         if (c == '.') c = '_';
@@ -86,8 +87,8 @@ std::string infoLog(GLuint name, GetIv get_iv, GetLog get_log) {
     return log;
 }
 
-/// What a driver is given, for bug reports about one and for other compilers of GLSL: the texts of
-/// a program go to the folder in PEELER_SAVE_SHADERS, under one name.
+/// Saves the texts of a program, as passed to the driver, to the folder in PEELER_SAVE_SHADERS
+/// under one name: for bug reports about a driver, and for other GLSL compilers.
 void save(std::span<const std::string_view> files, std::span<const std::string> texts) {
     const char* folder = std::getenv("PEELER_SAVE_SHADERS");
     if (!folder || !*folder) return;
@@ -125,8 +126,8 @@ GLuint compile(const Functions& gl, std::string_view file, const std::string& so
 
 Program::Program(const Functions& gl, const std::vector<std::string_view>& files,
                  const std::vector<std::string>& definitions)
-    : Program(gl) {  // delegated, so that the destructor runs if what follows throws
-    // Extensions stand before all else; what a program does not need of them it does not use.
+    : Program(gl) {  // delegated, so that the destructor runs if the rest throws
+    // Extensions must precede all else; a program that does not need one does not use it.
     std::string prologue =
         "#version 450 core\n"
         "#ifdef GL_EXT_shader_framebuffer_fetch\n"

@@ -12,7 +12,7 @@ BackgroundSink::BackgroundSink(std::unique_ptr<Sink> sink) : sink_(std::move(sin
     try {
         thread_ = startWorker([this] { work(); });
     } catch (const Error&) {
-        // A process limit makes it slower, not wrong.
+        // Without a thread (a process limit) it is slower, not wrong.
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A sink that works in the background, while its caller captures what comes next.
+// A sink that writes in the background while its caller captures the next band.
 #pragma once
 
 #include <chrono>
@@ -14,25 +14,25 @@
 
 namespace peeler {
 
-/// Hands bands on to another sink from a thread of its own: write() takes the band once the one
-/// before is written and gives the storage of that one back, finish() returns at once, and wait()
-/// tells how it ended. Where no thread can be had everything is done by the caller. What the other
-/// sink throws is thrown by the next write(), or by wait().
+/// A sink that passes bands to another sink on its own thread. write() waits until the previous
+/// band is written, takes the new one and returns the previous one's storage; finish() returns at
+/// once; wait() waits for the end. If no thread can be started, the caller does all the work. The
+/// next write() or wait() rethrows exceptions of the other sink.
 class BackgroundSink final : public Sink {
   public:
     explicit BackgroundSink(std::unique_ptr<Sink> sink);
-    /// Waits for the band that is being written; what has not been finished is given up.
+    /// Waits for the band being written; discards all unfinished work.
     ~BackgroundSink() override;
 
     void begin(const Plan& plan) override { sink_->begin(plan); }
     void write(LayeredImage&& band) override;
     void finish() override;
-    /// Until everything is written and finished.
+    /// Waits until everything is written and finished.
     void wait();
 
     SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override { return sink_->times(); }  ///< after wait()
-    /// When finish() was done with; after wait().
+    /// Returns the time when finish() completed; only after wait().
     std::chrono::steady_clock::time_point finishedAt() const { return finished_at_; }
 
   private:
@@ -40,8 +40,8 @@ class BackgroundSink final : public Sink {
     void give(std::function<void()> task);
 
     std::unique_ptr<Sink> sink_;
-    LayeredImage band_;           ///< that is being written
-    std::function<void()> task_;  ///< empty: there is nothing to do
+    LayeredImage band_;           ///< being written
+    std::function<void()> task_;  ///< empty: idle
     std::chrono::steady_clock::time_point finished_at_;
     bool stop_ = false;
     std::exception_ptr failure_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A box filter: pictures made smaller as their rows arrive.
+// A box filter that shrinks pictures as their rows arrive.
 #pragma once
 
 #include <span>
@@ -9,24 +9,24 @@
 
 namespace peeler {
 
-/// Makes a picture smaller: every pixel of the result is the average of the area it covers in the
-/// source (a box filter); a source pixel on an edge counts for both sides, by area. Give it linear
+/// A downscaling filter: every pixel of the result is the average of the area it covers in the
+/// source (a box filter); a source pixel on an edge counts for both sides, by area. Expects linear
 /// light, premultiplied.
 class BoxFilter {
   public:
     using Pixel = TintedColor;
 
-    /// The result is no larger than the source, in either direction.
+    /// The result must not be larger than the source, in either direction.
     BoxFilter(int source_width, int source_height, int width, int height);
 
-    /// The next row of the source, top to bottom.
+    /// Adds the next row of the source, top to bottom.
     void addRow(std::span<const Pixel> row);
 
-    /// Row-major; whole after the last row.
+    /// Row-major; complete after the last row.
     const std::vector<Pixel>& pixels() const { return pixels_; }
 
   private:
-    /// How a source index is divided between two neighbours of the result.
+    /// The split of a source pixel between two adjacent pixels of the result.
     struct Split {
         std::size_t first = 0;
         float in_first = 0, in_next = 0;

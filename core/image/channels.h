@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Room for the channels of fragments.
+// Arrays for the channels of fragments.
 #pragma once
 
 #include <cstddef>
@@ -14,20 +14,21 @@
 
 namespace peeler {
 
-/// What an array is called: the name of the channel that has its components, else what these have
-/// in common up to a dot, else that of its only one.
+/// Returns the name of an array: that of the channel with the same components, else their common
+/// prefix up to a dot, else the name of its only component.
 std::string nameOf(const FragmentArray& array);
 
-/// The array of a channel, still without fragments. `color_type` is that of the colours.
+/// Returns the array of a channel, without fragments. `color_type` is the pixel type of the
+/// colours.
 FragmentArray emptyArray(Channel channel, PixelType color_type);
 
-/// A band of a plan without fragments: colours and the plan's channels.
+/// Returns a band of a plan, without fragments: colours and the plan's channels.
 LayeredImage emptyBand(const Plan& plan);
 
-/// Bytes of these channels of a fragment in a LayeredImage.
+/// Returns the bytes of these channels per fragment in a LayeredImage.
 std::size_t channelBytes(std::span<const Channel> channels, PixelType color_type);
 
-/// How many floats channels.frag yields for a fragment.
+/// Returns the number of floats that channels.frag outputs per fragment.
 std::size_t shadedComponents(std::span<const Channel> channels);
 
 }  // namespace peeler

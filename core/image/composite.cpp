@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// "Over" of depth-sorted fragments in 32-bit float, one fixed order of operations.
+// "Over" of depth-sorted fragments in 32-bit float, in a fixed order of operations.
 //
 // This file is compiled with -ffp-contract=off: a fused multiply-add would round differently, and a
-// file flattened on one machine must have the bits that another machine stored in it.
+// file flattened on one machine must match the stored bits of another machine.
 #include "core/image/composite.h"
 
-// Without the lookup table Imath's conversions are all in the header: core links no OpenEXR.
+// Without the lookup table Imath's conversions are header-only: core does not link OpenEXR.
 #define IMATH_HALF_NO_LOOKUP_TABLE
 #include <Imath/half.h>
 
@@ -61,7 +61,7 @@ namespace {
 
 using Color = std::array<float, 4>;
 
-/// `C` is Color or TintedColor, whose components follow one another.
+/// `C` is Color or TintedColor, with consecutive components.
 template <class C>
 C load(const float* components) {
     C color;
@@ -94,7 +94,7 @@ C sumOf(const T* colors, std::size_t count) {
     return sum;
 }
 
-/// What n fragments cover whose opacities add up to `sum`.
+/// Returns the coverage of n fragments with the total opacity `sum`.
 float averageCoverage(float sum, float n) {
     return 1.0F - std::pow(std::max(0.0F, 1.0F - sum / n), n);
 }
@@ -124,16 +124,15 @@ C averageOf(const T* colors, std::size_t count) {
     return average(sumOf<C>(colors, count), static_cast<float>(count));
 }
 
-/// Consecutive pixels of an image, and where they are composited.
+/// Consecutive pixels of an image, and their place in the composite.
 struct Pixels {
     const LayeredImage& image;
     std::size_t begin, end;
     CompositeImage& out;
-    std::size_t to = 0;  ///< in `out`, of the image's first pixel
+    std::size_t to = 0;  ///< index of the image's first pixel in `out`
 };
 
-/// Calls one(colors of the pixel, their number) for these pixels; what it returns is put in front
-/// of the background.
+/// Calls one(colors, count) for each of these pixels and composites the result over the background.
 template <class C, class T, class One>
 void compositePixels(const Pixels& pixels, const C& background, const One& one) {
     const LayeredImage& image = pixels.image;
@@ -177,7 +176,7 @@ void compositeWith(const LayeredImage& image, const Color& background, Composite
     });
 }
 
-/// The nearest `layers` (0 = all) in order, and the tail behind them.
+/// Compositing of the nearest `layers` (0 = all) in order, and of the tail behind them.
 struct NearestLayers {
     std::size_t limit;
     Tail tail;

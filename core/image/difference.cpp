@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows are added up apart and merged in order, so that sums of doubles have the same bits whatever
-// the threads do.
+// Rows are summed separately and merged in order, so that sums of doubles are bit-identical for any
+// number of threads.
 #include "core/image/difference.h"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ float addColor(const TintedColor& a, const TintedColor& b, std::size_t component
     return static_cast<float>(largest);
 }
 
-/// Adds the lists of one pixel; returns what `largest` holds of it.
+/// Adds the lists of one pixel; returns its value of `largest`.
 float addPixel(const LayeredImage& a, const LayeredImage& b, std::size_t pixel, int x, int y,
                LayeredDifference& sum) {
     const std::uint32_t in_a = a.count(pixel), in_b = b.count(pixel);
@@ -60,8 +60,8 @@ void checkSizes(const Window& a, const Window& b) {
         throw Error(ErrorKind::kInternal, "bands of different sizes are compared");
 }
 
-/// What compare(pixel, x, y, sum of the row) adds to the sum of each row; what it returns of a
-/// pixel goes to `largest` unless that is empty. A sum a row: they do not depend on the threads.
+/// Calls compare(pixel, x, y, sum of the row) for every pixel and stores the results in `largest`
+/// unless it is empty. One sum per row: the result does not depend on the threads.
 template <class Sum, class Compare>
 std::vector<Sum> rowDifferences(const Window& window, std::span<float> largest, Compare&& compare) {
     const auto width = static_cast<std::size_t>(window.width());

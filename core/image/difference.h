@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far two pictures are apart, fragment by fragment and pixel by pixel.
+// The difference of two pictures, fragment by fragment and pixel by pixel.
 #pragma once
 
 #include <cstdint>
@@ -11,24 +11,24 @@
 
 namespace peeler {
 
-/// Absolute differences of values. Equal infinities, and NaN against NaN, are 0 apart; NaN against
-/// anything else is infinitely far.
+/// Statistics of absolute differences. Equal infinities, and NaN against NaN, differ by 0; NaN
+/// against anything else differs infinitely.
 struct DifferenceStatistics {
     std::uint64_t values = 0;
     double largest = 0, sum = 0, sum_of_squares = 0;
     int x = -1, y = -1;  ///< the first pixel with the largest difference; −1 if all are equal
 
     void add(double a, double b, int at_x, int at_y);
-    /// `later` comes after this in the order of pixels.
+    /// Merges the statistics of later pixels.
     void merge(const DifferenceStatistics& later);
 
     double mean() const;
     double rmse() const;
-    /// Peak signal-to-noise ratio in decibels for a peak of 1; +inf if nothing differs.
+    /// Returns the peak signal-to-noise ratio in decibels for a peak of 1; +inf if all are equal.
     double psnr() const;
 };
 
-/// Fragments of one layer, or of all: k-th against k-th of each pixel.
+/// Differences of the fragments of one layer, or of all: k-th against k-th of each pixel.
 struct FragmentDifference {
     std::uint64_t both = 0, only_a = 0, only_b = 0;  ///< fragments
     DifferenceStatistics depth;                      ///< of those in both
@@ -40,19 +40,19 @@ struct FragmentDifference {
 
 struct LayeredDifference {
     std::uint64_t pixels = 0;
-    std::uint64_t count_pixels = 0;   ///< pixels whose number of fragments differs
-    std::uint32_t largest_count = 0;  ///< the largest such difference
+    std::uint64_t count_pixels = 0;   ///< pixels with different numbers of fragments
+    std::uint32_t largest_count = 0;  ///< the largest difference in number
     FragmentDifference all;
     std::vector<FragmentDifference> layers;  ///< front to back
-    DifferenceStatistics composite;          ///< likewise, over nothing
+    DifferenceStatistics composite;          ///< of the composites without background
 
     void merge(const LayeredDifference& later);
 };
 
-/// Adds two bands of the same width and height to `sum`; where they lie is told by `a`. If
-/// `largest` is not empty it holds a value for each pixel, to be overwritten: the largest
-/// difference of colour, or, where the numbers of fragments differ, minus that difference. The
-/// result does not depend on the number of threads.
+/// Adds the difference of two bands of equal width and height to `sum`; positions are those of `a`.
+/// If `largest` is not empty, it receives one value per pixel: the largest difference of colour or,
+/// if the numbers of fragments differ, minus their difference. The result does not depend on the
+/// number of threads.
 void addDifference(const LayeredImage& a, const LayeredImage& b, LayeredDifference& sum,
                    std::span<float> largest = {});
 

@@ -18,12 +18,12 @@ namespace {
 using Color = std::array<float, 4>;
 
 // The first two are "high quality" and "visible limit" of the white paper.
-constexpr float kContrastShare = 1.0F / 8;   ///< of the brightest neighbour, at least
-constexpr float kLeastContrast = 1.0F / 32;  ///< in any case
-constexpr float kEndShare = 1.0F / 4;        ///< of the contrast across: there the edge ends
-constexpr float kSubpixel = 0.75F;           ///< how much of an isolated pixel goes; 3.11's default
+constexpr float kContrastShare = 1.0F / 8;   ///< minimum, as a share of the brightest neighbour
+constexpr float kLeastContrast = 1.0F / 32;  ///< absolute minimum
+constexpr float kEndShare = 1.0F / 4;  ///< of the contrast across the edge: beyond it the edge ends
+constexpr float kSubpixel = 0.75F;     ///< maximum blend of an isolated pixel; 3.11's default
 
-/// How far a pixel on a straight edge stands out, as a share of the contrast, rounding included.
+/// The share of the contrast by which a pixel on a straight edge stands out, rounding included.
 constexpr float kStraight = 1.0F / 3 + 1e-5F;
 
 struct Pixel {
@@ -36,7 +36,8 @@ Pixel operator-(Pixel a) {
     return {-a.x, -a.y};
 }
 
-/// How bright the pixels look over one background; beyond the borders the outermost go on.
+/// The perceived brightness of pixels over one background; the outermost pixels extend beyond the
+/// borders.
 class Luma {
   public:
     Luma(const CompositeImage& picture, const Color& background) : window_(picture.window) {
@@ -62,7 +63,7 @@ class Luma {
     }
 
   private:
-    /// What of the background is seen through a pixel.
+    /// Returns the background as seen through a pixel.
     static Color throughOf(const std::array<float, 3>& opacity, const Color& background) {
         return {(1.0F - opacity[0]) * background[0], (1.0F - opacity[1]) * background[1],
                 (1.0F - opacity[2]) * background[2], 0};
@@ -91,7 +92,7 @@ struct Neighbourhood {
         se = luma[p + Pixel{1, 1}];
     }
 
-    /// "Edge detection": how much the rows, or the columns, differ from each other.
+    /// "Edge detection": Return the contrast across rows, and across columns.
     float acrossRows() const {
         return std::abs((nw + sw) - 2 * w) + std::abs((ne + se) - 2 * e) +
                2 * std::abs((n + s) - 2 * m);
@@ -101,10 +102,10 @@ struct Neighbourhood {
                2 * std::abs((w + e) - 2 * m);
     }
 
-    /// "Sub-pixel aliasing": how far to blend because the pixel stands out of its surroundings. On
-    /// a straight edge it stands out by a third of the contrast. 3.11 takes three quarters of a
-    /// squared smoothstep from 0 on, which blends even those by 5 %; as linear light that shows.
-    /// The straight line from 1/3 is within 0.1 of that curve everywhere.
+    /// "Sub-pixel aliasing": Returns the blend weight of a pixel that stands out from its
+    /// surroundings. On a straight edge it stands out by a third of the contrast. 3.11 takes three
+    /// quarters of a squared smoothstep starting at 0, which blends even those by 5 %; in linear
+    /// light that is visible. The straight line from 1/3 stays within 0.1 of that curve everywhere.
     float subpixelShift() const {
         const float sides = (n + s) + (w + e), corners = (nw + se) + (ne + sw);
         const float out = std::abs((2 * sides + corners) / 12 - m) / range;
@@ -114,16 +115,16 @@ struct Neighbourhood {
     float m, n, s, w, e;
     float nw = 0, ne = 0, sw = 0, se = 0;
     float range;
-    bool visible;  ///< whether there is contrast enough to filter
+    bool visible;  ///< whether the contrast is high enough to filter
 };
 
-/// Where the pairs along an edge stop being like the first one.
+/// The position along an edge where pixel pairs start to differ from the first one.
 struct EdgeEnd {
-    int distance;  ///< to the first other pair; kFxaaReach + 1 if none was found
-    float change;  ///< its mean luma less the first one's
+    int distance;  ///< to the first differing pair; kFxaaReach + 1 if not found
+    float change;  ///< its mean luma minus the first one's
 };
 
-/// "End-of-edge search" along the edge between p and p + across.
+/// "End-of-edge search": Searches along the edge between p and p + across.
 EdgeEnd findEnd(const Luma& luma, Pixel p, Pixel along, Pixel across) {
     const float mean = (luma[p] + luma[p + across]) / 2;
     const float enough = kEndShare * std::abs(luma[p] - luma[p + across]);
@@ -135,13 +136,14 @@ EdgeEnd findEnd(const Luma& luma, Pixel p, Pixel along, Pixel across) {
     return {kFxaaReach + 1, 0};
 }
 
-/// How much of p lies beyond the edge towards p + across, were it a straight line through the
-/// middle of the run of pixels and half a pixel off at both of its ends.
+/// Returns the share of p that lies beyond the edge towards p + across, assuming a straight edge
+/// through the middle of the run of pixels that is half a pixel off at both ends.
 float edgeShift(const Luma& luma, Pixel p, Pixel across) {
     const Pixel along{across.y, across.x};
     const EdgeEnd a = findEnd(luma, p, -along, across), b = findEnd(luma, p, along, across);
     const EdgeEnd& nearest = a.distance < b.distance ? a : b;
-    // Only one side of a run gives: the one whose neighbour's light the end shows.
+    // Only one side of the edge is blended: the one that the other side's luma extends into at the
+    // nearest end.
     const bool darker = luma[p] < luma[p + across];
     if (darker ? !(nearest.change > 0) : !(nearest.change < 0)) return 0;
     const auto run = static_cast<float>(a.distance + b.distance - 1);
@@ -179,7 +181,7 @@ Filtered mean(const Filtered& a, const Filtered& b) {
     return result;
 }
 
-/// One picture and the luma in which its edges are found.
+/// A picture, and the lumas in which its edges are found.
 class Filter {
   public:
     Filter(const CompositeImage& picture, const Color& background)
@@ -188,7 +190,7 @@ class Filter {
     Filtered operator()(Pixel p) const {
         const Neighbourhood around(dark_, p);
         if (!light_) return filter(dark_, around, p);
-        // What has the luma of one background stands out from the other.
+        // Pixels with the luma of one background stand out from the other.
         const Neighbourhood other(*light_, p);
         return other.range > around.range ? filter(*light_, other, p) : filter(dark_, around, p);
     }
@@ -211,7 +213,7 @@ class Filter {
         return mean(across(luma, p, {0, 1}, least), across(luma, p, {1, 0}, least));
     }
 
-    /// Blended over the steeper of the edges to p + step and p − step, or both.
+    /// Blends across the steeper of the edges to p + step and p − step, or across both.
     Filtered across(const Luma& luma, Pixel p, Pixel step, float least) const {
         const float next = std::abs(luma[p + step] - luma[p]);
         const float previous = std::abs(luma[p + -step] - luma[p]);
@@ -252,13 +254,13 @@ void applyFxaa(const CompositeImage& picture, const Color& background, int y0, i
 
 namespace {
 
-// Large enough to keep many threads busy, here and where the slice is encoded.
+// Large enough to keep many threads busy, here and in the encoder.
 constexpr std::uint64_t kSliceBytes = 32U << 20;
 constexpr int kLeastSlice = 16, kMostSlice = 256;  // rows
 
-// Bytes of a pixel.
+// Bytes per pixel.
 std::uint64_t keptBytes(bool tinted) {
-    return CompositeImage::pixelBytes(tinted) + 2 * sizeof(float);  // and its two lumas
+    return CompositeImage::pixelBytes(tinted) + 2 * sizeof(float);  // with its two lumas
 }
 std::uint64_t filteredBytes(bool tinted) {
     return 2 * CompositeImage::pixelBytes(tinted) + sizeof(std::uint32_t);  // as a layer
@@ -273,7 +275,7 @@ void dropRowsAbove(int y, CompositeImage& image) {
     image.window.y0 = y;
 }
 
-/// The most rows that are filtered at once.
+/// Returns the maximum number of rows filtered at once.
 int sliceRows(const Plan& plan) {
     const auto row_bytes = static_cast<std::uint64_t>(std::max(1, plan.view.crop.width())) *
                            (keptBytes(plan.tinted) + filteredBytes(plan.tinted));
@@ -317,7 +319,7 @@ void FxaaFilter::keep(int y0, int y1) {
     kept_.window.y1 = y1;
 }
 
-/// Hands on the rows that have all others they need.
+/// Passes on the rows whose neighbours within reach are all there.
 void FxaaFilter::passOn() {
     const int kept = kept_.window.y1;
     const int end = kept == crop_.y1 ? kept : kept - kFxaaReach;

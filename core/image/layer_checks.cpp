@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/image/statistics.h"
 
-// Without the lookup table Imath's conversions are all in the header: core links no OpenEXR.
+// Without the lookup table Imath's conversions are header-only: core does not link OpenEXR.
 #define IMATH_HALF_NO_LOOKUP_TABLE
 #include <Imath/half.h>
 
@@ -12,7 +12,7 @@
 namespace peeler {
 namespace {
 
-/// Calls test(first fragment, its end) for the list of every pixel; adds those where it is true.
+/// Adds the pixels for which test(first Z, end) is true for their list.
 template <class Test>
 void addWhere(const LayeredImage& band, BrokenPixels& broken, Test&& test) {
     std::size_t pixel = 0;

@@ -22,14 +22,14 @@ void moveFragments(LayeredImage& image, std::size_t from, std::size_t to, std::s
         moveFragments(array, from, to, count);
 }
 
-/// Keeps the fragments of which keep(layer, fragment) says so, in place. It is asked of each once,
-/// in order, before the fragment is overwritten.
+/// Keeps, in place, the fragments for which keep(layer, fragment) is true. Calls it once per
+/// fragment, in order, before the fragment is overwritten.
 template <class Keep>
 void keepFragments(LayeredImage& image, Keep&& keep) {
     std::uint32_t kept = 0;
     for (std::size_t pixel = 0; pixel + 1 < image.offsets.size(); ++pixel) {
         const std::uint32_t first = image.offsets[pixel], count = image.count(pixel);
-        // The list that starts here is about to be read; the next one's start is still needed.
+        // Only the start of the next list is still needed, not the start of this one.
         image.offsets[pixel] = kept;
         for (std::uint32_t k = 0, end = 0; k < count; k = end + 1) {
             end = k;
@@ -64,7 +64,7 @@ DepthComplexity::DepthComplexity(const Window& crop)
 
 void DepthComplexity::addRow(int x0, int y, std::span<const std::uint32_t> counts) {
     // Layer k's window grows by the first and the last pixel of the row with more than k fragments.
-    // Scanning from either end, a pixel matters only for the layers above the highest count seen so
+    // When scanning from either end, a pixel matters only for layers above the highest count so
     // far: each scan is linear in pixels + layers.
     std::uint64_t total = 0;
     std::uint32_t seen = 0;

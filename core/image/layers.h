@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The layers of a picture: how many there are and where, and some of them without the others.
+// The layers of a picture: depth complexity, and selections of layers and objects.
 #pragma once
 
 #include <cstddef>
@@ -12,31 +12,31 @@
 
 namespace peeler {
 
-/// What follows from the number of fragments of every pixel, which is counted up row by row.
+/// Depth complexity: statistics of the number of fragments per pixel, accumulated row by row.
 class DepthComplexity {
   public:
     explicit DepthComplexity(const Window& crop);
 
-    /// The counts of pixels of row y, left to right from `x` (display-window coordinates). Every
-    /// pixel of the crop at most once.
+    /// Adds the counts of the pixels of row y, left to right from `x` (display-window coordinates).
+    /// Each pixel of the crop may be added only once.
     void addRow(int x, int y, std::span<const std::uint32_t> counts);
 
-    /// The counts of the pixels of a band.
+    /// Adds the counts of a band's pixels.
     void addBand(const LayeredImage& band);
 
-    /// What was counted of some of the rows.
+    /// Adds the counts of some of the rows.
     void add(const DepthComplexity& rows);
 
-    /// One entry a layer, front to back; the nearest `limit` of them (0 = all).
+    /// Returns one entry per layer, front to back; the nearest `limit` of them (0 = all).
     std::vector<LayerPlan> layers(std::uint32_t limit = 0) const;
     std::uint64_t counted() const { return counted_; }
-    /// Pixels by their number of fragments, from 0 up to the most that a pixel has.
+    /// Returns the number of pixels for each number of fragments, from 0 to the maximum per pixel.
     const std::vector<std::uint64_t>& histogram() const { return histogram_; }
-    /// Fragments counted in row y, without the layer limit.
+    /// Returns the fragments counted in row y, without the layer limit.
     std::uint64_t rowFragments(int y) const {
         return row_fragments_[static_cast<std::size_t>(y - crop_.y0)];
     }
-    /// The most fragments that so many consecutive rows hold together.
+    /// Returns the maximum number of fragments in this many consecutive rows.
     std::uint64_t mostFragments(int rows) const;
 
   private:
@@ -47,11 +47,11 @@ class DepthComplexity {
     std::uint64_t counted_ = 0;
 };
 
-/// Which layers count: any of the nearest `nearest` ones (0 = all) that `listed` holds (empty =
+/// A layer selection: those of the nearest `nearest` layers (0 = all) that are in `listed` (empty =
 /// all).
 struct LayerSelection {
     std::uint32_t nearest = 0;
-    std::vector<bool> listed{};  ///< by layer; those beyond its end are not in it
+    std::vector<bool> listed{};  ///< by layer; layers beyond its end are not selected
 
     bool all() const { return nearest == 0 && listed.empty(); }
     bool holds(std::size_t layer) const {
@@ -60,11 +60,11 @@ struct LayerSelection {
     }
 };
 
-/// Forgets the fragments of all other layers, in place; what is kept moves up in its pixel's list.
-/// Every array of `image` follows.
+/// Removes the fragments of all other layers, in place; the remaining ones move up in their pixels'
+/// lists. Applies to every array of `image`.
 void keepLayers(LayeredImage& image, const LayerSelection& selection);
 
-/// Ids that count: those that are listed, or all others.
+/// A set of ids: those listed, or all others.
 struct IdSet {
     std::vector<std::uint32_t> listed{};  ///< ascending
     bool others = true;
@@ -73,20 +73,20 @@ struct IdSet {
     bool holds(std::uint32_t id) const;
 };
 
-/// Which fragments count by what they are of: those whose channels id.object and id.material both
-/// hold ids that do.
+/// A selection of fragments: the ids in their channels id.object and id.material must both be
+/// selected.
 struct ObjectSelection {
     IdSet objects{}, materials{};
 };
 
-/// Forgets all other fragments, like keepLayers(). Where a channel is missing every id is 0.
+/// Removes all other fragments, like keepLayers(). Without a channel, its ids are 0.
 void keepObjects(LayeredImage& image, const ObjectSelection& selection);
 
-/// One layer as an image of at most one fragment a pixel. `out` is overwritten; its storage is
-/// reused.
+/// Extracts one layer as an image with at most one fragment per pixel. Overwrites `out` and reuses
+/// its storage.
 void singleLayer(const LayeredImage& image, std::uint32_t layer, LayeredImage& out);
 
-/// Appends an array "layer" (uint): the index of each fragment in its pixel's list.
+/// Appends an array "layer" (uint) with the index of each fragment in its pixel's list.
 void addLayerIndices(LayeredImage& image);
 
 }  // namespace peeler

@@ -16,7 +16,7 @@ namespace peeler {
 namespace {
 
 constexpr std::size_t kAlphaComponent = 3;  // among the components of a colour
-/// What an object takes without any pixel, its two deques' first blocks for the most part.
+/// The bytes of an object without pixels: mostly the first blocks of its two deques.
 constexpr std::uint64_t kObjectBytes = sizeof(ObjectMasks) + 1300;
 
 float alphaOf(const LayeredImage& band, std::size_t fragment) {
@@ -35,7 +35,7 @@ float alphaOf(const LayeredImage& band, std::size_t fragment) {
     return value;
 }
 
-/// The first fragment of a pixel that is not seen through, else its first.
+/// Returns the first fragment of a pixel with at least this opacity, else its first fragment.
 std::size_t visibleFragment(const LayeredImage& band, std::size_t begin, std::size_t end,
                             float see_through) {
     if (see_through > 0)
@@ -66,7 +66,7 @@ void PixelRuns::fill(std::uint8_t value, std::vector<std::uint8_t>& bytes) const
 std::vector<std::uint32_t> PixelRuns::columnCounts(int height) const {
     const Window box = this->box();
     const auto rows = static_cast<std::size_t>(box.height());
-    // Nothing but the box has to be turned; columns of it lie behind each other here.
+    // Transposes only the box: its columns are contiguous here.
     std::vector<std::uint8_t> inside(box.pixels());
     for (const Run& run : runs_) {
         const auto y =
@@ -77,7 +77,7 @@ std::vector<std::uint32_t> PixelRuns::columnCounts(int height) const {
             inside[(x + i) * rows + y] = 1;
     }
     std::vector<std::uint32_t> counts;
-    std::uint32_t end = 0;  // of the last run of pixels in the set
+    std::uint32_t end = 0;  // of the last run inside the set
     for (int x = box.x0; x < box.x1; ++x) {
         for (int y = box.y0; y < box.y1; ++y) {
             const auto at =
@@ -120,8 +120,8 @@ std::vector<std::uint16_t> ObjectLayers::layer(std::uint32_t index) const {
 
 /// The ids of a band's fragments.
 struct ObjectMaskSink::Ids {
-    FragmentChannel owner{};     ///< node or material
-    FragmentChannel instance{};  ///< if instances are apart
+    FragmentChannel owner{};     ///< node or material id
+    FragmentChannel instance{};  ///< if instances are separate objects
 
     std::uint32_t numberOf(const ObjectTable& table, std::size_t fragment) const {
         const std::uint32_t id = owner.id(fragment);
@@ -133,9 +133,9 @@ struct ObjectMaskSink::Ids {
 
 struct ObjectMaskSink::Pixel {
     std::size_t begin = 0, end = 0;  ///< its fragments
-    int x = 0, y = 0;                ///< from the picture's upper left corner
-    std::uint64_t of_canvas = 0;     ///< from 1
-    bool inside = false;             ///< the picture
+    int x = 0, y = 0;                ///< relative to the picture's upper left corner
+    std::uint64_t of_canvas = 0;     ///< index in the canvas, from 1
+    bool inside = false;             ///< whether it is in the picture
     std::uint32_t of_picture = 0;
 };
 
@@ -163,7 +163,7 @@ void ObjectMaskSink::begin(const Plan& plan) {
 SinkMemory ObjectMaskSink::memory(const Plan& plan) const {
     const std::uint64_t fragments = plan.fragments_stored;
     const std::uint64_t pixels = options_.picture.pixels();
-    // A run ends where a pixel is not in the set, but for the end of a row.
+    // A run ends before a pixel outside the set, or at the end of a row.
     const std::uint64_t every_other =
         table_.objects *
         (pixels / 2 + pixels % 2 + static_cast<std::uint64_t>(options_.picture.height()));
@@ -236,12 +236,12 @@ View canvasOf(const View& view, int times, Window& picture) {
                     "", "make the picture or the canvas smaller");
     checkPixels({width * times, height * times});
     View canvas = view;
-    // The display window grows alike on both sides, so that its middle stays on the axis.
+    // The display window grows equally on both sides, so that its centre stays on the axis.
     canvas.width += 2 * around * width;
     canvas.height += 2 * around * height;
     canvas.projection.half_width *= static_cast<double>(canvas.width) / view.width;
     canvas.projection.half_height *= static_cast<double>(canvas.height) / view.height;
-    // What lay at x lies around · width further on; the canvas begins that much before the crop.
+    // A pixel at x moves to x + around · width; the canvas begins that far before the crop.
     canvas.crop = {view.crop.x0, view.crop.y0, view.crop.x0 + times * width,
                    view.crop.y0 + times * height};
     picture = {canvas.crop.x0 + around * width, canvas.crop.y0 + around * height,

@@ -32,7 +32,7 @@ bool sameFragments(const LayeredImage& a, std::size_t pixel_a, const LayeredImag
     return same;
 }
 
-/// The tile that each pixel of a row is taken from: the first that has it.
+/// Finds the tile that each pixel of a row is taken from: the first that contains it.
 void findOwners(std::span<const LayeredImage> tiles, const Window& window, int y,
                 std::vector<std::size_t>& owners) {
     owners.assign(static_cast<std::size_t>(window.width()), kNone);
@@ -66,7 +66,7 @@ void clearLike(const LayeredImage& like, LayeredImage& out) {
 }  // namespace
 
 std::optional<Window> findGap(std::span<const Window> tiles, const Window& whole) {
-    // Between two neighbouring edges of tiles all rows are alike.
+    // Between two successive tile edges all rows are covered alike.
     std::vector<int> edges{whole.y0, whole.y1};
     for (const Window& tile : tiles) {
         for (const int y : {tile.y0, tile.y1}) {
