@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counted A-buffer: every fragment goes to the next free entry of its pixel's list (Carpenter 1984; the
-// exact allocation from a count pass after Vasilakis & Fudos' S-buffer 2012).
+// Counted A-buffer: every fragment goes to the next free entry of its pixel's list (Carpenter 1984; exact allocation by
+// a count pass as in Vasilakis & Fudos' S-buffer, 2012).
 #include "shade.glsl"
 #include "stored_fragments.glsl"
 #include "list_heads.glsl"
@@ -14,8 +14,9 @@ void main() {
 
     uint entry = takeEntry();
 #ifdef ENTRIES_AS_KEYS
-    // With fetched list heads, entries are taken in draw order (GL_EXT_shader_framebuffer_fetch), so that they order coincident fragments as
-    // primitives do. And llvmpipe, to number the triangles of a draw, copies the vertices that they share.
+    // With fetched list heads, entries are taken in draw order (GL_EXT_shader_framebuffer_fetch), so they order
+    // coincident fragments like primitives. This avoids gl_PrimitiveID, for which llvmpipe copies the vertices that
+    // triangles share.
     key.primitive = entry;
 #endif
     if (hasEntry(entry)) storeFragment(entry, key.depth, key.primitive, fragmentColor(base, gradients));

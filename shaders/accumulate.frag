@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums of all fragments of a pixel, in no order: what weighted average and weighted sum need, and the tail of a
-// composite that stops after some layers (BEHIND: only what lies behind the last layer).
+// Unordered sums of all fragments of a pixel: input of weighted average and weighted sum, and the tail of a composite
+// with a layer limit (BEHIND: only fragments behind the last layer).
 #include "shade.glsl"
 
 #ifdef BEHIND
 layout(binding = PEELER_PREVIOUS_DEPTH_UNIT) uniform sampler2D previous_depth;
 layout(binding = PEELER_PREVIOUS_PRIMITIVE_UNIT) uniform usampler2D previous_primitive;
 #else
-layout(std430, binding = PEELER_DEPTHS) buffer Depths { uint depth_bits[]; };  // they order like the floats
+layout(std430, binding = PEELER_DEPTHS) buffer Depths { uint depth_bits[]; };  // they sort like the floats
 #endif
 
 layout(location = 0) out vec4 sum;  // of premultiplied colours

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A texture of premultiplied colours, for the fixed-function blending to put over what is there.
+// A texture of premultiplied colours, for fixed-function "over" blending.
 #include "interface.glsl"
 
 layout(binding = PEELER_FRONT_UNIT) uniform sampler2D source;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What else is asked of fragments that have been captured (core/image/channels.h), whatever the method: every fragment looks
-// for its place in its pixel's list by its primitive, of which a pixel has no second one. Vectors are in world space.
+// Additional channels of captured fragments (core/image/channels.h), for every method: each fragment finds its entry in
+// its pixel's list by its primitive, which is unique within a pixel. Vectors are in world space.
 #include "normal.glsl"
 #include "stored_fragments.glsl"
 
-layout(location = 0) uniform ivec4 argument;  // x: floats a fragment
+layout(location = 0) uniform ivec4 argument;  // x: floats per fragment
 
-layout(std430, binding = PEELER_LIST_HEADS) readonly buffer ListHeads { uint list_heads[]; };  // where each pixel's list has ended
+layout(std430, binding = PEELER_LIST_HEADS) readonly buffer ListHeads { uint list_heads[]; };  // the end of each pixel's list
 layout(std430, binding = PEELER_CHANNELS) writeonly buffer Channels { float channels[]; };
 
 void put(inout uint at, vec3 v) {
@@ -16,13 +16,14 @@ void put(inout uint at, vec3 v) {
 }
 
 #ifdef CHANNEL_TANGENT
-/// Where U grows, and with which sign cross(normal, tangent) points up the image. `normal` is the viewer's side's.
+/// Returns the direction of increasing U, and the sign for which cross(normal, tangent) points up the image. `normal`
+/// is on the viewer's side.
 vec4 surfaceTangent(vec3 normal, Gradients g) {
     vec3 tangent, bitangent;
     tangentFrame(normal, PEELER_NORMAL_UNIT, g, tangent, bitangent);
     float size = dot(tangent, tangent);
     if (!(size > 0.0)) return vec4(0.0);
-    float side = gl_FrontFacing ? 1.0 : -1.0;  // the frame's sides turn with the normal's; directions on it do not
+    float side = gl_FrontFacing ? 1.0 : -1.0;  // the frame flips with the normal; surface directions do not
     return vec4(side * tangent * inversesqrt(size), side * sign(dot(cross(normal, side * tangent), bitangent)));
 }
 #endif
@@ -32,7 +33,7 @@ void main() {
     uint key = fragmentKey().primitive, pixel = pixelIndex();
     uint entry = pixel == 0u ? 0u : list_heads[pixel - 1u], end = list_heads[pixel];
     while (entry < end && storedPrimitive(entry) != key) ++entry;
-    if (entry == end) return;  // it does not count, or is beyond the layers that are kept
+    if (entry == end) return;  // rejected, or beyond the stored layers
     uint at = entry * uint(argument.x);
 
 #ifdef CHANNEL_NORMAL

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The surfaces of a clip mesh: how many a pixel has (COUNT), then where they lie and which way they face.
+// The surfaces of a clip mesh: their count per pixel (COUNT), then their depths and facings.
 #include "fragment.glsl"
 
-layout(location = 0) uniform ivec4 argument;  // x: surfaces that the buffer holds
+layout(location = 0) uniform ivec4 argument;  // x: capacity of the buffer, in surfaces
 
 layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]; };
 layout(std430, binding = PEELER_CLIP_DEPTHS) writeonly buffer ClipDepths { float clip_depths[]; };
@@ -10,7 +10,7 @@ layout(std430, binding = PEELER_CLIP_DEPTHS) writeonly buffer ClipDepths { float
 void main() {
     uint entry = atomicAdd(list_heads[pixelIndex()], 1u);
 #ifndef COUNT
-    // GL clamps what lies beyond the planes, but may do so after this shader; the sign is the side's.
+    // GL clamps depths beyond the planes, but may do so after this shader; the sign encodes the facing.
     float depth = clamp(gl_FragCoord.z, 0.0, 1.0);
     if (entry < uint(argument.x)) clip_depths[entry] = gl_FrontFacing ? depth : -depth;
 #endif

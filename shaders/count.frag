@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The count pass: how many fragments every pixel has.
+// The count pass: fragments per pixel.
 #ifdef ALPHA_TEST
 #include "surface.glsl"
 #else

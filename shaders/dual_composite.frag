@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Dual depth peeling (Bavoil & Myers 2008) with compositing on the fly. Each pass peels the fragments at the front and
-// at the back depth of the previous pass. Either every target has its own blending (the front goes under what is there,
-// the back over it), or all have MAX_BLENDING as in the paper: then the composite of the fronts is read from the
-// previous pass, and the back is blended by a pass of its own.
+// back depths of the previous pass. Either every target has its own blending (the front goes under the composite, the
+// back over it), or all use MAX_BLENDING as in the paper: then the front composite is read from the previous pass, and
+// a separate pass blends the back.
 //
-// Where two fragments coincide at a peeled depth their order would be lost. Stamps find that out: the pixel's list head is
-// made wrong, and it is peeled anew by other means.
+// Where two fragments coincide at a peeled depth, their order would be lost. Stamps detect this: the pixel's list head
+// gets an invalid value, and the pixel is peeled again by another method.
 #include "shade.glsl"
 
-layout(location = 0) uniform ivec4 pass;  // x: 1 for the first that peels
+layout(location = 0) uniform ivec4 pass;  // x: 1 for the first peeling pass
 
 layout(binding = PEELER_PREVIOUS_DEPTH_UNIT) uniform sampler2D previous_range;
 #ifdef MAX_BLENDING
@@ -66,7 +66,7 @@ void main() {
     }
     uint stamp = uint(pass.x);
     if (atomicExchange(stamps[2u * pixel + (is_front ? 0u : 1u)], stamp) == stamp)
-        atomicOr(list_heads[pixel], 0x80000000u);  // more than one at this depth
+        atomicOr(list_heads[pixel], 0x80000000u);  // several fragments at this depth
     else
         atomicAdd(list_heads[pixel], 1u);
     if (index == 0u) depths[pixel] = key.depth;

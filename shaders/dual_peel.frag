@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dual depth peeling (Bavoil & Myers 2008): fragments at the front or back depth of the previous pass are peeled, those
-// between set the range of the next. Peeled fragments are appended to their pixel's list, all that coincide at
-// once; so none is lost, and the lists are sorted afterwards.
+// Dual depth peeling (Bavoil & Myers 2008): fragments at the front or back depth of the previous pass are peeled; those
+// between set the range of the next pass. Peeled fragments are appended to their pixel's list, all coincident ones
+// together, so none is lost, and the lists are sorted afterwards.
 #include "shade.glsl"
 #include "stored_fragments.glsl"
 #include "list_heads.glsl"

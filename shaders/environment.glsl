@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light from all around. Directions are in world space.
+// Environment lighting. Directions are in world space.
 //
-// With ENVIRONMENT an image, prefiltered by core/shading/environment_maps. Otherwise the built-in light: a pale floor, a
-// bright horizon, a blue-grey dome and one large soft box around the key light, fixed in world space (+Y up).
+// With ENVIRONMENT, an image prefiltered by core/shading/environment_maps. Otherwise the built-in light: a pale floor,
+// a bright horizon, a blue-grey dome and one large soft box around the key light, fixed in world space (+Y up).
 
 #if defined(ENVIRONMENT) || defined(SHEEN)
-/// By cosine of the view and roughness: scale and bias of F0 (GGX), and the albedo of sheen.
+/// Indexed by view cosine and roughness: scale and bias of F0 (GGX), and the albedo of sheen.
 layout(binding = PEELER_ALBEDO_UNIT) uniform sampler2D albedo_table;
 
-/// Where the table has what belongs to these: its entries lie on 0 and 1.
+/// Returns the texture coordinates for these values; the table's outer texel centres are at 0 and 1.
 vec2 tablePlace(float n_dot_v, float roughness) {
     vec2 size = vec2(textureSize(albedo_table, 0));
     return (vec2(n_dot_v, roughness) * (size - 1.0) + 0.5) / size;
@@ -23,25 +23,26 @@ vec3 tabledAlbedo(float n_dot_v, float roughness) {
 layout(binding = PEELER_ENVIRONMENT_UNIT) uniform samplerCube environment;
 layout(binding = PEELER_IRRADIANCE_UNIT) uniform samplerCube environment_irradiance;
 
-/// Radiance from `direction`, blurred as a lobe of this roughness would.
+/// Returns the radiance from `direction`, blurred by a lobe of this roughness.
 vec3 environmentRadiance(vec3 direction, float roughness) {
     // core/shading/environment_maps.h, levelRoughness().
     float level = roughness * (1.4 - 0.4 * roughness) * float(textureQueryLevels(environment) - 1);
     return textureLod(environment, direction, level).rgb;
 }
 
-/// Irradiance / pi on a surface with this normal.
+/// Returns irradiance / pi on a surface with this normal.
 vec3 environmentDiffuse(vec3 normal) { return textureLod(environment_irradiance, normal, 0.0).rgb; }
 
-/// By the same, where to look up what F0 scales and what F90 does: how far from the normal to the mirrored view, and in
-/// which roughness, over the surface's own (core/shading/environment_maps.h, lobeTable()).
+/// Lookup parameters for the F0 and F90 terms: position between the normal and the mirrored view, and the level's
+/// roughness divided by the surface's (core/shading/environment_maps.h, lobeTable()).
 layout(binding = PEELER_LOBE_UNIT) uniform sampler2D lobe_table;
 
 vec4 tabledLobe(float n_dot_v, float roughness) {
     return textureLod(lobe_table, tablePlace(n_dot_v, roughness), 0.0);
 }
 
-/// Directional albedo of GGX, split into scale of F0 and bias (Karis, "Real Shading in Unreal Engine 4", 2013).
+/// Returns the directional albedo of GGX, split into scale of F0 and bias (Karis, "Real Shading in Unreal Engine 4",
+/// 2013).
 vec2 environmentBrdf(float roughness, float n_dot_v) { return tabledAlbedo(n_dot_v, roughness).xy; }
 
 #else
@@ -65,7 +66,7 @@ vec3 environmentDiffuse(vec3 normal) {
     return dome + 0.12 * kSoftBox * max(0.0, 0.3 + 0.7 * dot(normal, kKeyDirection));
 }
 
-/// The fit of Karis, "Physically Based Shading on Mobile", 2014.
+/// Approximates the GGX albedo by the fit of Karis, "Physically Based Shading on Mobile", 2014.
 vec2 environmentBrdf(float roughness, float n_dot_v) {
     const vec4 c0 = vec4(-1.0, -0.0275, -0.572, 0.022), c1 = vec4(1.0, 0.0425, 1.04, -0.04);
     vec4 r = roughness * c0 + c1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a fragment is: where it lies, its key (depth, primitive), and whether it counts (core/README.md,
-// "What a fragment is"). Every pass of every method includes this, so that all agree.
+// Fragment definition: position, key (depth, primitive), and tests for rejection (core/README.md, "What a fragment
+// is"). Every pass of every method includes this, so that all agree.
 #include "interface.glsl"
 
 layout(std140, binding = PEELER_FRAME_BLOCK) uniform FrameBlock { FrameRecord frame; };
@@ -9,7 +9,7 @@ layout(binding = PEELER_OPAQUE_DEPTH_UNIT) uniform sampler2D opaque_depth;
 layout(binding = PEELER_OPAQUE_PRIMITIVE_UNIT) uniform usampler2D opaque_primitive;
 #endif
 #ifdef IN_FRONT
-// Tested before anything is stored. No depth is written, so what is discarded later leaves no trace.
+// Tested before anything is stored. No depth is written, so fragments discarded later have no effect.
 layout(early_fragment_tests) in;
 layout(binding = PEELER_OPAQUE_FRAGMENT_UNIT) uniform usampler2D opaque_fragment;  // see opaque.frag
 #endif
@@ -19,7 +19,7 @@ struct Key {
     uint primitive;  // draw order: smaller comes first among equal depths
 };
 
-/// True if a comes before b, front to back.
+/// Whether a comes before b, front to back.
 bool precedes(Key a, Key b) {
     return a.depth > b.depth || (a.depth == b.depth && a.primitive < b.primitive);
 }
@@ -30,12 +30,12 @@ layout(location = PEELER_FIRST_KEY) flat in uint first_key;
 Key fragmentKey() { return Key(gl_FragCoord.z, first_key + uint(gl_PrimitiveID)); }
 #endif
 
-/// Where the pixel lies in the band.
+/// Returns the pixel's position in the band.
 ivec2 placeInBand() {
     return ivec2(frame.tile.x + int(gl_FragCoord.x), frame.tile.y + frame.tile.w - 1 - int(gl_FragCoord.y)) - frame.band.xy;
 }
 
-/// Index into the band's per-pixel arrays.
+/// Returns the index into the band's per-pixel arrays.
 uint pixelIndex() {
     ivec2 at = placeInBand();
     return uint(at.y * frame.band.z + at.x);
@@ -46,10 +46,10 @@ layout(std430, binding = PEELER_CLIP_FIRST) readonly buffer ClipFirst { uint cli
 layout(std430, binding = PEELER_CLIP_DEPTHS) readonly buffer ClipDepths { float clip_depths[]; };
 
 /// Whether the boundary encloses this depth: behind a point inside a closed mesh there are more back faces than front
-/// faces. Behind, since what lies before the near plane may be cut off. The boundary itself is inside.
+/// faces. Tests behind, since surfaces before the near plane may be clipped. The boundary itself is inside.
 bool insideMesh(float depth) {
-    // GPUs run the shader for pixels beside those that are drawn, too. Beyond the band these would count to any number,
-    // and an H100 is reset then.
+    // GPUs also run the shader for helper pixels beside those drawn. Beyond the band, the loop bounds would be
+    // arbitrary, and an H100 is reset then.
     if (any(greaterThanEqual(uvec2(placeInBand()), uvec2(frame.band.zw)))) return false;
     uint pixel = pixelIndex();
     int winding = 0;
@@ -67,7 +67,7 @@ bool insideHalfSpaces(float depth) {
     precise vec4 h = frame.view_from_ndc * vec4(at, depth, 1.0);
     for (int i = 0; i < frame.clip.x; ++i) {
         vec4 plane = frame.half_spaces[i];
-        precise float distance = dot(plane.xyz, h.xyz) - plane.w * h.w;  // times w, which is positive
+        precise float distance = dot(plane.xyz, h.xyz) - plane.w * h.w;  // scaled by w, which is positive
         if (distance < 0.0) return false;
     }
     return true;
@@ -79,7 +79,8 @@ bool isKept(float depth) {
 }
 #endif
 
-/// Near and far plane, the clip volume (CLIPPED) and the nearest opaque fragment, which with BOUNDED itself stays.
+/// Tests near and far plane, the clip volume (CLIPPED) and, with BOUNDED, the nearest opaque fragment, which itself
+/// passes.
 bool inRange(Key key) {
     if (!(key.depth > 0.0)) return false;  // the far plane is exclusive
 #ifdef CLIPPED
@@ -91,7 +92,7 @@ bool inRange(Key key) {
     if (precedes(nearest_opaque, key)) return false;
 #endif
 #ifdef IN_FRONT
-    // Of opaque and transparent fragments at the same depth one is of the earlier draw: a draw has one material.
+    // Opaque and transparent fragments at the same depth are ordered by draw: a draw has one material.
     uvec4 opaque = texelFetch(opaque_fragment, ivec2(gl_FragCoord.xy), 0);
     if (precedes(Key(uintBitsToFloat(opaque.r), opaque.g), Key(key.depth, first_key))) return false;
 #endif

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The hits of rays: like a_buffer.frag, without looking at what surfaces look like.
+// The hits of rays: like a_buffer.frag, without shading.
 #ifdef ALPHA_TEST
 #include "surface.glsl"
 #else
@@ -14,7 +14,7 @@ layout(location = PEELER_CLIP_DEPTH) noperspective in float clip_depth;
 
 void main() {
 #ifdef SLOPES
-    vec2 slopes = vec2(dFdx(clip_depth), dFdy(clip_depth));  // of the depth, a pixel; y up
+    vec2 slopes = vec2(dFdx(clip_depth), dFdy(clip_depth));  // change of depth per pixel; y up
 #endif
 #ifdef ALPHA_TEST
     if (!passesAlphaTest(baseColor(surfaceGradients()).a)) discard;

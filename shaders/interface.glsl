@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What C++ and GLSL agree on: bindings, locations and the records of uniform blocks (std140). Included by both.
+// The shared C++ and GLSL interface: bindings, locations and the records of uniform blocks (std140).
 #ifdef __cplusplus
 #pragma once
 #include <cstdint>
@@ -20,7 +20,7 @@ using glm::vec4;
 #define PEELER_TEXCOORD1 4
 #define PEELER_COLOR 5
 
-// Varyings. Drivers need not find places for them alike in stages that are compiled apart.
+// Varyings. Locations are explicit, since drivers need not assign the same ones in separately compiled stages.
 #define PEELER_FIRST_KEY 0
 #define PEELER_CLIP_DEPTH 1
 #define PEELER_SURFACE 2          // a block of five
@@ -38,7 +38,7 @@ using glm::vec4;
 // Storage blocks of a band.
 #define PEELER_LIST_HEADS 0       // uint a pixel: where its next fragment goes (or how many it has: count pass)
 #define PEELER_FRAGMENTS 1   // see stored_fragments.glsl
-// A composite instead has, of every pixel:
+// For a composite, per pixel instead:
 #define PEELER_DEPTHS 1      // float, buffer depth (reversed Z) of the nearest fragment
 #define PEELER_STAMPS 2      // two uints: the last pass that composited a front and a back fragment
 #define PEELER_COLORS 3      // four floats, or eight with TINTED
@@ -50,8 +50,8 @@ using glm::vec4;
 #define PEELER_INSTANCES 8   // Placements of all draws that have several
 #define PEELER_CHANNELS 9    // floats of a fragment that channels.frag yields
 
-// Texture units. GL promises 16 in a shader, and a material may use 17 besides those of lights and peeling; so a program
-// has only those samplers that its variant reads, and GpuScene counts them.
+// Texture units. GL guarantees 16 per shader, and a material may use 17 besides those of lights and peeling. So a
+// program declares only the samplers that its variant reads, and GpuScene counts them.
 #define PEELER_BASE_COLOR_UNIT 0
 #define PEELER_METALLIC_ROUGHNESS_UNIT 1  // or specular and glossiness
 #define PEELER_NORMAL_UNIT 2
@@ -81,7 +81,7 @@ using glm::vec4;
 #define PEELER_IRRADIANCE_UNIT 24
 #define PEELER_ALBEDO_UNIT 25
 #define PEELER_LOBE_UNIT 26
-// When a composite is put together, and no geometry is drawn:
+// For resolving a composite, when no geometry is drawn:
 #define PEELER_FRONT_UNIT 17
 #define PEELER_BACK_UNIT 18
 #define PEELER_TAIL_SUM_UNIT 19
@@ -99,13 +99,13 @@ using glm::vec4;
 #define PEELER_IS_TRIANGLES 8u
 #define PEELER_MIRRORED 16u
 
-// Bits of MaterialRecord.flags.x; bit PEELER_FIRST_TEXTURE_BIT << unit says that a texture is bound there.
+// Bits of MaterialRecord.flags.x; bit PEELER_FIRST_TEXTURE_BIT << unit marks a texture bound at that unit.
 #define PEELER_ALPHA_MASK 1u
 #define PEELER_ALPHA_BLEND 2u
 #define PEELER_UNLIT 4u
 #define PEELER_FIRST_TEXTURE_BIT 16u
 
-// The built-in key light: unit, toward the light, world space.
+// The built-in key light: unit vector toward the light, world space.
 #define PEELER_KEY_DIRECTION vec3(-0.4364358, 0.7637626, 0.4755910)
 
 /// One raster tile of one band.
@@ -113,13 +113,13 @@ struct FrameRecord {
     mat4 world_from_view;  // rotation only
     ivec4 tile;            // x0, y0 of the tile in the picture, its width and height; y down
     ivec4 band;            // x0, y0 of the band in the picture, its width and height; y down
-    uvec4 limits;          // x: nearest layers that a composite shows in order; w: 0, which compilers do not know
+    uvec4 limits;          // x: number of nearest layers that a composite shows in order; w: 0, unknown to compilers
     mat4 view_from_ndc;    // of the tile; homogeneous
-    ivec4 clip;            // x: half-spaces, y: 1 = what is inside is kept, z: 1 = there is a clip mesh
+    ivec4 clip;            // x: half-spaces, y: 1 = the inside is kept, z: 1 = there is a clip mesh
     vec4 half_spaces[PEELER_MAX_HALF_SPACES];  // view space: dot(xyz, p) >= w is inside
 };
 
-/// Where vertices are.
+/// Transforms of a primitive at one place.
 struct Placement {
     mat4 clip_from_model;
     mat4 view_from_model;
@@ -128,9 +128,9 @@ struct Placement {
 
 /// One primitive of a mesh, drawn at one or more places.
 struct DrawRecord {
-    Placement placement;  // if it is one
-    uvec4 ids;  // x: key of its first primitive, y: from one instance's key to the next one's, z: bits above,
-                // w: place of the first instance among all
+    Placement placement;  // of a single instance
+    uvec4 ids;  // x: key of its first primitive, y: key stride between instances, z: bits above,
+                // w: index of the first instance among all
 };
 
 struct MaterialRecord {
@@ -155,10 +155,10 @@ struct LightCount {
 /// One light (std430), in view space.
 struct LightRecord {
     vec4 position;  // w = 1; directional: w = 0, unit, toward the light
-    vec4 axis;      // unit, against the direction in which it shines; w: 1 / range, 0 = infinite
+    vec4 axis;      // unit, opposite to the light's direction; w: 1 / range, 0 = infinite
     vec4 color;     // times intensity: lux if directional, else candela
     vec4 cone;      // x: scale, y: offset of the cosine with the axis
-    // To the light's shadow map: x and y from -1 to 1, y up (perspective: times z), z depth along the light's axis.
+    // To the light's shadow map: x and y from -1 to 1, y up (perspective: times z), z is depth along the light's axis.
     mat4 map_from_view;
     vec4 map;  // x: layer of the map, -1 = none; y: 1 = perspective
 };

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reflectance of a thin film on a surface (Belcour & Barla, "A Practical Extension to Microfacet Theory for the
-// Modeling of Varying Iridescence", 2017), as KHR_materials_iridescence writes it down.
+// Modeling of Varying Iridescence", 2017), as in KHR_materials_iridescence.
 
-/// Of an interface between these indices of refraction, at normal incidence.
+/// Returns the reflectance of an interface between these indices of refraction, at normal incidence.
 float normalReflectance(float inside, float outside) {
     float ratio = (inside - outside) / (inside + outside);
     return ratio * ratio;
 }
 
-/// Sensitivity of the eye, in linear Rec. 709, to a phase shift in Fourier space.
+/// Returns the eye's sensitivity, in linear Rec. 709, to a phase shift in Fourier space.
 vec3 filmSensitivity(float path_difference, vec3 shift) {
     float phase = 2.0 * kPi * path_difference * 1e-9;
     const vec3 value = vec3(5.4856e-13, 4.4201e-13, 5.2481e-13);
@@ -24,9 +24,10 @@ vec3 filmSensitivity(float path_difference, vec3 shift) {
     return kRec709FromXyz * xyz;
 }
 
-/// Reflectance in air of a film of this index and thickness (nm) on a base of reflectance f0, seen under `cosine`.
+/// Returns the reflectance in air of a film of this index and thickness (nm) on a base of reflectance f0, seen at
+/// `cosine`.
 vec3 filmReflectance(float film_ior, float cosine, float thickness, vec3 f0) {
-    // A film that gets thinner than light's waves vanishes.
+    // A film much thinner than the wavelengths of light disappears.
     float ior = mix(1.0, film_ior, smoothstep(0.0, 0.03, thickness));
     float sine2 = (1.0 - cosine * cosine) / (ior * ior);
     if (sine2 > 1.0) return vec3(1.0);  // total reflection

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the lights make of a surface (glTF 2.0, appendix B, and the KHR_materials extensions).
+// Lighting of a surface (glTF 2.0, appendix B, and the KHR_materials extensions).
 //
 // Without lights in the scene: one key light (directional, warm white, from above, left and in front of a viewer who
 // looks along -Z) and the built-in environment. A white diffuse surface that faces the key light comes out at about 1.
 //
-// With PUNCTUAL the scene has lights of its own, in photometric units: 1 lux on a white diffuse surface gives a radiance
-// of 1 / pi. The key light is off then, and the built-in environment dimmed to what fills shadows.
+// With PUNCTUAL the scene has its own lights, in photometric units: 1 lux on a white diffuse surface gives a radiance
+// of 1 / pi. The key light is off then, and the built-in environment is dimmed to a fill light.
 //
 // With ENVIRONMENT an image lights the scene; nothing built-in does.
 #include "surface.glsl"
@@ -18,12 +18,12 @@
 
 const vec3 kKeyDirection = PEELER_KEY_DIRECTION;
 const vec3 kKeyRadiance = vec3(2.15, 2.05, 1.90);  // irradiance at normal incidence
-const float kFill = 0.1;  // the environment's share beside punctual lights
+const float kFill = 0.1;  // the built-in environment's share beside punctual lights
 #include "environment.glsl"
 #include "reflector.glsl"
 
-/// Outgoing radiance toward the viewer, not yet multiplied by alpha. `base` is baseColor(), `passing` the share of the
-/// diffuse light that is transmitted instead.
+/// Returns the outgoing radiance toward the viewer, not yet multiplied by alpha. `base` is baseColor(), `passing` the
+/// fraction of the diffuse light that is transmitted instead.
 vec3 litColor(vec3 base, float passing, Gradients g) {
     float occlusion = 1.0;
 #ifdef TEXTURED
@@ -61,8 +61,8 @@ vec3 litColor(vec3 base, float passing, Gradients g) {
 #endif
     }
 #elif !defined(ENVIRONMENT)
-    // As in the loop: with the cosine in between, compilers fold no constants of key and lobes, and what is fully lit
-    // has the same bits with shadows and without.
+    // As in the loop: with the cosine in between, compilers cannot fold constants of key and lobes, and fully lit
+    // pixels are bit-identical with and without shadows.
     vec3 key = kKeyRadiance;
 #ifdef SHADOWED
     if (isLit(s, kKeyDirection)) key *= visibility(lights[0], surface.position);

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light from the lights of the scene (KHR_lights_punctual): direction and strength at a point in view space.
+// Punctual lights (KHR_lights_punctual): direction and strength at a point in view space.
 
 layout(std430, binding = PEELER_LIGHTS) readonly buffer Lights {
     LightCount light_count;
     LightRecord lights[];
 };
 
-const float kLeastSquare = 1e-30;  // of a distance: a light that lies on the surface must not make NaNs
+const float kLeastSquare = 1e-30;  // of a distance: a light on the surface must not produce NaNs
 const float kBrightest = 1e30;
 
-/// Unit direction from `position` to the light, both in view space; 0 where they coincide.
+/// Returns the unit direction from `position` to the light, both in view space; 0 if they coincide.
 vec3 towardLight(LightRecord light, vec3 position) {
     vec3 offset = light.position.xyz - light.position.w * position;
     return offset * inversesqrt(max(dot(offset, offset), kLeastSquare));
 }
 
-/// Irradiance at normal incidence. Without range: inverse square of the distance. The window that ends at
-/// the range, and the cone, are those that the extension recommends.
+/// Returns the irradiance at normal incidence. Without a range: inverse square of the distance. The range's window and
+/// the cone are those that the extension recommends.
 vec3 irradiance(LightRecord light, vec3 position, vec3 toward) {
     if (light.position.w == 0.0) return light.color.rgb;
     vec3 offset = light.position.xyz - position;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What microfacets reflect: distribution times visibility of each kind (glTF 2.0, appendix B, and the KHR_materials
+// Microfacet lobes: distribution times visibility of each kind (glTF 2.0, appendix B, and the KHR_materials
 // extensions), and Schlick's Fresnel term.
 
 const float kPi = 3.14159265358979;
@@ -10,7 +10,7 @@ float grazing(float cosine) {
     return x2 * x2 * x;
 }
 
-/// GGX with height-correlated Smith visibility.
+/// Evaluates GGX with height-correlated Smith visibility.
 float ggx(float alpha, float n_dot_l, float n_dot_v, float n_dot_h) {
     float a2 = alpha * alpha;
     float d = n_dot_h * n_dot_h * (a2 - 1.0) + 1.0;
@@ -22,8 +22,8 @@ float ggx(float alpha, float n_dot_l, float n_dot_v, float n_dot_h) {
 }
 
 #ifdef ANISOTROPY
-/// The same with a roughness of its own along the tangent and across (KHR_materials_anisotropy). x, y, z of the
-/// directions: along the tangent, the bitangent and the normal.
+/// Evaluates GGX with separate roughnesses along and across the tangent (KHR_materials_anisotropy). Directions are in
+/// tangent space: x, y, z along the tangent, the bitangent and the normal.
 float anisotropicGgx(vec2 alpha, vec3 l, vec3 v, vec3 h) {
     float a2 = alpha.x * alpha.y;
     vec3 f = vec3(alpha.y * h.x, alpha.x * h.y, a2 * h.z);

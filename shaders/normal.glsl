@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The normals at a fragment, in view space, on the side of the viewer's face: a back face has the opposite of the
-// front face's normal, bumps and all (glTF 2.0 §3.9.6).
+// Normals at a fragment, in view space, on the viewer's side: a back face has the opposite of the front face's normal,
+// including normal maps (glTF 2.0 §3.9.6).
 #include "surface.glsl"
 
 #if defined(CLEARCOAT) && defined(TEXTURED)
 layout(binding = PEELER_CLEARCOAT_NORMAL_UNIT) uniform sampler2D clearcoat_normal_texture;
 #endif
 
-/// The side of the facet toward the viewer, whatever the winding; not normalised.
+/// Returns the facet's normal toward the viewer, for either winding; not normalised.
 vec3 facetNormal(Gradients g) { return cross(g.position_dx, g.position_dy); }
 
-/// Without any map.
+/// Returns the normal without any map.
 vec3 geometricNormal(Gradients g) {
     vec3 facet = facetNormal(g);
     if ((DRAW_FLAGS & PEELER_HAS_NORMALS) != 0u && dot(surface.normal, surface.normal) > 0.0)
@@ -19,10 +19,11 @@ vec3 geometricNormal(Gradients g) {
 }
 
 #if defined(TEXTURED) || defined(ANISOTROPY) || defined(CHANNEL_TANGENT)
-/// Where U and (up the image) V grow, about `normal`; 0 where texture coordinates do not say. `unit`: the texture
-/// whose coordinates count if the mesh has no tangents, as KHR_texture_transform makes them: glTF 2.0 §3.7.2.1 wants
-/// "the texture coordinates associated with the normal texture". A mesh's own tangents are taken as they are; no
-/// specification turns them. Khronos' sample renderer (getNormalInfo) and three.js (getTangentFrame) do both likewise.
+/// Returns the directions of U and (up the image) V about `normal`; 0 if texture coordinates do not define them.
+/// `unit`: the texture whose coordinates, transformed by KHR_texture_transform, count if the mesh has no tangents: glTF
+/// 2.0 §3.7.2.1 wants "the texture coordinates associated with the normal texture". A mesh's own tangents are used
+/// unchanged; no specification transforms them. Khronos' sample renderer (getNormalInfo) and three.js (getTangentFrame)
+/// do the same in both cases.
 void tangentFrame(vec3 normal, int unit, Gradients g, out vec3 tangent, out vec3 bitangent) {
     float side = gl_FrontFacing ? 1.0 : -1.0;
     if ((DRAW_FLAGS & PEELER_HAS_TANGENTS) != 0u) {
@@ -38,10 +39,10 @@ void tangentFrame(vec3 normal, int unit, Gradients g, out vec3 tangent, out vec3
     if (hasTransform(unit)) dx = transformedSlope(unit, dx), dy = transformedSlope(unit, dy);
     vec3 across_y = cross(g.position_dy, normal), across_x = cross(normal, g.position_dx);
     tangent = across_y * dx.x + across_x * dy.x;
-    // glTF's V runs down the image while its normal maps point +Y up the image.
+    // glTF's V runs down the image, while its normal maps point +Y up the image.
     bitangent = -(across_y * dx.y + across_x * dy.y);
     float scale = max(dot(tangent, tangent), dot(bitangent, bitangent));
-    // An interpolated normal may lean away from the viewer, and the frame turns with it.
+    // An interpolated normal may lean away from the viewer, and the frame flips with it.
     float facing = dot(normal, facetNormal(g)) < 0.0 ? -side : side;
     tangent *= scale > 0.0 ? facing * inversesqrt(scale) : 0.0;
     bitangent *= scale > 0.0 ? facing * inversesqrt(scale) : 0.0;
@@ -59,7 +60,7 @@ vec3 mappedNormal(vec3 normal, sampler2D map, int unit, float scale, Gradients g
 }
 #endif
 
-/// Unit shading normal.
+/// Returns the unit shading normal.
 vec3 shadingNormal(Gradients g) {
     vec3 normal = geometricNormal(g);
 #ifdef TEXTURED
@@ -70,7 +71,7 @@ vec3 shadingNormal(Gradients g) {
 }
 
 #ifdef CLEARCOAT
-/// Of the varnish, which does not follow the bumps below it.
+/// Returns the varnish's normal, which does not follow the normal map below it.
 vec3 clearcoatNormal(Gradients g) {
     vec3 normal = geometricNormal(g);
 #ifdef TEXTURED

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The nearest opaque fragment (OPAQUE and MASK, not transmissive) with its colour. The depth test finds it, so that what
-// lies behind what has been drawn is not shaded; of equal depths it keeps the first drawn, which is the first by key.
+// The nearest opaque fragment (OPAQUE and MASK, not transmissive) with its colour. The depth test finds it, so
+// fragments behind those already drawn are not shaded; among equal depths it keeps the first drawn, which has the first
+// key.
 #include "shade.glsl"
 
-// Its depth, as bits; the key of the first primitive of its draw; its colour, if that is of halfs.
+// Its depth, as bits; the key of the first primitive of its draw; its colour, if stored as halfs.
 layout(location = 0) out uvec4 fragment;
 #ifdef COLOR_FLOAT
 layout(location = 1) out uvec4 color;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The nearest fragment of the opaque surfaces (OPAQUE and MASK, not transmissive): the bound of --surfaces visible and transparent.
+// The nearest fragment of opaque surfaces (OPAQUE and MASK, not transmissive): the bound of --surfaces visible and
+// transparent.
 #ifdef ALPHA_TEST
 #include "surface.glsl"
 #else
@@ -15,6 +16,6 @@ void main() {
     Key key = fragmentKey();
     if (!inRange(key)) discard;
     primitive = key.primitive;
-    // Written, though it is what the fixed function would write: so that it equals gl_FragCoord.z bit for bit.
+    // Written explicitly, so that it equals gl_FragCoord.z bit for bit.
     gl_FragDepth = key.depth;
 }

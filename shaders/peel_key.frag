@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The first of two passes: the key of the next fragment behind the previous layer, without its colour.
+// First of two passes: finds the key of the next fragment behind the previous layer, without its colour.
 #ifdef ALPHA_TEST
 #include "surface.glsl"
 #else

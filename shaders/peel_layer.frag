@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Depth peeling (Everitt 2001): the next fragment beyond the previous layer. "Beyond" is the lexicographic key (depth,
-// primitive), so coincident fragments are peeled one after the other. Among equal depths the depth test keeps the first
+// Depth peeling (Everitt 2001): the next fragment beyond the previous layer. "Beyond" uses the lexicographic key
+// (depth, primitive), so coincident fragments are peeled one by one. Among equal depths the depth test keeps the first
 // drawn (front to back) or the last (BACKWARD), which is the next one by primitive index.
 #include "shade.glsl"
 
@@ -32,5 +32,5 @@ void main() {
 #ifdef TINTED
     opacity = stored.opacity;
 #endif
-    gl_FragDepth = key.depth;  // exactly what the next pass will compare with
+    gl_FragDepth = key.depth;  // exactly the value that the next pass compares with
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The surface at a fragment as the lights see it, and what it reflects of one. Directions are in world space. Each
-// extension of the material is a variant of its own: what a material does not use is not compiled.
+// Surface properties for lighting, and the surface's reflection of lights and environment. Directions are in world
+// space. Each material extension has its own variant: unused extensions are not compiled.
 #include "normal.glsl"
 #include "lobes.glsl"
 #ifdef IRIDESCENCE
@@ -29,11 +29,11 @@ layout(binding = PEELER_IRIDESCENCE_THICKNESS_UNIT) uniform sampler2D iridescenc
 #endif
 #endif
 
-// A mirror would need an infinitely small lamp, and fibres as thin an infinite sum.
+// A mirror would need an infinitely small lamp, and very thin fibres an infinite sum.
 const float kLeastAlpha = 0.002, kLeastSheenAlpha = 0.005;
 
-// Below a metallic of 1 there is a dielectric: diffuse light and, above it, f0 to f90; beside it a metal, which has metal
-// to 1 and nothing else. What both reflect is mixed (glTF 2.0, appendix B.3.5).
+// A blend of a dielectric (metallic 0: diffuse light below a specular layer with f0 and f90) and a metal (metallic 1:
+// F0 is `metal`, F90 is 1, no diffuse light), mixed by `metallic` (glTF 2.0, appendix B.3.5).
 struct Reflector {
     vec3 diffuse, f0, metal;
     float f90, metallic;
@@ -55,7 +55,8 @@ struct Reflector {
 
 float largest(vec3 v) { return max(max(v.r, v.g), v.b); }
 
-/// What diffuse light is left by a layer that reflects this share. A tinted one must not tint what it lets through.
+/// Returns the fraction of diffuse light below a layer that reflects `reflected`. A tinted layer must not tint the
+/// light it transmits.
 vec3 beneath(vec3 reflected) {
 #ifdef SPECULAR
     return vec3(1.0 - largest(reflected));
@@ -79,7 +80,7 @@ void setAnisotropy(inout Reflector s, Gradients g) {
     vec3 tangent, bitangent;
     tangentFrame(geometricNormal(g), unit, g, tangent, bitangent);
     vec3 along = world_from_view * (tangent * direction.x + bitangent * direction.y);
-    along -= s.n * dot(s.n, along);  // the normal may be a map's
+    along -= s.n * dot(s.n, along);  // the normal may come from a map
     s.strength = clamp(material.anisotropy.x * texel.b, 0.0, 1.0);
     float size = dot(along, along);
     if (!(size > 1e-12)) {  // no texture coordinates: no direction to stretch highlights in
@@ -93,8 +94,7 @@ void setAnisotropy(inout Reflector s, Gradients g) {
 #endif
 
 #ifdef IRIDESCENCE
-/// What a film makes of this F0, seen under the angle of the view, and as the F0 that Schlick's term makes the same of
-/// there.
+/// Returns the F0 with which Schlick's term gives the film's reflectance of `f0` at the view angle.
 vec3 filmed(vec3 f0, float film, float thickness, float n_dot_v) {
     vec3 seen = filmReflectance(material.iridescence.y, n_dot_v, thickness, f0);
     float x = min(grazing(n_dot_v), 0.9999);
@@ -102,10 +102,10 @@ vec3 filmed(vec3 f0, float film, float thickness, float n_dot_v) {
 }
 #endif
 
-/// What a dielectric and a metal are together. As it stands, what is all of one has that one's bits.
+/// Mixes dielectric and metal. Written so that pure materials keep their exact bits.
 vec3 mixed(Reflector s, vec3 dielectric, vec3 metal) { return dielectric * (1.0 - s.metallic) + metal * s.metallic; }
 
-/// The surface for the base colour `base` (linear, without alpha).
+/// Returns the surface for the base colour `base` (linear, without alpha).
 Reflector reflectorOf(vec3 base, Gradients g) {
     Reflector s;
 #ifdef ORTHOGRAPHIC
@@ -128,7 +128,7 @@ Reflector reflectorOf(vec3 base, Gradients g) {
     s.diffuse = base * (1.0 - largest(s.f0));
 #else
     s.metallic = rough_metal.y;
-    // 0.04, but as a constant it would be folded with others, and round otherwise than a texture's.
+    // 0.04, but a constant would be folded with others and round differently from a texture's value.
     s.f0 = vec3(min(material.transmission.w, 0.04));
 #ifdef SPECULAR
     float share = material.specular.a * TEXEL(specular_texture, PEELER_SPECULAR_UNIT).a;
@@ -164,10 +164,10 @@ Reflector reflectorOf(vec3 base, Gradients g) {
     return s;
 }
 
-/// Cosine of the unit direction `l` at the surface; 0 from behind.
+/// Returns the cosine of the unit direction `l` at the surface; 0 from behind.
 float facing(Reflector s, vec3 l) { return clamp(dot(s.n, l), 0.0, 1.0); }
 
-/// Whether light from there reaches the surface or its varnish.
+/// Whether light from `l` reaches the surface or its varnish.
 bool isLit(Reflector s, vec3 l) {
 #ifdef CLEARCOAT
     if (dot(s.coat_n, l) > 0.0) return true;
@@ -175,8 +175,8 @@ bool isLit(Reflector s, vec3 l) {
     return facing(s, l) > 0.0;
 }
 
-/// Radiance toward the viewer for light of irradiance 1 (at normal incidence) from `l`, but for the cosine at the
-/// surface and the varnish's share.
+/// Returns the radiance toward the viewer for light of irradiance 1 (at normal incidence) from `l`, without the
+/// surface cosine and the varnish's share.
 vec3 reflectance(Reflector s, vec3 l) {
     vec3 h = normalize(s.v + l);
     float n_dot_l = facing(s, l);
@@ -202,7 +202,7 @@ vec3 reflectance(Reflector s, vec3 l) {
 }
 
 #ifdef CLEARCOAT
-/// Of the varnish, with the cosine.
+/// Returns the varnish's reflectance, including the cosine.
 float coatReflectance(Reflector s, vec3 l) {
     vec3 h = normalize(s.v + l);
     float n_dot_l = clamp(dot(s.coat_n, l), 0.0, 1.0);
@@ -212,14 +212,14 @@ float coatReflectance(Reflector s, vec3 l) {
 #endif
 
 #ifdef ENVIRONMENT
-/// Radiance from where a part of a lobe looks: `part` is its half of tabledLobe().
+/// Returns the prefiltered radiance for one term of a lobe; `part` is its half of tabledLobe().
 vec3 radianceAlong(vec3 n, vec3 mirrored, float roughness, vec2 part) {
     return environmentRadiance(mix(n, mirrored, part.x), min(roughness * part.y, 1.0));
 }
 
-/// What microfacets reflect: light that is theirs alone, `once`, and that which they pass on to each other (Fdez-Agüera, "A
-/// Multiple-Scattering Microfacet Model for Real-Time Image Based Lighting", 2019), as shares of what is mirrored and of
-/// what is around.
+/// Reflection by microfacets: singly scattered light, `once`, and light scattered between microfacets, `again`
+/// (Fdez-Agüera, "A Multiple-Scattering Microfacet Model for Real-Time Image Based Lighting", 2019), as fractions of
+/// the mirrored and the surrounding light.
 struct Reflected {
     vec3 once, again;
 };
@@ -233,12 +233,12 @@ Reflected reflected(vec3 f0, float f90, vec2 scale_bias) {
 }
 
 #ifdef ANISOTROPY
-/// Radiance from where stretched microfacets look: normals along the tangent, as they are distributed there and as
-/// visible as they are from `v`, and of each what a round lobe sees that is as wide as they are across the tangent, and
-/// reaches to the next.
+/// Returns the radiance reflected by anisotropic microfacets. Samples normals along the tangent by their distribution
+/// and visibility from `v`. Each sees a round lobe that is as wide as the microfacets are across the tangent, and
+/// reaches to the next sample.
 vec3 stretchedRadiance(Reflector s) {
     const int kNormals = 12;
-    const float kReach = 0.6;  // of a lobe, in gaps; the least that leaves no stripes
+    const float kReach = 0.6;  // width of a lobe, in gaps; the least that leaves no stripes
     float along = mix(s.alpha, 1.0, s.strength * s.strength);
     vec3 sum = vec3(0.0);
     float weights = 0.0;
@@ -253,7 +253,7 @@ vec3 stretchedRadiance(Reflector s) {
         float weight = v_dot_h / dot(s.n, h) * 2.0 * n_dot_l / (n_dot_l + sqrt(n_dot_l * n_dot_l + across * across));
         float gap = 2.0 / float(kNormals) * along * inversesqrt(rest) / (rest + along * along * u * u);
         float roughness = sqrt(clamp(kReach * gap, s.alpha, 1.0));
-        // Rough ones see more of what is above the surface. The power is what fits integrals best.
+        // Rough lobes see more of the light above the surface. The power is the best fit of integrals.
         sum += weight * environmentRadiance(mix(l, s.n, roughness * roughness * roughness), roughness);
         weights += weight;
     }
@@ -262,13 +262,13 @@ vec3 stretchedRadiance(Reflector s) {
 #endif
 
 #ifdef SHEEN
-/// What fibres see, over their albedo: the lobe's mean of directions where it is not much less than at its greatest, each
-/// as wide as its cell (Krivanek & Colbert, "Real-time Shading with Filtered Importance Sampling", 2008). The cells lie
-/// in rings around the normal, alike on both sides of the plane of the view, and evenly in azimuth.
+/// Returns the radiance seen by fibres, divided by their albedo: the lobe's mean over directions where it is not much
+/// below its maximum, each as wide as its cell (Krivanek & Colbert, "Real-time Shading with Filtered Importance
+/// Sampling", 2008). Cells lie in rings around the normal, symmetric about the plane of the view, evenly in azimuth.
 vec3 fibresRadiance(Reflector s) {
-    const int kRings = 3, kMost = 9;  // a cell less in each that is nearer to the normal
-    const float kLeast = 0.16;        // of the lobe, in its plane and in a ring
-    const float kReach = 0.3;         // alpha of a GGX lobe as wide as a cell, over the root of the solid angle
+    const int kRings = 3, kMost = 9;  // one cell fewer in each ring nearer to the normal
+    const float kLeast = 0.16;        // threshold relative to the lobe's maximum, in its plane and in a ring
+    const float kReach = 0.3;         // alpha of a GGX lobe as wide as a cell, divided by the square root of its solid angle
     float alpha = max(s.sheen_roughness * s.sheen_roughness, kLeastSheenAlpha);
     float v_sine = sqrt(1.0 - s.n_dot_v * s.n_dot_v);
     vec3 toward = s.v - s.n * dot(s.n, s.v);
@@ -276,8 +276,8 @@ vec3 fibresRadiance(Reflector s) {
     toward = normalize(toward);
     vec3 aside = cross(s.n, toward);
 
-    // The distribution is a power of the half vector's sine. In the plane of the view its angle is the mean of both
-    // directions'; it is greatest for light from the horizon.
+    // The distribution is a power of the half vector's sine. In the plane of the view, the half vector's angle is the
+    // mean of both directions'; it is greatest for light from the horizon.
     float v_angle = acos(s.n_dot_v), root = pow(kLeast, alpha);
     float least_angle = 2.0 * asin(root * sin(0.5 * (0.5 * kPi + v_angle))) - v_angle;
     float top = cos(max(least_angle, 0.0));
@@ -289,7 +289,8 @@ vec3 fibresRadiance(Reflector s) {
         float n_dot_l = top * edges.y, sine = sqrt(1.0 - n_dot_l * n_dot_l);
         float cosines = n_dot_l * s.n_dot_v, sines = max(sine * v_sine, 1e-6);
         float across = (n_dot_l + s.n_dot_v) * (n_dot_l + s.n_dot_v);
-        // Where the ring's lobe has fallen to its least: of cos² = across / (2 + 2 l.v), and the sine's power.
+        // The azimuth where the ring's lobe falls to the threshold: from cos² = across / (2 + 2 l.v), and the sine's
+        // power.
         float greatest = 1.0 - across / (2.0 + 2.0 * (cosines + sines));
         float widest = acos(clamp((across / (1.0 - greatest * root * root) - 2.0 - 2.0 * cosines) / (2.0 * sines),
                                   -1.0, 1.0));
@@ -315,12 +316,12 @@ vec3 fibresRadiance(Reflector s) {
 }
 #endif
 
-/// What the surface reflects of the light from all around, less the varnish's share. `occlusion`: the part of that
+/// Returns the surface's reflection of the environment, without the varnish's share. `occlusion`: the fraction of that
 /// light that arrives.
 vec3 reflectedEnvironment(Reflector s, float occlusion) {
     vec2 scale_bias = environmentBrdf(s.roughness, s.n_dot_v);
 #ifdef ANISOTROPY
-    // Between those of its two roughnesses.
+    // The mean of both roughnesses' values.
     float along = mix(s.alpha, 1.0, s.strength * s.strength);
     scale_bias = 0.5 * (scale_bias + environmentBrdf(sqrt(along), s.n_dot_v));
 #endif
@@ -344,7 +345,7 @@ vec3 reflectedEnvironment(Reflector s, float occlusion) {
 }
 
 #ifdef CLEARCOAT
-/// What the varnish reflects of it.
+/// Returns the varnish's reflection of the environment.
 vec3 coatEnvironment(Reflector s) {
     vec2 scale_bias = environmentBrdf(s.coat_roughness, s.coat_n_dot_v);
     vec2 part = tabledLobe(s.coat_n_dot_v, s.coat_roughness).xy;
@@ -354,12 +355,12 @@ vec3 coatEnvironment(Reflector s) {
 #endif
 
 #else
-/// The same of the built-in light.
+/// Does the same for the built-in light.
 vec3 reflectedEnvironment(Reflector s, float occlusion) {
     vec2 scale_bias = environmentBrdf(s.roughness, s.n_dot_v);
     vec3 bent = s.n;
 #ifdef ANISOTROPY
-    // As the Khronos sample renderer does, after McAuley, "Rendering the World of Far Cry 4", 2015.
+    // As in the Khronos sample renderer, after McAuley, "Rendering the World of Far Cry 4", 2015.
     vec3 across = cross(cross(s.bitangent, s.v), s.bitangent);
     float bend = 1.0 - s.strength * (1.0 - s.roughness);
     vec3 toward = mix(across, s.n, bend * bend * bend * bend);

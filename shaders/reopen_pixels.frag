@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pixels that do not hold what they should are made ready to be peeled anew; the others are left as they are.
-// KEY: the key before the first layer. Otherwise: the composite, empty.
+// Resets incomplete pixels to be peeled again; leaves the others unchanged. KEY: writes the key before the first layer.
+// Otherwise: clears the composite.
 #include "fragment.glsl"
 
 layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]; };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one vertex shader: every pass must rasterise exactly the same positions.
+// The only vertex shader: every pass must rasterise exactly the same positions.
 #include "interface.glsl"
 
 layout(std140, binding = PEELER_DRAW_BLOCK) uniform DrawBlock { DrawRecord draw; };
@@ -8,15 +8,15 @@ layout(std140, binding = PEELER_DRAW_BLOCK) uniform DrawBlock { DrawRecord draw;
 layout(std430, binding = PEELER_INSTANCES) readonly buffer Instances { Placement instances[]; };
 #endif
 
-// What is the same for all of a draw goes down as flat varyings: a fragment shader of llvmpipe reads one of them with an
-// instruction, and a uniform with some twenty.
+// Values constant over a draw are passed as flat varyings: a fragment shader of llvmpipe reads one with an instruction,
+// and a uniform with about twenty.
 layout(location = PEELER_FIRST_KEY) flat out uint first_key;  // of the primitives of the instance
 
 layout(location = PEELER_POSITION) in vec3 position;
 invariant gl_Position;
 
 #ifdef SLOPES
-// Unlike gl_FragCoord.z not clamped where a triangle does not reach.
+// Unlike gl_FragCoord.z, not clamped beyond the triangle.
 layout(location = PEELER_CLIP_DEPTH) noperspective out float clip_depth;
 #endif
 
@@ -44,7 +44,7 @@ layout(location = PEELER_MATERIAL_EMISSIVE) flat out vec4 material_emissive;
 layout(location = PEELER_MATERIAL_FACTORS) flat out vec4 material_factors;
 
 #ifdef TRANSMISSION
-layout(location = PEELER_MESH_SCALE) flat out float mesh_scale;  // what a length of the mesh is in view space
+layout(location = PEELER_MESH_SCALE) flat out float mesh_scale;  // view-space length of a mesh unit
 #endif
 #endif
 
@@ -64,7 +64,7 @@ void main() {
 #ifdef VARYINGS
     surface.position = (placement.view_from_model * vec4(position, 1.0)).xyz;
     surface.normal = mat3(placement.normal_from_model) * normal;
-    // A cross product does not turn with a reflection; the bitangent made of it must.
+    // A cross product does not flip with a reflection; the bitangent computed from it must.
     float handedness = (draw.ids.z & PEELER_MIRRORED) != 0u ? -tangent.w : tangent.w;
     surface.tangent = vec4(mat3(placement.view_from_model) * tangent.xyz, handedness);
     surface.texcoords = vec4(texcoord0, texcoord1);

@@ -1,20 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// The colour of an accepted fragment, as every method stores it.
+// The colour of an accepted fragment, in the storage format of every method.
 #include "lighting.glsl"
 #include "packed_color.glsl"
 #ifdef TRANSMISSION
 #include "transmission.glsl"
 #endif
 
-/// NVIDIA's compiler (580.159) takes unpackHalf2x16(packHalf2x16(x)) for x, which methods that do not store a colour would
-/// composite without its rounding: it is not to know that the one belongs to the other.
+/// Packs a colour so that the compiler cannot drop the rounding. NVIDIA's compiler (580.159) replaces
+/// unpackHalf2x16(packHalf2x16(x)) by x, so methods that do not store a colour would composite it unrounded; the OR
+/// with limits.w hides the pair.
 PACKED_COLOR rounded(vec4 color) { return packColor(color) | PACKED_COLOR(frame.limits.w); }
 
-/// Premultiplied linear colour of a fragment whose baseColor() is `base`; with TINTED the opacity of every channel, too.
+/// Returns the premultiplied linear colour of a fragment whose baseColor() is `base`; with TINTED also the opacity per
+/// channel.
 StoredColor fragmentColor(vec4 base, Gradients g) {
     vec3 rgb = base.rgb;
     float alpha = coverage(base.a);
-    float passing = 0.0;  // the share of light that passes in place of being diffused
+    float passing = 0.0;  // fraction of light that is transmitted instead of diffused
     vec3 opacity = vec3(alpha);
 #ifdef TRANSMISSION
     if (isTintedGlass()) {
@@ -31,14 +33,14 @@ StoredColor fragmentColor(vec4 base, Gradients g) {
                (DRAW_FLAGS & (PEELER_HAS_NORMALS | PEELER_IS_TRIANGLES)) != 0u;
     if (lit) rgb = litColor(base.rgb, passing, g);
 #endif
-    // What a half holds, whatever the vertex colours; no NaN (a degenerate facet), which would spoil the
-    // composite; and nothing negative, which interpolation at a snapped vertex gives, and light is not.
+    // Limits colours to the range of a half for any vertex colours; no NaN (from a degenerate facet), which would spoil the
+    // composite; and not negative, which interpolation at a snapped vertex can give.
     rgb = clamp(rgb * alpha, vec3(0.0), vec3(65504.0));
     rgb = mix(rgb, vec3(0.0), isnan(rgb));
     StoredColor stored;
 #ifdef TINTED
     stored.opacity = rounded(vec4(opacity, 0.0));
-    opacity = unpackColor(stored.opacity).rgb;  // alpha is the mean of what is stored
+    opacity = unpackColor(stored.opacity).rgb;  // alpha is the mean of the stored values
     bool grey = opacity.r == opacity.g && opacity.g == opacity.b;
     opacity.r = grey ? opacity.r : (opacity.r + opacity.g + opacity.b) / 3.0;
 #endif
@@ -46,6 +48,6 @@ StoredColor fragmentColor(vec4 base, Gradients g) {
     return stored;
 }
 
-/// The same as it is composited: what a stored fragment's colour unpacks to.
+/// Returns the colour as it is composited: the unpacked colour of a stored fragment.
 vec4 compositedColor(StoredColor stored) { return unpackColor(stored.color); }
 vec4 compositedColor(vec4 base, Gradients g) { return compositedColor(fragmentColor(base, g)); }

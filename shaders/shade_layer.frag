@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The second of two passes: the colour of the fragment whose key the first has found.
+// Second of two passes: shades the fragment whose key the first has found.
 #include "shade.glsl"
 
 layout(binding = PEELER_PREVIOUS_PRIMITIVE_UNIT) uniform usampler2D layer_primitive;
@@ -11,7 +11,7 @@ layout(location = 1) out PACKED_COLOR opacity;
 
 void main() {
     Gradients gradients = surfaceGradients();
-    // A primitive has one fragment a pixel, so its index says it all.
+    // A primitive has one fragment per pixel, so its index identifies the fragment.
     if (fragmentKey().primitive != texelFetch(layer_primitive, ivec2(gl_FragCoord.xy), 0).r) discard;
     StoredColor stored = fragmentColor(baseColor(gradients), gradients);
     color = stored.color;

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Midpoint shadow maps (Woo 1992): the share of a light that arrives.
+// Midpoint shadow maps (Woo 1992): the fraction of a light that arrives.
 
 layout(binding = PEELER_SHADOW_UNIT) uniform sampler2DArray shadow_maps;
 
-/// 1 if nothing at this texel lies between the light and `depth`, or the texel is outside the map.
+/// Returns 1 if nothing at this texel lies between the light and `depth`, or if the texel is outside the map.
 float litAt(ivec3 texel, float depth) {
     ivec2 size = textureSize(shadow_maps, 0).xy;
     if (any(lessThan(texel.xy, ivec2(0))) || any(greaterThanEqual(texel.xy, size))) return 1.0;
     return depth > texelFetch(shadow_maps, texel, 0).r ? 0.0 : 1.0;
 }
 
-/// The results of comparing with the four nearest texels, interpolated; exactly 1 where all are. `position` is
-/// in view space.
+/// Returns the comparisons with the four nearest texels, interpolated; exactly 1 if all are 1. `position` is in view
+/// space.
 float visibility(LightRecord light, vec3 position) {
     if (light.map.x < 0.0) return 1.0;
     // precise, so that every pass compares the same depth.

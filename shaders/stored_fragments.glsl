@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fragments of a band, those of a pixel in a row, in the order in which they were captured. Each is two words of
-// key and what the band stores of it, side by side: to store one touches one place in memory, and llvmpipe, which
-// stores lane by lane, makes one loop of it.
+// The fragments of a band, grouped by pixel, in capture order. Each is a two-word key followed by its stored values.
+// Storing one touches one place in memory, and llvmpipe, which stores lane by lane, needs only one loop.
 //   KEYS_ONLY: nothing else    SLOPES: two floats    otherwise: a colour (packed_color.glsl)
 #include "packed_color.glsl"
 
-// Six words, or ten, have no layout of uvec4 without padding: they are uvec2, kWords of them.
+// Six or ten words have no uvec4 layout without padding, so they are kWords times uvec2.
 #if defined(KEYS_ONLY)
 #define FRAGMENT_WORDS uvec2
 const uint kWords = 1u;
@@ -22,8 +21,8 @@ const uint kWords = 3u;
 
 layout(std430, binding = PEELER_FRAGMENTS) buffer Fragments { FRAGMENT_WORDS fragments[]; };
 
-/// Whether the band has room for the fragment. Where it has not, there are more than were counted: the check after the
-/// pass reports it.
+/// Whether the band has room for the fragment. If not, there are more fragments than counted; the check after the pass
+/// reports it.
 bool hasEntry(uint entry) { return kWords * entry + kWords - 1u < uint(fragments.length()); }
 
 #if defined(KEYS_ONLY)

@@ -25,8 +25,8 @@ layout(location = PEELER_MATERIAL_COLOR) flat in vec4 material_color;
 layout(location = PEELER_MATERIAL_EMISSIVE) flat in vec4 material_emissive;
 layout(location = PEELER_MATERIAL_FACTORS) flat in vec4 material_factors;
 
-/// Screen-space derivatives. They are undefined after a discard or in divergent flow, so every shader
-/// takes them first, and textures are sampled with explicit gradients: the same texel in every pass.
+/// Screen-space derivatives. They are undefined after a discard or in divergent flow, so every shader computes them
+/// first and samples textures with explicit gradients: the same texel in every pass.
 struct Gradients {
     vec4 texcoords_dx, texcoords_dy;
     vec3 position_dx, position_dy;
@@ -37,7 +37,8 @@ Gradients surfaceGradients() {
                      dFdy(surface.position));
 }
 
-// The flags of draw and material are of the variant, not read from the records: llvmpipe runs both sides of a branch.
+// Draw and material flags are compiled into the variant instead of read from the records: llvmpipe runs both sides of a
+// branch.
 bool hasTexture(int unit) {
     return (MATERIAL_FLAGS & (PEELER_FIRST_TEXTURE_BIT << uint(unit))) != 0u;
 }
@@ -45,15 +46,14 @@ bool hasTexture(int unit) {
 bool hasTransform(int unit) { return (TRANSFORMED_TEXTURES & (1u << uint(unit))) != 0u; }
 bool hasSecondUv(int unit) { return (SECOND_UV_TEXTURES & (1u << uint(unit))) != 0u; }
 
-/// A texture of the material, or all ones where there is none.
+/// Samples a texture of the material; all ones without a texture.
 #ifdef TEXTURED
 #define TEXEL(map, unit) (hasTexture(unit) ? sampled(map, unit, g) : vec4(1.0))
 #else
 #define TEXEL(map, unit) vec4(1.0)
 #endif
 
-/// How the texture's own coordinates change, for a change of the UV set that places it: the part of
-/// KHR_texture_transform that turns, mirrors and scales.
+/// Transforms a UV slope to the texture's own coordinates by the linear part of KHR_texture_transform.
 vec2 transformedSlope(int unit, vec2 slope) {
     precise vec2 own = vec2(dot(material.texture_transform[2 * unit].xy, slope),
                             dot(material.texture_transform[2 * unit + 1].xy, slope));
@@ -72,7 +72,7 @@ vec4 sampled(sampler2D map, int unit, Gradients g) {
 }
 #endif
 
-/// Base colour, straight alpha. OPAQUE and MASK materials have alpha 1 (after the test).
+/// Returns the base colour with straight alpha. OPAQUE and MASK materials have alpha 1 (after the test).
 vec4 baseColor(Gradients g) {
     precise vec4 color = material_color;
 #ifdef TEXTURED
@@ -83,10 +83,10 @@ vec4 baseColor(Gradients g) {
     return color;
 }
 
-/// Light that the material gives off.
+/// Returns the light emitted by the material.
 vec3 emissiveColor(Gradients g) { return material_emissive.rgb * TEXEL(emissive_texture, PEELER_EMISSIVE_UNIT).rgb; }
 
-/// Roughness, and how much of a metal it is, both 0 to 1.
+/// Returns roughness and metallic, both 0 to 1.
 vec2 roughnessMetallic(Gradients g) {
     vec4 texel = TEXEL(metallic_roughness_texture, PEELER_METALLIC_ROUGHNESS_UNIT);
 #ifdef SPECULAR_GLOSSINESS
@@ -96,14 +96,14 @@ vec2 roughnessMetallic(Gradients g) {
 #endif
 }
 
-/// The alpha test of MASK materials, and alpha exactly 0 of BLEND ones.
+/// Whether a fragment passes the alpha test of MASK materials, or has a non-zero alpha for BLEND ones.
 bool passesAlphaTest(float alpha) {
     if ((MATERIAL_FLAGS & PEELER_ALPHA_MASK) != 0u) return alpha >= material_emissive.w;
     if ((MATERIAL_FLAGS & PEELER_ALPHA_BLEND) != 0u) return alpha > 0.0;
     return true;
 }
 
-/// Alpha as it is composited.
+/// Returns alpha for compositing.
 float coverage(float alpha) {
     return (MATERIAL_FLAGS & PEELER_ALPHA_BLEND) != 0u ? clamp(alpha, 0.0, 1.0) : 1.0;
 }

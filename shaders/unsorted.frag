@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fragments as they come, for plain blending in draw order. With TINTED that takes two passes, since what blends by a second
-// output has no other target: colours, which what is behind them gets through by channel; and opacities (OPACITY).
+// Fragments in draw order, for plain blending. TINTED takes two passes, since dual-source blending allows only one
+// target: colours, blended by the opacity per channel; and opacities (OPACITY).
 #include "shade.glsl"
 
 layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]; };
-layout(std430, binding = PEELER_DEPTHS) buffer Depths { uint depth_bits[]; };  // they order like the floats
+layout(std430, binding = PEELER_DEPTHS) buffer Depths { uint depth_bits[]; };  // they sort like the floats
 
 #ifdef OPACITY
 layout(location = 0) out vec4 opacity;

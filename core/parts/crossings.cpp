@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which triangles of a mesh go through each other.
+// Triangle-triangle intersections within a mesh.
 #include "core/parts/crossings.h"
 
 #include <algorithm>
@@ -16,12 +16,12 @@ namespace {
 using Corners3 = std::array<glm::dvec3, 3>;
 using Distances = std::array<double, 3>;
 
-/// Unit normal, or 0.
+/// Returns the unit normal, or 0.
 glm::dvec3 unitNormal(const Corners3& t) {
     return unitOrZero(glm::cross(t[1] - t[0], t[2] - t[0]));
 }
 
-/// Of the corners from a plane; 0 if they are nearer than `near`.
+/// Returns the signed distances of the corners from a plane; 0 within `near`.
 Distances distancesFrom(const glm::dvec3& point, const glm::dvec3& normal, const Corners3& t,
                         double near) {
     Distances d{};
@@ -49,7 +49,8 @@ struct Interval {
     }
 };
 
-/// What the triangle has of a plane that its corners are `d` from, along a line in that plane.
+/// Returns the interval that a triangle cuts out of a line. The line lies in a plane; `d` are the
+/// corners' distances from it.
 Interval cut(const Corners3& t, const Distances& d, const glm::dvec3& along) {
     Interval interval;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -61,8 +62,8 @@ Interval cut(const Corners3& t, const Distances& d, const glm::dvec3& along) {
     return interval;
 }
 
-/// How far two triangles of one plane are apart, or, below 0, overlap: the largest gap along the
-/// normals of their edges.
+/// Returns the gap between two coplanar triangles, negative if they overlap: the largest gap along
+/// the normals of their edges.
 double planarGap(const Corners3& a, const Corners3& b, const glm::dvec3& normal) {
     double gap = -std::numeric_limits<double>::infinity();
     for (const Corners3* t : {&a, &b}) {
@@ -84,7 +85,7 @@ Meeting planarMeeting(const Corners3& a, const Corners3& b, int shared, double n
     const double gap = planarGap(a, b, na);
     if (gap > near) return Meeting::kApart;
     if (gap >= -near) return shared > 0 ? Meeting::kApart : Meeting::kTouch;
-    // Faces of two bodies that lie against each other only touch; folded back they overlap.
+    // Faces of two bodies in contact only touch; folded faces overlap.
     if (glm::dot(na, nb) < 0 && shared == 0) return Meeting::kTouch;
     return Meeting::kCross;
 }
@@ -100,7 +101,7 @@ Meeting meetingOf(const Corners3& a, const Corners3& b, int shared, double near)
     if (allOnOneSide(da)) return Meeting::kApart;
     const bool flat = db == Distances{} || da == Distances{};
     if (flat) {
-        // A sliver can lie in the plane of whatever it hangs on.
+        // A sliver can lie in the plane of any neighbour.
         if (db != Distances{} || da != Distances{})
             return shared > 0 ? Meeting::kApart : Meeting::kTouch;
         return planarMeeting(a, b, shared, near);
@@ -119,13 +120,13 @@ namespace {
 using CrossingPair = std::pair<std::uint32_t, std::uint32_t>;
 
 constexpr std::size_t kCrossedAtOnce = 64;
-/// Steps are triangles compared; a pair that is held counts as some.
+/// A step is one triangle comparison; a stored pair counts as several.
 constexpr std::uint64_t kCrossingSteps = 20'000'000, kCrossingStepsPerTriangle = 100,
                         kCrossingStepsPerPair = 10;
 constexpr std::uint64_t kFirstCrossingSteps = 1'000'000;
 
-/// Calls visit(other, meeting) for the triangles from `first` on that touch or cross one. Returns
-/// how many it has compared.
+/// Calls visit(other, meeting) for the triangles from `first` on that touch or cross `triangle`.
+/// Returns the number of comparisons.
 template <class Visit>
 std::uint64_t visitMeetings(const TriangleTree& tree, double near, std::uint32_t triangle,
                             std::uint32_t first, Visit&& visit) {
@@ -139,7 +140,7 @@ std::uint64_t visitMeetings(const TriangleTree& tree, double near, std::uint32_t
                    const Corners3 others = mesh.corners(s);
                    if (!overlap(box, boundsOf(others))) return;
                    const int shared = mesh.sharedCorners(triangle, s);
-                   if (shared == 3) return;  // their edges are crowded
+                   if (shared == 3) return;  // reported as crowded edges
                    ++compared;
                    const Meeting meeting = meetingOf(corners, others, shared, near);
                    if (meeting != Meeting::kApart) visit(s, meeting);
@@ -174,7 +175,7 @@ Crossings findCrossings(const TriangleTree& tree, const Progress& progress) {
             find(t, shares[i], limit);
     });
     if (found.more) {
-        // Which ones the threads have found depends on their order.
+        // The pairs found by the threads depend on their order.
         StepLimit first(kFirstCrossingSteps);
         for (std::size_t t = 0; t < count && !first.exceeded(); ++t)
             find(t, found.pairs, first);

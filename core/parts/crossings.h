@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the surface of a part touches or crosses itself.
+// Self-contacts and self-intersections of a part's surface.
 #pragma once
 
 #include <array>
@@ -13,33 +13,34 @@
 
 namespace peeler {
 
-/// What is nearer than this share of a part's size touches: as much as positions in 32-bit floats
-/// are unsure of, some ten times over.
+/// Surfaces closer than this fraction of the part's size touch. It is about ten times the precision
+/// of 32-bit float positions.
 inline constexpr double kTouching = 1e-6;
 
-/// How two triangles lie to each other.
+/// Relation between two triangles.
 enum class Meeting : std::uint8_t {
     kApart,
-    kTouch,  ///< they have points in common, and none of them lies on both sides of the other
-    kCross,  ///< they go through each other, or lie in one plane and overlap
+    kTouch,  ///< common points, but neither has points on both sides of the other
+    kCross,  ///< they pass through each other, or overlap in one plane
 };
 
-/// The meeting of two triangles with at most two common corners; `near` is the distance (scene
-/// units) up to which points count as lying in a plane or on a line (Möller 1997, "A Fast
-/// Triangle-Triangle Intersection Test": the intervals that both cut out of the line in which their
-/// planes meet). `shared` is how many corners they have in common, which is no touch.
+/// Returns the relation between two triangles with at most two common corners (Möller 1997, "A Fast
+/// Triangle-Triangle Intersection Test": the intervals that both cut out of the line where their
+/// planes meet). Points within `near` (scene units) of a plane or line count as on it. `shared` is
+/// the number of common corners; these do not count as a touch.
 Meeting meetingOf(const std::array<glm::dvec3, 3>& a, const std::array<glm::dvec3, 3>& b,
                   int shared, double near);
 
-/// Where a surface goes through itself.
+/// Self-contacts and self-intersections of a surface.
 struct Crossings {
-    bool more = false;  ///< so much touches or crosses that `pairs` has only the first
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  ///< the lesser first, sorted
-    /// Triangles that something not next to them touches or crosses; not all if there are more.
+    bool more = false;  ///< `pairs` was cut short at its limit
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  ///< each and all in ascending
+                                                                 ///< order
+    /// Triangles touched or crossed by one that is not their neighbour; incomplete if `more`.
     std::vector<char> touched;
 };
 Crossings findCrossings(const TriangleTree& tree, const Progress& progress = {});
-/// Whether another triangle goes through one.
+/// Whether another triangle passes through `triangle`.
 bool isCrossed(const TriangleTree& tree, std::uint32_t triangle);
 
 }  // namespace peeler

@@ -12,7 +12,7 @@ namespace {
 using Polygon = std::vector<glm::dvec2>;
 
 constexpr double kFarAway = std::numeric_limits<double>::infinity();
-constexpr double kLineSlack = 1e-12;  // of a triangle: rounding
+constexpr double kLineSlack = 1e-12;  // rounding, relative to a triangle
 constexpr std::size_t kFewLines = 16;
 constexpr int kMostHalvings = 64;
 
@@ -36,7 +36,7 @@ std::pair<glm::dvec2, glm::dvec2> boxOf(const Polygon& polygon) {
     return {least, most};
 }
 
-/// The part of a polygon with a coordinate on one side (-1: below, 1: above) of a value.
+/// Returns the part of a polygon on one side (-1: below, 1: above) of a coordinate value.
 Polygon halfOf(const Polygon& polygon, int axis, double value, double side) {
     Polygon half;
     for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -48,7 +48,7 @@ Polygon halfOf(const Polygon& polygon, int axis, double value, double side) {
     return half;
 }
 
-/// Whether a line has a point in a convex polygon that is more than `slack` within it.
+/// Whether a line has a point inside a convex polygon by more than `slack`.
 bool goesThrough(const glm::dvec2& p, const glm::dvec2& q, const Polygon& polygon, double slack) {
     int left = 0, right = 0;
     for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -63,7 +63,7 @@ bool goesThrough(const glm::dvec2& p, const glm::dvec2& q, const Polygon& polygo
     return left > 0 && right > 0;
 }
 
-/// How the winding number changes from a to b at a line.
+/// Returns the change of the winding number from a to b at a line.
 int changeAt(const glm::dvec2& p, const glm::dvec2& q, const glm::dvec2& a, const glm::dvec2& b) {
     if ((cross(b - a, p - a) > 0) == (cross(b - a, q - a) > 0)) return 0;
     return (cross(q - p, b - p) > 0 ? 1 : 0) - (cross(q - p, a - p) > 0 ? 1 : 0);
@@ -88,7 +88,7 @@ double distanceTo(const glm::dvec2& p, const glm::dvec2& q, const glm::dvec2& at
     return glm::length(at - p - share * along);
 }
 
-/// A point within a polygon that no symmetry puts on a line.
+/// Returns a point inside a polygon that avoids lines of symmetry.
 glm::dvec2 oddMiddle(const Polygon& polygon) {
     glm::dvec2 sum(0);
     double weights = 0;
@@ -142,8 +142,8 @@ void FreeArea::add(const std::array<glm::dvec3, 3>& other, bool before) {
         away += std::abs(d[i]) > near_ ? 1 : 0;
     }
     if (away == 0) {
-        // Of two that face alike the first is in front; of two that face each other both are, as
-        // if there were a gap between their bodies.
+        // Of two triangles that face the same way, the first is in front. If two face each other,
+        // both are in front, as if there were a gap between their bodies.
         const glm::dvec3 facing = glm::cross(other[1] - other[0], other[2] - other[0]);
         if (glm::dot(facing, normal_) > 0 && !before) return;
         const std::array corners{flat(other[0]), flat(other[1]), flat(other[2])};
@@ -153,8 +153,8 @@ void FreeArea::add(const std::array<glm::dvec3, 3>& other, bool before) {
         return;
     }
     if (above == 0 || above == 3) return;
-    // Where it goes through the plane just in front: a corner within `near_` counts as below. From
-    // its side that comes down to the one that goes up its body is on the left.
+    // Its intersection with the plane just in front: a corner within `near_` counts as below. Its
+    // body is on the left of the line from its descending side to its ascending one.
     Line line{};
     for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t k = (i + 1) % 3;
@@ -167,7 +167,7 @@ void FreeArea::add(const std::array<glm::dvec3, 3>& other, bool before) {
     lines_.push_back(line);
 }
 
-/// One that lies far from all lines.
+/// Returns a place far from all lines.
 FreeArea::Place FreeArea::firstPlace() const {
     constexpr std::array<glm::dvec2, 7> kShares{{{1 / 3.0, 1 / 3.0},
                                                  {0.47, 0.22},
@@ -194,7 +194,7 @@ FreeArea::Place FreeArea::firstPlace() const {
     return place;
 }
 
-/// Another place of a cell that the line between the places does not leave.
+/// Moves to another place of the same cell; the line between the two must stay in the cell.
 FreeArea::Place FreeArea::moved(const Place& from, const glm::dvec2& at,
                                 const std::vector<Line>& lines) {
     Place to{at, from.winding};
@@ -220,7 +220,7 @@ double FreeArea::inCell(const Polygon& cell, const std::vector<Line>& lines, con
             for (const Line& line : lines)
                 if (goesThrough(line.p, line.q, halves[i], 0)) through[i].push_back(line);
         }
-        // Where many lines lie on each other, halving parts none of them.
+        // Halving does not separate lines that lie on each other.
         if (4 * (through[0].size() + through[1].size()) > 7 * lines.size()) continue;
         double area = 0;
         for (const std::size_t i : {0U, 1U})
@@ -264,7 +264,7 @@ double FreeArea::inTrapezoids(const Polygon& cell, const std::vector<Line>& line
     return area;
 }
 
-/// How much of a cell is free along an x that no corner and no crossing is at.
+/// Returns the free length of a cell along an x without corners or crossings.
 double FreeArea::freeLength(const Polygon& cell, const std::vector<Line>& lines, const Place& known,
                             double x) {
     double low = kFarAway, high = -kFarAway;
@@ -281,7 +281,7 @@ double FreeArea::freeLength(const Polygon& cell, const std::vector<Line>& lines,
             steps_.emplace_back(*y, p.x < q.x ? 1 : -1);
     steps_.emplace_back(high, 0);
     std::sort(steps_.begin(), steps_.end());
-    // The winding number is surest in the middle of the longest stretch.
+    // The winding number is most reliable in the middle of the longest interval.
     const auto lengthOf = [&](std::size_t i) { return steps_[i + 1].first - steps_[i].first; };
     std::size_t longest = 0;
     for (std::size_t i = 1; i + 1 < steps_.size(); ++i)

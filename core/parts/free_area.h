@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The area of a triangle that has no body in front of it.
+// The area of a triangle not covered by a body in front of it.
 #pragma once
 
 #include <array>
@@ -13,23 +13,23 @@
 
 namespace peeler {
 
-/// Finds free areas in the arrangement of the lines along which other triangles go through the
-/// plane of one. The winding number in front of one point is found by a ray; from there to any
-/// other point it changes by one at each line. A cell that more bodies are in front of than lines
-/// go through is covered; a cell of many lines is halved, one of few is cut into trapezoids at
-/// every corner and crossing, which is exact but for rounding.
+/// Finds free areas in the arrangement of the lines along which other triangles cross the plane of
+/// one. A ray gives the winding number in front of one point; on the way to any other point it
+/// changes by one at each line. A cell with a greater winding number than lines is covered. A cell
+/// with many lines is halved; a cell with few is cut into trapezoids at every corner and crossing,
+/// which is exact up to rounding.
 class FreeArea {
   public:
-    /// Points nearer than `near` (scene units) to a plane lie in it.
+    /// Points within `near` (scene units) of a plane lie in it.
     FreeArea(const TriangleTree& tree, double near, StepLimit& limit)
         : tree_(tree), near_(near), limit_(limit) {}
 
-    /// Scene units squared; without meaning once the limit is exceeded.
+    /// Returns scene units squared; meaningless once the limit is exceeded.
     double of(std::uint32_t triangle);
 
   private:
     using Polygon = std::vector<glm::dvec2>;  ///< convex
-    /// The winding number in front is greater by one on the left of it.
+    /// The winding number in front is greater by one on its left.
     struct Line {
         glm::dvec2 p, q;
     };
@@ -59,9 +59,9 @@ class FreeArea {
     glm::dvec3 origin_{0}, normal_{0}, right_{0}, up_{0};
     Polygon own_;
     std::vector<Line> lines_;
-    /// Triangles in this one's plane and in front of it, by agreement.
+    /// Triangles in the plane of this one that count as in front of it, by convention.
     std::vector<std::array<glm::dvec2, 3>> covers_;
-    /// Heights of lines at one x, and how the winding number changes there, upwards.
+    /// Heights of the lines at one x, and the change of the winding number there, upwards.
     std::vector<std::pair<double, int>> steps_;
 };
 

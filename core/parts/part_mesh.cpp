@@ -11,7 +11,7 @@
 namespace peeler {
 namespace {
 
-/// Finds which places are one: for each the number of the place, counted in order of appearance.
+/// Welds equal places. Returns the index of each place's point, in order of appearance.
 template <class T>
 std::vector<std::uint32_t> weldedPlaces(const std::vector<glm::vec<3, T>>& places,
                                         std::vector<std::uint32_t>& firsts) {
@@ -139,7 +139,7 @@ struct TriangleSide {
     PartEdge edge;
     std::uint32_t triangle = 0;
     std::uint8_t side = 0;
-    bool forward = false;  ///< the triangle runs along it from a to b
+    bool forward = false;  ///< the triangle runs along the edge from a to b
 };
 
 std::vector<TriangleSide> sortedSides(const PartMesh& mesh) {
@@ -157,7 +157,7 @@ std::vector<TriangleSide> sortedSides(const PartMesh& mesh) {
     return sides;
 }
 
-/// Groups of edges that share points, by union-find over their points.
+/// Returns the number of groups of edges that share points, by union-find over the points.
 std::uint64_t groupsOf(const std::vector<PartEdge>& edges) {
     std::vector<std::uint32_t> points;
     for (const PartEdge& edge : edges)
@@ -183,7 +183,7 @@ std::uint64_t groupsOf(const std::vector<PartEdge>& edges) {
     return groups;
 }
 
-/// Walks over the shells, and turns triangles against the first of each.
+/// Walks over the shells, and determines the triangles turned relative to the first of each.
 class ShellWalk {
   public:
     ShellWalk(const PartMesh& mesh, PartTopology& topology,

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The triangles of a part in world space, corners at one place being one, and how they hang
-// together.
+// The welded triangle mesh of a part in world space, and its topology.
 #pragma once
 
 #include <array>
@@ -23,13 +22,13 @@ struct PartMesh {
 
     std::vector<glm::dvec3> points;
     std::vector<Triangle> triangles;  ///< with three different corners each
-    std::uint64_t degenerate = 0;     ///< triangles left out because two corners are one
+    std::uint64_t degenerate = 0;     ///< triangles left out because two corners coincide
 
     std::array<glm::dvec3, 3> corners(std::size_t triangle) const {
         const Triangle& t = triangles[triangle];
         return {points[t[0]], points[t[1]], points[t[2]]};
     }
-    /// Twice the area long, on the front.
+    /// Returns the front-facing normal; its length is twice the area.
     glm::dvec3 normal(std::size_t triangle) const {
         const auto [a, b, c] = corners(triangle);
         return glm::cross(b - a, c - a);
@@ -38,22 +37,22 @@ struct PartMesh {
         const auto [a, b, c] = corners(triangle);
         return (a + b + c) / 3.0;
     }
-    /// How many corners two triangles have in common.
+    /// Returns the number of common corners.
     int sharedCorners(std::size_t a, std::size_t b) const;
-    /// The box around all points; nothing around none.
+    /// Returns the box around all points; empty if there are no points.
     Bounds bounds() const;
-    /// The length of that box's diagonal.
+    /// Returns the length of that box's diagonal.
     double size() const;
 };
 
-/// A mesh in its place. Vertices at the same position of the mesh (bit for bit; −0 is 0) are one
-/// point, of whichever primitives. Lines and points are left out.
+/// Returns a mesh in world space. Vertices at the same position in the mesh (bit for bit; −0 is 0)
+/// become one point, across primitives. Lines and points are left out.
 PartMesh partMesh(const PosedScene& posed, const MeshInstance& instance);
 
-/// Several parts as one mesh. With `weld` points at the same place are one, across parts, too.
+/// Joins several parts into one mesh. `weld` merges points at the same position, across parts too.
 PartMesh joinParts(const std::vector<const PartMesh*>& parts, bool weld);
 
-/// An edge between two points, the lesser first.
+/// An edge between two points, lesser index first.
 struct PartEdge {
     std::uint32_t a = 0, b = 0;
     bool operator==(const PartEdge&) const = default;
@@ -62,28 +61,27 @@ struct PartEdge {
     }
 };
 
-/// Triangles that hang together by edges which exactly two of them have.
+/// A set of triangles connected by edges that exactly two of them share.
 struct PartShell {
-    std::uint32_t first = 0;  ///< one of its triangles, the largest
+    std::uint32_t first = 0;  ///< the largest of its triangles
     std::uint64_t triangles = 0;
     std::uint64_t open_edges = 0;
     bool orientable = true;
     double area = 0;
-    /// Enclosed, of its triangles turned as most of them are; of an open one without meaning.
+    /// Enclosed volume, with triangles turned like the majority; meaningless if the shell is open.
     double volume = 0;
 };
 
-/// How the triangles of a mesh hang together.
+/// Topology of a mesh.
 struct PartTopology {
-    std::vector<PartEdge> open;     ///< of an odd number of triangles, mostly one
-    std::vector<PartEdge> crowded;  ///< of more than two
+    std::vector<PartEdge> open;     ///< with an odd number of triangles, mostly one
+    std::vector<PartEdge> crowded;  ///< with more than two triangles
     std::uint64_t holes = 0;        ///< groups of open edges that share points
-    /// Triangles whose front faces the other way than that of most of their shell.
+    /// Triangles that face opposite to the majority of their shell.
     std::vector<std::uint32_t> turned;
     std::vector<PartShell> shells;
-    std::vector<std::uint32_t> shell_of;  ///< of each triangle
-    /// Of each side of each triangle (from corner i to i + 1) the one triangle beyond it, or
-    /// kNoTriangle.
+    std::vector<std::uint32_t> shell_of;  ///< per triangle
+    /// Per triangle and side (from corner i to i + 1): the only triangle beyond it, or kNoTriangle.
     std::vector<std::array<std::uint32_t, 3>> beyond;
 
     bool closed() const { return open.empty(); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A limit of steps, so that surfaces which cross themselves everywhere end in seconds.
+// A step limit, so that heavily self-intersecting surfaces finish in seconds.
 #pragma once
 
 #include <atomic>
@@ -11,7 +11,8 @@
 
 namespace peeler {
 
-/// Counts the steps of several threads. The sum does not depend on their order, so no result does.
+/// Counts the steps of several threads. The sum, and so every result, is independent of their
+/// order.
 class StepLimit {
   public:
     explicit StepLimit(std::uint64_t most) : most_(most) {}
@@ -24,8 +25,8 @@ class StepLimit {
     std::atomic<std::uint64_t> taken_{0};
 };
 
-/// parallelFor() until the limit is exceeded; calls `progress` with the share that is done, on the
-/// caller's thread, up to 100 times. Returns whether all items are done within the limit.
+/// Runs parallelFor() until the limit is exceeded. Calls `progress` with the finished fraction, on
+/// the caller's thread, up to 100 times. Returns whether all items were finished within the limit.
 bool parallelFor(std::size_t items, StepLimit& limit, const Progress& progress,
                  const std::function<void(std::size_t)>& body);
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint32_t kLeafTriangles = 4;
 
-/// Directions that no edge or plane of a drawing has.
+/// Directions that are unlikely to be parallel to an edge or plane.
 constexpr std::array<std::array<double, 3>, 8> kOddDirections{{
     {0.41283, 0.63127, 0.65648},
     {-0.57713, 0.27149, 0.77021},
@@ -41,14 +41,14 @@ CheckedLine::CheckedLine(const glm::dvec3& origin, const glm::dvec3& direction)
 }
 
 bool CheckedLine::meets(const Bounds& box, double from, double to) const {
-    // A direction along an axis divides by 0: the comparisons below take infinities as they come,
-    // and NaN (an origin in the plane of a side) leaves from and to alone.
+    // A direction along an axis divides by 0: the comparisons below handle infinities, and NaN (an
+    // origin in the plane of a side) leaves `from` and `to` unchanged.
     constexpr double kSlack = 1e-12;
     for (int i = 0; i < 3; ++i) {
         double near = (box.min[i] - origin_[i]) * inverse_[i];
         double far = (box.max[i] - origin_[i]) * inverse_[i];
         if (near > far) std::swap(near, far);
-        // Rounding must not lose a triangle that lies in the side of its box.
+        // Rounding must not lose a triangle that lies in a side of its box.
         near *= near > 0 ? 1 - kSlack : 1 + kSlack;
         far *= far > 0 ? 1 + kSlack : 1 - kSlack;
         if (near > from) from = near;
@@ -123,7 +123,7 @@ void TriangleTree::build(std::uint32_t node, std::uint32_t begin, std::uint32_t 
 
 int TriangleTree::windingInFront(const glm::dvec3& point, const glm::dvec3& normal,
                                  double near) const {
-    constexpr double kLeast = 0.15;  // grazing rays come too near to the surface itself
+    constexpr double kLeast = 0.15;  // grazing rays stay too close to the surface itself
     constexpr double kEnd = std::numeric_limits<double>::infinity();
     int winding = 0;
     for (const auto& [x, y, z] : kOddDirections) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A tree of boxes around triangles, in double precision, and the rays that go through it.
+// A bounding volume hierarchy of triangles in double precision, and line queries.
 #pragma once
 
 #include <array>
@@ -24,22 +24,22 @@ inline Bounds grown(const Bounds& box, double margin) {
 
 Bounds boundsOf(const std::array<glm::dvec3, 3>& corners);
 
-/// Where a line meets a triangle.
+/// Intersection of a line and a triangle.
 struct LineHit {
     double t = 0;
     std::uint32_t triangle = 0;
     bool leaves = false;   ///< through the front, from behind
-    bool on_edge = false;  ///< exactly through an edge: its neighbour is hit as well, or neither is
+    bool on_edge = false;  ///< exactly through an edge: the neighbour is hit as well, or neither is
 };
 
-/// A line from an origin, with t along it. Triangles that share an edge have it in common: a line
-/// that does not go through the edge itself hits exactly one of them (Woop, Benthin and Wald 2013,
+/// A line with parameter t from its origin. Intersection is watertight: a line that passes near but
+/// not through a shared edge hits exactly one of the two triangles (Woop, Benthin and Wald 2013,
 /// "Watertight Ray/Triangle Intersection", section 3.2).
 class CheckedLine {
   public:
     CheckedLine(const glm::dvec3& origin, const glm::dvec3& direction);
 
-    /// Whether it goes through the box somewhere in [from, to].
+    /// Whether it meets the box within [from, to].
     bool meets(const Bounds& box, double from, double to) const;
     std::optional<LineHit> meets(const std::array<glm::dvec3, 3>& corners) const;
 
@@ -52,7 +52,8 @@ class CheckedLine {
     glm::dvec3 shear_;
 };
 
-/// Boxes around the triangles of a mesh, halved at the median of their middles until four are left.
+/// A tree of boxes over the triangles of a mesh, split at the median of the triangle centres down
+/// to four triangles per leaf.
 class TriangleTree {
   public:
     /// The mesh must outlive the tree.
@@ -79,16 +80,17 @@ class TriangleTree {
 
     const PartMesh& mesh() const { return mesh_; }
 
-    /// How many bodies the point just in front of a surface lies in, each as often as its surface
-    /// winds around it: the sum over what a ray along `normal`'s side leaves and enters, but for
-    /// triangles within `near` of the point, which lie on the surface itself.
+    /// Returns the winding number of the point just in front of a surface: the number of bodies
+    /// around it, each counted once per winding of its surface. Counts the surfaces that a ray to
+    /// `normal`'s side leaves, minus those it enters, except for triangles within `near` of the
+    /// point, which lie on the surface itself.
     int windingInFront(const glm::dvec3& point, const glm::dvec3& normal, double near) const;
 
   private:
     struct Node {
         Bounds box;
-        std::uint32_t first = 0;  ///< of a leaf in order_, else the first of two nodes
-        std::uint32_t count = 0;  ///< of a leaf; 0 = none
+        std::uint32_t first = 0;  ///< leaf: into order_; otherwise the first of two child nodes
+        std::uint32_t count = 0;  ///< triangles of a leaf; 0 for inner nodes
     };
     void build(std::uint32_t node, std::uint32_t begin, std::uint32_t end,
                const std::vector<Bounds>& boxes);

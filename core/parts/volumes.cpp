@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the shells of a mesh are to each other, and how much they enclose.
+// Nesting of the shells of a mesh, and enclosed volumes.
 #include "core/parts/volumes.h"
 
 #include <algorithm>
@@ -15,15 +15,15 @@
 namespace peeler {
 namespace {
 
-/// How many other shells are around a shell: those that a ray from it crosses an odd number of
-/// times.
+/// Returns the number of other shells around a shell: those that a ray from it crosses an odd
+/// number of times.
 std::size_t depthOf(const TriangleTree& tree, const PartTopology& topology, std::uint32_t shell) {
     const PartMesh& mesh = tree.mesh();
     const std::uint32_t first = topology.shells[shell].first;
     const glm::dvec3 from = mesh.middle(first);
     constexpr double kEnd = std::numeric_limits<double>::infinity();
     std::map<std::uint32_t, bool> odd;
-    // Another direction if an edge is hit; the corner of the triangle shears it a little.
+    // Retry with another direction if an edge is hit.
     for (int attempt = 0; attempt < 4; ++attempt) {
         const glm::dvec3 direction =
             glm::normalize(glm::dvec3(0.41283 + 0.11 * attempt, 0.63127, 0.65648 - 0.23 * attempt));
@@ -98,11 +98,11 @@ double volumeOf(const PartMesh& mesh) {
 
 namespace {
 
-/// Steps of FreeArea: some seconds.
+/// FreeArea steps: a few seconds.
 constexpr std::uint64_t kUnionSteps = 30'000'000, kUnionStepsPerTriangle = 1000;
 
-/// Of triangles that nothing touches, those that hang together have the same in front of them: one
-/// of each patch is asked.
+/// Groups untouched triangles into connected patches. All triangles of a patch have the same bodies
+/// in front, so testing one is enough.
 std::vector<std::vector<std::uint32_t>> patchesOf(const PartTopology& topology,
                                                   const std::vector<char>& touched) {
     std::vector<std::vector<std::uint32_t>> patches;
@@ -138,7 +138,7 @@ std::optional<double> unionVolume(const TriangleTree& tree, const PartTopology& 
     std::vector<double> shares(patches.size() + touched.size());
     StepLimit limit(kUnionSteps + kUnionStepsPerTriangle * mesh.triangles.size());
     const bool done = parallelFor(shares.size(), limit, progress, [&](std::size_t i) {
-        // The volume under a face: its area times its plane's distance, a third.
+        // The volume under a face: a third of its area times its plane's distance.
         if (i >= patches.size()) {
             const std::uint32_t t = touched[i - patches.size()];
             const glm::dvec3 normal = unitOrZero(mesh.normal(t));

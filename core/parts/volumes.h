@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the shells of a mesh lie to each other, and how much they enclose.
+// Nesting of the shells of a mesh, and enclosed volumes.
 #pragma once
 
 #include <cstdint>
@@ -13,33 +13,33 @@
 
 namespace peeler {
 
-/// What a shell is to the others of its mesh. Outwards and inwards are told by the sign of what it
-/// encloses, depth by how many of the others are around it.
+/// Role of a shell within its mesh. The sign of its volume gives the orientation, the number of
+/// shells around it the depth.
 enum class ShellSide : std::uint8_t {
-    kOpen,       ///< it has no inside
-    kFlat,       ///< its sides touch everywhere, so that it encloses nothing
-    kOutside,    ///< of a body: it faces outwards, as many shells around it as make an even number
-    kCavity,     ///< of a hollow: it faces inwards, an odd number of shells around it
-    kInsideOut,  ///< it faces inwards, an even number of shells around it
-    kInside,     ///< it faces outwards, an odd number of shells around it: overlap
+    kOpen,       ///< no inside
+    kFlat,       ///< its sides touch everywhere, so it encloses nothing
+    kOutside,    ///< outside of a body: faces outwards, an even number of shells around it
+    kCavity,     ///< inner surface of a cavity: faces inwards, an odd number of shells around it
+    kInsideOut,  ///< faces inwards, an even number of shells around it
+    kInside,     ///< faces outwards, an odd number of shells around it: overlap
 };
 
-/// Sides of PartTopology::shells.
+/// Returns the sides of PartTopology::shells.
 std::vector<ShellSide> findSides(const TriangleTree& tree, const PartTopology& topology);
 
-/// The mesh with turned triangles, and shells that are inside out, turned back.
+/// Returns the mesh with turned triangles and inside-out shells flipped.
 PartMesh turnedBack(const PartMesh& mesh, const PartTopology& topology,
                     const std::vector<ShellSide>& sides);
 
-/// The area of all triangles, scene units squared.
+/// Returns the area of all triangles, scene units squared.
 double areaOf(const PartMesh& mesh);
-/// What the triangles enclose, cavities taken away, what overlaps as often as it is there; scene
-/// units cubed. Of closed meshes that face outwards.
+/// Returns the volume enclosed by closed meshes that face outwards, scene units cubed. Cavities are
+/// subtracted; overlaps count once per body.
 double volumeOf(const PartMesh& mesh);
-/// What is inside at least once, scene units cubed. The surface of that is those places of the
-/// surface that have no body in front of them (FreeArea). Nothing if so much crosses that it would
-/// take long. `topology` and `crossings` are those of the tree's mesh, which is closed and faces
-/// outwards.
+/// Returns the volume inside at least one body, scene units cubed. Its boundary is the part of the
+/// surface without a body in front of it (FreeArea). Returns nothing if the surfaces cross so much
+/// that it would take long. `topology` and `crossings` are those of the tree's mesh, which is
+/// closed and faces outwards.
 std::optional<double> unionVolume(const TriangleTree& tree, const PartTopology& topology,
                                   const Crossings& crossings, const Progress& progress = {});
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The thinnest wall of a part: a first bound by rays from every triangle, then every pair of faces
-// that could be nearer to each other than that.
+// that could be closer than that.
 #include "core/parts/wall_thickness.h"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t kWallsAtOnce = 512;
 constexpr std::size_t kPairsAtOnce = 1 << 16;
-/// Steps are triangles looked at; a ray goes past about this number of them.
+/// A step is one triangle visit; a ray passes about kWallStepsPerRay of them.
 constexpr std::uint64_t kWallSteps = 100'000'000, kWallStepsPerTriangle = 1000,
                         kWallStepsPerRay = 4000;
 constexpr double kEnd = std::numeric_limits<double>::infinity();
@@ -32,8 +32,8 @@ class WallRays {
 
     double near() const { return near_; }
 
-    /// The wall behind a point of a triangle, if it is thinner than `below` and the point is on the
-    /// surface of all that overlaps.
+    /// Returns the wall behind a point of a triangle, if it is thinner than `below` and the point
+    /// is on the outer surface of overlapping bodies.
     std::optional<Wall> at(std::uint32_t triangle, const glm::dvec3& from,
                            const glm::dvec3& unit_normal, double below) {
         const CheckedLine line(from, -unit_normal);
@@ -43,7 +43,7 @@ class WallRays {
                         if (t == triangle) return;
                         const auto hit = line.meets(tree_.mesh().corners(t));
                         if (!hit || hit->t > below) return;
-                        // What lies on the surface is entered with it, or left at once.
+                        // A surface in contact is entered together with this one, or left at once.
                         if (hit->t < (hit->leaves ? -kSlack * near_ : kSlack * near_)) return;
                         hits_.push_back(*hit);
                         hits_.back().triangle = t;
@@ -69,7 +69,7 @@ class WallRays {
     static const double kFacing;
 
   private:
-    static constexpr double kSlack = 1e-6;  // of what touches: rounding alone
+    static constexpr double kSlack = 1e-6;  // for surfaces in contact: rounding alone
 
     const TriangleTree& tree_;
     double near_;
@@ -78,7 +78,7 @@ class WallRays {
 
 const double WallRays::kFacing = std::cos(kWallAngle * std::numbers::pi / 180);
 
-/// The wall behind the middle of a triangle, if it is thinner than what is known.
+/// Updates `thinnest` with the wall behind the middle of a triangle.
 void sampleWall(std::size_t triangle, WallRays& rays, const PartMesh& mesh,
                 std::optional<Wall>& thinnest) {
     const glm::dvec3 normal = unitOrZero(mesh.normal(triangle));
@@ -89,8 +89,8 @@ void sampleWall(std::size_t triangle, WallRays& rays, const PartMesh& mesh,
         thinnest = wall;
 }
 
-/// A bound by the middles of all triangles. Some of them first, so that the rays of the others end
-/// early.
+/// Returns a bound by rays from the middles of all triangles. Samples a few first, so that the rays
+/// of the others end early.
 std::optional<Wall> sampledWall(const TriangleTree& tree, StepLimit& limit,
                                 const Progress& progress) {
     constexpr std::size_t kFirst = 1000;
@@ -113,13 +113,13 @@ std::optional<Wall> sampledWall(const TriangleTree& tree, StepLimit& limit,
     return thinnest;
 }
 
-/// What two faces have in common, seen along the normal of the first.
+/// The overlap of two faces, seen along the normal of the first.
 struct FacePair {
     double least = 0;  ///< distance behind the first
-    glm::dvec3 at{0};  ///< where, on the first
+    glm::dvec3 at{0};  ///< position on the first
     glm::dvec3 middle{0};
     std::uint32_t triangle = 0;
-    std::uint32_t number = 0;  ///< among its triangle's pairs
+    std::uint32_t number = 0;  ///< index among its triangle's pairs
 
     bool operator<(const FacePair& other) const {
         return std::tie(least, triangle, number) <
@@ -127,7 +127,7 @@ struct FacePair {
     }
 };
 
-/// Cuts away what of a polygon lies below 0 of a distance.
+/// Clips a polygon to where a distance is at least 0.
 template <class Distance>
 void cutPolygon(std::vector<glm::dvec3>& polygon, std::vector<glm::dvec3>& scratch,
                 Distance&& distance) {
@@ -141,14 +141,14 @@ void cutPolygon(std::vector<glm::dvec3>& polygon, std::vector<glm::dvec3>& scrat
     polygon.swap(scratch);
 }
 
-/// Finds the pairs of a face and others behind it that are nearer than a bound somewhere, and come
+/// Finds the pairs of a face and others behind it that are closer than a bound somewhere and sort
 /// after another pair.
 class FacePairs {
   public:
     FacePairs(const TriangleTree& tree, double below, const std::optional<FacePair>& after)
         : tree_(tree), below_(below), size_(tree.mesh().size()), after_(after) {}
 
-    /// Returns how many triangles it has looked at.
+    /// Returns the number of triangles visited.
     std::uint64_t add(std::uint32_t triangle, std::vector<FacePair>& pairs) {
         const PartMesh& mesh = tree_.mesh();
         corners_ = mesh.corners(triangle);
@@ -172,7 +172,8 @@ class FacePairs {
   private:
     double depth(const glm::dvec3& p) const { return glm::dot(normal_, corners_[0] - p); }
 
-    /// The space behind the face, by its extent along the normal and along two axes of its plane.
+    /// Sets the prism behind the face, by its extent along the normal and along two axes of its
+    /// plane.
     void setPrism() {
         const glm::dvec3 right = unitOrZero(corners_[1] - corners_[0]);
         prism_ = {Slab{normal_}, {right}, {glm::cross(normal_, right)}};
@@ -209,7 +210,7 @@ class FacePairs {
                        [&](const glm::dvec3& p) { return glm::dot(inwards, p - corners_[i]); });
         }
         if (polygon_.size() < 3) return std::nullopt;
-        // Faces that only share an edge in this view have nothing behind each other.
+        // Faces that only share an edge in this view do not overlap.
         glm::dvec3 twice(0);
         for (std::size_t i = 1; i + 1 < polygon_.size(); ++i)
             twice += glm::cross(polygon_[i] - polygon_[0], polygon_[i + 1] - polygon_[0]);
@@ -242,10 +243,10 @@ class FacePairs {
     std::vector<glm::dvec3> polygon_, scratch_;
 };
 
-/// The first of many pairs, in order.
+/// The first kPairsAtOnce of many pairs, in order.
 class FirstPairs {
   public:
-    /// Takes pairs away.
+    /// Adds pairs and clears the list.
     void add(std::vector<FacePair>& pairs) {
         const std::lock_guard lock(mutex_);
         pairs_.insert(pairs_.end(), pairs.begin(), pairs.end());
@@ -286,10 +287,10 @@ std::vector<FacePair> firstPairs(const TriangleTree& tree, double below,
     return first.take();
 }
 
-/// A thinner wall between the faces of a pair.
+/// Finds a thinner wall between the faces of a pair.
 std::optional<Wall> wallBetween(const FacePair& pair, const TriangleTree& tree, WallRays& rays,
                                 double below, StepLimit& limit) {
-    // Something else may be in between there, but not farther towards the middle.
+    // Another body may be in between there, but not farther toward the middle.
     for (const double share : {1e-7, 1e-4, 1e-2, 0.1, 0.3, 0.6, 1.0}) {
         limit.take(kWallStepsPerRay);
         const glm::dvec3 from = glm::mix(pair.at, pair.middle, share);
@@ -346,7 +347,8 @@ std::vector<PartEdge> sharpEdges(const PartMesh& mesh, const PartTopology& topol
                 else
                     (common++ == 0 ? edge.a : edge.b) = point;
             }
-            // The other one's third corner lies behind the face, or the material is outside.
+            // The third corner of the other face must lie behind this face, or the material is
+            // outside.
             if (glm::dot(normal, tip - mesh.points[edge.a]) >= 0) continue;
             if (edge.b < edge.a) std::swap(edge.a, edge.b);
             sharp.push_back(edge);

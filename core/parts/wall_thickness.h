@@ -16,32 +16,32 @@ namespace peeler {
 /// The thinnest place of a wall.
 struct Wall {
     double thickness = 0;       ///< scene units
-    glm::dvec3 from{0}, to{0};  ///< on both of its sides, world space
+    glm::dvec3 from{0}, to{0};  ///< on its two sides, world space
     std::uint32_t triangle = 0, opposite = 0;
 };
 
-/// Faces that are opposite within this angle have a wall between them, in degrees; faces that share
-/// a corner are an edge, however thin the part gets towards it.
+/// Faces that are opposite within this angle, in degrees, have a wall between them. Faces that
+/// share a corner form an edge, however thin the part gets toward it.
 inline constexpr double kWallAngle = 30;
-/// No place has a wall thinner by more than this share than the one that is found.
+/// No wall is thinner than the one found by more than this fraction.
 inline constexpr double kWallTolerance = 1e-4;
 
 /// The result of a search for the thinnest wall.
 struct FoundWall {
     std::optional<Wall> wall;  ///< none if no faces are opposite
-    bool certain = true;       ///< otherwise so much crosses that there may be a thinner one
+    bool certain = true;       ///< otherwise the surfaces cross so much that a thinner one may
+                               ///< exist
 };
 
-/// The thinnest wall: from a point of the surface straight into the material, against the normal of
-/// its triangle, to where that leaves it again, through a face that looks the other way within
-/// kWallAngle and has no corner in common with it. Of all points of the surface, not of some: pairs
-/// of faces are compared where one lies behind the other, and their distance there, which is a
-/// linear function, is least at a corner of what they have in common. The tree's mesh faces
-/// outwards.
+/// Finds the thinnest wall. Thickness is measured from a surface point straight into the material,
+/// against the normal of its triangle, to the exit through a face that is opposite within
+/// kWallAngle and shares no corner with it. The search covers all points of the surface, not
+/// samples: it compares pairs of faces where one lies behind the other. Their distance is linear
+/// there, so its minimum is at a corner of their overlap. The tree's mesh faces outwards.
 FoundWall thinnestWall(const TriangleTree& tree, const Progress& progress = {});
 
-/// Edges at which the two faces of a mesh that faces outwards enclose less than kWallAngle of
-/// material: towards these a part gets thin without an end.
+/// Returns the edges whose two faces enclose less than kWallAngle of material; a part gets
+/// arbitrarily thin toward these. The mesh faces outwards.
 std::vector<PartEdge> sharpEdges(const PartMesh& mesh, const PartTopology& topology);
 
 }  // namespace peeler

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Back-to-front depth peeling (Everitt 2001 with the tests turned round): the farthest layer first.
+// Back-to-front depth peeling (Everitt 2001 with reversed tests): the farthest layer first.
 #include "core/peel/composite_targets.h"
 
 namespace peeler {
 namespace {
 
-/// Each layer goes over those before it. Layers beyond a limit come first and are left out, or
-/// summed up as the tail.
+/// Blends each layer over those before it. Layers beyond a limit come first and are left out, or
+/// summed as the tail.
 class BackToFrontComposite final : public CompositeMethod {
   public:
     std::uint64_t tileBytes(std::uint64_t tile_pixels,

@@ -13,9 +13,9 @@ using gl::Blend;
 struct Attachment {
     unsigned part;
     Blend blend;
-    std::uint64_t bytes;  // a pixel
+    std::uint64_t bytes;  // per pixel
 };
-// In the order of framebuffers.
+// In framebuffer order.
 constexpr Attachment kAttachments[] = {{CompositeTargets::kFront, Blend::kUnder, 16},
                                        {CompositeTargets::kBack, Blend::kOver, 16},
                                        {CompositeTargets::kTail, Blend::kAdd, 16},
@@ -106,12 +106,12 @@ int CompositeTargets::addFragments(SceneRasterizer& rasterizer, const Window& ar
                      .framebuffer = framebuffer(rasterizer, parts),
                      .blend = blending(parts)},
                     area);
-    rasterizer.functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);  // depths
+    rasterizer.functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);  // makes depths visible
     return 1;
 }
 
-/// Into the back; `blended` over what is there. With coloured opacity the colours need two outputs
-/// for one target, and so the opacities a pass of their own.
+/// Draws into the back; `blended` blends over its contents. With coloured opacity the colours need
+/// two outputs for one target, so the opacities need a pass of their own.
 int CompositeTargets::drawUnsorted(SceneRasterizer& rasterizer, const Window& area, Draws draws,
                                    bool blended) {
     const bool tinted = rasterizer.tinted();
@@ -124,7 +124,7 @@ int CompositeTargets::drawUnsorted(SceneRasterizer& rasterizer, const Window& ar
                          .blend = {blended ? blend : Blend::kOff}},
                         area);
         rasterizer.functions().MemoryBarrier(
-            GL_SHADER_STORAGE_BARRIER_BIT);  // list heads and depths
+            GL_SHADER_STORAGE_BARRIER_BIT);  // makes list heads and depths visible
     };
     draw(kBack, "", tinted ? Blend::kOverByOpacity : Blend::kOver);
     if (tinted) draw(kBackOpacity, "OPACITY", Blend::kOverByItself);
@@ -138,7 +138,7 @@ int CompositeTargets::blendUnsorted(SceneRasterizer& rasterizer, const Window& a
 
 int CompositeTargets::addOpaque(SceneRasterizer& rasterizer, const Window& area) {
     if (!rasterizer.bounded()) return 0;
-    // All opaque fragments but the bound itself lie behind it, so this draws the bound alone.
+    // All opaque fragments except the bound itself lie behind it, so this draws the bound alone.
     return drawUnsorted(rasterizer, area, Draws::kOpaque, false);
 }
 

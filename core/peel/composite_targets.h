@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The render targets in which a composite comes about, and the passes that methods share.
+// The render targets of composites, and the passes that methods share.
 #pragma once
 
 #include <array>
@@ -13,47 +13,48 @@
 
 namespace peeler {
 
-/// Textures as large as a raster tile, 32-bit float. What is peeled from the front goes under
-/// `front`, what is peeled from behind over `back`, and what has no order is summed up in `tail`.
+/// 32-bit float textures of raster tile size. Layers peeled from the front go under `front`, layers
+/// peeled from behind over `back`; unordered fragments are summed in `tail`.
 class CompositeTargets {
   public:
     enum Part : unsigned {
         kFront = 1,  ///< RGBA, premultiplied
         kBack = 2,   ///< RGBA, premultiplied
-        kTail = 4,   ///< RGBA sum of premultiplied colours, and the number of fragments
-        // Of each channel, where opacity is coloured.
+        kTail = 4,   ///< RGBA sum of premultiplied colours, and the fragment count
+        // Per channel, for coloured opacity.
         kBackOpacity = 8,
         kTailOpacity = 16
     };
     static std::uint64_t bytes(unsigned parts, std::uint64_t tile_pixels);
 
-    /// `parts`, with their opacities if opacity is coloured.
+    /// Adds the opacities to `parts` if opacity is coloured.
     static unsigned withOpacity(unsigned parts, bool tinted);
 
-    /// (Re)allocates for the rasterizer's tile and empties `area`.
+    /// (Re)allocates for the rasterizer's tile and clears `area`.
     void begin(SceneRasterizer& rasterizer, const Window& area, unsigned parts);
 
-    /// The parts as attachments, in the order above (the tail's sum before its count).
+    /// Returns a framebuffer of the parts, in the order above (the tail's sum before its count).
     GLuint framebuffer(const SceneRasterizer& rasterizer, unsigned parts);
     std::vector<GLuint> textures(unsigned parts) const;
-    /// How each of those attachments is blended; those after `first` others that are not.
+    /// Returns the blending of these attachments, after `first` others that are not blended.
     static std::array<gl::Blend, gl::kMaxAttachments> blending(unsigned parts,
                                                                std::size_t first = 0);
 
-    /// Sums up what lies behind the last of so many layers: one geometry pass.
+    /// Sums all fragments behind the first `last` layers: one geometry pass.
     int addTail(SceneRasterizer& rasterizer, const Window& area, const LayerTargets& layers,
                 std::uint32_t last);
-    /// Sums up all fragments, or with an opaque bound those in front of it: one geometry pass.
+    /// Sums all fragments, or with an opaque bound those in front of it: one geometry pass.
     int addFragments(SceneRasterizer& rasterizer, const Window& area);
-    /// Blends the same fragments over the back in draw order: one geometry pass, or two where
-    /// opacity is coloured.
+    /// Blends the same fragments over the back in draw order: one geometry pass, or two for
+    /// coloured opacity.
     int blendUnsorted(SceneRasterizer& rasterizer, const Window& area);
-    /// With Surfaces::kVisible, puts the nearest opaque surface into the back: as many, or none.
+    /// With Surfaces::kVisible, puts the nearest opaque surface into the back. Returns the geometry
+    /// passes, 0 otherwise.
     int addOpaque(SceneRasterizer& rasterizer, const Window& area);
     /// Blends a texture of premultiplied colours over the back.
     void blendOverBack(SceneRasterizer& rasterizer, const Window& area, GLuint texture);
 
-    /// Writes colours of the band: front, then back, then the average of the tail; `definitions`
+    /// Writes the band's colours: front, then back, then the tail's average. `definitions`
     /// (TAIL_FIRST, WEIGHTED_SUM) change that.
     void resolve(SceneRasterizer& rasterizer, const Window& area, const char* definitions = "");
 
@@ -66,14 +67,14 @@ class CompositeTargets {
     Window size_;
 };
 
-/// Front to back: peels `area.layers` layers and blends each under the front, then the tail.
-/// begin() of both is the caller's, so that pixels may be left out. Returns the geometry passes.
+/// Peels `area.layers` layers front to back, blends each under the front, then adds the tail. The
+/// caller calls begin() of both, so that it can exclude pixels. Returns the geometry passes.
 int compositeNearestFirst(SceneRasterizer& rasterizer, const CompositeArea& area,
                           LayerTargets& layers, CompositeTargets& targets);
 
-/// What methods share that composite all fragments at once, in no order: the nearest opaque
-/// surface, if only the visible is shown; then one geometry pass of all fragments, or of those in
-/// front of it; then a formula.
+/// A method that composites all fragments at once, without order: with Surfaces::kVisible the
+/// nearest opaque surface; then one geometry pass of all fragments, or of those in front of it;
+/// then a formula.
 class Unordered final : public CompositeMethod {
   public:
     using Pass = int (CompositeTargets::*)(SceneRasterizer&, const Window&);

@@ -15,7 +15,7 @@ namespace {
 
 using gl::Blend;
 
-/// Textures of one kind, one side read and the other written.
+/// Ping-pong textures: one side is read while the other is written.
 class PingPong {
   public:
     static constexpr std::uint64_t kRangeBytes = 4 * sizeof(float);
@@ -35,8 +35,8 @@ class PingPong {
     Window size_;
 };
 
-/// Clears attachments 0 (a range: nearer than nothing, and no depth lies between) and the others
-/// (nothing).
+/// Clears attachment 0 to an empty range (nearer than nothing, and no depth lies between) and the
+/// others to 0.
 void clearAttachments(SceneRasterizer& rasterizer, const Window& area, GLuint framebuffer,
                       int first, int attachments) {
     const auto& gl = rasterizer.functions();
@@ -47,7 +47,7 @@ void clearAttachments(SceneRasterizer& rasterizer, const Window& area, GLuint fr
                                    i == 0 ? kEmptyRange.data() : kNothing.data());
 }
 
-/// The pass before the first: nearest and farthest depth of every pixel.
+/// Draws the initial pass: nearest and farthest depth per pixel.
 void drawFirstRange(SceneRasterizer& rasterizer, const Window& area, GLuint texture) {
     const auto framebuffer = gl::makeFramebuffer(rasterizer.functions(), {texture}, 0);
     clearAttachments(rasterizer, area, framebuffer.name(), 0, 1);
@@ -70,7 +70,7 @@ class Dual final : public LayerMethod {
         const auto& gl = rasterizer.functions();
         ranges_.allocate(rasterizer, GL_RG32F);
         drawFirstRange(rasterizer, area, ranges_.side(0));
-        // Each pass takes a layer from the front and one from the back; coincident ones go
+        // Each pass takes a layer from the front and one from the back; coincident fragments go
         // together.
         const int passes = static_cast<int>((request.layers + 1) / 2);
         for (int pass = 1; pass <= passes; ++pass) {
@@ -91,9 +91,9 @@ class Dual final : public LayerMethod {
     PingPong ranges_;
 };
 
-/// What both variants of compositing on the fly share: the ranges, and pixels where fragments
-/// coincide at a peeled depth. Those come up short and are peeled once more from the front, by keys
-/// that tell coincident fragments apart.
+/// Shared part of both on-the-fly compositing variants: the ranges, and pixels where fragments
+/// coincide at a peeled depth. Those pixels come up short and are peeled again from the front, by
+/// keys that distinguish coincident fragments.
 class DualComposite : public CompositeMethod {
   public:
     std::uint64_t tileBytes(std::uint64_t tile_pixels,
@@ -108,8 +108,8 @@ class DualComposite : public CompositeMethod {
         ranges_.allocate(rasterizer, GL_RG32F);
         drawFirstRange(rasterizer, area.window, ranges_.side(0));
         begin(rasterizer, area.window);
-        // From the back, all that a limit leaves out has to be passed, unless the front gets there
-        // before.
+        // From the back, all layers beyond a limit have to be passed, unless the front gets there
+        // first.
         const std::uint32_t all = (area.deepest + 1) / 2;
         const int passes = static_cast<int>(area.tail ? all : std::min(area.layers, all));
         for (int pass = 1; pass <= passes; ++pass) {
@@ -130,7 +130,7 @@ class DualComposite : public CompositeMethod {
     virtual void peel(SceneRasterizer& rasterizer, const Window& area, int pass) = 0;
     virtual void end(SceneRasterizer&, const Window&, int /*passes*/) {}
 
-    /// The range, front, back and, where there is a tail, its sums.
+    /// Draws into the range, front, back and, with a tail, its sums.
     void draw(SceneRasterizer& rasterizer, const Window& area, int pass, GLuint framebuffer,
               std::string_view definitions,
               const std::array<Blend, gl::kMaxAttachments>& blend) const {
@@ -175,8 +175,8 @@ int DualComposite::finishShort(SceneRasterizer& rasterizer, const CompositeArea&
     return compositeNearestFirst(rasterizer, again, layers_, targets_);
 }
 
-/// The variant that the paper hopes for: every target with a blend equation of its own. The front
-/// goes under what has been peeled, the back over it, in the geometry pass itself.
+/// The variant anticipated by the paper: every target with its own blend equation. The geometry
+/// pass itself blends the front under the peeled layers and the back over them.
 class IndependentBlending final : public DualComposite {
   protected:
     void peel(SceneRasterizer& rasterizer, const Window& area, int pass) override {
@@ -191,9 +191,9 @@ class IndependentBlending final : public DualComposite {
     }
 };
 
-/// The variant of the paper: all targets with MAX blending, which a GPU of 2008 had one equation
-/// for. It needs colours that are not negative, as all are here. The composite of the fronts only
-/// grows, so each pass writes it anew from the last one's; the back is blended after each pass.
+/// The paper's variant: MAX blending for all targets, since GPUs of 2008 had a single blend
+/// equation. It needs non-negative colours, which all are here. The front composite only grows, so
+/// each pass rewrites it from the previous one; the back is blended after each pass.
 class MaxBlending final : public DualComposite {
   public:
     std::uint64_t tileBytes(std::uint64_t tile_pixels,

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Front-to-back depth peeling (Everitt, "Interactive Order-Independent Transparency", 2001), with
-// the key (depth, primitive) in place of depth alone: coincident fragments are peeled one after the
-// other. Everitt's occlusion query after each pass, which tells when nothing is left, is not
-// needed: the count pass has told before.
+// the key (depth, primitive) instead of depth alone: coincident fragments are peeled one by one.
+// Everitt's occlusion query after each pass, to detect the end, is not needed: the count pass has
+// already found it.
 #include "core/peel/composite_targets.h"
 
 namespace peeler {
 namespace {
 
-/// Each layer goes under those before it: C += (1 − A)·c, A += (1 − A)·a. Everitt's product of what
-/// gets through, instead of the sum A, would round otherwise than compositeOver().
+/// Blends each layer under those before it: C += (1 − A)·c, A += (1 − A)·a. Everitt's product of
+/// transmittances, instead of the sum A, would round differently from compositeOver().
 class FrontToBackComposite final : public CompositeMethod {
   public:
     std::uint64_t tileBytes(std::uint64_t tile_pixels,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The render targets that peel one layer at a time: ping-ponged keys, and a colour.
+// The ping-ponged render targets for peeling one layer at a time.
 #pragma once
 
 #include <array>
@@ -13,29 +13,28 @@
 
 namespace peeler {
 
-/// From which end layers are peeled.
+/// The end from which layers are peeled.
 struct PeelDirection {
     bool nearest_first;
     std::string_view definitions;  ///< of peel_layer.frag
-    gl::DepthTest depth_test;      ///< which of the fragments beyond the previous layer is next
+    gl::DepthTest depth_test;      ///< selects the next fragment beyond the previous layer
     float first_depth;             ///< the key before any layer
     GLuint first_primitive;
-    float empty_depth;  ///< of a pixel without the layer; with primitive 0 nothing is beyond it
+    float empty_depth;  ///< of a pixel without the layer; with primitive 0, nothing is beyond it
 };
 
 /// Before any layer, in front of everything: the near plane has depth 1, and keys start at 1.
 inline constexpr PeelDirection kNearestFirst = {true, "", gl::DepthTest::kNearest, 1, 0, 0};
-/// Before any layer, behind everything: no fragment has depth 0. In front of the key (1, 0) of a
-/// pixel without the layer there is nothing: it stays finished.
+/// Before any layer, behind everything: no fragment has depth 0. Nothing lies in front of the key
+/// (1, 0) of a pixel without the layer, so the pixel stays finished.
 inline constexpr PeelDirection kFarthestFirst = {false, "BACKWARD",  gl::DepthTest::kFarthest,
                                                  0,     0xFFFFFFFFU, 1};
 
-/// Two sides of (depth, primitive) textures as large as a raster tile: the layer being peeled is
-/// rendered into one while the previous layer is read from the other. One colour texture serves
-/// both.
+/// Two pairs of (depth, primitive) textures of raster tile size. The current layer is rendered into
+/// one while the previous layer is read from the other. Both share one colour texture.
 class LayerTargets {
   public:
-    /// What is done with each layer, `side` and the colour holding it.
+    /// Consumes a layer, held by `side` and the colour texture.
     using Take = std::function<void(int layer, int side)>;
 
     enum Attachments { kKey, kKeyAndColor, kColor };
@@ -43,37 +42,37 @@ class LayerTargets {
     /// Bytes of all textures.
     static std::uint64_t bytes(std::uint64_t tile_pixels, const CaptureSettings& settings);
 
-    /// Gets ready to peel from this end: (re)allocates for the rasterizer's tile, and sets the key
+    /// Prepares to peel from this end: (re)allocates for the rasterizer's tile, and sets the key
     /// before the first layer.
     void begin(const SceneRasterizer& rasterizer, const Window& area,
                const PeelDirection& direction);
-    /// Likewise, but finishes every pixel; the caller's next pass into framebuffer(1, kKey) opens
-    /// the pixels to be peeled.
+    /// Prepares like begin(), but marks every pixel finished; the caller's next pass into
+    /// framebuffer(1, kKey) opens the pixels to be peeled.
     void beginFinished(const SceneRasterizer& rasterizer, const Window& area);
 
-    /// Peels `layers` layers of `area`, one geometry pass each; returns the passes.
+    /// Peels `layers` layers of `area`, one geometry pass each. Returns the passes.
     int peel(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers,
              const PeelDirection& direction, const Take& take);
-    /// The same from the front with two geometry passes each: the first finds the key and shades
-    /// nothing, the second shades the one fragment that has it.
+    /// Peels from the front with two geometry passes per layer: the first finds the key without
+    /// shading, the second shades only the fragment with that key.
     int peelInTwo(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers,
                   const Take& take);
 
     GLuint framebuffer(int i, Attachments attachments) const;
-    /// Makes side `i` what the shaders read as the previous layer.
+    /// Binds side `i` as the previous layer for the shaders.
     void bindForReading(const gl::Functions& gl, int i) const;
-    /// The side that holds the last of so many layers.
+    /// Returns the side that holds the last of `layers` layers.
     static int sideOf(std::uint32_t layers) { return static_cast<int>((layers + 1) % 2); }
 
-    /// Appends the layer of side `i` to the lists of the band: one fragment of every pixel of
-    /// `area` that has one.
+    /// Appends the layer of side `i` to the lists of the band: one fragment per pixel of `area`
+    /// that has one.
     void store(SceneRasterizer& rasterizer, const Window& area, int i) const;
-    /// Runs blend_layer.frag on the layer of side `i`. The pass needs everything but its shader.
+    /// Runs blend_layer.frag on the layer of side `i`. `pass` is complete except for its shader.
     void blend(SceneRasterizer& rasterizer, const Window& area, int i, FullScreenPass pass) const;
 
   private:
     void allocate(const SceneRasterizer& rasterizer);
-    /// Sets the key of side `i` in `area`. Primitive 0 means to store() and blend(): no fragment.
+    /// Sets the key of side `i` in `area`. For store() and blend(), primitive 0 means no fragment.
     void clear(const SceneRasterizer& rasterizer, const Window& area, int i, float depth,
                GLuint primitive) const;
 
@@ -82,18 +81,18 @@ class LayerTargets {
         gl::Framebuffer key, key_and_color;
     };
     std::array<Side, 2> sides_;
-    gl::Texture color_, opacity_;  ///< the second where opacity is coloured
+    gl::Texture color_, opacity_;  ///< opacity_ only for coloured opacity
     gl::Framebuffer color_only_;
     Window size_;
 };
 
-/// Layers peeled one after the other from either end, and stored.
+/// Peels and stores layers one by one from either end.
 class PeeledLayers final : public LayerMethod {
   public:
     explicit PeeledLayers(const PeelDirection& direction) : direction_(direction) {}
 
-    // From behind, a layer's index from the front is known only when all have been peeled, so the
-    // lists are put in order afterwards.
+    // From behind, a layer's index from the front is known only after all have been peeled, so the
+    // lists are sorted afterwards.
     bool takesAll() const override { return !direction_.nearest_first; }
 
     std::uint64_t tileBytes(std::uint64_t tile_pixels,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plain "over" blending in draw order: what a renderer shows that does not sort, to compare with.
+// Plain "over" blending in draw order, as in a renderer without sorting, for comparison.
 #include "core/peel/composite_targets.h"
 
 namespace peeler {

@@ -26,7 +26,7 @@ bool AlphaTest::passes(const std::array<std::uint32_t, 3>& vertex,
         alpha *= texelAt(*image_, material_->base_color_texture, uv).a;
     }
     if (!colors_->empty()) alpha *= weighted(*colors_, vertex, weight).a;
-    // As the shaders have it, in single precision.
+    // Single precision, like the shaders.
     const auto value = static_cast<float>(alpha);
     return material_->alpha_mode == AlphaMode::kMask ? value >= material_->alpha_cutoff : value > 0;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a point of a surface is there at all, by its alpha.
+// Alpha test of surface points.
 #pragma once
 
 #include <array>
@@ -12,13 +12,13 @@
 
 namespace peeler {
 
-/// The alpha test of MASK materials, and alpha exactly 0 of BLEND ones (core/README.md, "What a
-/// fragment is"): the base colour's texture at its finest level, whatever the distance.
+/// The alpha test of MASK materials, and of alpha exactly 0 for BLEND ones (core/README.md, "What a
+/// fragment is"). The base colour texture is sampled at its finest level at any distance.
 class AlphaTest {
   public:
     AlphaTest(const PosedScene& posed, const Geometry& geometry);
 
-    /// At a point of the triangle with these vertices; the weights add up to 1.
+    /// Tests a point of the triangle with these vertices; the weights add up to 1.
     bool passes(const std::array<std::uint32_t, 3>& vertex,
                 const std::array<double, 3>& weight) const;
 

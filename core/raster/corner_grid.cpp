@@ -9,14 +9,14 @@ namespace peeler {
 namespace {
 
 constexpr int kMostBits = 16;
-// Half of the grid, on either side of the picture's middle, has as many steps as 2^kHalfBits.
+// Half of the grid, on either side of the picture's centre, has 2^kHalfBits steps.
 constexpr int kHalfBits = 30;
-// A pinhole's rays begin at this share of the near plane's distance: near enough that what is cut
-// off there is in front of the near plane, and not so near that its picture is endless.
+// A pinhole's rays begin at this fraction of the near plane's distance: in front of the near plane,
+// so the cut is never visible, but far enough to keep projected coordinates bounded.
 constexpr double kNearestShare = 1.0 / 1024;
 
-/// Rounds to the nearest integer, ties to even. What is added moves the integer into the lower bits
-/// of the sum, which, unlike a conversion, takes no function call and can be done several at once.
+/// Rounds to the nearest integer, ties to even. The added constant moves the integer into the lower
+/// bits of the sum. Unlike a conversion, this needs no function call and can be vectorised.
 std::int32_t rounded(double value) {
     constexpr double kShift = 6755399441055744.0;  // 1.5 · 2^52
     return static_cast<std::int32_t>(std::bit_cast<std::uint64_t>(value + kShift));
@@ -77,8 +77,8 @@ SnappedCorner snapped(const PlacedCorner& corner) {
 
 namespace {
 
-/// Keeps what of a polygon is where `inside` is not negative. Of an edge that is cut one end is
-/// inside, so the cut is computed the same from both of its sides.
+/// Clips a polygon to where `inside` is not negative. The cut of an edge is always computed from
+/// its inside end, so both adjacent triangles get the same result.
 template <class Inside>
 void keepInside(PlacedPolygon& polygon, Inside&& inside) {
     PlacedPolygon kept;
@@ -110,7 +110,7 @@ PlacedPolygon CornerPlacement::placedPolygon(const std::array<glm::vec3, 3>& pos
     if (perspective_) {
         keepInside(polygon, [&](const PlacedCorner& c) { return c.z - nearest_; });
         for (std::size_t i = 0; i < polygon.corners; ++i) {
-            // What is on the plane stays there, whatever rounding made of it.
+            // A corner on the plane stays there despite rounding.
             polygon.corner[i].z = std::max(polygon.corner[i].z, nearest_);
             project(polygon.corner[i]);
         }

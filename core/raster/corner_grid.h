@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The grid that corners of triangles are snapped to, so that coverage is a matter of integers.
+// The grid to which triangle corners are snapped, so that coverage is exact in integers.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace peeler {
 
-/// A corner on the grid, in its steps, y down. A snapped one is not negative in either.
+/// A corner in grid steps, y down. Snapped coordinates are not negative.
 struct SnappedCorner {
     std::int32_t x = kNowhere, y = kNowhere;
 
@@ -20,21 +20,21 @@ struct SnappedCorner {
     bool operator==(const SnappedCorner&) const = default;
 };
 
-/// A grid with 2^bits steps from a ray of a view to the next one, of which each ray stands on a
-/// point: 65,536 steps, or fewer in pictures of more than 16,384 pixels a side, so that products of
-/// two distances on the grid fit into 64 bits. The grid is that of the display window: a crop has
-/// the same one. It goes beyond the picture on all sides; triangles that reach farther are cut off
-/// there (placedPolygon()).
+/// A grid with 2^bits steps between neighbouring rays of a view; every ray is on a grid point.
+/// 65,536 steps, or fewer for pictures of more than 16,384 pixels per side, so that products of two
+/// grid distances fit into 64 bits. It belongs to the display window, so a crop has the same grid.
+/// It extends beyond the picture on all sides; triangles are clipped to it (placedPolygon()).
 class CornerGrid {
   public:
     explicit CornerGrid(const View& view);
 
-    /// Coordinates are from 0 to this.
+    /// Coordinates range from 0 to this.
     static constexpr std::int32_t kLast = 0x7FFFFFFF;
 
     int bits() const { return bits_; }
     double steps() const { return static_cast<double>(std::int64_t{1} << bits_); }
-    /// The ray of pixel (x, y) of the picture stands at (x + origin().x, y + origin().y) · steps().
+    /// Returns the grid's offset: the ray of pixel (x, y) of the picture is at (x + origin().x, y +
+    /// origin().y) · steps().
     glm::ivec2 origin() const { return origin_; }
 
   private:
@@ -42,53 +42,53 @@ class CornerGrid {
     glm::ivec2 origin_;
 };
 
-/// A corner where it is: x and y in steps of the grid, Z of the camera.
+/// An unsnapped corner: x and y in grid steps, camera Z.
 struct PlacedCorner {
     double x = 0, y = 0, z = 0;
 };
 
-/// Whether a value may be rounded to a coordinate of the grid. NaN may not.
+/// Whether a value can be rounded to a grid coordinate. False for NaN.
 inline bool isOnGrid(double value) {
     return value >= 0 && value <= CornerGrid::kLast;
 }
 
-/// A triangle that was cut off: at most one corner more for each of five planes.
+/// A clipped triangle: each of five planes adds at most one corner.
 struct PlacedPolygon {
     std::array<PlacedCorner, 8> corner;
     std::size_t corners = 0;
 };
 
-/// From the space of a mesh to the grid and Z. All in double precision; the same corner comes out
-/// the same wherever it is asked for.
+/// Transform from mesh space to the grid and Z, in double precision. The same corner always gives
+/// the same result.
 class CornerPlacement {
   public:
     CornerPlacement(const View& view, const CornerGrid& grid, const glm::dmat4& world_from_model);
 
     bool perspective() const { return perspective_; }
-    /// Pinholes see nothing that is nearer than this (scene units): a share of the near plane's
-    /// distance.
+    /// Returns the distance (scene units) before which pinhole cameras see nothing: a fraction of
+    /// the near plane's.
     double nearest() const { return nearest_; }
-    /// Where the axis of the view is on the grid.
+    /// Returns the grid position of the view's axis.
     const glm::dvec2& middle() const { return middle_; }
 
-    /// Of a pinhole the corner has to be in front of it.
+    /// Places a corner; with a pinhole camera, it must be in front of it.
     PlacedCorner place(const glm::vec3& position) const {
         PlacedCorner corner = unprojected(position);
         project(corner);
         return corner;
     }
 
-    /// Snaps corners; those that are not on the grid, or not in front of a pinhole, become
+    /// Snaps corners. Those outside the grid or not in front of a pinhole become
     /// SnappedCorner::kNowhere.
     void snap(std::span<const glm::vec3> positions, SnappedCorner* out) const;
 
-    /// What of a triangle is on the grid and in front of a pinhole; a polygon without corners if
-    /// nothing is, or if a coordinate is not finite. The cut of an edge is the same whichever of
-    /// its triangles asks and in whatever order its corners stand, so surfaces stay closed.
+    /// Clips a triangle to the grid and to the front of a pinhole. Returns a polygon without
+    /// corners if nothing remains or if a coordinate is not finite. The cut of an edge does not
+    /// depend on the triangle or on the order of its corners, so surfaces stay closed.
     PlacedPolygon placedPolygon(const std::array<glm::vec3, 3>& positions) const;
 
-    /// Of a pinhole x and y are from middle() on and times Z: the corner where it is, in other
-    /// units.
+    /// Transforms a position. For a pinhole, x and y are relative to middle() and multiplied by Z:
+    /// the position in other units.
     PlacedCorner unprojected(const glm::vec3& p) const {
         const double x = double{p.x}, y = double{p.y}, z = double{p.z};
         return {x_[0] * x + x_[1] * y + x_[2] * z + x_[3],
@@ -105,7 +105,7 @@ class CornerPlacement {
 
     bool perspective_;
     double nearest_;
-    glm::dvec2 middle_;                // of the axis; orthographic: part of the rows
+    glm::dvec2 middle_;                // of the axis; orthographic: included in the rows
     std::array<double, 4> x_, y_, z_;  // rows of the matrix
 };
 

@@ -20,7 +20,7 @@ HitTriangle hitTriangle(const CornerPlacement& placement, const HitView& seen,
     const double steps = seen.grid.steps();
     HitTriangle triangle;
     if (placement.perspective()) {
-        // n · P = d, and P = Z · (x, y, 1) in steps from the middle: 1/Z is linear.
+        // n · P = d, and P = Z · (x, y, 1) in steps from the centre, so 1/Z is linear.
         const double d = nx * p.x + ny * p.y + nz * p.z;
         const glm::dvec2 middle = placement.middle() / steps - glm::dvec2(seen.grid.origin());
         triangle.along_x = nx / d * steps;
@@ -57,8 +57,8 @@ TriangleTest::TriangleTest(const HitView& seen, const CornerPlacement& placement
         at[i] = placement.perspective() ? glm::dvec3(corner.x, corner.y, corner.z)
                                         : glm::dvec3(corner.x, corner.y, 1);
     }
-    // A ray goes along (x, y, 1) in steps of the grid, from the middle if it is a pinhole's: each
-    // corner weighs as much as the tetrahedron of the ray and the other two.
+    // A ray's direction is (x, y, 1) in grid steps, from the centre for a pinhole: each corner's
+    // weight is the volume of the tetrahedron of the ray and the other two corners.
     const double steps = seen.grid.steps();
     const glm::dvec2 origin = placement.perspective()
                                   ? glm::dvec2(seen.grid.origin()) * steps - placement.middle()
@@ -78,7 +78,7 @@ std::array<double, 3> TriangleTest::weightsAt(int x, int y) const {
     double rest = 0;
     for (double& w : weight) {
         w /= sum;
-        w = w > 0 ? w : 0;  // NaN, of what is seen edge-on, becomes 0
+        w = w > 0 ? w : 0;  // NaN (edge-on triangle) becomes 0
         rest += w;
     }
     if (!(rest > 0)) return {1, 0, 0};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where rays meet triangles: in the plane of the triangle as it is, unlike coverage, which goes by
-// snapped corners.
+// Intersections of rays and triangles. They use the unsnapped triangle's plane, unlike coverage,
+// which uses snapped corners.
 #pragma once
 
 #include <array>
@@ -18,14 +18,14 @@ namespace peeler {
 
 struct HitView;
 
-/// The plane of a triangle as the rays of a view meet it. Of what is seen edge-on it is the mean of
-/// the corners.
+/// Returns the plane of a triangle in a view. An edge-on triangle gets the mean depth of its
+/// corners.
 HitTriangle hitTriangle(const CornerPlacement& placement, const HitView& seen,
                         const std::array<glm::vec3, 3>& positions);
 
-/// The Z of four hits from their planar depths, rounded once, and within that of the corners: a ray
-/// that has a snapped triangle may miss the true one by a fraction of its distance from the next
-/// ray. Of planes too steep for numbers (NaN) it is the nearest corner's.
+/// Converts the planar depths of four hits to Z, rounded once and clamped to the corners' range: a
+/// ray that hits the snapped triangle may miss the true one by a fraction of the ray spacing.
+/// Planes too steep to represent (NaN) get the nearest corner's Z.
 template <bool kPerspective>
 inline FourFloats hitZ(const TwoDoubles& first, const TwoDoubles& second, float nearest,
                        float farthest) {
@@ -42,31 +42,31 @@ inline float hitZAt(const HitTriangle& triangle, bool perspective, int x, int y)
                        : hitZ<false>(planar, planar, triangle.nearest, triangle.farthest)[0];
 }
 
-/// Whether all hits of a triangle are from the near plane on, and before the far one.
+/// Whether all hits of a triangle lie between the near plane (inclusive) and the far plane.
 inline bool isWithin(const HitTriangle& triangle, const Projection& projection) {
     return double{triangle.nearest} >= projection.near &&
            double{triangle.farthest} < projection.far;
 }
 
-/// Which of the rays that cover a triangle hit it.
+/// Decides which of the rays that cover a triangle hit it.
 class TriangleTest {
   public:
     TriangleTest(const HitView& seen, const CornerPlacement& placement, const HitTriangle& triangle,
                  const AlphaTest* alpha, const std::array<std::uint32_t, 3>& vertex,
                  const std::array<glm::vec3, 3>& positions);
 
-    /// The ray of a pixel of the picture.
+    /// Tests the ray of a pixel of the picture.
     bool passes(int x, int y) const;
 
   private:
-    /// Of the corners: at the point where the ray meets the plane, clamped to the triangle.
+    /// Returns the corners' weights where the ray meets the plane, clamped to the triangle.
     std::array<double, 3> weightsAt(int x, int y) const;
 
     const HitView& seen_;
     const HitTriangle& triangle_;
     const AlphaTest* alpha_;  // null: all pass
     std::array<std::uint32_t, 3> vertex_;
-    std::array<glm::dvec3, 3> weights_{};  // over x, y and 1; up to a common factor
+    std::array<glm::dvec3, 3> weights_{};  // coefficients of x, y and 1; up to a common factor
 };
 
 }  // namespace peeler

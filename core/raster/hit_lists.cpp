@@ -14,9 +14,9 @@
 namespace peeler {
 namespace {
 
-/// Z above and what orders hits of equal Z below: sorted as one number, a double, whose sign and
-/// exponent a float's bits are enough of. Negative ones grow the other way, and so what is below
-/// them is turned.
+/// Packs Z (upper half) and the tie-breaking order (lower half) into one double for sorting. A
+/// float's bits are enough for the sign and exponent of a double. Negative doubles sort in reverse,
+/// so their lower half is inverted.
 void pack(const FourFloats& z, std::uint32_t order, double* hits) {
     const FourInts none{}, above = std::bit_cast<FourInts>(z);
     const FourInts below = (none + static_cast<std::int32_t>(order)) ^ (above >> 31);
@@ -34,14 +34,14 @@ void unpack(double hit, float& z, std::uint32_t& order) {
     order = static_cast<std::uint32_t>(bits) ^ static_cast<std::uint32_t>(above >> 31);
 }
 
-/// Behind every hit, be its Z infinite.
+/// Sorts behind every hit, even one with infinite Z.
 constexpr double kNoHit = std::numeric_limits<double>::max();
 
 }  // namespace
 
 std::uint64_t countHits(const SpanStore& store, std::size_t row, std::span<std::uint32_t> counts) {
     std::fill(counts.begin(), counts.end(), 0U);
-    std::uint32_t beyond = 0;  // the end of spans that end with the row
+    std::uint32_t beyond = 0;  // absorbs the ends of spans that end with the row
     const std::size_t width = counts.size();
     store.forEachSpan(row, [&](std::span<const Span> spans) {
         for (const Span& span : spans) {
@@ -62,9 +62,9 @@ std::uint64_t countHits(const SpanStore& store, std::size_t row, std::span<std::
 
 namespace {
 
-/// Hits in the order in which spans have them, some hundred at a time. What is next to be done does
-/// not wait for how long a span is: kWide hits are computed of every one, and those behind its end
-/// are overwritten by the next one's.
+/// Hits in span order, a few hundred at a time. The next step does not depend on the length of a
+/// span: hits are computed in groups of kWide, and those beyond a span's end are overwritten by the
+/// next span's.
 struct HitRun {
     static constexpr std::size_t kMost = 512, kWide = 4;
 
@@ -72,7 +72,7 @@ struct HitRun {
     std::array<std::uint32_t, kMost + kWide> column;
     std::size_t hits = 0;
 
-    /// Puts the hits where their rays' next ones go.
+    /// Moves each hit to its ray's next slot.
     void scatter(double* to, std::uint32_t* next) {
         for (std::size_t i = 0; i < hits; ++i)
             to[next[column[i]]++] = hit[i];
@@ -117,7 +117,7 @@ void HitSorter::fill(const SpanStore& store, const HitRow& row) {
     run.scatter(hits, next);
 }
 
-/// Lists of neighbouring rays, which are about as long, are sorted together.
+/// Sorts lists of neighbouring rays together, since they have similar lengths.
 void HitSorter::sortLists(const HitRow& row) {
     const std::size_t rays = row.offsets.size();
     const std::uint32_t first = row.offsets[0];

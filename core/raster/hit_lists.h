@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From the spans of a row to the sorted hits of its rays.
+// Conversion of the spans of a row to the sorted hits of its rays.
 #pragma once
 
 #include <cstddef>
@@ -13,45 +13,47 @@
 
 namespace peeler {
 
-/// How many hits the rays of a row have; returns their sum. `counts` has an entry for each ray.
+/// Counts the hits of each ray of a row; returns their sum. `counts` has one entry per ray.
 std::uint64_t countHits(const SpanStore& store, std::size_t row, std::span<std::uint32_t> counts);
 
-/// A row of a picture, and where its hits go.
+/// A row of a picture, and the destination of its hits.
 struct HitRow {
     std::size_t row = 0;  ///< of the store
     int x0 = 0, y = 0;    ///< pixel of its first ray, of the picture
     bool perspective = false;
-    std::span<const std::uint32_t> offsets;  ///< of each ray's first hit, from any number on
-    std::uint32_t end = 0;                   ///< the offset behind the last hit
+    std::span<const std::uint32_t> offsets;  ///< of each ray's first hit; they may start at any
+                                             ///< number
+    std::uint32_t end = 0;                   ///< one past the offset of the last hit
     float* z = nullptr;                      ///< of all hits of the row
     std::uint32_t* keys = nullptr;
-    float* slopes = nullptr;  ///< two a hit (LayeredImage::color), or none
-    /// From change of planar depth a pixel to the right and downwards to slopes.
+    float* slopes = nullptr;  ///< two per hit (LayeredImage::color), or null
+    /// Converts the change of planar depth per pixel to the right and downwards to slopes.
     double slope_scale = 0;
 
-    /// The offset behind a ray's last hit.
+    /// Returns one past the offset of a ray's last hit.
     std::uint32_t endOf(std::size_t ray) const {
         return ray + 1 < offsets.size() ? offsets[ray + 1] : end;
     }
 };
 
-/// From the change of planar depth to that of buffer depth (Projection::matrix()).
+/// Returns the factor from changes of planar depth to changes of buffer depth
+/// (Projection::matrix()).
 double slopeScale(const Projection& projection);
 
-/// Finds and sorts the hits of rows: one for each thread.
+/// Finds and sorts the hits of rows. One per thread.
 class HitSorter {
   public:
-    /// Fills the row's arrays: sorted by Z, then by key. Returns whether every ray has as many hits
-    /// as its offsets say.
+    /// Fills the row's arrays, sorted by Z, then by key. Returns whether the hit count of every ray
+    /// matches its offsets.
     bool sortRow(const SpanStore& store, const HitRow& row);
 
-    /// Room for the counts of a row.
+    /// Returns space for the counts of a row.
     std::span<std::uint32_t> counts(std::size_t rays) {
         if (counts_.size() < rays) counts_.resize(rays);
         return {counts_.data(), rays};
     }
 
-    /// Bytes for a row of so many rays and hits.
+    /// Returns the bytes needed for a row with these numbers of rays and hits.
     static std::uint64_t bytes(std::uint64_t rays, std::uint64_t hits);
 
   private:
@@ -62,8 +64,8 @@ class HitSorter {
     void sortLong(const HitRow& row, std::uint32_t begin, std::uint32_t end);
 
     std::vector<double> hits_;                  // packed
-    std::vector<std::uint32_t> counts_, next_;  // of each ray: where its next hit goes
-    std::vector<ListColumn> columns_ = std::vector<ListColumn>(kMostAtOnce);  // of lists at hand
+    std::vector<std::uint32_t> counts_, next_;  // per ray; next_: the offset of its next hit
+    std::vector<ListColumn> columns_ = std::vector<ListColumn>(kMostAtOnce);  // lists being sorted
     SortLists sort_ = sortListsFor();
 };
 

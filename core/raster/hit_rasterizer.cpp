@@ -28,18 +28,18 @@ namespace peeler {
 namespace {
 
 constexpr int kMostSide = 65536;   // spans hold columns in 16 bits
-constexpr int kRowsAtOnce = 8;     // that a thread takes at most
-constexpr int kGroupsAThread = 4;  // of a band's rows, so that none waits long for another
-// Without a budget, most bytes of spans; with one, of what it leaves, this share. What has more is
-// found section by section.
+constexpr int kRowsAtOnce = 8;     // maximum per thread
+constexpr int kGroupsAThread = 4;  // of a band's rows, for load balancing
+// Maximum bytes of spans without a budget. With a budget, spans get this fraction of the remaining
+// memory. Larger scenes are processed section by section.
 constexpr std::uint64_t kSpanBytes = std::uint64_t{2} << 30;
 constexpr std::uint64_t kSpanShare = 2;
 constexpr std::uint64_t kLeastSpanBytes = std::uint64_t{4} << 20;
 constexpr std::uint64_t kLeastBandBytes = std::uint64_t{16} << 20;  // left for bands
-// Hits are found from spans, so many small bands cost no more than few large ones, and what is used
-// again stays warm.
+// Hits are computed from spans, so many small bands cost no more than a few large ones, and reused
+// memory stays in the cache.
 constexpr std::uint64_t kBandBytes = std::uint64_t{4} << 20;
-// How much of a bundle's time planning takes, roughly.
+// Approximate fraction of a bundle's time spent on planning.
 constexpr double kPlanShare = 0.4;
 
 void checkHitSettings(const View& view, const CaptureSettings& settings) {
@@ -63,7 +63,7 @@ struct BandSize {
 
 namespace {
 
-/// A plan, and what counting its hits has found.
+/// A plan and its hit counts.
 struct HitPlan final : CapturePlan::Details {
     HitPlan(const View& view, const CaptureSettings& asked)
         : settings(asked), seen(view, asked), complexity(view.crop) {}
@@ -71,9 +71,10 @@ struct HitPlan final : CapturePlan::Details {
     CaptureSettings settings;
     HitView seen;
     DepthComplexity complexity;
-    std::vector<Window> sections{};  ///< of rows, top to bottom, whose spans are held at a time
+    std::vector<Window> sections{};  ///< row sections, top to bottom, whose spans are held one at a
+                                     ///< time
     std::uint64_t span_limit = kSpanBytes;
-    double share = 0;  ///< of a bundle's work, as progress counts it
+    double share = 0;  ///< fraction of a bundle's work, for progress
 };
 
 }  // namespace
@@ -99,8 +100,8 @@ struct HitRasterizer::State {
     SceneTriangles triangles;
     SpanStore store;
     StageTimes times;
-    std::shared_ptr<HitPlan> shown;  // what is planned or captured
-    Window held;                     // the section whose spans the store has
+    std::shared_ptr<HitPlan> shown;  // the plan being planned or captured
+    Window held;                     // the section whose spans are in the store
     ObjectPool<HitSorter> sorters;
     LayeredImage image;
 };
@@ -126,7 +127,7 @@ std::size_t HitRasterizer::sections() const {
     return state_->shown ? state_->shown->sections.size() : 0;
 }
 
-/// What is captured from now on: the spans of another plan are of no use.
+/// Selects the plan to capture; discards the spans of another plan.
 HitPlan& HitRasterizer::State::show(const CapturePlan& plan) {
     auto details = std::dynamic_pointer_cast<HitPlan>(plan.details);
     if (!details) throw Error(ErrorKind::kInternal, "the plan is another source's");
@@ -158,8 +159,7 @@ void HitRasterizer::State::countSection(const Window& section) {
     });
 }
 
-/// Puts what triangles cover of the section into the store. Where it does not fit, both halves of
-/// the section are to be done in its place.
+/// Finds the spans of a section. If they do not fit, queues both halves of the section instead.
 bool HitRasterizer::State::findSpans(const Window& section, std::vector<Window>& to_do) {
     if (section == held) return true;
     triangles.findSpans(shown->seen, section, shown->span_limit, store);
@@ -205,7 +205,8 @@ Plan HitRasterizer::State::plan() const {
     return plan;
 }
 
-/// What the last bundle has left is resident, and must not be counted a second time.
+/// Frees the resident memory of the last bundle if memory is tight, so that it is not counted
+/// twice.
 void HitRasterizer::State::freeBands() {
     BandCosts costs;
     costs.band_bytes = kBandBytes + store.bytes();
@@ -225,7 +226,7 @@ CapturePlan HitRasterizer::plan(const View& view, const CaptureSettings& setting
     HitPlan& plan = *s.shown;
     s.freeBands();
     if (settings.memory != 0) {
-        // As bands have it: what is left besides a reserve.
+        // Like bands: the memory left beyond a reserve.
         BandCosts costs;
         costs.band_bytes = kSpanBytes;
         costs.use.fragment = costs.use.pixel = costs.largest_array_bytes = 1;
@@ -252,7 +253,7 @@ BandCosts HitRasterizer::State::costs(const Plan& plan, const Sink& sink) const 
     costs.use.fragment += hit;
     if (const std::size_t floats = shadedComponents(settings.channels); floats > 0)
         costs.use.fragment += floats * sizeof(float) + sizeof(std::uint32_t);
-    // A quarter of a band is for its pixels, and a wide row is one, too.
+    // A quarter of a band is for its pixels, and even a wide row must fit.
     costs.band_bytes =
         std::max(std::min(settings.band_bytes, kBandBytes), 4 * width * costs.use.pixel);
     costs.use.fixed += static_cast<std::uint64_t>(threadCount()) *
@@ -268,7 +269,7 @@ void HitRasterizer::State::captureRow(const Window& band, int section_top, int y
     const std::size_t row = static_cast<std::size_t>(y - section_top);
     const auto width = static_cast<std::size_t>(band.width());
     std::uint32_t* const offsets = image.offsets.data() + image.pixelIndex(band.x0, y);
-    // The entry behind the row's last is the next row's to write; it has the same.
+    // The entry after the row's last belongs to the next row, which writes the same value.
     const std::span<std::uint32_t> counts = sorter.counts(width);
     const std::uint64_t found = countHits(store, row, counts);
     if (found != shown->complexity.rowFragments(y)) {
@@ -347,7 +348,7 @@ void HitRasterizer::State::captureBand(const Window& band, int section_top, cons
         sources.shaded = places;
         sources.values = values.data();
     }
-    image.color.type = settings.color_type;  // which is also that of channels
+    image.color.type = settings.color_type;  // also the type of channels
     fillChannels(sources, settings.channels, image, std::span(image.extra).subspan(1));
     if (settings.hit_mode == HitMode::kSloped) image.color.type = PixelType::kFloat;
 }
@@ -363,7 +364,7 @@ BandSize HitRasterizer::State::largest(std::span<const Window> bands) const {
     return most;
 }
 
-/// What spans of other sections may add to those that are held.
+/// Returns the memory that the spans of other sections may add to the spans held.
 std::uint64_t HitRasterizer::State::spansToCome() const {
     return shown->sections.size() > 1
                ? shown->span_limit - std::min(shown->span_limit, store.bytes())
@@ -396,14 +397,14 @@ CaptureReport HitRasterizer::capture(const CapturePlan& planned, Sink& sink,
     report.passes = 1;
     const Window& crop = plan.seen.view.crop;
     std::uint64_t stored = 0;
-    // Looked at once, so that whatever does not fit is said before the first band.
+    // Computed once, so that a plan that does not fit fails before the first band.
     const BandLimits limits = s.limits(s.costs(planned, sink));
     std::vector<Window> to_do(plan.sections.rbegin(), plan.sections.rend());
     while (!to_do.empty()) {
         const Window section = to_do.back();
         to_do.pop_back();
         {
-            // How spans are packed depends on which threads find them, and so what just fits.
+            // Span packing depends on the threads, so a section may just miss the limit here.
             const StageTimer timer(s.times, "count");
             if (!s.findSpans(section, to_do)) continue;
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All hits of bundles of rays without GL: rasterised on the CPU, exactly and in integers.
+// Exact integer CPU rasteriser that finds all hits of ray bundles without GL.
 #pragma once
 
 #include <cstddef>
@@ -9,20 +9,20 @@
 
 namespace peeler {
 
-/// Finds the hits of bundles, parallel or through a pinhole, by rasterising triangles.
+/// Finds the hits of parallel or pinhole bundles by rasterising triangles.
 ///
-/// Corners are snapped to a grid (CornerGrid), and a ray hits a triangle if it goes through the
-/// snapped one, or through its left or top edges: exactly, so that a ray through an edge that two
-/// triangles share hits one of them, and a closed surface an even number of times. Z is that of the
-/// triangle as it is where the ray meets its plane, in double precision, rounded once. Hits are
-/// ordered by that and then by draw order. All bits are the same on every machine and with any
+/// Corners are snapped to a grid (CornerGrid). A ray hits a triangle if it passes through the
+/// inside or the left or top edges of the snapped triangle. The test is exact, so a ray through an
+/// edge shared by two triangles hits one of them, and a closed surface an even number of times. Z
+/// comes from the unsnapped triangle's plane at the ray, in double precision, rounded once. Hits
+/// are ordered by Z, then by draw order. Results are bit-identical on every machine and for any
 /// number of threads, bands and budget.
 ///
-/// What counts is what core/README.md ("What a fragment is") says, textures being looked up at
-/// their finest level. Triangles that reach beyond the grid are cut off there, without cracks; one
-/// with a corner that is not a finite number is not hit.
+/// core/README.md ("What a fragment is") defines what counts; textures are sampled at their finest
+/// level. Triangles that reach beyond the grid are clipped there, without cracks. Triangles with a
+/// non-finite corner are not hit.
 ///
-/// HitMode::kRefined and kRaw are the same. Lines and points are not hit.
+/// HitMode::kRefined and kRaw give the same result. Lines and points are not hit.
 class HitRasterizer final : public HitSource {
   public:
     /// Throws Error (kInput) if the scene has 2^32 triangles or more.
@@ -31,9 +31,9 @@ class HitRasterizer final : public HitSource {
     HitRasterizer(const HitRasterizer&) = delete;
     HitRasterizer& operator=(const HitRasterizer&) = delete;
 
-    /// Throws Error (kInternal) for settings that ask for a picture, or for what only pictures have
+    /// Throws Error (kInternal) if the settings ask for a picture or for picture-only features
     /// (clip volumes, hidden surfaces, composites, samples, a limit of layers), and (kUsage) if a
-    /// bundle has more than 65,536 rays on a side.
+    /// bundle has more than 65,536 rays per side.
     CapturePlan plan(const View& view, const CaptureSettings& settings,
                      const Progress& progress = {}) override;
     CaptureReport capture(const CapturePlan& plan, Sink& sink,
@@ -43,12 +43,11 @@ class HitRasterizer final : public HitSource {
     bool prefersLines() const override { return true; }
     StageTimes takeTimes() override;
 
-    /// Of the plan that was made or captured last: 2^gridBits() steps of the grid lie between two
-    /// rays.
+    /// Returns the grid bits of the last plan or capture: 2^gridBits() steps between two rays.
     int gridBits() const;
-    /// Likewise: into how many sections of rows the picture was cut so that what triangles
-    /// cover of one fits the budget. Of a single one it is found once, for plan() and the
-    /// capture() that follows.
+    /// Returns the number of row sections into which the last plan or capture cut the picture to
+    /// fit the spans of one into the budget. The spans of a single section are found once, for
+    /// plan() and the following capture().
     std::size_t sections() const;
 
   private:

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Several numbers that are calculated with at once, as GCC and Clang have them. 16 bytes are what
-// every processor takes; lanes are rounded as single numbers are. What is compiled for some
-// processors besides is chosen when it runs.
+// SIMD vectors (GCC and Clang extension), 16 bytes wide, which every processor supports. Lanes
+// round like scalars. Code compiled for specific processors is selected at run time.
 #pragma once
 
 #include <cstdint>
 
-// What is compiled for several processors has to be inlined in each.
+// Code compiled for several processors has to be inlined in each variant.
 #define PEELER_INLINE [[gnu::always_inline]] inline
 
 namespace peeler {
 
-/// Whether this processor runs what is compiled for AVX2; false on others than x86-64.
+/// Whether this processor supports AVX2; false except on x86-64.
 inline bool hasAvx2() {
 #ifdef __x86_64__
     static const bool has = __builtin_cpu_supports("avx2");
@@ -25,7 +24,7 @@ using TwoDoubles = double __attribute__((vector_size(16)));
 using FourFloats = float __attribute__((vector_size(16)));
 using FourInts = std::int32_t __attribute__((vector_size(16)));
 
-/// The second one where they are not ordered.
+/// least() and most() return the second argument if the two are unordered.
 template <class Lanes>
 inline Lanes least(const Lanes& a, const Lanes& b) {
     return a < b ? a : b;

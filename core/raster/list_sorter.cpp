@@ -9,7 +9,7 @@
 namespace peeler {
 namespace {
 
-/// The numbers of a column. Processors without registers of this size take them half by half.
+/// One column in a vector. Processors without registers of this size process it in halves.
 using ColumnLanes = double __attribute__((vector_size(sizeof(ListColumn))));
 
 PEELER_INLINE void loadColumn(const ListColumn& from, ColumnLanes& to) {
@@ -24,7 +24,7 @@ PEELER_INLINE void exchangeLanes(ColumnLanes& a, ColumnLanes& b) {
     a = low;
 }
 
-// Lists of up to so many are sorted in registers, by code of their own.
+// Lists up to this length are sorted in registers, by specialised code.
 constexpr std::size_t kInRegisters = 16;
 
 template <std::size_t N>

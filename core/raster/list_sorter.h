@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sorting many short lists of numbers.
+// Sorting of many short lists of numbers.
 #pragma once
 
 #include <array>
@@ -9,9 +9,9 @@
 
 namespace peeler {
 
-/// The comparisons that sort N numbers whatever they are: merge exchange (Batcher 1968; Knuth, "The
-/// Art of Computer Programming", volume 3, algorithm 5.2.2M). Calls use(i, d, n): the n numbers
-/// from i on are each to be compared with the one d places farther on.
+/// The comparisons of a sorting network for N numbers: merge exchange (Batcher 1968; Knuth, "The
+/// Art of Computer Programming", volume 3, algorithm 5.2.2M). Calls use(i, d, n) to compare each of
+/// the n numbers from i on with the one d places farther on.
 template <class Use>
 [[gnu::always_inline]] constexpr void forMergeExchange(std::size_t count, Use&& use) {
     std::size_t top = 1;
@@ -26,17 +26,18 @@ template <class Use>
     }
 }
 
-/// Numbers of the same place in several lists: compared all at once.
+/// One element of each of several lists, compared together.
 inline constexpr std::size_t kListsAtOnce = 4;
 using ListColumn = std::array<double, kListsAtOnce>;
 
-/// Sorts the lists, which are of the same length. No number is NaN.
+/// Sorts lists of equal length. No number is NaN.
 using SortLists = void (*)(ListColumn* columns, std::size_t count);
 
-/// The one that is fastest on this processor, or that every processor can run. All do the same.
+/// Returns the fastest variant for this processor, or the one that every processor can run. The
+/// results are the same.
 SortLists sortListsFor(bool every_processor = false);
 
-/// What lists of that length or shorter are sorted at once; longer ones are left to std::sort.
+/// Lists up to this length are sorted together; longer ones are left to std::sort.
 inline constexpr std::size_t kMostAtOnce = 256;
 
 }  // namespace peeler

@@ -14,10 +14,10 @@
 namespace peeler {
 namespace {
 
-// Vertices of a batch, unless a single primitive has more: what stays in a core's cache, and is
-// worth two loops over all threads.
+// Vertices per batch, unless a single primitive has more: small enough for a core's cache, large
+// enough to be worth two parallel loops.
 constexpr std::size_t kBatchCorners = std::size_t{1} << 17;
-constexpr std::size_t kCornersAtOnce = 4096;  // that a thread snaps
+constexpr std::size_t kCornersAtOnce = 4096;  // per thread
 
 }  // namespace
 
@@ -74,9 +74,9 @@ SceneTriangles::SceneTriangles(const PosedScene& posed) : posed_(posed) {
 
 namespace {
 
-/// Finds what the rays of a section hit of one block of triangles. Rows are found first and stored
-/// some hundred at a time: whether a row has rays is known late, and what is done about it must not
-/// hold up the next triangle.
+/// Finds the rays of a section that hit one block of triangles. Rows are collected first and stored
+/// a few hundred at a time: whether a row is empty is known late, and a branch on it would stall
+/// the next triangle.
 class BlockWalk {
   public:
     BlockWalk(const HitView& seen, const Window& section, SpanStore& store, SectionWriter& writer)
@@ -87,30 +87,30 @@ class BlockWalk {
                   section.y0 + seen.grid.origin().y, section.x1 + seen.grid.origin().x,
                   section.y1 + seen.grid.origin().y} {}
 
-    /// Before the first piece.
+    /// Starts a block, before its first piece.
     void begin(std::size_t block) {
         number_ = static_cast<std::uint32_t>(block) << HitTriangles::kBlockBits;
         triangles_ = writer_.room(store_.pool());
         room_ = triangles_ != nullptr;
         store_.triangles().place(block, triangles_);
     }
-    /// After the last one.
+    /// Ends the block, after its last piece.
     void end() { writer_.keep(found_); }
-    /// False once there was no more memory.
+    /// Returns false once memory has run out.
     bool hasRoom() const { return room_; }
 
-    /// The triangles of a piece from one to another, whose corners are snapped.
+    /// Processes triangles [first, last) of a piece, whose corners are snapped.
     void walk(const TrianglePiece& piece, const SnappedCorner* corners, std::uint32_t first,
               std::uint32_t last);
 
   private:
     using Vertices = std::array<std::uint32_t, 3>;
-    /// A triangle that has rows.
+    /// A triangle with rows.
     struct Candidate {
         std::uint32_t element = 0;
-        Vertices vertex{};  // in an order that does not depend on which one comes first
+        Vertices vertex{};  // in an order independent of the first vertex
     };
-    /// Of a candidate, perhaps without rays.
+    /// A row of a candidate; may be empty.
     struct Row {
         std::uint32_t candidate = 0;
         std::int32_t row = 0, first = 0, end = 0;
@@ -130,7 +130,7 @@ class BlockWalk {
     void storeSpan(std::int32_t row, std::int32_t first, std::int32_t end);
     void storeTested(const TriangleTest& test, const Row& row);
     bool culled(bool clockwise) const {
-        // Counter-clockwise is the front, unless a reflection has turned it.
+        // Front faces are counter-clockwise, unless mirrored.
         return clockwise != piece_->mirrored ? cull_back_ : cull_front_;
     }
     std::array<glm::vec3, 3> positionsOf(const Vertices& vertex) const {
@@ -146,12 +146,12 @@ class BlockWalk {
     std::size_t found_ = 0;
     std::uint32_t number_ = 0;
     bool room_ = true;
-    // Of the piece at hand.
+    // The current piece.
     const TrianglePiece* piece_ = nullptr;
     const SnappedCorner* corners_ = nullptr;
     const CornerPlacement* placement_ = nullptr;
     bool cull_front_ = false, cull_back_ = false;
-    // Not yet stored.
+    // Rows not stored yet.
     std::array<Row, kRows + 1> row_;
     std::array<Candidate, kRows + 1> candidate_;
     std::size_t rows_ = 0;
@@ -215,8 +215,7 @@ void BlockWalk::walkOne(std::uint32_t element, const Vertices& vertex) {
     const SortedTriangle triangle(a, b, c);
     if (triangle.area == 0 || culled(triangle.clockwise())) return;
     if (rows_ + kMostShortRows > kRows) storeRows();
-    // In an order that does not depend on which corner comes first, so that of triangles that
-    // coincide depths do so, too.
+    // In an order independent of the first corner, so that coincident triangles get the same depth.
     candidate_[++candidates_] = {
         element, {vertex[triangle.which[0]], vertex[triangle.which[1]], vertex[triangle.which[2]]}};
     forEachRow(triangle, window, [this](std::int32_t row, std::int32_t first, std::int32_t end) {
@@ -224,7 +223,7 @@ void BlockWalk::walkOne(std::uint32_t element, const Vertices& vertex) {
     });
 }
 
-/// Of a triangle that leaves the grid or reaches behind a pinhole.
+/// Processes a triangle that leaves the grid or reaches behind a pinhole.
 void BlockWalk::walkCut(std::uint32_t element, const Vertices& vertex) {
     const PlacedPolygon polygon = placement_->placedPolygon(positionsOf(vertex));
     if (polygon.corners < 3) return;

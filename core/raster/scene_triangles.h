@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The triangles of a posed scene in draw order, and what each section of a picture sees of them.
+// The triangles of a posed scene in draw order, and their spans in sections of a picture.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@
 
 namespace peeler {
 
-/// What the rays of a bundle take for a hit.
+/// A view and its rules for hits.
 struct HitView {
     HitView(const View& shown, const CaptureSettings& settings)
         : view(shown), grid(shown), faces(settings.faces), cut(!settings.depth_clamp) {}
@@ -25,10 +25,10 @@ struct HitView {
     View view;
     CornerGrid grid;
     Faces faces;
-    bool cut;  ///< hits before the near and from the far plane on do not count
+    bool cut;  ///< hits before the near plane, or at or beyond the far plane, do not count
 };
 
-/// The triangles of a primitive where one instance of it is.
+/// The triangles of one instance of a primitive.
 struct TrianglePiece {
     const Primitive* primitive = nullptr;
     const std::vector<glm::vec3>* positions = nullptr;
@@ -36,26 +36,26 @@ struct TrianglePiece {
     bool mirrored = false, double_sided = false;
     const AlphaTest* alpha = nullptr;  ///< null: all pass
     std::uint32_t first_key = 0;
-    std::uint64_t first = 0;  ///< number of its first triangle, by which the pieces go
+    std::uint64_t first = 0;  ///< index of its first triangle; pieces are sorted by it
     std::uint32_t triangles = 0;
-    std::size_t first_corner = 0;  ///< of its vertices among those of its batch
+    std::size_t first_corner = 0;  ///< index of its first vertex within its batch
 };
 
-/// All triangles that can be hit. They are gone through in batches of pieces, whose vertices are
-/// snapped before the triangles are looked at.
+/// All triangles that can be hit, processed in batches of pieces. The vertices of a batch are
+/// snapped before its triangles are processed.
 class SceneTriangles {
   public:
     explicit SceneTriangles(const PosedScene& posed);
 
-    /// How many blocks of numbers the triangles have (HitTriangles).
+    /// Returns the number of index blocks of the triangles (HitTriangles).
     std::size_t blocks() const { return blocks_; }
-    /// Of what is needed besides the store.
+    /// Returns the memory in use besides the store.
     std::uint64_t bytes() const { return corners_.capacity() * sizeof(SnappedCorner); }
     std::uint64_t mostBytes() const { return most_corners_ * sizeof(SnappedCorner); }
 
-    /// Writes the spans of the rows of a section, which is as wide as the crop or narrower, to the
-    /// store, or as many as there is room for (SpanStore::overflowed()). Blocks are done in
-    /// parallel; what is found does not depend on how.
+    /// Writes the spans of a section's rows to the store, as long as there is room
+    /// (SpanStore::overflowed()). The section is at most as wide as the crop. Blocks run in
+    /// parallel; the result does not depend on their order.
     void findSpans(const HitView& seen, const Window& section, std::uint64_t limit,
                    SpanStore& store);
 
@@ -72,7 +72,7 @@ class SceneTriangles {
     std::vector<TrianglePiece> pieces_;
     std::vector<Batch> batches_;
     std::size_t blocks_ = 0, most_corners_ = 0;
-    std::vector<SnappedCorner> corners_;  // of the batch at hand
+    std::vector<SnappedCorner> corners_;  // of the current batch
 };
 
 }  // namespace peeler

@@ -8,7 +8,7 @@
 namespace peeler {
 namespace {
 
-constexpr std::size_t kPageBytes = 2 << 20;  // a large page of x86-64, and most often of ARM
+constexpr std::size_t kPageBytes = 2 << 20;  // large page size of x86-64, and most often of ARM
 constexpr std::size_t kPageBlocks = kPageBytes / BlockPool::kBlockBytes;
 
 }  // namespace
@@ -49,7 +49,7 @@ void BlockPool::setLimit(std::uint64_t bytes) {
 
 void SpanWriter::begin(std::size_t rows) {
     first_.assign(rows, nullptr);
-    // No chunk yet: as if one were full.
+    // No chunk yet: looks like a full one.
     next_.assign(rows, reinterpret_cast<Span*>(kLinkOffset));
     free_ = nullptr;
     left_ = 0;

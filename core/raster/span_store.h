@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What triangles cover, row by row, and the planes that they lie in.
+// Storage for the row spans of triangles, and for the planes of the triangles.
 #pragma once
 
 #include <algorithm>
@@ -13,38 +13,37 @@
 
 namespace peeler {
 
-/// Neighbouring rays of one row that hit the same triangle.
+/// Neighbouring rays of a row that hit the same triangle.
 struct Span {
-    std::uint32_t triangle = 0;         ///< HitTriangles' number of it
-    std::uint16_t first = 0, last = 0;  ///< columns, from the crop's first on
+    std::uint32_t triangle = 0;         ///< index into HitTriangles
+    std::uint16_t first = 0, last = 0;  ///< columns, relative to the crop's first
 };
 
-/// What is known of a triangle that is hit: planar depth (PixelRays) at the ray of pixel (x, y) of
-/// the picture is along_x · x + along_y · y + at_origin.
+/// Data of a hit triangle. Planar depth (PixelRays) at the ray of pixel (x, y) of the picture is
+/// along_x · x + along_y · y + at_origin.
 struct HitTriangle {
     double along_x = 0, along_y = 0, at_origin = 0;
-    float nearest = 0, farthest = 0;  ///< Z of its corners; no hit is beyond them
+    float nearest = 0, farthest = 0;  ///< Z of its corners; bounds that of its hits
     std::uint32_t key = 0;
 };
 
 inline constexpr std::size_t kAddressBytes = sizeof(std::uintptr_t);
 
-/// Memory that is handed out in pieces, never moves, and is taken back all at once. Several threads
-/// may ask, each for blocks of its own. It asks the system for large pages, of which few have to be
-/// found where there would be many small ones.
+/// An arena allocator whose blocks never move and are freed all at once. Threads may take blocks
+/// concurrently. It asks the system for large pages, since mapping many small ones takes longer.
 class BlockPool {
   public:
     static constexpr std::size_t kBlockBytes = 256 << 10;
 
-    /// A block of kBlockBytes; null if there are `limit` bytes already.
+    /// Returns a block of kBlockBytes; null if `limit` bytes are in use.
     std::byte* take();
-    /// Takes all blocks back, and keeps them for what comes next.
+    /// Takes all blocks back, and keeps them for reuse.
     void reuse();
     void free();
 
-    /// Most bytes from now on. Less than are held frees them, so nothing may be in use.
+    /// Sets the limit in bytes. Frees everything if more is held, so no block may be in use.
     void setLimit(std::uint64_t bytes);
-    /// Of the blocks that are in use.
+    /// Returns the bytes of the blocks in use.
     std::uint64_t bytes() const { return next_ * kBlockBytes; }
 
   private:
@@ -54,18 +53,18 @@ class BlockPool {
 
     std::mutex mutex_;
     std::vector<std::unique_ptr<std::byte, Free>> pages_;
-    std::size_t next_ = 0;  // those before it are in use
+    std::size_t next_ = 0;  // blocks before it are in use
     std::uint64_t limit_ = ~std::uint64_t{0};
 };
 
-/// Spans of the rows of a section as one thread finds them: chunks of a row's spans, each of which
-/// ends in the address of the next one.
+/// The row spans of a section, as found by one thread: linked chunks of a row's spans. A chunk ends
+/// with the address of the next one.
 class SpanWriter {
   public:
-    /// Forgets everything: the pool's blocks have been taken back.
+    /// Forgets everything; the pool has taken its blocks back.
     void begin(std::size_t rows);
 
-    /// False if the pool has no more memory.
+    /// Returns false if the pool has no more memory.
     bool add(BlockPool& pool, std::size_t row, const Span& span) {
         Span*& at = next_[row];
         if ((reinterpret_cast<std::uintptr_t>(at) & (kChunkBytes - 1)) == kLinkOffset &&
@@ -75,7 +74,7 @@ class SpanWriter {
         return true;
     }
 
-    /// Calls use(spans) with the spans of a row, some at a time.
+    /// Calls use(spans) with the spans of a row, a chunk at a time.
     template <class Use>
     void forEach(std::size_t row, Use&& use) const {
         if (row >= first_.size()) return;
@@ -100,7 +99,7 @@ class SpanWriter {
     static_assert(sizeof(Span) == kAddressBytes, "a chunk's last place holds an address");
 
     bool extend(BlockPool& pool, std::size_t row);
-    /// Chunks of a row lie anywhere, so no processor sees which one comes next.
+    /// Chunks of a row are scattered, so the hardware prefetcher cannot predict the next one.
     static void prefetch(const Span* chunk) {
         constexpr std::size_t kCacheLine = 64;
         if (!chunk) return;
@@ -108,13 +107,13 @@ class SpanWriter {
             __builtin_prefetch(reinterpret_cast<const std::byte*>(chunk) + at);
     }
 
-    std::vector<Span*> first_, next_;  // of each row
-    std::byte* free_ = nullptr;        // of the block at hand
+    std::vector<Span*> first_, next_;  // per row
+    std::byte* free_ = nullptr;        // of the current block
     std::size_t left_ = 0;
 };
 
-/// The triangles that are hit, by number. Numbers go by blocks of kBlock of the scene's triangles,
-/// and so have the order of the keys, whichever threads find them.
+/// The hit triangles by index. Indices are assigned in blocks of kBlock of the scene's triangles,
+/// so they follow key order regardless of which threads find them.
 class HitTriangles {
   public:
     static constexpr std::uint32_t kBlockBits = 11, kBlock = 1U << kBlockBits;
@@ -131,7 +130,7 @@ class HitTriangles {
     std::vector<const HitTriangle*> blocks_;
 };
 
-/// What one thread writes to.
+/// The output of one thread.
 class SectionWriter {
   public:
     void begin(std::size_t rows) {
@@ -139,9 +138,9 @@ class SectionWriter {
         free_ = nullptr;
         left_ = 0;
     }
-    /// Room for the triangles of a block; null if the pool has no more memory.
+    /// Returns space for the triangles of a block; null if the pool has no more memory.
     HitTriangle* room(BlockPool& pool);
-    /// How many of them are used.
+    /// Keeps the first `triangles` of that space.
     void keep(std::size_t triangles) {
         free_ += triangles;
         left_ -= triangles;
@@ -157,10 +156,10 @@ class SectionWriter {
 /// The spans and the triangles of some rows of a picture.
 class SpanStore {
   public:
-    /// Forgets what it holds and makes room for these rows. `limit`: most bytes.
+    /// Clears the store and makes room for these rows. `limit`: maximum bytes.
     void begin(std::size_t rows, std::size_t blocks, std::uint64_t limit);
 
-    /// Calls use(writer) with a writer that no other thread has meanwhile.
+    /// Calls use(writer) with a writer that no other thread uses at the same time.
     template <class Use>
     void write(Use&& use) {
         SectionWriter& writer = takeWriter();
@@ -173,19 +172,19 @@ class SpanStore {
     HitTriangles& triangles() { return triangles_; }
     const HitTriangles& triangles() const { return triangles_; }
 
-    /// Calls use(spans) with the spans of a row, some at a time.
+    /// Calls use(spans) with the spans of a row, a chunk at a time.
     template <class Use>
     void forEachSpan(std::size_t row, Use&& use) const {
         for (const auto& writer : writers_)
             writer->spans.forEach(row, use);
     }
 
-    /// Says that it holds not everything, for want of memory.
+    /// Marks the contents as incomplete for lack of memory.
     void overflow() { overflowed_ = true; }
     bool overflowed() const { return overflowed_; }
 
     std::uint64_t bytes() const;
-    /// Gives the memory back.
+    /// Frees the memory.
     void free();
 
   private:

@@ -13,7 +13,7 @@
 namespace peeler {
 namespace {
 
-/// The texel that a sampler takes for one that may be outside of the image.
+/// Applies the sampler's wrap mode to a texel coordinate.
 int wrapped(double texel, int size, int wrap) {
     constexpr int kClampToEdge = 33071, kMirroredRepeat = 33648;
     if (wrap == kClampToEdge)
@@ -72,14 +72,14 @@ glm::dvec4 texelAt(const Image& image, const TextureRef& texture, const glm::dve
 
 namespace {
 
-/// A hit, with all that its values depend on.
+/// A hit and the inputs of its values.
 struct SurfacePoint {
     const PosedScene& posed;
     const WorldElement& element;
     const Material& material;
     std::array<double, 3> weight;
     glm::dvec3 direction;  // of the ray
-    glm::dvec3 facet;      // of the triangle, toward the ray; not of unit length
+    glm::dvec3 facet;      // normal of the triangle, toward the ray; not normalised
     double side = 1;       // −1 on the back
 
     template <class Value>
@@ -96,7 +96,7 @@ struct SurfacePoint {
         const auto& values = texcoords(set);
         return values.empty() ? glm::dvec2(0) : mean(values);
     }
-    /// All ones where there is no texture.
+    /// Returns all ones without a texture.
     glm::dvec4 textured(const TextureRef& texture, bool srgb) const {
         if (!texture) return glm::dvec4(1);
         return texelAt(posed.scene().images[static_cast<std::size_t>(texture.image)], texture,
@@ -104,7 +104,7 @@ struct SurfacePoint {
     }
 };
 
-/// Without any map (shaders/normal.glsl).
+/// Returns the normal without any normal map (shaders/normal.glsl).
 glm::dvec3 interpolatedNormal(const SurfacePoint& point) {
     const WorldElement& element = point.element;
     const auto& normals = point.posed.normals(point.geometry());
@@ -118,8 +118,8 @@ glm::dvec3 interpolatedNormal(const SurfacePoint& point) {
     return size > 0 ? point.facet / size : -glm::normalize(point.direction);
 }
 
-/// Where U and (up the image) V grow about `normal`, as shaders/normal.glsl has it, but from the
-/// edges of the triangle in the place of derivatives on the picture.
+/// Returns the directions of U and (up the image) V about `normal`, like shaders/normal.glsl, but
+/// from the triangle's edges instead of screen-space derivatives.
 std::pair<glm::dvec3, glm::dvec3> tangentFrame(const SurfacePoint& point, const TextureRef& texture,
                                                const glm::dvec3& normal) {
     const WorldElement& element = point.element;
@@ -153,7 +153,7 @@ std::pair<glm::dvec3, glm::dvec3> tangentFrame(const SurfacePoint& point, const 
     return {factor * tangent, factor * bitangent};
 }
 
-// One function a channel that shaders yield: its components.
+// One function per shaded channel: its components.
 
 void shadingNormal(const SurfacePoint& point, float* out) {
     glm::dvec3 normal = interpolatedNormal(point);
@@ -210,7 +210,7 @@ void roughnessMetallic(const SurfacePoint& point, float* out) {
 
 using EvaluateSurface = void (*)(const SurfacePoint&, float*);
 
-/// None: the channel follows from Z and primitive, or is not there.
+/// Channels not listed follow from Z and primitive, or are not supported.
 constexpr std::pair<Channel, EvaluateSurface> kSurfaceChannels[] = {
     {Channel::kNormal, shadingNormal},
     {Channel::kUv, texcoords},

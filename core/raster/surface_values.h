@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a point of a surface looks like without GL: textures at their finest level, and what
-// vertices say in between.
+// Surface attributes without GL: interpolated vertex attributes, and textures at their finest
+// level.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@
 
 namespace peeler {
 
-/// A mean of what the corners of a triangle have.
+/// Returns the weighted mean of a triangle's vertex attributes.
 template <class Value, class Index>
 glm::vec<Value::length(), double> weighted(const std::vector<Value>& values,
                                            const std::array<Index, 3>& vertex,
@@ -27,19 +27,20 @@ glm::vec<Value::length(), double> weighted(const std::vector<Value>& values,
            weight[2] * Sum(values[vertex[2]]);
 }
 
-/// A texture's value at coordinates of the set that it uses, which are transformed as the material
-/// says: 0 to 1, wrapped as the sampler does and filtered as it magnifies. `srgb`: R, G and B
-/// become linear before they are filtered.
+/// Samples a texture at coordinates of its UV set, before the material's transform. Returns 0 to 1,
+/// with the sampler's wrap modes and magnification filter. `srgb`: R, G and B are linearised before
+/// filtering.
 glm::dvec4 texelAt(const Image& image, const TextureRef& texture, const glm::dvec2& uv,
                    bool srgb = false);
 
-/// Throws Error (kUsage) for a channel that surfaceValues() does not have: the tangent, for which
-/// no bundle asks.
+/// Throws Error (kUsage) if surfaceValues() does not support a channel: the tangent, which no
+/// bundle asks for.
 void checkSurfaceChannels(std::span<const Channel> channels);
 
-/// What shaders yield of the channels (core/image/channels.h) of every hit of a band, as
-/// FragmentSources::values has it: records of shadedComponents() floats, hit after hit. `keys` are
-/// those of the hits. Rows are done in parallel; the result does not depend on how.
+/// Returns the values of the channels (core/image/channels.h) that shaders would give for every hit
+/// of a band, in the layout of FragmentSources::values: records of shadedComponents() floats, hit
+/// after hit. `keys` are those of the hits. Rows run in parallel; the result does not depend on
+/// their order.
 std::vector<float> surfaceValues(const PosedScene& posed, const View& view,
                                  const LayeredImage& band, std::span<const std::uint32_t> keys,
                                  std::span<const Channel> channels);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rays that a triangle covers, row by row, in integers alone.
+// The rays that a triangle covers, row by row, in exact integer arithmetic.
 #pragma once
 
 #include <algorithm>
@@ -15,26 +15,26 @@
 
 namespace peeler {
 
-/// The rays of a section of a picture, counted as the grid counts them (CornerGrid::origin()).
+/// The rays of a section of a picture, in the grid's numbering (CornerGrid::origin()).
 struct RayWindow {
     int bits = 0;
     std::int32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 
-    /// The first ray at a coordinate or after it.
+    /// Returns the first ray at or after a coordinate.
     std::int32_t rayFrom(std::int32_t coordinate) const {
         const std::uint32_t step = (std::uint32_t{1} << bits) - 1;
         return static_cast<std::int32_t>((static_cast<std::uint32_t>(coordinate) + step) >> bits);
     }
 };
 
-/// Where an edge from `a` down to `b` crosses one row after the other: the first ray on it or to
-/// the right of it, by Bresenham's quotient and remainder.
+/// The crossings of an edge from `a` down to `b` with successive rows: the first ray on or right of
+/// it, by Bresenham's quotient and remainder.
 class EdgeRows {
   public:
     EdgeRows(const SnappedCorner& a, const SnappedCorner& b, std::int32_t row, int bits)
         : across_(std::int64_t{b.x} - a.x), down_(std::int64_t{b.y} - a.y), bits_(bits) {
-        // The crossing is a.x + (y − a.y) · across / down. Nothing here passes 2^63: the sum of the
-        // two products is the crossing, which is on the grid, times `down`.
+        // The crossing is a.x + (y − a.y) · across / down. Nothing here exceeds 2^63: the sum of
+        // the two products is the crossing, which is on the grid, times `down`.
         const std::int64_t y = std::int64_t{row} << bits;
         whole_ = down_ << bits;
         const std::int64_t sum = a.x * down_ + (y - a.y) * across_ + whole_ - 1;
@@ -44,7 +44,7 @@ class EdgeRows {
 
     std::int32_t ray() const { return static_cast<std::int32_t>(at_); }
 
-    /// Before the first nextRow().
+    /// Prepares the first nextRow().
     void prepareSteps() {
         step_ = divided(across_, down_, inverse_ * static_cast<double>(std::int64_t{1} << bits_),
                         rest_step_);
@@ -59,8 +59,8 @@ class EdgeRows {
     }
 
   private:
-    /// Quotient, rounded down, and remainder. A product in floating point is off by one at most
-    /// (quotients are below 2^31), and much sooner there than a division of integers.
+    /// Divides, rounding the quotient down. A floating-point product is off by at most one here
+    /// (quotients are below 2^31) and much faster than an integer division.
     static std::int64_t divided(std::int64_t value, std::int64_t by, double inverse,
                                 std::int64_t& rest) {
         auto quotient = static_cast<std::int64_t>(static_cast<double>(value) * inverse);
@@ -82,17 +82,17 @@ class EdgeRows {
     double inverse_ = 0;
 };
 
-/// Twice the area of a triangle, positive where its corners go clockwise as seen (y is down).
+/// Returns twice the area of a triangle, positive if its corners are clockwise (y is down).
 inline std::int64_t doubledArea(const SnappedCorner& a, const SnappedCorner& b,
                                 const SnappedCorner& c) {
     return (std::int64_t{b.x} - a.x) * (std::int64_t{c.y} - a.y) -
            (std::int64_t{c.x} - a.x) * (std::int64_t{b.y} - a.y);
 }
 
-/// A triangle's corners from top to bottom, and of equal height from left to right.
+/// The corners of a triangle from top to bottom; those of equal height from left to right.
 struct SortedTriangle {
     SortedTriangle(const SnappedCorner& a, const SnappedCorner& b, const SnappedCorner& c) {
-        // Height, column and which one it is in one number each: no branch to be mispredicted.
+        // Packs y, x and index into one integer, so that sorting needs no mispredicted branch.
         constexpr int kYShift = 33, kXShift = 2;
         const auto packed = [](const SnappedCorner& at, std::uint64_t place) {
             return static_cast<std::uint64_t>(at.y) << kYShift |
@@ -116,18 +116,19 @@ struct SortedTriangle {
         area = doubledArea(corner[0], corner[1], corner[2]);
     }
 
-    /// Whether the corners go clockwise in the order in which they were given; of an area not 0.
+    /// Whether the corners are clockwise in their original order; requires a non-zero area.
     bool clockwise() const {
         const bool turned = which[1] != (which[0] + 1) % 3;
         return (area > 0) != turned;
     }
 
     std::array<SnappedCorner, 3> corner;
-    std::array<std::uint8_t, 3> which{};  ///< of the corners as they were given
-    std::int64_t area = 0;                ///< twice; positive if the middle one is on the right
+    std::array<std::uint8_t, 3> which{};  ///< original indices of the corners
+    std::int64_t area = 0;                ///< doubled; positive if the middle corner is on the
+                                          ///< right
 };
 
-/// The rays that a triangle covers, row by row, in integers of 64 bits.
+/// Emits the rays that a triangle covers, row by row, in 64-bit integers.
 template <class Emit>
 void forEachLongRow(const SortedTriangle& triangle, const RayWindow& window, Emit&& emit) {
     const auto& [a, b, c] = triangle.corner;
@@ -151,17 +152,17 @@ void forEachLongRow(const SortedTriangle& triangle, const RayWindow& window, Emi
     if (middle < bottom) rows(EdgeRows(b, c, middle, window.bits), middle, bottom);
 }
 
-/// The same of a small triangle, two rows at once and without branches: a crossing is the quotient
-/// of two numbers below 2^53, and in floating point it is an integer, or on one side of it, exactly
-/// if it is so on paper.
+/// Does the same for a small triangle, two rows at once and without branches. A crossing is the
+/// quotient of two numbers below 2^53. In floating point it is an integer, or on one side of it,
+/// exactly if the true quotient is.
 template <class Emit>
 void forEachShortRow(const SortedTriangle& triangle, const RayWindow& window, Emit&& emit) {
     const auto& [a, b, c] = triangle.corner;
     const std::int64_t steps = std::int64_t{1} << window.bits;
     const std::int64_t x0 = window.x0 * steps, y0 = window.y0 * steps;
     const double width = window.x1 - window.x0;
-    // The two upper and lower edges lie on one side of the long one, and the ray's end there is at
-    // the nearer one of them: the least of both crossings, or of both with their signs turned.
+    // The upper and lower edges lie on the same side of the long one, and the covered rays end at
+    // the nearer of the two: the least of both crossings, or of both negated.
     const double sign = triangle.area > 0 ? 1 : -1;
     struct Edge {
         double at, slope, down;
@@ -173,7 +174,7 @@ void forEachShortRow(const SortedTriangle& triangle, const RayWindow& window, Em
                     static_cast<double>(across) * sign * static_cast<double>(steps),
                     static_cast<double>(down) * static_cast<double>(steps)};
     };
-    // A level one bounds nothing.
+    // A horizontal edge bounds nothing.
     const Edge whole = edge(a, c), upper = a.y == b.y ? edge(b, c) : edge(a, b),
                lower = b.y == c.y ? edge(a, b) : edge(b, c);
     const TwoDoubles none{}, all = none + width;
@@ -192,10 +193,10 @@ void forEachShortRow(const SortedTriangle& triangle, const RayWindow& window, Em
     }
 }
 
-/// Calls emit(row, first, end) for the rays that a triangle covers: its inside, its left and its
-/// top edges (the top-left rule), so that of two triangles at an edge one has the rays on it. A row
-/// may have none: then `first` is not before `end`.
-/// `window` holds no rows above or below the triangle, and of its rays at least one.
+/// Calls emit(row, first, end) with the rays that a triangle covers: its inside, its left and its
+/// top edges (the top-left rule), so that a ray on a shared edge belongs to one triangle. In an
+/// empty row `first` is not before `end`. `window` has no rows above or below the triangle, and at
+/// least one row.
 template <class Emit>
 void forEachRow(const SortedTriangle& triangle, const RayWindow& window, Emit&& emit) {
     constexpr std::int32_t kShort = 8, kSmall = 1 << 22;
@@ -207,7 +208,7 @@ void forEachRow(const SortedTriangle& triangle, const RayWindow& window, Emit&& 
         forEachLongRow(triangle, window, emit);
 }
 
-/// The same of any polygon, by parity: a ray is covered if it crosses an odd number of edges.
+/// Does the same for any polygon, by parity: a ray is covered if it crosses an odd number of edges.
 template <class Emit>
 void forEachRow(std::span<const SnappedCorner> corners, const RayWindow& window, Emit&& emit) {
     std::int32_t top = window.y1, bottom = window.y0;
@@ -224,7 +225,7 @@ void forEachRow(std::span<const SnappedCorner> corners, const RayWindow& window,
             SnappedCorner a = corners[i], b = corners[(i + 1) % corners.size()];
             if (b.y < a.y) std::swap(a, b);
             if (row < window.rayFrom(a.y) || row >= window.rayFrom(b.y)) continue;
-            // In order; they are few.
+            // Insertion sort; there are few.
             const std::int32_t ray = EdgeRows(a, b, row, window.bits).ray();
             std::size_t at = crossings++;
             for (; at > 0 && crossing[at - 1] > ray; --at)

@@ -13,7 +13,7 @@
 namespace peeler::inline v0 {
 namespace {
 
-/// `count` directions of equal share between heights `top` and `bottom` (Y).
+/// Returns `count` directions that share the sphere between heights `top` and `bottom` (Y) equally.
 std::vector<glm::dvec3> lattice(int count, double top, double bottom) {
     constexpr double kGoldenAngle = std::numbers::pi * (3 - 2.2360679774997896964);  // 3 − √5
     std::vector<glm::dvec3> directions;
@@ -50,14 +50,15 @@ namespace {
 
 constexpr double kMaxSide = 65536;
 constexpr double kMaxRays = 1 << 30;
-// The room left around what is covered, as a share of its size: what lies on the border stays
-// inside when it is rounded to the floats of GL, and is not clipped there.
+// Margin around the covered area, as a fraction of its size. It keeps geometry on the border from
+// being clipped when it is rounded to GL's floats.
 constexpr double kBorderMargin = 1e-6;
-// The room left before and behind the scene, as a share of its size: GL cuts nothing off there, but
-// tells depths apart only between the two planes.
+// Margin before and behind the scene, as a fraction of its size. GL clips nothing there; a tight
+// fit keeps its depth resolution.
 constexpr double kEndMargin = 1e-3;
 
-/// The box around the corners of the bounds (world space) along the axes of `frame`, in these axes.
+/// Returns the box around the bounds' corners (world space) along the axes of `frame`, in these
+/// axes.
 Bounds boxIn(const glm::dmat3& frame, const Bounds& bounds) {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     Bounds box{glm::dvec3(kInfinity), glm::dvec3(-kInfinity)};
@@ -75,10 +76,10 @@ Bounds boxIn(const glm::dmat3& frame, const Bounds& bounds) {
 double extentOf(const Bounds& bounds) {
     const glm::dvec3 size = bounds.max - bounds.min;
     const double extent = std::max({size.x, size.y, size.z});
-    return extent > 0 ? extent : 1;  // a lone point
+    return extent > 0 ? extent : 1;  // a single point
 }
 
-/// Rays `spacing` apart around `center` (of which the depth does not matter).
+/// Returns a bundle with rays `spacing` apart around `center`, whose depth does not matter.
 Bundle latticeBundle(std::string name, const glm::dmat3& frame, const glm::dvec3& center,
                      const glm::dvec2& rays, double spacing, const Bounds& scene) {
     if (!(rays.x <= kMaxSide && rays.y <= kMaxSide && rays.x * rays.y <= kMaxRays)) {
@@ -86,7 +87,7 @@ Bundle latticeBundle(std::string name, const glm::dmat3& frame, const glm::dvec3
                     "give a lower " + Parameter::kResolution + ", a larger " + Parameter::kSpacing +
                         " or smaller " + Parameter::kBounds);
     }
-    const Bounds box = boxIn(frame, scene);  // its z grows backward
+    const Bounds box = boxIn(frame, scene);  // its z increases backwards
     const double margin = kEndMargin * extentOf(scene);
     const glm::dvec3 middle = glm::transpose(frame) * center;
     Bundle bundle;
@@ -107,7 +108,7 @@ Bundle latticeBundle(std::string name, const glm::dmat3& frame, const glm::dvec3
     return bundle;
 }
 
-/// How many rays this far apart cover an extent; at least one.
+/// Returns the number of rays this far apart that cover an extent; at least one.
 double raysAcross(double extent, double spacing) {
     return std::max(1.0, std::ceil(extent / spacing - kBorderMargin));
 }
@@ -149,7 +150,7 @@ AxisBundles axisBundles(const Bounds& area, const Bounds& scene, const RayGrid& 
         glm::dvec3 direction(0);
         direction[axis] = 1;
         const glm::dmat3 frame = bundleSides(direction);
-        // Right and up lie along axes, so these are numbers of cells.
+        // Right and up lie along axes, so these are cell counts.
         const glm::dvec2 rays(glm::abs(glm::dot(frame[0], cells)),
                               glm::abs(glm::dot(frame[1], cells)));
         axes.bundles.push_back(
@@ -161,7 +162,7 @@ AxisBundles axisBundles(const Bounds& area, const Bounds& scene, const RayGrid& 
 
 namespace {
 
-/// The view in a display window of another size around it.
+/// Returns the view in a larger display window around it.
 View placed(const Bundle& bundle, int width, int height) {
     View view = bundle.view;
     const glm::ivec2 size(view.width, view.height), room = glm::ivec2(width, height) - size;
@@ -171,7 +172,7 @@ View placed(const Bundle& bundle, int width, int height) {
                     bundle.name, "write a file for each");
     }
     const glm::dvec2 half(view.projection.half_width, view.projection.half_height);
-    // The middle of the new picture is half a pixel to the right of, and below, the old one's.
+    // The centre of the new picture is half a pixel to the right of and below the old one's.
     const glm::dvec2 shift = glm::dvec2(left_over) * half / glm::dvec2(size);
     view.camera_to_world[3] +=
         shift.x * view.camera_to_world[0] - shift.y * view.camera_to_world[1];
@@ -192,7 +193,7 @@ std::vector<View> withCommonDisplay(std::span<const Bundle> bundles) {
         width = std::max(width, bundle.view.width);
         height = std::max(height, bundle.view.height);
     }
-    // A camera that cannot be moved has its own middle.
+    // A pinhole camera cannot be moved, so its centre decides.
     for (const Bundle& bundle : bundles) {
         if (bundle.parallel()) continue;
         width += (width - bundle.view.width) % 2;

@@ -11,20 +11,20 @@ namespace peeler {
 namespace {
 
 constexpr std::size_t kPointsAtOnce = 1024;
-// A surface this near to a point, as a share of the coordinates, counts as touching it: a few
+// A surface this near to a point, relative to the coordinates, counts as touching it: a few
 // roundings of a double.
 constexpr double kOnSurface = 1e-12;
-// The hits of one ray can have another order than those of its neighbour, so this many are
-// considered beyond the next one.
+// Neighbouring rays can have their hits in a different order, so this many hits are considered
+// beyond the next one.
 constexpr int kBeyond = 2;
-// How far along the ray a triangle's plane is followed beyond the triangle, in distances of rays.
+// How far along the ray a triangle's plane is followed beyond the triangle, in ray spacings.
 constexpr double kSteepestPlane = 4;
 
 double largestComponent(const glm::dvec3& v) {
     return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
 }
 
-/// Finds which of the hits of one ray are next to one point.
+/// Finds the hits of one ray next to one point.
 class Search {
   public:
     Search(const PosedScene& posed, const Bundle& bundle, const glm::dvec3& point)
@@ -37,7 +37,7 @@ class Search {
         const auto place = static_cast<std::size_t>(std::ranges::upper_bound(z, at) - z.begin());
         int beyond = 0;
         for (std::size_t i = place; i > 0; --i) {
-            if (beyond > kBeyond && z[i - 1] != z[i]) break;  // all that coincide, or none
+            if (beyond > kBeyond && z[i - 1] != z[i]) break;  // all coincident hits, or none
             consider(keys[i - 1], false);
             if (hits_.before.key != 0) ++beyond;
         }
@@ -51,8 +51,8 @@ class Search {
     }
 
   private:
-    /// Takes the hit for the next one if it is. `later`: it comes in the list after those that have
-    /// been considered.
+    /// Makes the hit the next one if it is nearer. `later`: it comes after the hits considered so
+    /// far.
     void consider(std::uint32_t key, bool later) {
         WorldElement element = elementOf(posed_, key);
         placeCorners(posed_, element);
@@ -61,11 +61,11 @@ class Search {
         const glm::dvec3 normal = element.normal();
         const double plane =
             glm::dot(element.corner[0] - point_, normal) / glm::dot(direction_, normal);
-        // The plane counts unless there is none, or it is seen edge-on.
+        // Use the plane unless the element has no plane, or it is seen edge-on.
         if (std::abs(plane - along) <= farthest_) along = plane;
         if (std::abs(along) <= kOnSurface * (largestComponent(hit) + largestComponent(point_)))
             along = 0;
-        // Of those that coincide, the last one before the point and the first one after it.
+        // Of coincident hits, take the last one before the point and the first one after it.
         const bool is_after = along > 0;
         NextHit& next = is_after ? hits_.after : hits_.before;
         const double distance = std::abs(along);

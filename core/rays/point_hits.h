@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the hits of a bundle say of points beside its rays.
+// Nearest hits before and after arbitrary points, from the hits of a bundle.
 #pragma once
 
 #include <cstdint>
@@ -20,28 +20,28 @@ struct NextHit {
     std::uint32_t key = 0;  ///< 0 = none
 };
 
-/// A surface that a point lies on (but for rounding: 1e-12 of the coordinates) is before it, at
-/// distance 0. Of surfaces that coincide, the one drawn last is next before a point, the one drawn
-/// first next after it.
+/// The nearest hits before and after a point. A surface through the point (up to rounding: 1e-12 of
+/// the coordinates) counts as before it, at distance 0. Of coincident surfaces, the one drawn last
+/// is nearest before a point, the one drawn first nearest after it.
 struct PointHits {
     NextHit before;  ///< at point − distance · direction
     NextHit after;   ///< at point + distance · direction
 };
 
-/// The pixel of a parallel bundle that a point (world space) falls into; nothing if it is beside
-/// the bundle.
+/// Returns the pixel of a parallel bundle that contains a point (world space); nothing if the point
+/// is beside the bundle.
 std::optional<glm::ivec2> nearestRay(const Bundle& bundle, const glm::dvec3& point);
 
-/// Finds the hits next to those points whose nearest ray is in the band; `found`, one for each
-/// point, keeps what it has for the others. The band is of a parallel bundle; its extra[0] are the
+/// Finds the hits next to those points whose nearest ray is in the band. `found` has one entry per
+/// point; those of other points are kept. The band is of a parallel bundle; its extra[0] are the
 /// keys (kKeyChannel).
 ///
-/// Rays do not go through the points. So a point's place in the list of the nearest ray is found by
-/// binary search, and the primitives around that place are followed to the point's own ray: a
-/// distance is exact where that meets the primitive that the nearest ray has hit. Else it is where
-/// it meets the primitive's plane, or the primitive's nearest point if that is far from there. What
-/// is thinner than the distance of rays can be missed. Points are done in parallel; the result does
-/// not depend on how.
+/// Rays do not go through the points. A binary search finds the place of a point in the list of its
+/// nearest ray; the primitives around that place are then intersected with the point's own ray. A
+/// distance is exact if this ray meets the primitive that the nearest ray hit. Otherwise it is the
+/// distance to the primitive's plane, or to its nearest point if the plane is far from there.
+/// Features thinner than the ray spacing can be missed. Points run in parallel; the result does not
+/// depend on their order.
 void findPointHits(const PosedScene& posed, const Bundle& bundle, const LayeredImage& band,
                    std::span<const glm::dvec3> points, std::span<PointHits> found);
 

@@ -69,7 +69,7 @@ void parity(const MappedRay& ray, float* out) {
         ray.scratch.spans.hits(), [](const auto& solid) { return solid.item.odd(); }));
 }
 
-/// The length of what is in `a` and also in `b`; both are in order.
+/// Returns the length of the intersection of `a` and `b`; both are sorted.
 float common(std::span<const RayInterval> a, std::span<const RayInterval> b) {
     double length = 0;
     for (std::size_t i = 0, k = 0; i < a.size() && k < b.size();) {
@@ -114,8 +114,8 @@ constexpr RayMapInfo kMaps[] = {
      true},
 };
 
-/// A name as a channel of EXR may have it, where a dot begins another name and control characters
-/// please nobody. 255 bytes are allowed.
+/// Returns a name that is valid in an EXR channel: dots, which separate name parts, and control
+/// characters are replaced. The limit is 255 bytes.
 std::string channelName(const std::string& name) {
     constexpr std::size_t kLongest = 200;
     std::string result;
@@ -124,12 +124,12 @@ std::string channelName(const std::string& name) {
     if (result.size() <= kLongest) return result;
     std::size_t end = kLongest;
     while (end > 0 && (static_cast<unsigned char>(result[end]) & 0xC0U) == 0x80U)
-        --end;  // not in the middle of a letter of UTF-8
+        --end;  // not inside a UTF-8 sequence
     result.resize(end);
     return result;
 }
 
-/// The materials that solids of the scene have, in order.
+/// Returns the materials of the scene's solids, sorted.
 std::vector<std::size_t> materialsOf(const Solids& solids, const PosedScene& posed) {
     std::set<std::size_t> found;
     for (const Solid& solid : solids.all()) {
@@ -183,8 +183,8 @@ RayMaps::RayMaps(const PosedScene& posed, const Solids* solids, RayMapSettings s
     }
 }
 
-/// Goes along the ray with the spans that it is inside of on a stack: what has ended is taken off
-/// when it comes to lie on top.
+/// Walks along the ray with a stack of the spans that it is inside. A span that has ended is popped
+/// when it reaches the top.
 void RayMaps::findPaths(RayMapScratch& scratch) const {
     std::vector<SolidSpan>& open = scratch.open;
     scratch.paths.assign(path_materials_.size(), 0.0);

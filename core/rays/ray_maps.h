@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One number a ray, or a few, from all its hits.
+// Ray maps: one or a few values per ray, reduced from all its hits.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace peeler {
 
-/// What a map says of each ray; the table has a sentence on every one.
+/// A value computed per ray; the table describes each.
 enum class RayMap : std::uint8_t {
     kFirst,
     kLast,
@@ -28,23 +28,23 @@ enum class RayMap : std::uint8_t {
     kOverlap
 };
 
-/// A ray with all that the maps ask for (ray_maps.cpp).
+/// A ray with all inputs of the maps (ray_maps.cpp).
 struct MappedRay;
 
 /// A row of the table of maps.
 struct RayMapInfo {
     RayMap map;
-    std::string_view name;  ///< on the command line; of the channel, but for kPathLength
+    std::string_view name;  ///< on the command line; also the channel's, except for kPathLength
     std::string_view summary;
     PixelType type;  ///< kFloat or kUint
-    /// Writes the map's number of a ray; kPathLength a number a material.
+    /// Writes the map's value for a ray; for kPathLength one value per material.
     void (*evaluate)(const MappedRay& ray, float* out);
-    bool solids = false;  ///< it needs to know what is inside of what
-    bool length = false;  ///< a length inside of something: its sum over parallel rays is a volume
+    bool solids = false;  ///< needs the nesting of solids
+    bool length = false;  ///< a length inside something: its sum over parallel rays is a volume
 };
 
-/// In the order of the enumeration. A ray without hits has 0, but for kFirst and kLast, which are
-/// +inf, and kTransmission, which is 1.
+/// Returns the table in the order of the enumeration. A ray without hits gets 0, but kFirst and
+/// kLast give +inf, and kTransmission gives 1.
 std::span<const RayMapInfo> rayMapTable();
 
 inline const RayMapInfo& infoOf(RayMap map) {
@@ -52,10 +52,11 @@ inline const RayMapInfo& infoOf(RayMap map) {
 }
 
 struct RayMapSettings {
-    std::vector<RayMap> maps;  ///< one that is there twice counts once
-    /// Of each of Scene::materials, a unit of length; may be shorter, what is missing is 0.
+    std::vector<RayMap> maps;  ///< duplicates count once
+    /// Attenuation coefficient of each of Scene::materials, per unit of length; may be shorter,
+    /// missing entries are 0.
     std::vector<double> attenuation{};
-    /// kOverlap: of each of Scene::nodes whether it belongs to the part.
+    /// kOverlap: per element of Scene::nodes, whether it belongs to the part.
     std::array<std::vector<char>, 2> parts{};
 };
 
@@ -64,7 +65,7 @@ struct RayMapChannel {
     std::string name;  ///< of the EXR channel: "thickness", "path.steel"
 };
 
-/// What evaluating a ray needs room for: one for each thread.
+/// Scratch storage for evaluating a ray. One per thread.
 struct RayMapScratch {
     SolidSpans spans;
     std::vector<float> t;
@@ -77,25 +78,24 @@ struct RayMapScratch {
 
 /// Evaluates maps of a scene. Lengths are in scene units, along the ray.
 ///
-/// At every point inside of solids the material is that of the innermost one: of those that the ray
-/// is inside of, the one that it entered last, as the triangle says through which it came in. Path
-/// lengths therefore add up to the thickness. Transmission is exp(−Σ μ·L) over the path lengths L
-/// (Bouguer, Lambert, Beer).
+/// At every point inside solids, the material is that of the innermost solid: the one that the ray
+/// entered last, with the material of the triangle of entry. Path lengths therefore add up to the
+/// thickness. Transmission is exp(−Σ μ·L) over the path lengths L (Beer–Lambert law).
 class RayMaps {
   public:
     /// `solids` may be null if no map needs them, and must outlive this.
     RayMaps(const PosedScene& posed, const Solids* solids, RayMapSettings settings);
 
-    /// In the order of the settings; kPathLength has one for each material that a solid of the
-    /// scene has. Names are unique.
+    /// Returns the channels in the order of the settings; kPathLength has one for each material on
+    /// a solid of the scene. Names are unique.
     const std::vector<RayMapChannel>& channels() const { return channels_; }
 
-    /// `out` takes a number a channel. `t` and `keys` as SolidSpans takes them.
+    /// Writes one value per channel to `out`. `t` and `keys` are as in SolidSpans.
     void evaluate(std::span<const float> t, std::span<const std::uint32_t> keys,
                   RayMapScratch& scratch, std::span<float> out) const;
 
-    /// The rays of rows [y0, y1) of a band: `planes` is overwritten with a plane of numbers a
-    /// channel, one after the other.
+    /// Evaluates the rays of rows [y0, y1) of a band. `planes` is overwritten with one plane of
+    /// values per channel, one after the other.
     void evaluateRows(const Bundle& bundle, const LayeredImage& band, int y0, int y1,
                       std::vector<float>& planes) const;
 

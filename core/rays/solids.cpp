@@ -14,7 +14,7 @@ namespace {
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;  // welded vertices, the lesser first
 
-/// The vertices of all primitives of a mesh, those at one position as one.
+/// The vertices of all primitives of a mesh, welded by position.
 class WeldedMesh {
   public:
     WeldedMesh(const PosedScene& posed, const MeshInstance& instance) {
@@ -57,10 +57,10 @@ class WeldedMesh {
 
 }  // namespace
 
-/// Finds edges that are there an odd number of times. Keeps its storage from mesh to mesh.
+/// Finds edges that occur an odd number of times. Reuses its storage between meshes.
 class Solids::EdgeParity {
   public:
-    /// Leaves these edges, each once.
+    /// Keeps only these edges, each once.
     void keepOpen(std::vector<Edge>& list) {
         sort(list);
         std::size_t kept = 0;
@@ -72,11 +72,11 @@ class Solids::EdgeParity {
         list.resize(kept);
     }
 
-    std::vector<Edge> edges;  ///< of the primitive at hand
+    std::vector<Edge> edges;  ///< of the current primitive
 
   private:
-    /// By counting them at their lesser vertices, of which each has a few; unless they are few
-    /// among many vertices.
+    /// Buckets the edges by their lesser vertex, which leaves a few per vertex; sorts directly if
+    /// edges are few among many vertices.
     void sort(std::vector<Edge>& list) {
         if (list.empty()) return;
         const auto [least, most] = std::ranges::minmax(list, {}, &Edge::first);
@@ -93,7 +93,7 @@ class Solids::EdgeParity {
         sorted_.resize(list.size());
         for (const Edge& edge : list)
             sorted_[next_[edge.first - least.first]++] = edge;
-        // Each of next_ is now where the edges of the vertex behind it begin.
+        // Each of next_ is now the beginning of the next vertex's edges.
         auto begin = sorted_.begin();
         for (std::size_t i = 0; i < vertices; ++i) {
             const auto end = sorted_.begin() + static_cast<std::ptrdiff_t>(next_[i]);
@@ -109,7 +109,8 @@ class Solids::EdgeParity {
 
 namespace {
 
-/// Appends the edges of a primitive's triangles; returns how many of these have three corners.
+/// Appends the edges of a primitive's triangles. Returns the number of triangles with three
+/// different corners.
 std::uint64_t addEdges(const Primitive& primitive, std::size_t index, const WeldedMesh& mesh,
                        std::vector<Edge>& edges) {
     std::uint64_t triangles = 0;
@@ -156,7 +157,8 @@ const std::vector<Solids::Shell>& Solids::shellsOf(const PosedScene& posed,
         open.insert(open.end(), edges.begin(), edges.end());
     }
     if (!rest.primitives.empty()) {
-        // Two odd numbers make an even one: what is open of all is odd among what is open of each.
+        // Odd counts add up to an even one: an edge open in the whole is odd among the open edges
+        // of the parts.
         parity.keepOpen(open);
         rest.open_edges = open.size();
         shells.push_back(std::move(rest));

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which closed surface a hit belongs to, where a ray is inside of one, and whether rays leave what
-// they enter.
+// Closed solids, the ray intervals inside them, and a parity check of their hits.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +17,7 @@
 
 namespace peeler {
 
-/// A surface that is taken for the boundary of a body: what a ray enters it leaves again.
+/// A surface that bounds a body: a ray that enters it leaves it again.
 struct Solid {
     std::size_t instance = 0;  ///< index into PosedScene::meshes()
     int node = 0;
@@ -29,26 +28,27 @@ struct Solid {
     bool closed() const { return open_edges == 0; }
 };
 
-/// The solids of a scene. glTF does not say what is closed, so it follows from the topology:
-/// vertices at the same position (bit for bit; −0 is 0) are one, and an edge is open if an odd
-/// number of triangles has it. Every primitive of a mesh that is closed by itself is a solid; all
-/// other triangles of the mesh together are one more, so a cube whose sides have different
-/// materials is one solid. Lines and points belong to none. The topology of a mesh is found once
-/// however often it stands in the scene, that of a deformed one for each deformation.
+/// The solids of a scene. glTF does not mark closed surfaces, so they follow from the topology:
+/// vertices at the same position (bit for bit; −0 is 0) are welded, and an edge is open if an odd
+/// number of triangles has it. Every primitive of a mesh that is closed by itself is a solid. All
+/// other triangles of the mesh form one more, so a cube with different materials on its sides is
+/// one solid. Lines and points belong to no solid. The topology of a mesh is found once for all its
+/// instances; that of a deformed mesh once per deformation.
 class Solids {
   public:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-    /// While the topology of a mesh is found, it takes some 30 bytes a triangle and 20 a vertex.
+    /// Temporarily takes about 30 bytes per triangle and 20 per vertex of a mesh to find its
+    /// topology.
     explicit Solids(const PosedScene& posed);
     Solids(const Solids&) = delete;
     Solids& operator=(const Solids&) = delete;
 
-    /// In draw order.
+    /// Returns the solids in draw order.
     const std::vector<Solid>& all() const { return solids_; }
-    /// Index into all(), or kNone; of a key as DrawList counts them.
+    /// Returns the index into all(), or kNone; keys are those of DrawList.
     std::uint32_t solidOf(std::uint32_t key) const { return surfaceOf(key).solid; }
-    /// Index into Scene::materials.
+    /// Returns the index into Scene::materials.
     std::size_t materialOf(std::uint32_t key) const { return surfaceOf(key).material; }
 
   private:
@@ -56,7 +56,7 @@ class Solids {
     struct Surface {
         std::uint32_t solid = kNone, material = 0;
     };
-    /// What of a mesh will be a solid of every instance.
+    /// The part of a mesh that becomes a solid in every instance.
     struct Shell {
         std::vector<std::size_t> primitives;
         std::uint64_t triangles = 0, open_edges = 0;
@@ -68,8 +68,8 @@ class Solids {
                                        EdgeParity& parity);
 
     std::vector<Solid> solids_;
-    KeyIndex keys_;                  // of the draw list, which may end before
-    std::vector<Surface> surfaces_;  // in its order
+    KeyIndex keys_;                  // those of the draw list, which may not live as long
+    std::vector<Surface> surfaces_;  // indexed by keys_
     std::map<std::pair<int, int>, std::vector<Shell>> shells_;  ///< by mesh and deformation
 };
 
@@ -85,30 +85,31 @@ struct RayInterval {
 struct SolidSpan : RayInterval {
     std::uint32_t solid = 0;  ///< index into Solids::all()
     std::uint32_t key = 0;    ///< of the hit that entered it
-    std::uint32_t hit = 0;    ///< which of the ray's
+    std::uint32_t hit = 0;    ///< index among the ray's hits
 };
 
-/// How often a ray hits a solid.
+/// Hit count of a solid along a ray.
 struct SolidHits {
     std::uint32_t hits = 0;
-    std::uint32_t last = 0;  ///< which of the ray's hits is its last one
-    std::uint32_t span = 0;  ///< while its spans are found: the last one
+    std::uint32_t last = 0;  ///< index of the last one among the ray's hits
+    std::uint32_t span = 0;  ///< the latest span while spans are being found
 
     bool odd() const { return hits % 2 == 1; }
 };
 
-/// What the hits of a ray say of solids, by parity: the ray is inside of a solid from its 1st hit
-/// to its 2nd, from its 3rd to its 4th, and so on; an odd last one opens nothing. Keeps its storage
-/// from ray to ray: one for each thread.
+/// The spans of a ray inside solids, by parity: the ray is inside a solid from its 1st hit to its
+/// 2nd, from its 3rd to its 4th, and so on; an unpaired last hit opens no span. Reuses its storage
+/// between rays. One per thread.
 class SolidSpans {
   public:
-    /// `t` does not fall; `keys` as DrawList counts them, coincident hits in draw order.
+    /// Finds the spans of a ray. `t` is in ascending order; `keys` are those of DrawList,
+    /// coincident hits in draw order.
     void find(std::span<const float> t, std::span<const std::uint32_t> keys, const Solids& solids);
 
-    /// The spans that have a length, ordered by where they begin. Of several that begin together
-    /// the longest is first, as if the others were inside of it.
+    /// Returns the spans of non-zero length, ordered by their beginnings. Of several with the same
+    /// beginning the longest is first, so the others count as inside it.
     std::span<const SolidSpan> all() const { return spans_; }
-    /// Every solid that is hit, and how often.
+    /// Returns every solid hit, with its hit count.
     const std::vector<SparseSet<SolidHits>::Entry>& hits() const { return hits_.entries(); }
 
   private:
@@ -116,8 +117,8 @@ class SolidSpans {
     SparseSet<SolidHits> hits_;
 };
 
-/// The intervals inside at least one of the solids that `keep(span)` is true for, in order, without
-/// gaps of no length between them. `out` is overwritten.
+/// Writes the union of the spans for which `keep(span)` is true: ordered intervals without
+/// zero-length gaps between them. `out` is overwritten.
 template <class Keep>
 void uniteSpans(std::span<const SolidSpan> spans, Keep&& keep, std::vector<RayInterval>& out) {
     out.clear();
@@ -135,34 +136,34 @@ void uniteSpans(std::span<const SolidSpan> spans, Keep&& keep, std::vector<RayIn
 struct OddRay {
     std::size_t bundle = 0;
     int x = 0, y = 0;  ///< pixel of the bundle's picture
-    float z = 0;       ///< camera Z of its last hit, which has no other one to go with
+    float z = 0;       ///< camera Z of its last, unpaired hit
     bool operator==(const OddRay&) const = default;
 };
 
 struct SolidParity {
-    std::uint64_t rays = 0;     ///< that hit it
-    std::uint64_t odd = 0;      ///< of those
+    std::uint64_t rays = 0;     ///< rays that hit the solid
+    std::uint64_t odd = 0;      ///< odd ones among them
     std::vector<OddRay> first;  ///< the first Parity::kKept of the odd ones
 };
 
 /// Counts, over bundles, the rays that hit each solid, and those that hit it an odd number of
-/// times: through a closed surface there are none.
+/// times. A closed surface has no odd rays.
 class Parity {
   public:
     static constexpr std::size_t kKept = 8;
 
     explicit Parity(const Solids& solids) : solids_(solids) {}
 
-    /// Bands of bundles in order. extra[0] are the keys.
+    /// Adds a band; bundles come in order. extra[0] are the keys.
     void add(std::size_t bundle, const LayeredImage& band);
 
-    /// By index of the solid; those that no ray has hit are missing.
+    /// Returns the counts by index of the solid; solids without hits are missing.
     const std::map<std::uint32_t, SolidParity>& solids() const { return found_; }
     std::uint64_t oddRays() const { return odd_rays_; }  ///< odd with any solid
     bool holds() const { return odd_rays_ == 0; }
 
   private:
-    /// What a thread needs; what it finds of some rows.
+    /// A thread's storage, and its results for some rows.
     struct Scratch {
         SolidSpans spans;
         SparseSet<SolidParity> found;

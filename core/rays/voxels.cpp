@@ -23,15 +23,15 @@ std::size_t lengthOf(int cells) {
     return static_cast<std::size_t>(cells);
 }
 
-/// Of every bit whether an odd number of those up to it is set.
+/// Returns, in each bit, the parity of the bits up to and including it.
 std::uint64_t parityUpTo(std::uint64_t bits) {
     for (const int shift : {1, 2, 4, 8, 16, 32})
         bits ^= bits << shift;
     return bits;
 }
 
-/// How many bits are set, by what compilers find vectors for: the processors that it is built for
-/// need not have an instruction that counts.
+/// Returns the number of set bits in a form that compilers vectorise: the baseline processor need
+/// not have a popcount instruction.
 std::uint64_t countBits(std::span<const std::uint64_t> words) {
     std::uint64_t sum = 0;
     for (std::uint64_t bits : words) {
@@ -45,15 +45,15 @@ std::uint64_t countBits(std::span<const std::uint64_t> words) {
     return sum;
 }
 
-/// Of eight bits each as a byte, 0 or 1, the first one in the least byte.
+/// Expands eight bits to bytes of 0 or 1, the lowest bit first.
 std::uint64_t spreadBits(std::uint64_t bits) {
     constexpr std::uint64_t kEach = 0x0101010101010101U;
     const std::uint64_t apart = bits * kEach & 0x8040201008040201U;
     return (apart + 0x7F * kEach) >> 7 & kEach;
 }
 
-/// Writes a byte for each of a plane's cells: value(y, word, from) gives those of eight bits of a
-/// line's word, from a bit on.
+/// Writes one byte per cell of a plane: value(y, word, from) returns those of eight bits of a
+/// line's word, starting at a bit.
 template <class Value>
 void writePlane(std::span<std::uint8_t> plane, const glm::ivec3& cells, Value&& value) {
     static_assert(std::endian::native == std::endian::little);
@@ -66,7 +66,7 @@ void writePlane(std::span<std::uint8_t> plane, const glm::ivec3& cells, Value&& 
     }
 }
 
-/// A side of a bundle's picture, which lies along an axis, as so many cells.
+/// Converts a side of a bundle's picture, which lies along an axis, to a step in cells.
 glm::ivec3 stepAlong(const glm::dvec3& side) {
     return {glm::round(side)};
 }
@@ -90,17 +90,17 @@ void ZeroedWords::Free::operator()(std::uint64_t* words) const {
     munmap(words, count * sizeof(std::uint64_t));
 }
 
-/// The bits of the cells that a ray goes through.
+/// The bits of the cells along a ray.
 struct VoxelVotes::Line {
     double start, step;  ///< along the ray, in cells
     double cells;
     std::uint64_t* words;
-    std::size_t stride;  ///< words from cell to cell; 0 = they are bits of the same word
+    std::size_t stride;  ///< words between cells; 0 = bits of the same word
     std::uint64_t bit;
     std::size_t end;  ///< cells that have a bit
 
-    /// If `marks`, marks the first cell whose centre is at or after t, if there is one. There is no
-    /// branch for what is as good as random.
+    /// If `marks`, flips the first cell whose centre is at or after t, if any. Avoids a branch that
+    /// would be unpredictable.
     void cross(double t, bool marks) const {
         const double place = std::clamp(start + step * t - 0.5, 0.0, cells);
         auto cell = static_cast<std::size_t>(static_cast<std::int64_t>(place));
@@ -139,9 +139,8 @@ VoxelVotes::VoxelVotes(const AxisBundles& lattice, const Solids& solids)
     }
 }
 
-/// Lines are stored so that those of neighbouring rays are together: by x and y for rays along y,
-/// by y and x for the others. Threads share out x or y, so that none writes into the words of
-/// another.
+/// Stores the lines of neighbouring rays together: by x and y for rays along y, by y and x for the
+/// others. Threads divide x or y among them, so no two write to the same word.
 void VoxelVotes::add(std::size_t axis, const Bundle& bundle, const LayeredImage& band) {
     constexpr int kAtOnce = 8;
     const Window& window = band.window;
@@ -191,14 +190,13 @@ void VoxelVotes::add(std::size_t axis, const Bundle& bundle, const LayeredImage&
     });
 }
 
-/// What is inside begins and ends where a ray enters the first of the solids that it is inside of,
-/// and leaves the last one; a interval of no length marks a cell twice, which undoes it.
+/// Marks the ends of a ray's inside intervals: the entry into the outermost solid and the exit from
+/// the last. A zero-length interval flips a cell twice, which cancels out.
 void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t> keys, Line line,
                         Scratch& scratch) const {
     const std::size_t hits = keys.size();
     if (scratch.solids.size() < hits) scratch.solids.resize(hits);
-    // Bytes could be anything's, so what is reached through `scratch` would be read again and
-    // again.
+    // Bytes may alias anything, so accesses through `scratch` would be reloaded every time.
     std::uint32_t* const solids = scratch.solids.data();
     std::uint8_t* const states = scratch.states.data();
     bool one = true;
@@ -212,11 +210,11 @@ void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t>
             line.cross(t[i], true);
         return;
     }
-    constexpr std::uint8_t kOdd = 1, kInside = 2;  // of which 1 - state is 1 outside, -1 inside
+    constexpr std::uint8_t kOdd = 1, kInside = 2;  // 1 − (state & kInside) is 1 outside, −1 inside
     for (std::size_t i = 0; i < hits; ++i)
         if (solids[i] != Solids::kNone) states[solids[i]] ^= kOdd;
-    // Backwards, because the last hit of a solid opens nothing if there is an odd number of them.
-    // No state is left in the end.
+    // Backwards, because an unpaired last hit of a solid opens nothing. All states are 0 at the
+    // end.
     int around = 0;
     for (std::size_t i = hits; i-- > 0;) {
         if (solids[i] == Solids::kNone) continue;
@@ -246,7 +244,7 @@ void VoxelVotes::finish() {
         std::vector<std::uint64_t> inside(words_);  // along x
         std::uint64_t majority = 0;
         for (std::size_t x = 0; x < xs; ++x) {
-            std::uint64_t before = 0;  // all bits are the one before this word
+            std::uint64_t before = 0;  // all bits equal the one before this word
             for (std::size_t i = 0; i < words_; ++i) {
                 std::uint64_t& along = along_y[(x * ys + y) * words_ + i];
                 const std::size_t at = (y * xs + x) * words_ + i;

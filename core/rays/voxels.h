@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which points of a lattice are inside of solids, as rays along three axes say.
+// Voxelisation: inside tests at lattice points by rays along three axes.
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@
 
 namespace peeler {
 
-/// Words that are 0. The system hands out their pages, large ones if it can, when they are first
-/// written, so what stays 0 costs nothing.
+/// Zeroed words. The system allocates their pages, large ones if possible, on first write, so
+/// untouched ones cost nothing.
 class ZeroedWords {
   public:
     ZeroedWords() = default;
@@ -37,36 +37,37 @@ class ZeroedWords {
     std::unique_ptr<std::uint64_t, Free> words_;
 };
 
-/// Counts for the centre of every cell how many of the three rays through it (one along each axis)
-/// find it inside of some solid, by parity. The majority decides: a ray that an open edge misleads
+/// Counts, for the centre of every cell, how many of the three rays through it (one along each
+/// axis) find it inside some solid, by parity. The majority decides: a ray misled by an open edge
 /// is outvoted by the other two (Nooruddin & Turk 2003, "Simplification and Repair of Polygonal
-/// Models Using Volumetric Techniques", section 3.1). Three bits a cell.
+/// Models Using Volumetric Techniques", section 3.1). Takes three bits per cell.
 class VoxelVotes {
   public:
     /// `lattice` gives corner, spacing and cells. Throws Error (kMemory) if there is no room.
     VoxelVotes(const AxisBundles& lattice, const Solids& solids);
 
-    /// A band of the bundle along `axis` (0–2), whose rays go through cell centres and whose sides
-    /// lie along the other axes. Each once.
+    /// Adds a band of the bundle along `axis` (0–2). Its rays go through cell centres, and its
+    /// sides lie along the other axes. Each band must be added once.
     void add(std::size_t axis, const Bundle& bundle, const LayeredImage& band);
 
-    /// Counts the votes, once, after the last band. What follows is known from then on.
+    /// Counts the votes, once, after the last band. The results below are valid from then on.
     void finish();
 
-    /// A bit a cell: (x, y, z) is bit z % 64 of word (x · cells.y + y) · wordsOf(cells.z) + z / 64.
+    /// Returns one bit per cell: (x, y, z) is bit z % 64 of word (x · cells.y + y) ·
+    /// wordsOf(cells.z) + z / 64.
     std::span<const std::uint64_t> inside() const { return inside_.all(); }
-    /// Writes a byte for every cell of a plane, (y, z) at y · cells.z + z: 1 inside, 0 outside; or
-    /// the number of rays that find it inside, 0 to 3.
+    /// Writes one byte per cell of a plane, (y, z) at y · cells.z + z: insideAt() 1 inside, 0
+    /// outside; votesAt() the number of rays that find it inside, 0 to 3.
     void insideAt(int x, std::span<std::uint8_t> plane) const;
     void votesAt(int x, std::span<std::uint8_t> plane) const;
 
     std::uint64_t occupied() const { return occupied_; }  ///< cells inside
-    std::uint64_t disputed() const { return disputed_; }  ///< cells of which the rays disagree
+    std::uint64_t disputed() const { return disputed_; }  ///< cells on which the rays disagree
 
     static std::uint64_t cellsOf(const AxisBundles& lattice);
-    /// Memory that the votes take.
+    /// Returns the memory of the votes.
     static std::uint64_t bytesOf(const AxisBundles& lattice);
-    /// Words of a line of so many cells along z.
+    /// Returns the words of a line of `cells` cells along z.
     static std::size_t wordsOf(int cells) { return (static_cast<std::size_t>(cells) + 63) / 64; }
 
   private:
@@ -84,9 +85,10 @@ class VoxelVotes {
     glm::ivec3 cells_;
     const Solids& solids_;
     std::size_t words_;                     ///< of a line along z
-    std::array<ZeroedWords, 3> crossings_;  ///< where rays of each axis enter and leave solids
-    ZeroedWords inside_;                    ///< for the majority
-    ZeroedWords odd_;                       ///< for one ray or three; lines by y and x
+    std::array<ZeroedWords, 3> crossings_;  ///< per axis: where its rays enter and leave solids
+    ZeroedWords inside_;                    ///< cells inside by majority
+    ZeroedWords odd_;                       ///< cells inside by one ray or all three; lines by y
+                                            ///< and x
     std::uint64_t occupied_ = 0, disputed_ = 0;
     ObjectPool<Scratch> scratch_;
 };

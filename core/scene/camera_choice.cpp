@@ -41,10 +41,10 @@ const PlacedLight& chooseLight(const std::vector<PlacedLight>& lights, const std
             "; or an index from light:0 to light:" + std::to_string(lights.size() - 1));
 }
 
-/// The view that a light has (lightView in core/scene/lights.h), its projection as tight as it can
-/// be, its size not set. NAME is the light's, its node's, or an index in draw order; "key" is the
-/// built-in light of a scene without any. Throws Error (kUsage) for an unknown light, with the
-/// list, and for a point light; (kInput) if there is nothing to fit a view to.
+/// Returns the view of a light (lightView in core/scene/lights.h), with its tightest projection and
+/// its size not set. The name is the light's, its node's, or an index in draw order; "key" is the
+/// built-in light of a scene without lights. Throws Error (kUsage) if the light is unknown, with
+/// the list of lights, or is a point light; (kInput) if there is nothing to fit a view to.
 View lightCamera(const PosedScene& posed, const std::string& camera) {
     const std::vector<PlacedLight> lights = placedLights(posed);
     const PlacedLight& light = chooseLight(lights, camera);
@@ -72,8 +72,8 @@ void setSize(View& view, const Size& size, double aspect) {
     view.height = whole.height;
 }
 
-/// The view of one of the scene's cameras: its half height and aspect ratio, near and far, its
-/// place.
+/// Returns the view of a scene camera: its half height, aspect ratio, near and far planes, and
+/// placement.
 View sceneCamera(const Scene& scene, const CameraInstance& instance, const std::string& name,
                  const Size& size) {
     const Camera& camera = scene.cameras[static_cast<std::size_t>(instance.camera)];
@@ -112,7 +112,7 @@ View sceneCamera(const Scene& scene, const CameraInstance& instance, const std::
     return view;
 }
 
-/// The view of a light: at least what it lights, more where the size has another aspect ratio.
+/// Returns the view of a light: it covers at least the lit area, more at another aspect ratio.
 View viewOfLight(const CameraChoice& choice, const PosedScene& posed) {
     View view = lightCamera(posed, *choice.camera);
     Projection& projection = view.projection;
@@ -122,16 +122,16 @@ View viewOfLight(const CameraChoice& choice, const PosedScene& posed) {
     return view;
 }
 
-/// Near enough to clip nothing that a camera could show which sees the scene from `distance`.
+/// Returns a near distance that clips nothing a camera at `distance` from the scene could show.
 double safeNear(const Bounds& bounds, double distance) {
     return 1e-4 * (distance > 0 ? std::min(sceneSize(bounds), distance) : sceneSize(bounds));
 }
 
-/// The view of a camera that stands where it is told to.
+/// Returns the view of a camera with a given pose.
 View placedCamera(const CameraChoice& choice, const Bounds& bounds) {
     View view;
     setSize(view, choice.size, 16.0 / 9);
-    // What is rigid stays as it is, so that a view's pose makes the same view again.
+    // A rigid pose stays unchanged, so that a view's pose reproduces the same view.
     const auto place =
         distanceFromRigid(*choice.pose) < kRigidByRounding ? choice.pose : rigid(*choice.pose);
     if (!place) {
@@ -150,8 +150,8 @@ View placedCamera(const CameraChoice& choice, const Bounds& bounds) {
     return view;
 }
 
-/// The view of a camera that is built from numbers, all of which may be missing: what is not given
-/// is found by framing the scene.
+/// Returns the view of a camera built from optional parameters; missing ones are found by framing
+/// the scene.
 View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
     const Bounds bounds = extent.bounds();
     View view;
@@ -162,7 +162,7 @@ View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
                                  ? *choice.ortho_height / 2
                                  : std::tan(glm::radians(choice.fov.value_or(kDefaultFov)) / 2);
     projection.half_width = projection.half_height * aspectOf(view);
-    if (choice.intrinsics) {  // framed as if its axis went through the middle
+    if (choice.intrinsics) {  // framed as if its axis went through the centre
         projection.half_width = view.width / (2 * choice.intrinsics->fx);
         projection.half_height = view.height / (2 * choice.intrinsics->fy);
     }
@@ -194,7 +194,7 @@ View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
                                   : "the target is the scene's centre; give " + Parameter::kTarget);
     }
     auto place = lookAlong(eye, target - eye, up);
-    // Straight down or up: north is up, as on a map, unless another up was asked for.
+    // Straight down or up: north is up, as on a map, unless `up` is given.
     if (!place && !choice.up) place = lookAlong(eye, target - eye, {0, 0, -1});
     if (!place) {
         throw Error(ErrorKind::kUsage, "the up direction is parallel to the viewing direction",
@@ -208,8 +208,8 @@ View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
     return view;
 }
 
-/// Sets near and far as asked for, and a far plane beyond the bounds where the projection needs
-/// one. Throws Error (kUsage, or kInput for planes of the scene's own) if they make no range.
+/// Sets near and far as requested, and a far plane beyond the bounds if the projection needs one.
+/// Throws Error (kUsage, or kInput for the scene's own planes) if they make no range.
 void setDepthRange(View& view, const CameraChoice& choice, const Bounds& bounds) {
     Projection& projection = view.projection;
     if (choice.near) projection.near = *choice.near;

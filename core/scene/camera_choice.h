@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The limits of pictures, and the checks of sizes, crops and names of cameras.
+// Picture limits, and checks of sizes, crops and camera names.
 #pragma once
 
 #include <cstdint>
@@ -13,17 +13,17 @@ namespace peeler {
 inline constexpr int kMostPictureSide = 65536;
 inline constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 30;
 
-/// Whether a camera's name is that of a light.
+/// Whether a camera name refers to a light.
 bool namesLight(const std::string& camera);
 
-/// `size`, its height taken from the aspect ratio (width / height) if it has none. Throws Error
-/// (kUsage) if the picture would be too high or too large.
+/// Returns `size`, with a missing height computed from the aspect ratio (width / height). Throws
+/// Error (kUsage) if the picture would be too high or too large.
 Size sizeWithAspect(Size size, double aspect);
 
-/// Throws Error (kUsage) for a picture that is too large.
+/// Throws Error (kUsage) if the picture is too large.
 void checkPixels(const Size& size);
 
-/// Throws Error (kUsage) for a crop that reaches outside the picture.
+/// Throws Error (kUsage) if the crop reaches outside the picture.
 void checkCrop(const Window& crop, int width, int height);
 
 }  // namespace peeler

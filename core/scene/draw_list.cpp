@@ -22,7 +22,7 @@ std::size_t verticesOf(const Primitive& p) {
 std::uint32_t flagsOf(const Primitive& p, bool mirrored) {
     std::uint32_t flags = 0;
     if (!p.normals.empty()) flags |= PEELER_HAS_NORMALS;
-    // Tangents without normals are to be ignored (glTF 2.0 §3.7.2.1).
+    // Tangents without normals must be ignored (glTF 2.0 §3.7.2.1).
     if (!p.tangents.empty() && !p.normals.empty()) flags |= PEELER_HAS_TANGENTS;
     if (!p.colors.empty()) flags |= PEELER_HAS_COLORS;
     if (p.topology >= Topology::kTriangles) flags |= PEELER_IS_TRIANGLES;
@@ -30,7 +30,7 @@ std::uint32_t flagsOf(const Primitive& p, bool mirrored) {
     return flags;
 }
 
-/// What alpha means for a draw. Returns false if it rejects every fragment.
+/// Sets a draw's alpha flags. Returns false if alpha rejects every fragment.
 bool setAlpha(Draw& draw, const Primitive& p, const Material& m) {
     draw.opaque = m.alpha_mode != AlphaMode::kBlend && !isTransmissive(m);
     if (m.alpha_mode == AlphaMode::kOpaque) return true;
@@ -41,9 +41,9 @@ bool setAlpha(Draw& draw, const Primitive& p, const Material& m) {
     return draw.alpha_tested || passes;
 }
 
-/// Whether two instances can be drawn at once: GL takes all instances of one primitive of the mesh
-/// before the next primitive, and where depths are equal some methods rely on fragments coming in
-/// the order of their keys.
+/// Whether two instances can be drawn together. GL draws all instances of one primitive of the mesh
+/// before the next primitive, and at equal depths some methods rely on fragments arriving in key
+/// order.
 bool together(const Scene& scene, const MeshInstance& a, const MeshInstance& b) {
     const auto& primitives = scene.meshes[static_cast<std::size_t>(a.mesh)].primitives;
     return primitives.size() == 1 && a.node == b.node && a.mesh == b.mesh &&
@@ -52,7 +52,7 @@ bool together(const Scene& scene, const MeshInstance& a, const MeshInstance& b) 
 
 }  // namespace
 
-/// As many multiples as keep both them and the surfaces between two of them few.
+/// Chooses the spacing that keeps both the multiples and the surfaces between two of them few.
 KeyIndex::KeyIndex(std::vector<std::uint32_t> first_keys, std::uint64_t end)
     : first_keys_(std::move(first_keys)) {
     constexpr std::uint64_t kLeast = 4096;
@@ -87,7 +87,7 @@ std::size_t DrawList::indexOf(const Geometry& geometry) {
     return entry->second;
 }
 
-/// Takes instances that are drawn at once.
+/// Adds instances that are drawn together.
 void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instances) {
     const MeshInstance& first = instances.front();
     const auto& primitives = scene.meshes[static_cast<std::size_t>(first.mesh)].primitives;
@@ -99,8 +99,8 @@ void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instan
         keys += elementsOf(p);
         most_vertices = std::max(most_vertices, verticesOf(p));
     }
-    // Both factors are below 2^32: more vertices have just been refused, and more instances need
-    // more memory than there is.
+    // Both factors are below 2^32: more vertices have just been rejected, and more instances would
+    // not fit into memory.
     next_key_ += keys * instances.size();
     if (next_key_ > std::numeric_limits<std::uint32_t>::max() ||
         most_vertices > std::numeric_limits<int>::max()) {
@@ -130,7 +130,7 @@ void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instan
     }
 }
 
-/// `first_key` is that of the first of so many instances, of which worlds_ has none yet.
+/// Adds the surfaces of instances that are not in worlds_ yet. `first_key` is the first instance's.
 void DrawList::addSurfaces(std::span<const Primitive> primitives, std::uint32_t first_key,
                            std::size_t instances) {
     for (std::size_t i = 0; i < instances; ++i) {

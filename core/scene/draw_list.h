@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is drawn, in which order, and the keys of its primitives.
+// The draw calls of a scene in draw order, and the keys of their primitives.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace peeler {
 
 struct MeshInstance;
 
-/// The vertices of a primitive: those of the mesh, or as an instance has deformed them.
+/// The vertices of a primitive, from the mesh or deformed by an instance.
 struct Geometry {
     int mesh = 0;
     std::size_t primitive = 0;
@@ -28,7 +28,7 @@ struct Geometry {
     }
 };
 
-/// One primitive of a mesh, drawn at one or more places.
+/// A primitive of a mesh, drawn at one or more places.
 struct Draw {
     std::size_t geometry = 0;  ///< index into DrawList::geometries()
     Topology topology = Topology::kTriangles;
@@ -39,22 +39,22 @@ struct Draw {
     int node = 0;
     bool mirrored = false;              ///< front faces are clockwise
     std::uint32_t first_primitive = 0;  ///< key of its first primitive in the first instance
-    std::uint32_t instance_keys = 0;    ///< from one instance's key to the next one's
+    std::uint32_t instance_keys = 0;    ///< offset between the keys of successive instances
     std::uint32_t flags = 0;            ///< PEELER_HAS_NORMALS …
-    bool opaque = false;                ///< OPAQUE or MASK, and no light passes through
+    bool opaque = false;                ///< OPAQUE or MASK, and not transmissive
     bool alpha_tested = false;          ///< some of its fragments may be rejected by alpha
-    bool textured_alpha = false;        ///< … and a texture decides
+    bool textured_alpha = false;        ///< alpha is tested against a texture
 };
 
-/// Where a key comes from.
+/// The source of a key.
 struct KeyOrigin {
     std::size_t instance = 0;   ///< index into PosedScene::meshes()
     std::size_t primitive = 0;  ///< of the mesh
-    std::uint32_t element = 0;  ///< which of the points, lines or triangles of that primitive
-    std::uint32_t in_mesh = 0;  ///< which of those of the whole mesh, primitive after primitive
+    std::uint32_t element = 0;  ///< index among the points, lines or triangles of that primitive
+    std::uint32_t in_mesh = 0;  ///< index among those of the whole mesh, primitive after primitive
 };
 
-/// A primitive of a mesh at one place: its keys follow one another.
+/// One instance of a primitive; its keys are consecutive.
 struct DrawnSurface {
     std::uint32_t first_key = 0;
     std::uint32_t in_mesh = 0;    ///< KeyOrigin::in_mesh of the first key
@@ -62,16 +62,16 @@ struct DrawnSurface {
     std::uint32_t primitive = 0;  ///< of the mesh
 };
 
-/// Finds the surface that a key belongs to.
+/// Maps keys to surfaces.
 class KeyIndex {
   public:
     KeyIndex() = default;
-    /// `first_keys` of the surfaces, which do not fall; all keys are less than `end`.
+    /// `first_keys` of the surfaces are in ascending order; all keys are less than `end`.
     KeyIndex(std::vector<std::uint32_t> first_keys, std::uint64_t end);
 
     std::uint32_t surfaceOf(std::uint32_t key) const {
         const std::size_t near = key >> shift_;
-        // The last of those that begin there: primitives without elements begin there, too.
+        // The last of those with this first key: primitives without elements share it.
         const auto begin = first_keys_.begin();
         const auto after = std::upper_bound(begin + near_[near], begin + near_[near + 1] + 1, key);
         return static_cast<std::uint32_t>(after - begin) - 1;
@@ -79,29 +79,29 @@ class KeyIndex {
 
   private:
     std::vector<std::uint32_t> first_keys_;
-    /// The surface of every key that is a multiple of 2^shift_: others are not far from there.
+    /// The surface of every key that is a multiple of 2^shift_; those of other keys are close.
     std::vector<std::uint32_t> near_;
     unsigned shift_ = 0;
 };
 
-/// Depth-first over the nodes, then instance, then primitive of the mesh: a key counts the
-/// primitives that GL makes in this order, whether instances are drawn at once or one by one. Keys
-/// start at 1.
+/// The draw order: depth-first over the nodes, then instance, then primitive of the mesh. Keys
+/// number the primitives that GL makes in this order, starting at 1, whether instances are drawn
+/// together or one by one.
 class DrawList {
   public:
-    /// Successive instances of a mesh of one primitive at the same node are drawn at once. Throws
+    /// Successive instances of a single-primitive mesh at the same node are drawn together. Throws
     /// Error (kInput) if the scene has 2^32 primitives or more.
     DrawList(const Scene& scene, std::span<const MeshInstance> instances);
 
     const std::vector<Draw>& draws() const { return draws_; }
     const std::vector<Geometry>& geometries() const { return geometries_; }
-    /// Where the instances of a draw are.
+    /// Returns the world matrices of a draw's instances.
     std::span<const glm::dmat4> worlds(const Draw& draw) const {
         return {worlds_.data() + draw.first_world, draw.instances};
     }
-    /// In draw order, those without anything to draw, too.
+    /// Returns the surfaces in draw order, including those with nothing to draw.
     const std::vector<DrawnSurface>& surfaces() const { return surfaces_; }
-    /// The index of the surface that a key belongs to.
+    /// Returns the index of the surface that a key belongs to.
     std::uint32_t surfaceOf(std::uint32_t key) const { return keys_.surfaceOf(key); }
     const KeyIndex& keys() const { return keys_; }
     KeyOrigin originOf(std::uint32_t key) const;

@@ -6,12 +6,12 @@
 namespace peeler {
 namespace {
 
-/// How many vertices the sequence that is drawn has.
+/// Returns the length of the drawn vertex sequence.
 std::size_t sequenceOf(const Primitive& primitive) {
     return primitive.indices.empty() ? primitive.positions.size() : primitive.indices.size();
 }
 
-/// The places of the e-th element's vertices in the sequence that is drawn, which has `size`.
+/// Returns the positions of the e-th element's vertices in the drawn sequence of length `size`.
 Corners placesOf(Topology topology, std::size_t e, std::size_t size) {
     switch (topology) {
         case Topology::kPoints:
@@ -65,10 +65,11 @@ Corners cornersOf(const Primitive& primitive, std::uint32_t element) {
 namespace {
 
 double clamped(double weight) {
-    return weight > 0 ? std::min(weight, 1.0) : 0;  // NaN (seen edge-on) becomes 0
+    return weight > 0 ? std::min(weight, 1.0) : 0;  // NaN (edge-on) becomes 0
 }
 
-/// Möller & Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997.
+/// Returns barycentric weights (Möller & Trumbore, "Fast, Minimum Storage Ray/Triangle
+/// Intersection", 1997).
 std::array<double, 3> triangleWeights(const std::array<glm::dvec3, 3>& corner,
                                       const glm::dvec3& origin, const glm::dvec3& direction) {
     const glm::dvec3 e1 = corner[1] - corner[0], e2 = corner[2] - corner[0];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fitting a scene into a frame.
+// Scene extents, and fitting a scene into a frame.
 #include "core/scene/framing.h"
 
 #include <algorithm>
@@ -16,8 +16,8 @@ namespace {
 
 constexpr std::size_t kEvenMoments = 9, kMostKeys = 24;
 
-/// Times, in seconds, at equal steps from the first key to the last, and those of the keys; of too
-/// many keys some, at equal steps, too.
+/// Returns times, in seconds: equal steps from the first key to the last, plus those of the keys.
+/// If there are too many keys, uses evenly chosen ones.
 std::set<double> momentsOf(const Scene& scene, std::span<const int> animations) {
     std::set<double> keys;
     for (const int animation : animations)
@@ -103,14 +103,14 @@ double SceneExtent::facing(const glm::dvec3& direction) const {
 
 namespace {
 
-/// Share of the frame that a framed scene may fill.
+/// Fraction of the frame that a framed scene may fill.
 constexpr double kFill = 1 - 2 * kFramingMargin;
 
-/// A scene is flat if it is thinner than this share of its second-smallest extent. (Boards with
+/// A scene is flat if it is thinner than this fraction of its second-smallest extent. (Boards with
 /// labels have 0.005 to 0.042; tiles, flat boxes and machines on a plate 0.1 and more.)
 constexpr double kFlat = 0.05;
 
-/// Fronts less backs at which what is flat is looked at from behind.
+/// Facing (front minus back) below which a flat scene is viewed from behind.
 constexpr double kTurned = -0.25;
 
 std::array<glm::dvec3, 8> corners(const Bounds& bounds) {
@@ -127,7 +127,7 @@ std::array<glm::dvec3, 8> corners(const Bounds& bounds) {
 
 namespace {
 
-/// `v` of a scene whose upwards direction is +Y, turned into one where it is `up`: by the shortest
+/// Rotates `v` from a scene whose up direction is +Y to one where it is `up`, by the shortest
 /// rotation (Rodrigues; cos = −1 turns about X).
 glm::dvec3 turnedTo(const glm::dvec3& up, const glm::dvec3& v) {
     const glm::dvec3 axis = glm::cross(glm::dvec3(0, 1, 0), up);
@@ -165,19 +165,20 @@ double sceneSize(const Bounds& bounds) {
     const double diagonal = glm::length(bounds.max - bounds.min);
     if (diagonal > 0) return diagonal;
     const glm::dvec3 place = glm::max(glm::abs(bounds.min), glm::abs(bounds.max));
-    // A single point: any size will do if eye and target stay apart in double precision.
+    // A single point: any size works if eye and target stay apart in double precision.
     return std::max(1.0, 1e-3 * std::max({place.x, place.y, place.z}));
 }
 
 namespace {
 
-/// How far an eye at `distance` is shifted along `axis` for the scene to be in the middle: where
-/// two planes of one slope, to either side of the eye, both touch the scene. The slope is found by
-/// iteration from `slope`, which holds the scene under the shift `known`; that stays if the
-/// iteration does not settle, as with a scene around the eye.
+/// Returns the shift along `axis` that centres the scene for an eye at `distance`: where two planes
+/// of equal slope, on either side of the eye, both touch the scene. The slope is found by iteration
+/// from `slope`, which holds the scene under the shift `known`. Returns `known` if the iteration
+/// does not converge, for example with a scene around the eye.
 double centringShift(const Reach& reach, const glm::dvec3& axis, const glm::dvec3& forward,
                      double slope, double distance, double known) {
-    constexpr int kSteps = 8;  // each brings the slope nearer by the scene's share of the distance
+    constexpr int kSteps = 8;  // each reduces the error by the scene's size relative to the
+                               // distance
     double shift = known;
     for (int step = 0; step < kSteps; ++step) {
         const double positive = reach(axis - slope * forward);
@@ -199,15 +200,16 @@ glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::
     const glm::dvec3 right = glm::normalize(glm::cross(forward, up));
     const glm::dvec3 above = glm::cross(right, forward);
     // Flat and single-point scenes need no room sideways, but the eye must stay in front of them.
-    // The origin, too, stays in front: the camera looks at it, and it may lie outside the scene.
+    // It must also stay in front of the origin, which the camera looks at and which may lie outside
+    // the scene.
     double distance = std::max(reach(-forward), 0.0) + 0.05 * size;
     glm::dvec2 shift(0);
     const std::array<std::pair<glm::dvec3, double>, 2> axes = {
         {{right, projection.half_width}, {above, projection.half_height}}};
     for (int i = 0; i < 2; ++i) {
         const auto& [axis, half] = axes[static_cast<std::size_t>(i)];
-        // How far the scene stands out beyond each of two planes through the origin that are
-        // parallel to the frustum's sides (a perspective camera) or to the axis.
+        // The scene's extent beyond each of two planes through the origin, parallel to the
+        // frustum's sides (perspective camera) or to the axis.
         const double slope = projection.perspective ? kFill * half : 0;
         const double positive = reach(axis - slope * forward);
         const double negative = reach(-axis - slope * forward);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a camera has to see, and where it stands for that: geometry without options or files.
+// Automatic camera framing: geometry without options or files.
 #pragma once
 
 #include <functional>
@@ -15,69 +15,71 @@
 
 namespace peeler {
 
-/// How far a scene reaches, at one moment or at all of them.
+/// The extent of a scene, at one moment or over its animations.
 class SceneExtent {
   public:
-    /// Of one moment, by its vertices.
+    /// Measures one moment, by its vertices.
     explicit SceneExtent(const PosedScene& posed);
 
-    /// Of these animations from their first key to their last, by bounding boxes at keys (24 at
-    /// most) and between them: the same for every frame, so that a camera which frames the scene
+    /// Measures these animations from first key to last, by bounding boxes at keys (24 at
+    /// most) and between them. It is the same for every frame, so a camera that frames the scene
     /// stands still.
     SceneExtent(const Scene& scene, int scene_index, std::span<const int> animations);
 
-    /// A unit cube at the origin if there is nothing. Throws Error (kInput) if it is not finite.
+    /// Returns a unit cube at the origin if the scene is empty. Throws Error (kInput) if the bounds
+    /// are not finite.
     Bounds bounds() const;
 
-    /// How far it reaches from `origin` along a direction, the largest dot product; −inf if there
-    /// is nothing.
+    /// Returns the largest dot product of `direction` and points relative to `origin`; −inf if the
+    /// scene is empty.
     double reach(const glm::dvec3& origin, const glm::dvec3& direction) const;
 
-    /// Which way the triangles face, at the first moment: the sum of their areas as seen against
-    /// `direction`, front faces less back faces, as a share of both; −1 to 1, about 0 of what is
-    /// closed, and 0 without triangles.
+    /// Returns the mean facing of the triangles at the first moment: the sum of their areas as seen
+    /// against `direction`, front faces minus back faces, as a fraction of both. −1 to 1, about 0
+    /// for closed surfaces, and 0 without triangles.
     double facing(const glm::dvec3& direction) const;
 
   private:
     std::optional<PosedScene> posed_;  ///< at the first moment
-    bool moves_ = false;               ///< the boxes count
+    bool moves_ = false;               ///< whether boxes_ replace the vertices
     std::vector<Bounds> boxes_;
 };
 
-/// The world direction from which an unknown scene is looked at: from the front (+Z if `up` is +Y,
-/// glTF 2.0 §3.4; −Y if `up` is +Z, as modellers have it), a little from the right and from above.
+/// Returns the default viewing direction, in world space: from the front (+Z if `up` is +Y, glTF
+/// 2.0 §3.4; −Y if `up` is +Z, as in modelling programs), a little from the right and from above.
 glm::dvec3 pleasingForward(const glm::dvec3& up);
 
-/// How an unknown scene is looked at: a viewing direction, and what is upwards in the picture.
+/// A viewing direction, and the up vector of the picture.
 struct FramingDirection {
     glm::dvec3 forward, up;
 };
 
-/// From the front what is flat (thinner than a twentieth of its second-smallest extent, along an
-/// axis): along that axis, from the side where pleasingForward() stands, unless most of its
-/// triangles show their backs there. From above, with `up` across it, as a map with what is far
-/// upwards. All else along pleasingForward().
+/// Returns the direction from which to frame a scene. A flat scene (thinner than a twentieth of its
+/// second-smallest extent, along an axis) is seen along that axis, from the side of
+/// pleasingForward(), unless most of its triangles show their backs there. It is seen from above if
+/// `up` is that axis, like a map with the far side upwards. All others are seen along
+/// pleasingForward().
 FramingDirection framingDirection(const SceneExtent& extent, const glm::dvec3& up);
 
-/// The largest extent of the bounds; a length that suits the place if they have none.
+/// Returns the largest extent of the bounds; if that is 0, a length that suits the position.
 double sceneSize(const Bounds& bounds);
 
-/// How far a scene reaches from an origin along a direction: the largest dot product.
+/// Returns the extent of a scene along a direction: the largest dot product relative to an origin.
 using Reach = std::function<double(const glm::dvec3& direction)>;
 
-/// What stays free at each end of the side of a picture that decides how near a camera may stand,
-/// as a share of that side.
+/// Margin at each end of the picture side that limits the camera's distance, as a fraction of that
+/// side.
 inline constexpr double kFramingMargin = 0.05;
 
-/// The eye of a camera that looks along `forward`, relative to the origin of `reach`, so near that
-/// the scene just fits into the frame with margins of kFramingMargin. `centred` keeps the origin in
-/// the middle of the picture, otherwise the scene is. An orthographic frame has its size given; the
-/// eye is just placed in front. `size` is the scene's, for what has no extent.
+/// Returns the eye of a camera that looks along `forward`, relative to the origin of `reach`, as
+/// near as the scene fits into the frame with margins of kFramingMargin. `centred` keeps the origin
+/// in the middle of the picture, otherwise the scene. The size of an orthographic frame is given;
+/// the eye is just placed in front. `size` is the scene's, for scenes without an extent.
 glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::dvec3& forward,
                       const glm::dvec3& up, const Projection& projection);
 
-/// Depth along the viewing axis, positive in front of the camera, of the nearest and the farthest
-/// corner of bounds; scene units.
+/// Depths of the nearest and farthest corner of bounds along the viewing axis, positive in front of
+/// the camera; scene units.
 struct DepthRange {
     double nearest = 0, farthest = 0;
 };
@@ -85,16 +87,17 @@ DepthRange depthRange(const Bounds& bounds, const glm::dmat4& camera_to_world);
 
 // camera_choice.cpp.
 
-/// What the cameras of the scene are called, in draw order: by their own names, else their nodes',
-/// else "camera N".
+/// Returns the names of the scene's cameras, in draw order: their own, else their nodes', else
+/// "camera N".
 std::vector<std::string> cameraNames(const PosedScene& posed);
 
-/// The view of the chosen, built or framed camera; `extent` is what it has to see. A scene's camera
-/// keeps its vertical field of view whatever the size's aspect ratio, near and far; a built one is
-/// near enough to clip nothing it could show (1e-4 of the scene's size or of the distance to the
-/// target, which reversed Z makes free) and sees infinitely far, or past the scene if orthographic.
-/// Throws Error (kUsage) for an unknown camera, with the list, for a crop outside the picture, and
-/// for a camera that cannot be; (kInput) for one that the file gives no direction or no extent.
+/// Returns the view of the chosen, built or framed camera; `extent` is the scene to be seen. A
+/// scene's camera keeps its vertical field of view at any aspect ratio, and its near and far
+/// planes. A built camera has a near plane that clips nothing it could show (1e-4 of the scene's
+/// size or of the distance to the target, which reversed Z makes free) and no far plane, or one
+/// past the scene if orthographic. Throws Error (kUsage) if the camera is unknown, with the list of
+/// cameras, if the crop is outside the picture, or if the camera is impossible; (kInput) if the
+/// file gives the camera no direction or no extent.
 View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraChoice& choice);
 
 }  // namespace peeler

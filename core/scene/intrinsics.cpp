@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a calibrated camera sees as a crop of a larger picture, and back.
+// Conversion between calibrated intrinsics and crops of a larger centred picture.
 #include "core/scene/intrinsics.h"
 
 #include <algorithm>
@@ -15,15 +15,15 @@
 namespace peeler {
 namespace {
 
-/// The picture whose middle is on the axis, and the one that is asked for in it: along one side.
+/// A requested picture within the larger picture that is centred on the axis, along one side.
 struct OffCentre {
-    int whole = 0, first = 0;  ///< pixels of the larger picture; the first of the asked-for one
-    double sample = 0;         ///< where in each pixel
+    int whole = 0, first = 0;  ///< pixels of the larger picture; the first of the requested one
+    double sample = 0;         ///< position within each pixel
     bool operator==(const OffCentre&) const = default;
 };
 
-/// Of so many pixels, where the axis goes through at `centre`, pixels from the centre of the first
-/// one. Nothing if the axis is too far away.
+/// Returns the placement of a picture with `pixels` pixels whose axis is at `centre`, in pixels
+/// from the centre of the first one. Nothing if the axis is too far away.
 std::optional<OffCentre> offCentre(int pixels, double centre) {
     const double corner = centre + 0.5;  // from the first pixel's corner
     const double whole = std::ceil(2 * std::max(corner, pixels - corner));
@@ -39,7 +39,7 @@ OffCentre offCentreOrFail(int pixels, double centre) {
                 "they are pixels from the centre of the upper left one");
 }
 
-/// A number rounded to so many decimal digits.
+/// Rounds a number to this many significant decimal digits.
 double rounded(double value, int digits) {
     std::array<char, 32> text;
     char* const end = text.data() + text.size();
@@ -50,7 +50,7 @@ double rounded(double value, int digits) {
     return result;
 }
 
-/// The number with the fewest digits that is `value` but for rounding and `fits`, if there is one.
+/// Returns the number with the fewest digits that equals `value` up to rounding and `fits`, if any.
 template <class Fits>
 std::optional<double> simplest(double value, const Fits& fits) {
     for (int digits = 1; digits < std::numeric_limits<double>::max_digits10; ++digits)
@@ -66,23 +66,23 @@ std::optional<double> simplest(double value, const Fits& fits) {
     return std::nullopt;
 }
 
-/// The focal length of a picture of so many pixels with this half extent at distance 1.
+/// Returns the focal length of a picture of `whole` pixels with this half extent at distance 1.
 double focalLengthOf(int whole, double half) {
     const double value = whole / (2 * half);
     if (const auto found = simplest(value, [&](double f) { return whole / (2 * f) == half; }))
         return *found;
-    // No number leads to it. What is made of the nearest one is the same from then on.
+    // No number gives exactly `half`. Results from the nearest one reproduce themselves.
     const double nearest = whole / (2 * value);
     return nearest == half ? value : focalLengthOf(whole, nearest);
 }
 
-/// Where the axis goes through, of a crop of so many pixels.
+/// Returns the position of the axis in a crop of `pixels` pixels.
 double centreOf(int pixels, const OffCentre& side) {
     const double before = side.first + (side.sample - 0.5);
     const double value = (side.whole / 2.0 - before) - 0.5;
     const auto fits = [&](double centre) { return offCentre(pixels, centre) == side; };
     if (const auto found = simplest(value, fits)) return *found;
-    // A crop of the picture that intrinsics would make, which is smaller.
+    // A crop of the smaller picture that these intrinsics would produce.
     const auto smaller = offCentre(pixels, value);
     return !smaller || *smaller == side ? value : centreOf(pixels, *smaller);
 }

@@ -7,9 +7,9 @@
 
 namespace peeler {
 
-/// Makes the view's picture, of the size that it has, that of these intrinsics. Throws Error
-/// (kUsage) for some that are not positive and finite, of an orthographic view, and for an axis
-/// that is too far beside the picture.
+/// Applies intrinsics to a view; the picture keeps its size. Throws Error (kUsage) if they are not
+/// positive and finite, if the view is orthographic, or if the principal point is too far outside
+/// the picture.
 void setIntrinsics(View& view, const Intrinsics& camera);
 
 }  // namespace peeler

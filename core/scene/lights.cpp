@@ -11,7 +11,8 @@
 namespace peeler {
 namespace {
 
-/// A light's place as a rigid matrix. A point light needs no direction, and no light a roll.
+/// Returns a light's placement as a rigid matrix. Point lights need no direction, and no light
+/// needs a roll.
 glm::dmat4 place(const LightInstance& instance, LightType type) {
     const glm::dmat4& world = instance.world;
     const glm::dvec3 at(world[3]), forward = -glm::dvec3(world[2]);
@@ -59,7 +60,7 @@ namespace {
 
 constexpr double kViewMargin = 1.01;
 
-/// From `low` to `high` along one axis of the light.
+/// The interval from `low` to `high` along one axis of the light.
 struct Extent {
     double low = 0, high = 0;
 
@@ -68,7 +69,7 @@ struct Extent {
 };
 
 void fitOrthographic(View& view, const Extent& right, const Extent& up, const Extent& backward) {
-    // What has no width must still have a picture.
+    // A picture needs a non-zero extent.
     const double largest = std::max({right.half(), up.half(), backward.half()});
     const double least = largest > 0 ? 1e-4 * largest : 0.5;
     Projection& projection = view.projection;
@@ -102,7 +103,8 @@ std::optional<View> lightView(const PlacedLight& light, const PosedScene& posed)
     }
     view.projection.half_width = view.projection.half_height =
         kViewMargin * std::tan(std::min(light.light.outer_cone, kWidestCone));
-    const double farthest = -extents[2].low;  // behind the light if negative: it sees nothing then
+    const double farthest = -extents[2].low;  // negative if everything is behind the light, which
+                                              // then sees nothing
     view.projection.near = 1e-5 * (farthest > 0 ? farthest : 1);
     return view;
 }

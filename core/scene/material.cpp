@@ -36,7 +36,7 @@ bool isTransmissive(const Material& material) {
 }
 
 bool isTintedGlass(const Material& material) {
-    // A metal lets none through, whatever its transmission is.
+    // A metal transmits nothing, even with a transmission factor.
     const bool metal = !material.specular_glossiness && !material.metallic_roughness_texture &&
                        material.metallic >= 1;
     if (!isTransmissive(material) || metal) return false;

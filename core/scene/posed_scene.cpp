@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Walks a scene's node forest: what it shows, deformed, and how large that is.
+// Traversal of a scene's node forest: instances, deformed vertices and bounds.
 #include "core/scene/posed_scene.h"
 
 #include <algorithm>
@@ -15,8 +15,8 @@
 
 namespace peeler {
 
-/// The joints of a skin at a moment, each the product of where it is and its inverse bind matrix.
-/// PosedScene::Builder holds some, so it has a name that is the same in every unit.
+/// Joint matrices of a skin at a moment, each the product of the joint's transform and its inverse
+/// bind matrix. Has external linkage because PosedScene::Builder has members of this type.
 struct JointMatrices {
     std::vector<glm::dmat4> joints;
     glm::dmat4 unskinned{1};  ///< for primitives without joints, which follow their node
@@ -24,7 +24,7 @@ struct JointMatrices {
 
 namespace {
 
-constexpr std::size_t kBlock = 4096;  // vertices a thread takes at a time
+constexpr std::size_t kBlock = 4096;  // vertices per thread at a time
 
 /// Calls body(first, end) for intervals of the vertices.
 template <class Body>
@@ -34,7 +34,7 @@ void forBlocks(std::size_t vertices, const Body& body) {
     });
 }
 
-/// Adds w times a target's displacements to as many components as those have.
+/// Adds w times a target's displacements to the components that the displacements have.
 template <class Vector, class Displacement>
 void displace(std::vector<Vector>& values, const std::vector<Displacement>& displacements,
               double w) {
@@ -47,7 +47,7 @@ void displace(std::vector<Vector>& values, const std::vector<Displacement>& disp
     });
 }
 
-/// What moves a vertex: the weighted mean of its joints.
+/// Returns the skinning matrix of a vertex: the weighted mean of its joints.
 glm::dmat4 skinMatrix(const Primitive& primitive, const JointMatrices& skin, std::size_t vertex) {
     if (primitive.joint_sets.empty()) return skin.unskinned;
     glm::dmat4 sum(0);
@@ -83,7 +83,7 @@ void applySkin(const Primitive& primitive, const JointMatrices& skin, DeformedVe
     });
 }
 
-/// The values if a target displaces them, else nothing.
+/// Returns the values if a target displaces them, otherwise an empty array.
 template <class Vector, class ArrayOf>
 std::vector<Vector> ifDisplaced(const std::vector<Vector>& values,
                                 const std::vector<MorphTarget>& targets, const ArrayOf& array_of) {
@@ -92,10 +92,10 @@ std::vector<Vector> ifDisplaced(const std::vector<Vector>& values,
     return displaced ? values : std::vector<Vector>{};
 }
 
-/// Morph targets (glTF 2.0 §3.7.2.2; missing weights are 0, colours are clamped) and, if `skin` is
-/// given, joints (§3.7.3.3: linear blend skinning with all joint sets, weights scaled to add up to
-/// 1, where they are all 0 the first joint). Normals turn with the inverse transpose. Vertices are
-/// done in parallel; the result does not depend on how.
+/// Applies morph targets (glTF 2.0 §3.7.2.2; missing weights are 0, colours are clamped) and, if
+/// `skin` is given, joints (§3.7.3.3: linear blend skinning with all joint sets, weights scaled to
+/// add up to 1; the first joint if all are 0). Normals are transformed by the inverse transpose.
+/// Vertices run in parallel; the result does not depend on their order.
 DeformedVertices deformedVertices(const Primitive& primitive, std::span<const double> weights,
                                   const JointMatrices* skin) {
     DeformedVertices result{primitive.positions, primitive.normals, primitive.tangents};
@@ -140,13 +140,13 @@ struct Visit {
     bool visible = true;
 };
 
-/// Calls body(visit) for every node below `roots`, which are placed by `to_world`, parents first,
-/// in the file's order.
+/// Calls body(visit) for every node below `roots`, which `to_world` places, parents first, in file
+/// order.
 template <class Body>
 void walk(const Scene& scene, const Pose& pose, const std::vector<int>& roots,
           const glm::dmat4& to_world, const Body& body) {
-    // A stack of our own: files nest as deep as they like. Last in, first out, so children are
-    // pushed in reverse to come out in the file's order.
+    // An explicit stack, since nesting depth is unlimited. Last in, first out, so children are
+    // pushed in reverse to come out in file order.
     std::vector<Visit> stack;
     const auto push = [&](const std::vector<int>& nodes, const glm::dmat4& world, bool visible) {
         for (auto node = nodes.rbegin(); node != nodes.rend(); ++node)
@@ -165,7 +165,7 @@ void walk(const Scene& scene, const Pose& pose, const std::vector<int>& roots,
     }
 }
 
-/// The world matrices of all nodes: joints need not be in the scene that shows their mesh.
+/// Returns the world matrices of all nodes: joints need not be in the scene of their mesh.
 std::vector<glm::dmat4> worldsOf(const Scene& scene, const Pose& pose, const glm::dmat4& to_world) {
     std::vector<glm::dmat4> worlds(scene.nodes.size(), glm::dmat4(1));
     walk(scene, pose, rootsOf(scene.nodes), to_world,
@@ -235,8 +235,8 @@ class PosedScene::Builder {
         }
     }
 
-    /// Puts a skinned mesh where its joints are. Deformed vertices are floats, so they are kept
-    /// relative to the first joint: far from the origin they would lose precision.
+    /// Places a skinned mesh at its joints. Deformed vertices are floats, so they are stored
+    /// relative to the first joint to keep precision far from the origin.
     const JointMatrices& place(const Node& node, MeshInstance& instance) {
         const Skin& skin = scene_.skins[static_cast<std::size_t>(node.skin)];
         if (worlds_.empty()) worlds_ = worldsOf(scene_, pose_, to_world_);
@@ -252,7 +252,7 @@ class PosedScene::Builder {
                 matrices.joints.push_back(to_anchor * worldOf(i) * skin.inverse_bind[i]);
         matrices.unskinned = to_anchor * instance.world;
         instance.world = glm::translate(glm::dmat4(1), anchor);
-        // Joints may mirror a mesh as nodes do. If not all of them do, no answer is right.
+        // Joints can mirror a mesh like nodes. If only some of them do, neither answer is right.
         const auto& primitives = scene_.meshes[static_cast<std::size_t>(node.mesh)].primitives;
         instance.mirrored =
             !primitives.empty() && isMirrored(skinMatrix(primitives.front(), matrices, 0));
@@ -278,8 +278,8 @@ class PosedScene::Builder {
     const Scene& scene_;
     const Pose& pose_;
     const glm::dmat4& to_world_;          ///< of the scene's roots
-    std::vector<glm::dmat4> worlds_;      ///< of all nodes, once a skin has asked for them
-    std::map<int, JointMatrices> skins_;  ///< shared by the nodes of a skin
+    std::vector<glm::dmat4> worlds_;      ///< of all nodes, once a skin needs them
+    std::map<int, JointMatrices> skins_;  ///< shared by the nodes with a skin
     Shown& shown_;
 };
 
@@ -386,7 +386,7 @@ std::optional<Bounds> PosedScene::bounds() const {
 double PosedScene::reach(const glm::dvec3& origin, const glm::dvec3& direction) const {
     double farthest = -std::numeric_limits<double>::infinity();
     for (const MeshInstance& instance : meshes()) {
-        // The direction is taken to the mesh instead of every vertex to the world.
+        // Transforms the direction to the mesh instead of every vertex to the world.
         const glm::dvec3 local = glm::transpose(glm::dmat3(instance.world)) * direction;
         const double offset = glm::dot(glm::dvec3(instance.world[3]) - origin, direction);
         for (std::size_t i = 0; i < primitives(instance).size(); ++i)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a scene that somebody has put together is one: what readers check of their files.
+// Validation of scenes built in code, with the checks that readers apply to files.
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -20,7 +20,7 @@ std::string placeOf(const char* list, std::size_t index) {
     return "/" + std::string(list) + "/" + std::to_string(index);
 }
 
-/// `none`: −1 is one, too.
+/// `none`: −1 is valid too.
 void checkIndex(std::int64_t index, std::size_t size, bool none, const char* of,
                 const std::string& where) {
     if ((none && index == -1) || (index >= 0 && static_cast<std::uint64_t>(index) < size)) return;
@@ -90,7 +90,8 @@ void checkMeshes(const Scene& scene) {
 void checkMaterials(const Scene& scene) {
     if (scene.materials.empty()) refuse("there is no material, not even the default one", "");
     for (std::size_t m = 0; m < scene.materials.size(); ++m) {
-        Material material = scene.materials[m];  // texturesOf() is for those who change them
+        Material material = scene.materials[m];  // a copy, since texturesOf() takes a mutable
+                                                 // material
         for (const MaterialTexture& texture : texturesOf(material)) {
             if (texture.ref)
                 checkIndex(texture.ref->image, scene.images.size(), true, "image",
@@ -141,7 +142,7 @@ void checkNodes(const Scene& scene) {
                 refuse("node " + std::to_string(child) + " has two parents", where);
         }
     }
-    // With one parent each, what is reached from no root is a cycle.
+    // With one parent each, nodes not reachable from a root form a cycle.
     std::vector<int> reached = rootsOf(scene.nodes);
     for (std::size_t i = 0; i < reached.size(); ++i) {
         const auto& children = scene.nodes[static_cast<std::size_t>(reached[i])].children;

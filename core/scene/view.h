@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How rigid a camera's matrix is, and a view's pixels against points in space.
+// Rigidity of camera matrices, and the mapping between a view's pixels and points in space.
 #pragma once
 
 #include <cmath>
@@ -9,22 +9,20 @@
 
 namespace peeler {
 
-/// How far a matrix is from one that turns and moves and does nothing else: the most by which its
-/// determinant is not 1, its axes are not of length 1 (squared) or not at right angles (dot
-/// products). NaN or infinite where the matrix is.
+/// Returns a matrix's distance from a rigid transform: the largest deviation of its determinant
+/// from 1, of its squared axis lengths from 1, and of its axes' dot products from 0. NaN or
+/// infinite if the matrix is.
 double distanceFromRigid(const glm::dmat4& matrix);
 
-/// What is nearer is as rigid as rounding leaves it: lookAlong() and rigid() make nothing that is
-/// farther away.
+/// Tolerance for rigid up to rounding: results of lookAlong() and rigid() stay within it.
 inline constexpr double kRigidByRounding = 1e-12;
 
-/// A view's pixels against points in its camera's own space (it looks along −Z, +Y up). Pixel
+/// Mapping between a view's pixels and points in camera space (looking along −Z, +Y up). Pixel
 /// coordinates are continuous, y down: (0, 0) is the display window's upper left corner, and pixel
 /// (x, y) has its sample at (x, y) + View::sample.
 ///
-/// Depth along the axis (Z, positive in front) also goes by its *planar* measure: 1/Z of a
-/// perspective camera, Z of an orthographic one. On a plane in space it is a linear function of the
-/// pixel coordinates.
+/// Depth along the axis (Z, positive in front) also has a *planar* form: 1/Z for a perspective
+/// camera, Z for an orthographic one. On a plane in space it is linear in the pixel coordinates.
 class PixelRays {
   public:
     explicit PixelRays(const View& view)
@@ -35,7 +33,7 @@ class PixelRays {
     bool perspective() const { return perspective_; }
 
     double planar(double z) const { return perspective_ ? 1 / z : z; }
-    /// Whether a planar depth is one of a point that the camera can see.
+    /// Whether a planar depth belongs to a point that the camera can see.
     bool isSeen(double planar) const {
         return perspective_ ? planar > 0 && planar < kFarthest : std::abs(planar) < kFarthest;
     }
@@ -46,18 +44,18 @@ class PixelRays {
                             : glm::dvec3(at.x, -at.y, -planar);
     }
 
-    /// The pixel coordinates of a point; of a perspective camera one in front of it.
+    /// Returns the pixel coordinates of a point, which must be in front of a perspective camera.
     glm::dvec2 pixel(const glm::dvec3& point) const {
         glm::dvec2 at(point.x, -point.y);
         if (perspective_) at /= -point.z;
         return (at / half_ + 1.0) * 0.5 * size_;
     }
 
-    /// How much a pixel's area in space shrinks on the picture with depth: weights of projective
-    /// interpolation (1/Z, or 1 for an orthographic camera).
+    /// Returns the weight for perspective-correct interpolation: 1/Z, or 1 for an orthographic
+    /// camera.
     double weight(double z) const { return perspective_ ? 1 / z : 1; }
 
-    /// How much planar depth changes from a pixel to the next on a surface that is turned by 45°
+    /// Returns the change of planar depth from one pixel to the next on a surface turned by 45°
     /// from facing the camera, at this planar depth.
     glm::dvec2 unitStep(double planar) const {
         const glm::dvec2 spacing = 2.0 * half_ / size_;

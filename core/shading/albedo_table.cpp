@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The integrands are those of shaders/lobes.glsl.
+// Integration of the lobes in shaders/lobes.glsl.
 #include "core/shading/albedo_table.h"
 
 #include <algorithm>
@@ -21,14 +21,14 @@ double vanDerCorput(int i) {
     return sum;
 }
 
-/// Smith's function of how much of the microfacets is hidden.
+/// Returns Smith's lambda, which gives the masked fraction of the microfacets.
 double smith(double a2, double cosine) {
     return 0.5 * (std::sqrt(1 + a2 * (1 - cosine * cosine) / (cosine * cosine)) - 1);
 }
 
 constexpr std::size_t kGgxSamples = 192;
 
-/// Points of a disk, evenly spread.
+/// Returns evenly distributed points on the unit disk.
 std::array<glm::dvec2, kGgxSamples> diskSamples() {
     std::array<glm::dvec2, kGgxSamples> points{};
     for (std::size_t i = 0; i < kGgxSamples; ++i) {
@@ -39,7 +39,7 @@ std::array<glm::dvec2, kGgxSamples> diskSamples() {
     return points;
 }
 
-/// A part of a lobe: how much of it there is, and the sum of its directions.
+/// A part of a lobe: its weight and the sum of its directions.
 struct Part {
     double share = 0;
     glm::dvec3 moment{0};
@@ -50,13 +50,13 @@ struct Part {
     }
 };
 
-/// What F0 is multiplied with, and what is added (F90).
+/// The factor of F0 (scale) and the added term for F90 (bias).
 struct GgxLobe {
     Part scale, bias;
 };
 
-/// Samples of the normals that are visible (Heitz, "Sampling the GGX Distribution of Visible
-/// Normals", 2018): what remains to average is between 0 and 1. The view lies in the plane y = 0.
+/// Samples the distribution of visible normals (Heitz, "Sampling the GGX Distribution of Visible
+/// Normals", 2018): the remaining integrand is between 0 and 1. The view lies in the plane y = 0.
 GgxLobe ggxLobe(double alpha, double n_dot_v) {
     static const auto points = diskSamples();
     const double a2 = alpha * alpha, hidden = smith(a2, n_dot_v);
@@ -83,9 +83,9 @@ GgxLobe ggxLobe(double alpha, double n_dot_v) {
     return lobe;
 }
 
-/// The mean cosine with the normal of the lobe that a level is filtered with: GGX seen head-on,
-/// weighted by the cosine. In closed form, since the solid angle goes as the cosine of the half
-/// vector squared, x, of which the distribution is a function: over u = 1 - (1 - alpha²) x.
+/// Returns the mean cosine with the normal of a level's filter lobe: GGX seen head-on, weighted by
+/// the cosine. The distribution is a function of x, the squared cosine of the half vector, and the
+/// solid angle is proportional to dx. This gives a closed form over u = 1 - (1 - alpha²) x.
 double levelCosine(double alpha) {
     const double a2 = std::min(alpha * alpha, 0.998), k = 1 - a2, m = 1 + a2;
     const auto weights = [m](double u) { return -m / u - 2 * std::log(u); };
@@ -93,7 +93,7 @@ double levelCosine(double alpha) {
     return (cosines(1 - k / 2) - cosines(a2)) / (weights(1 - k / 2) - weights(a2)) / k;
 }
 
-/// The roughness of the level whose mean cosine this is.
+/// Returns the roughness of the level with this mean cosine.
 double levelOfCosine(double cosine) {
     double least = 0, greatest = 1;
     for (int i = 0; i < 20; ++i) {
@@ -103,15 +103,15 @@ double levelOfCosine(double cosine) {
     return 0.5 * (least + greatest);
 }
 
-/// x: how far the part's mean direction has gone from the normal toward the mirrored view, along
-/// the line between them.
+/// Returns the position of the part's mean direction on the line from the normal (0) to the
+/// mirrored view (1).
 double turnOf(const Part& part, double n_dot_v) {
     if (!(part.share > 1e-12)) return 1;
     const double slope = -part.moment.x / part.moment.z;
     return slope / (std::sqrt(1 - n_dot_v * n_dot_v) + slope * (1 - n_dot_v));
 }
 
-/// The roughness of the level that is as wide as the part, over the lobe's own.
+/// Returns the roughness of the level as wide as the part, divided by the lobe's own.
 double widthOf(const Part& part, double roughness) {
     if (!(part.share > 1e-12)) return 1;
     return levelOfCosine(glm::length(part.moment) / part.share) / roughness;
@@ -123,9 +123,9 @@ struct GgxEntry {
 };
 
 GgxEntry ggxEntry(double roughness, double n_dot_v) {
-    // There are too few samples for the far ends of narrow lobes, which are all alike.
+    // There are too few samples for the tails of narrow lobes, which all have the same shape.
     constexpr double kNarrow = 0.2;
-    // There, no direction is toward the viewer.
+    // Head-on, no direction points toward the viewer.
     constexpr double kHeadOn = 0.995;
     const auto lobeOf = [](double rough, double cosine) {
         return ggxLobe(std::max(rough * rough, kLeastAlpha), cosine);
@@ -134,7 +134,7 @@ GgxEntry ggxEntry(double roughness, double n_dot_v) {
     const double leaning = std::min(n_dot_v, kHeadOn), wide = std::max(roughness, kNarrow);
     const GgxLobe turned = n_dot_v > leaning ? lobeOf(roughness, leaning) : own;
     const GgxLobe widened = roughness < wide ? lobeOf(wide, n_dot_v) : own;
-    // The far ends of narrow lobes count for more in a mean cosine than in what is seen
+    // The tails of narrow lobes count for more in a mean cosine than in their appearance
     // (tests/benchmarks/referee.py).
     const double seen = std::min(1.0, 0.9 + 0.25 * roughness);
     return {{own.scale.share, own.bias.share},
@@ -155,7 +155,7 @@ double lambda(double cosine, double alpha) {
                                  : 2 * lambdaFit(0.5, alpha) - lambdaFit(1 - cosine, alpha));
 }
 
-/// Charlie's lobe times the cosine at the surface; `shadowing` is 1 + lambda of both directions.
+/// Returns Charlie's lobe times the surface cosine; `shadowing` is 1 + lambda of both directions.
 double charlie(double alpha, double n_dot_v, double n_dot_l, double cos_phi, double shadowing) {
     const double visibility = std::min(1.0, 1 / (shadowing * 4 * n_dot_l * n_dot_v));
     const double sines = std::sqrt((1 - n_dot_l * n_dot_l) * (1 - n_dot_v * n_dot_v));
@@ -166,7 +166,7 @@ double charlie(double alpha, double n_dot_v, double n_dot_l, double cos_phi, dou
            std::pow(h_sine2, 0.5 / alpha);
 }
 
-/// Over the middles of equal solid angles.
+/// Integrates over the centres of equal solid angles.
 double sheenAlbedo(double alpha, double n_dot_v) {
     constexpr int kCosines = 32, kAngles = 32;
     const double v_lambda = lambda(n_dot_v, alpha);
@@ -182,7 +182,7 @@ double sheenAlbedo(double alpha, double n_dot_v) {
     return std::min(1.0, sum * 2 * std::numbers::pi / (kCosines * kAngles));
 }
 
-/// `integrand` (roughness, cosine of the view) of every entry.
+/// Evaluates `integrand` (roughness, view cosine) for every entry.
 template <typename Entry, typename Integrand>
 std::vector<Entry> tabulated(const Integrand& integrand) {
     constexpr std::size_t kSide = kAlbedoTableSize;
@@ -196,7 +196,7 @@ std::vector<Entry> tabulated(const Integrand& integrand) {
     return table;
 }
 
-// Both tables are made of them.
+// The source of both tables.
 const std::vector<GgxEntry>& ggxEntries() {
     static const auto entries = tabulated<GgxEntry>(ggxEntry);
     return entries;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables of how much a lobe reflects in all, and where it looks prefiltered light up.
+// Tables of directional albedos and of prefiltered-environment lookups, per lobe.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -7,22 +7,22 @@
 
 namespace peeler {
 
-/// Entries a side of the tables: row r for roughness r / (size − 1), column c for a cosine of
+/// Entries per side of the tables: row r is for roughness r / (size − 1), column c for a cosine of
 /// c / (size − 1).
 inline constexpr int kAlbedoTableSize = 64;
 
-/// x, y: directional albedo of GGX (height-correlated Smith) as scale and bias of F0 (Karis, "Real
-/// Shading in Unreal Engine 4", 2013); together at most 1. z: that of sheen (Estevez & Kulla,
-/// "Production Friendly Microfacet Sheen BRDF", 2017), at most 1. w: 0. The same numbers on any
-/// number of threads; calculated when peeler is built, as lobeTable() is (constants.h).
+/// Returns the albedo table. x, y: directional albedo of GGX (height-correlated Smith) as scale and
+/// bias of F0 (Karis, "Real Shading in Unreal Engine 4", 2013); together at most 1. z: that of
+/// sheen (Estevez & Kulla, "Production Friendly Microfacet Sheen BRDF", 2017), at most 1. w: 0.
+/// Independent of the number of threads. Computed at build time, like lobeTable() (constants.h).
 std::vector<glm::vec4> albedoTable();
 
-/// Where to look up prefiltered light for GGX, so that what is linear in the direction comes out as
-/// the lobe's own integral. x, y: of what F0 scales; z, w: of what F90 does, which Schlick's term
-/// pushes away from the normal. x and z: the mean direction, as how far it has gone from the normal
-/// (0) to the mirrored view (1) on the line between them; farther than 1 is possible. y and w: the
-/// roughness of the level whose lobe has the same mean cosine with its axis, over the surface's;
-/// somewhat less for a roughness below 0.4.
+/// Returns the lookup of prefiltered light for GGX, chosen to integrate the lobe exactly for
+/// radiance that is linear in the direction. x, y: for the F0 term; z, w: for the F90 term, which
+/// Schlick's factor pushes away from the normal. x and z: the mean direction, as a position on the
+/// line from the normal (0) to the mirrored view (1); values above 1 are possible. y and w: the
+/// roughness of the level whose lobe has the same mean cosine with its axis, divided by the
+/// surface's; slightly less for a roughness below 0.4.
 std::vector<glm::vec4> lobeTable();
 
 }  // namespace peeler

@@ -4,8 +4,8 @@
 namespace peeler {
 namespace {
 
-// The file that write_constants.cpp has written. A compiler would take long over an array of as
-// many numbers; the assembler takes the file as it is.
+// The file from write_constants.cpp. Compilers are slow on arrays of this size; the assembler
+// includes the file as is.
 asm(".pushsection .rodata\n"
     ".balign 64\n"
     ".globl peeler_constants\n"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers that are the same in every run and take long: calculated once, when peeler is built
-// (write_constants.cpp), and part of the program.
+// Expensive constants, computed at build time (write_constants.cpp) and embedded in the program.
 #pragma once
 
 #include <array>
@@ -13,7 +12,8 @@
 
 namespace peeler {
 
-/// Texels a side of a face: of the sharpest level of the studio's radiance, of its irradiance.
+/// Texels per side of a face: for the sharpest level of the studio's radiance, and for its
+/// irradiance.
 inline constexpr int kStudioFace = 128, kStudioIrradianceFace = 16;
 inline constexpr int kStudioLevels = 5;
 
@@ -28,10 +28,10 @@ constexpr std::size_t studioRadianceTexels() {
     return texels;
 }
 
-/// Floats and nothing else, as they lie in the program.
+/// Only floats, in their embedded layout.
 struct Constants {
     std::array<glm::vec3, pixelsOf(kStudioWidth, kStudioHeight)> studio;  ///< studioEnvironment()
-    /// prefilter() of it: levels one after the other.
+    /// Its prefilter(): levels one after the other.
     std::array<glm::vec3, studioRadianceTexels()> studio_radiance;
     std::array<glm::vec3, 6 * pixelsOf(kStudioIrradianceFace, kStudioIrradianceFace)>
         studio_irradiance;
@@ -41,10 +41,10 @@ struct Constants {
 
 const Constants& constants();
 
-/// A copy of what studioEnvironment() calculates.
+/// Returns a copy of studioEnvironment()'s result.
 Environment embeddedStudio();
 
-/// A copy of what prefilter() makes of it.
+/// Returns a copy of its prefilter() result.
 EnvironmentMaps embeddedStudioMaps();
 
 }  // namespace peeler

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A lobe's mean over an environment is a sum over a few directions, each the mean of a patch of sky
-// that a pyramid of cube maps holds: as Křivánek & Colbert, "Real-time Shading with Filtered
-// Importance Sampling", 2008, but with patches that lie side by side in rings about the lobe's
-// axis, so that nothing falls between them and bright lamps leave no grain.
+// A lobe's mean over an environment is a sum over a few directions. Each is the mean of a patch of
+// sky, held by a pyramid of cube maps, as in Křivánek & Colbert, "Real-time Shading with Filtered
+// Importance Sampling", 2008. Unlike theirs, patches lie side by side in rings about the lobe's
+// axis, so that there are no gaps and bright lamps leave no grain.
 #include "core/shading/environment_maps.h"
 
 #include <algorithm>
@@ -17,11 +17,11 @@
 namespace peeler {
 namespace {
 
-// Texels a side. What mirrors reflect is as fine as the picture, and for wide lobes not too coarse.
+// Texels per side. Mirror reflections are as fine as the picture; wide lobes are not too coarse.
 constexpr int kSmallFace = 16, kUsualFace = 128, kLargestFace = 512;
 constexpr int kRoughestFace = 8;
 constexpr int kIrradianceFace = 16, kIrradianceSource = 32;
-// No patch is larger than a texel of this.
+// Limits the patch size to a texel of this face.
 constexpr int kCoarsestFace = 8;
 
 // The faces' own axes: along the rows, down the columns, and outward (OpenGL 4.6, table 8.19).
@@ -39,7 +39,7 @@ std::size_t texelOf(const CubeMap& cube, int face, int x, int y) {
     return index(x, face * cube.size + y, cube.size);
 }
 
-/// The rows of all faces together.
+/// Returns the number of rows of all faces.
 std::size_t rowsOf(const CubeMap& cube) {
     return std::size_t{6} * static_cast<std::size_t>(cube.size);
 }
@@ -51,7 +51,7 @@ CubeMap makeCube(int size) {
     return cube;
 }
 
-/// The source texels under a destination texel, along one axis, with their shares of it.
+/// The source texels under a destination texel, along one axis, with their weights.
 struct Covered {
     int first = 0;
     std::vector<float> weights;
@@ -94,7 +94,8 @@ Environment shrunk(const Environment& source, int width, int height) {
     return out;
 }
 
-/// Radiance from a direction, interpolated between the four nearest pixels; around in longitude.
+/// Returns the radiance from a direction, interpolated between the four nearest pixels; wraps
+/// around in longitude.
 glm::vec3 lookUp(const Environment& image, double rotation, const glm::vec3& direction) {
     constexpr auto kPi = std::numbers::pi_v<float>;
     const float longitude = std::atan2(direction.x, direction.z) - static_cast<float>(rotation);
@@ -115,7 +116,7 @@ glm::vec3 lookUp(const Environment& image, double rotation, const glm::vec3& dir
 
 CubeMap toCube(const Environment& image, double rotation, int size) {
     CubeMap cube = makeCube(size);
-    // A texel that is smaller than a pixel needs no mean.
+    // A texel smaller than a pixel needs no mean.
     const int parts = 4 * size > image.width ? 1 : 2;
     parallelFor(rowsOf(cube), [&](std::size_t row) {
         const int face = static_cast<int>(row) / size, y = static_cast<int>(row) % size;
@@ -144,7 +145,7 @@ CubeMap halved(const CubeMap& cube) {
     return out;
 }
 
-/// The face that a direction meets.
+/// Returns the face that a direction hits.
 int faceOf(const glm::vec3& d) {
     const glm::vec3 size = glm::abs(d);
     if (size.x >= size.y && size.x >= size.z) return d.x > 0 ? 0 : 1;
@@ -152,8 +153,8 @@ int faceOf(const glm::vec3& d) {
     return d.z > 0 ? 4 : 5;
 }
 
-/// A cube map whose faces have a border of what their neighbours show, so that it can be
-/// interpolated across edges. Four floats a texel are loaded at once.
+/// A cube map whose faces have a border copied from their neighbours, for interpolation across
+/// edges. Texels have four floats, so that one load reads a texel.
 class SeamlessCube {
   public:
     explicit SeamlessCube(const CubeMap& cube)
@@ -175,7 +176,7 @@ class SeamlessCube {
 
     int size() const { return size_; }
 
-    /// The radiance from a direction of any length in the axes of a face, interpolated.
+    /// Returns the interpolated radiance from a direction of any length in the axes of a face.
     glm::vec4 at(int face, const glm::vec3& own) const {
         if (std::max(std::abs(own.x), std::abs(own.y)) <= own.z) return on(face, own);
         const glm::vec3 direction = kFaceAxes[static_cast<std::size_t>(face)] * own;
@@ -184,10 +185,10 @@ class SeamlessCube {
     }
 
   private:
-    /// The same if it meets the face.
+    /// Returns the same for a direction that hits the face.
     glm::vec4 on(int face, const glm::vec3& own) const {
         const float scale = half_ / own.z;
-        // 1 more than the index of a texel, which may be that of the border; never negative.
+        // Texel index plus 1, since there is a border; never negative.
         const float x = own.x * scale + (half_ + 0.5F), y = own.y * scale + (half_ + 0.5F);
         const int left = static_cast<int>(x), upper = static_cast<int>(y);
         const float across = x - static_cast<float>(left), down = y - static_cast<float>(upper);
@@ -197,7 +198,7 @@ class SeamlessCube {
                (next[0] * (1 - across) + next[1] * across) * down;
     }
 
-    /// What lies in a neighbour where a texel would be outside its face.
+    /// Returns the neighbour's texel for one outside its face.
     static glm::vec3 beyond(const CubeMap& cube, int face, int x, int y) {
         const glm::vec3 direction = cubeDirection(face, x, y, cube.size);
         const int other = faceOf(direction);
@@ -214,16 +215,16 @@ class SeamlessCube {
     std::vector<glm::vec4> texels_;
 };
 
-/// One patch of a lobe about +Z: its middle (the mean of its cosines), its share of the lobe, and
-/// the pyramid's level whose texels are about as large.
+/// A patch of a lobe about +Z: its centre (by the mean cosine), its weight in the lobe, and the
+/// pyramid level whose texels have about its size.
 struct Patch {
     glm::vec3 direction{0};
     float weight = 0;
     std::size_t level = 0;
 };
 
-/// Rings between these angles from the axis, each cut into `around` patches of the same weight,
-/// which is `lobe`, a function of the angle, times their solid angle.
+/// Returns rings between these angles from the axis, each cut into `around` patches of equal
+/// weight: `lobe`, a function of the angle, times the solid angle.
 std::vector<Patch> patches(const std::vector<double>& angles, int around,
                            const std::function<double(double)>& lobe,
                            const std::vector<SeamlessCube>& pyramid) {
@@ -262,12 +263,12 @@ std::vector<Patch> patches(const std::vector<double>& angles, int around,
     return all;
 }
 
-/// Mirrored directions of a GGX surface that faces +Z and is seen from there, weighted by their
-/// cosine.
+/// Returns the mirrored directions of a GGX surface that faces +Z and is seen from there, weighted
+/// by their cosine.
 std::vector<Patch> ggxPatches(double roughness, const std::vector<SeamlessCube>& pyramid) {
     const double alpha = roughness * roughness;
-    // In units of alpha narrow lobes are all the same, and half of each lies within 1. Maps of wide
-    // ones have few texels, which can have more patches.
+    // In units of alpha, narrow lobes all have the same shape, with half of each within 1. Maps of
+    // wide lobes have few texels, so they can afford more patches.
     constexpr int kWideRings = 10;
     const bool wide = alpha > 0.2;
     std::vector<double> angles{0};
@@ -295,7 +296,7 @@ CubeMap convolved(const std::vector<SeamlessCube>& pyramid, int size,
         const int face = static_cast<int>(row) / size, y = static_cast<int>(row) % size;
         const glm::mat3& axes = kFaceAxes[static_cast<std::size_t>(face)];
         for (int x = 0; x < size; ++x) {
-            // In the face's axes; it turns smoothly from texel to texel.
+            // In the face's axes; it varies smoothly from texel to texel.
             const glm::vec3 n = cubeDirection(face, x, y, size) * axes;
             const glm::vec3 tangent = glm::normalize(glm::vec3(n.z, 0, -n.x));
             const glm::vec3 bitangent = glm::cross(n, tangent);
@@ -321,7 +322,7 @@ CubeMap irradianceOf(const CubeMap& source) {
         for (int y = 0; y < source.size; ++y)
             for (int x = 0; x < source.size; ++x) {
                 const glm::vec3 d = cubeDirection(face, x, y, source.size);
-                // A texel's solid angle shrinks with the cube of its distance from the centre.
+                // A texel's solid angle falls with the cube of its distance from the centre.
                 const float near = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
                 texels.push_back(
                     {d, source.texels[texelOf(source, face, x, y)], near * near * near});
@@ -345,7 +346,7 @@ CubeMap irradianceOf(const CubeMap& source) {
 }  // namespace
 
 EnvironmentSamples::EnvironmentSamples(const Environment& environment, int count) {
-    // Shrunk to as many pixels as there are directions.
+    // Shrunk to one pixel per direction.
     const int height = std::max(1, static_cast<int>(std::lround(std::sqrt(count / 2.0))));
     coarse_ = shrunk(environment, std::min(2 * height, environment.width),
                      std::min(height, environment.height));
@@ -374,7 +375,7 @@ EnvironmentMaps prefilter(const Environment& environment) {
     };
     const int least = std::clamp(texels(environment.width), kSmallFace, kUsualFace);
     const int size = std::clamp(texels(environment.width / 4), least, kLargestFace);
-    // Finer than the cube's texels would alias.
+    // A finer source than the cube's texels would alias.
     const int width = std::min(environment.width, 4 * size);
     const int height = std::min(environment.height, 2 * size);
     const bool fits = width == environment.width && height == environment.height;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An environment prefiltered for surfaces of every roughness: what shaders look up instead of
-// integrating.
+// Prefiltered environment maps, which shaders look up instead of integrating.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -17,35 +16,35 @@ struct CubeMap {
     std::vector<glm::vec3> texels;
 };
 
-/// The unit direction (world) in which the middle of a texel is seen from the centre of the cube.
+/// Returns the unit direction (world) from the centre of the cube to the centre of a texel.
 glm::vec3 cubeDirection(int face, int x, int y, int size);
 
-/// The roughness that level i of n is filtered for: from 0 to 1, in steps that grow. The inverse,
-/// i = (n - 1) * roughness * (1.4 - 0.4 * roughness), stands in shaders/environment.glsl.
+/// Returns the roughness that level i of n is filtered for: from 0 to 1, in growing steps. The
+/// inverse, i = (n - 1) * roughness * (1.4 - 0.4 * roughness), is in shaders/environment.glsl.
 double levelRoughness(int level, int levels);
 
 struct EnvironmentMaps {
     /// Radiance, convolved with the GGX lobe of a surface seen head-on (the split sum of Karis,
-    /// "Real Shading in Unreal Engine 4", 2013): each level for its levelRoughness(), level 0 as it
-    /// is. Each has half the size of the one before.
+    /// "Real Shading in Unreal Engine 4", 2013): each level for its levelRoughness(), level 0
+    /// unfiltered. Each has half the size of the previous one.
     std::vector<CubeMap> radiance;
     CubeMap irradiance;  ///< divided by pi
 };
 
-/// What arrives from one of `count` directions that are spread evenly: the mean around it, so that
-/// small bright lights count for what they are.
+/// Incident radiance from `count` evenly spread directions: each is the mean around it, so that
+/// small bright lights keep their energy.
 class EnvironmentSamples {
   public:
     EnvironmentSamples(const Environment& environment, int count);
-    /// `direction` is where it comes from, unit, world.
+    /// `direction` points toward the source; unit, world.
     glm::vec3 radiance(const glm::dvec3& direction) const;
 
   private:
     Environment coarse_;
 };
 
-/// The same numbers whatever the number of threads. A white environment gives exactly white maps,
-/// up to rounding.
+/// Returns the prefiltered maps, independent of the number of threads. A white environment gives
+/// exactly white maps, up to rounding.
 EnvironmentMaps prefilter(const Environment& environment);
 
 }  // namespace peeler

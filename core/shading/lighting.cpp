@@ -77,7 +77,7 @@ void EnvironmentTextures::bind() const {
 
 namespace {
 
-/// A number beyond what a float holds would shine as infinity or NaN.
+/// Clamps to the range of a float: larger values would become infinity or NaN.
 glm::vec3 finite(const glm::dvec3& v) {
     constexpr double kLargest = std::numeric_limits<float>::max();
     return glm::vec3(glm::clamp(v, -kLargest, kLargest));
@@ -96,7 +96,7 @@ void addMap(const ShadowMaps::Map& map, const glm::dmat4& camera_to_world, shade
 shader::LightRecord record(const PlacedLight& placed, const glm::dmat4& view_from_world) {
     const Light& light = placed.light;
     const glm::dmat4 view_from_light = view_from_world * placed.to_world;
-    const glm::dvec3 backward(view_from_light[2]);  // from where it shines
+    const glm::dvec3 backward(view_from_light[2]);  // toward the light
     shader::LightRecord r{};
     const bool directional = light.type == LightType::kDirectional;
     r.position =

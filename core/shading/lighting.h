@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lights of a scene, its environment and its shadows as the shaders see them.
+// The lights, environment and shadows of a scene as shader resources.
 #pragma once
 
 #include <vector>
@@ -13,20 +13,19 @@
 
 namespace peeler {
 
-/// What surfaces reflect of a scene's own environment, as textures: two cube maps (prefilter()),
-/// the albedo table and the lobe table. A scene without an environment has none of them, since the
-/// shaders work out the built-in one themselves; it has the albedo table if one of its materials
-/// has a sheen.
+/// Textures of a scene's own environment: two cube maps (prefilter()), the albedo table and the
+/// lobe table. A scene without an environment has none of them, since shaders evaluate the built-in
+/// one themselves; it has the albedo table if one of its materials has a sheen.
 class EnvironmentTextures {
   public:
-    /// Uploads what is needed. An environment is prefiltered, unless it is the built-in studio, not
-    /// turned: its maps are part of the program, as the tables are (constants.h). Throws Error
-    /// (kMemory) if the driver has no room.
+    /// Uploads the textures needed. An environment is prefiltered, unless it is the built-in studio
+    /// without rotation: its maps are embedded in the program, like the tables (constants.h).
+    /// Throws Error (kMemory) if the driver has no room.
     EnvironmentTextures(const gl::Functions& gl, const Scene& scene);
 
-    /// The scene has an environment of its own.
+    /// Whether the scene has an environment of its own.
     bool present() const { return static_cast<bool>(radiance_); }
-    /// From PEELER_ENVIRONMENT_UNIT on.
+    /// Binds the textures from PEELER_ENVIRONMENT_UNIT on.
     void bind() const;
 
   private:
@@ -35,25 +34,26 @@ class EnvironmentTextures {
     gl::SamplerObject linear_;
 };
 
-/// For every directional and spot light a map of the depth midway between the two surfaces nearest
-/// to it (midpoints() of core/image/statistics.h; the use of depth peeling that Everitt names,
-/// "Interactive Order-Independent Transparency", 2001, section 4). What is farther than that is in
-/// shadow. A lit surface lies in front of the midpoint by half its distance from the next, so
-/// nothing needs a bias. OPAQUE and MASK surfaces cast shadows, with both faces; those of BLEND
-/// materials and those that transmit light do not. Point lights cast none.
+/// Midpoint shadow maps for every directional and spot light: the depth midway between the two
+/// surfaces nearest to the light (midpoints() of core/image/statistics.h; a use of depth peeling
+/// from Everitt, "Interactive Order-Independent Transparency", 2001, section 4). Points farther
+/// than that are in shadow. A lit surface lies in front of the midpoint by half the distance to the
+/// next surface, so no bias is needed. OPAQUE and MASK surfaces cast shadows, with both faces;
+/// those of BLEND materials and transmissive ones do not. Point lights cast none.
 struct ShadowMaps {
     struct Map {
         int layer = -1;  ///< of the texture array; −1 = the light casts no shadows
         View view;
     };
 
-    int size = 0;           ///< texels a side
-    ClipVolume clip;        ///< what casts shadows was clipped to it
-    std::vector<Map> maps;  ///< of each light
-    gl::Texture texture;    ///< an array of R32F layers, rows top to bottom; none if nothing casts
+    int size = 0;           ///< texels per side
+    ClipVolume clip;        ///< the volume that shadow casters were clipped to
+    std::vector<Map> maps;  ///< per light
+    gl::Texture texture;    ///< an array of R32F layers, rows top to bottom; empty without shadow
+                            ///< casters
 };
 
-/// A storage buffer with a record for every light, in the space of the camera.
+/// A storage buffer with one record per light, in camera space.
 class Lighting {
   public:
     Lighting(const gl::Functions& gl, const PosedScene& posed);
@@ -61,22 +61,22 @@ class Lighting {
     /// Takes the lights of the same scene in another pose.
     void setPose(const PosedScene& posed) { lights_ = placedLights(posed); }
 
-    /// The shadows that the lights cast from the next setView() on; must outlive their use. None:
-    /// light goes through everything.
+    /// Sets the shadow maps, from the next setView() on; they must outlive their use. Null: no
+    /// shadows.
     void setShadows(const ShadowMaps* shadows) { shadows_ = shadows; }
 
     const std::vector<PlacedLight>& lights() const { return lights_; }
-    /// The scene has lights of its own; the built-in key light is off then, and the built-in
-    /// environment dimmed.
+    /// Whether the scene has lights of its own; the built-in key light is off then, and the
+    /// built-in environment dimmed.
     bool punctual() const { return punctual_; }
-    /// The scene has an environment of its own, in place of everything built-in.
+    /// Whether the scene has an environment of its own, replacing everything built-in.
     bool environment() const { return environment_.present(); }
-    /// Some of the lights cast shadows.
+    /// Whether some of the lights cast shadows.
     bool shadowed() const { return shadows_ && shadows_->texture; }
 
-    /// Uploads the records, shadow maps included. The GPU must not be using them.
+    /// Uploads the records, including those of shadow maps. The GPU must not be using them.
     void setView(const glm::dmat4& camera_to_world);
-    /// Binds the records as PEELER_LIGHTS and the shadow maps.
+    /// Binds the records as PEELER_LIGHTS, and the shadow maps.
     void bind() const;
 
   private:

@@ -16,7 +16,7 @@ namespace {
 static_assert(kMaterialTextures == PEELER_MATERIAL_UNITS);
 
 constexpr MaterialFeature kFeatures[] = {
-    // Without metalness it lets light through whatever its colour.
+    // It has no metalness, so it transmits light at any colour.
     {"SPECULAR_GLOSSINESS", [](const Material& m) { return m.specular_glossiness.has_value(); },
      true},
     {"SPECULAR",
@@ -81,8 +81,8 @@ shader::MaterialRecord materialRecord(const Material& source) {
 }
 
 void checkTextureUnits(Material material, int units) {
-    // Shadow maps, an environment with its irradiance, cloth and table, and what peel_layer.frag
-    // reads besides with an opaque bound.
+    // Shadow maps, an environment with its irradiance, albedo and lobe tables, and the other
+    // textures of peel_layer.frag with an opaque bound.
     constexpr int kOthers = 9;
     int used = 0;
     for (const MaterialTexture& texture : texturesOf(material))
@@ -101,7 +101,7 @@ namespace {
 
 struct Tables {
     std::array<float, 256> decode{};
-    std::array<std::uint8_t, 4097> encode{};  // of linear values in steps of 1/4096
+    std::array<std::uint8_t, 4097> encode{};  // indexed by linear values in steps of 1/4096
 };
 
 Tables makeTables(bool srgb) {
@@ -123,7 +123,7 @@ const Tables& tables(bool srgb) {
     return srgb ? srgb_tables : linear_tables;
 }
 
-constexpr float kHalf = 0.5F;  // to round: std::lround costs more than all the rest of a level
+constexpr float kHalf = 0.5F;  // for rounding: std::lround costs more than the rest of a level
 
 /// Up to three source texels of one destination texel, with their weights (which sum to 1).
 struct Taps {

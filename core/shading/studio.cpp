@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The built-in studio, in azimuths (from +Z toward +X) and elevations around the object. A viewer
-// stands in front, between +Z and +X: the key light is over the left shoulder, the dark side to the
-// right, and strips from the sides and from behind draw the edges of what is smooth.
+// stands in front, between +Z and +X: the key light is over the left shoulder, the dark side on the
+// right, and strips at the sides and behind outline the edges of smooth shapes.
 #include "core/shading/studio.h"
 
 #include <algorithm>
@@ -16,12 +16,12 @@ namespace {
 
 constexpr int kParts = 2;
 
-/// A plane rectangle that shines, with soft edges, and less away from its middle.
+/// A planar rectangular emitter with soft edges, darker away from its centre.
 struct SoftBox {
-    double azimuth, elevation;       ///< of its middle, degrees
+    double azimuth, elevation;       ///< of its centre, degrees
     double half_width, half_height;  ///< seen from a distance of 1
-    double edge;                     ///< how wide it fades
-    double vignette;                 ///< share of its light that is missing in the corners
+    double edge;                     ///< width of the fade
+    double vignette;                 ///< fraction of its light that is missing in the corners
     glm::dvec3 radiance;
 };
 
@@ -64,7 +64,7 @@ std::array<PlacedBox, std::size(kSoftBoxes)> placedBoxes() {
     return placed;
 }
 
-/// How much of the box is seen in a direction, from 0 to 1; `light` is what it shines there.
+/// Returns the coverage of the box in a direction, from 0 to 1; `light` is its radiance there.
 double coverage(const PlacedBox& placed, const glm::dvec3& direction, glm::dvec3& light) {
     const double along = glm::dot(direction, placed.middle);
     if (along < 1e-3) return 0;
@@ -117,7 +117,7 @@ Environment studioEnvironment() {
                 }
                 sum += radiance;
             }
-            // In steps, so that sines that differ in their last bit make the same studio.
+            // Rounded, so that sines that differ in their last bit give the same studio.
             constexpr double kStep = 4096;
             studio.radiance[row * kStudioWidth + column] =
                 glm::round(sum / double(kParts * kParts) * kStep) / kStep;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// write_constants FILE: calculates Constants while peeler is built, and writes them as they lie in
-// memory, for constants.cpp to embed.
+// write_constants FILE: computes Constants at build time and writes their memory image, which
+// constants.cpp embeds.
 #include <algorithm>
 #include <cstdio>
 #include <exception>
@@ -43,7 +43,7 @@ std::unique_ptr<Constants> calculated() {
     return all;
 }
 
-/// Under another name until it is whole: half a file would look newer than what it is made of.
+/// Writes under a temporary name: half a file would look newer than its sources.
 void write(const Constants& all, const std::string& path) {
     const std::string unfinished = path + ".tmp";
     std::ofstream file;

@@ -15,12 +15,13 @@ namespace {
 
 constexpr double kOrbitElevation = 30;  // degrees
 
-/// A number of [0, 1) with 53 bits: std::uniform_real_distribution may differ between libraries.
+/// Returns a number in [0, 1) with 53 bits: std::uniform_real_distribution may differ between
+/// libraries.
 double uniform(std::mt19937_64& random) {
     return static_cast<double>(random() >> 11U) * 0x1p-53;
 }
 
-/// From the middle to where each camera stands.
+/// Returns the directions from the centre to the cameras.
 std::vector<glm::dvec3> standpoints(const ViewsAround& asked) {
     if (asked.around == Around::kSphere) return sphereDirections(asked.count);
     if (asked.around == Around::kHemisphere) return hemisphereDirections(asked.count);
@@ -54,7 +55,7 @@ std::vector<CameraChoice> viewsAround(const ViewsAround& asked, const SceneExten
     const double distance = asked.distance.value_or(usual);
     const double focal = asked.size.height / (2 * half_height);
 
-    const double inset = asked.through_corners ? 0 : 0.5;  // centres have whole numbers
+    const double inset = asked.through_corners ? 0 : 0.5;  // centres have integer coordinates
     std::vector<CameraChoice> cameras;
     for (const glm::dvec3& direction : standpoints(asked)) {
         CameraChoice& camera = cameras.emplace_back();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cells are sorted into strips of rows, strips are rasterised side by side.
+// Rasterisation of reprojected cells, in parallel strips of rows.
 #include "core/views/reprojection.h"
 
 #include <algorithm>
@@ -24,37 +24,36 @@ namespace {
 
 constexpr int kStripRows = 16;
 constexpr int kBandStrips = 16;
-/// Steps a pixel of the fixed-point coordinates on the picture: products of two stay within 64
-/// bits.
+/// Fixed-point steps per pixel: products of two coordinates fit into 64 bits.
 constexpr double kSteps = 4096;
-/// In pixels. Cells with corners farther out than this all but touch the camera; they are dropped.
+/// In pixels. Cells with corners farther out than this almost touch the camera; they are dropped.
 constexpr double kFarOut = 1 << 17;
-/// From this alpha on nothing is seen behind a fragment; interpolation may miss 1 by rounding.
+/// At this alpha a fragment hides those behind it; interpolation may miss 1 by rounding.
 constexpr float kOpaque = 0.9999F;
 
 using Fixed = glm::tvec2<std::int64_t>;
 
-/// A cell as the other camera sees it.
+/// A cell as seen by the other camera.
 struct ScreenCell {
     std::array<Fixed, kCorners> corners;
-    /// Share of a corner in what is interpolated, beside its barycentric coordinate: the ratio of
-    /// the two cameras' weights makes it a projective map from picture to picture.
+    /// A corner's interpolation weight besides its barycentric coordinate. The ratio of the two
+    /// cameras' weights makes it a projective map from picture to picture.
     std::array<double, kCorners> weights;
     Fixed least, most;
 };
 
-/// A fragment seen in a pixel, and where in its cell: -0.5 to 0.5 each, y down.
+/// A fragment seen in a pixel, and its position in the cell: -0.5 to 0.5 each, y down.
 struct CellHit {
     std::uint32_t pixel, fragment;
     float z, u, v;
 };
 
-/// std::llround without the cost of a call.
+/// Rounds like std::llround, without the cost of a call.
 std::int64_t rounded(double value) {
     return static_cast<std::int64_t>(value + (value < 0 ? -0.5 : 0.5));
 }
 
-/// Twice the signed area of a triangle; antisymmetric to the bit.
+/// Returns twice the signed area of a triangle; exactly antisymmetric.
 std::int64_t area(const Fixed& a, const Fixed& b, const Fixed& c) {
     return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
@@ -89,7 +88,7 @@ class Reprojection {
     }
 
   private:
-    /// The sample of a fragment's pixel, in pixel coordinates of `from`.
+    /// Returns the sample position of a fragment's pixel, in pixel coordinates of `from`.
     glm::dvec2 sampleOf(std::size_t fragment) const {
         const std::uint32_t pixel = pixels_[fragment];
         const auto width = static_cast<std::uint32_t>(image_.window.width());
@@ -112,7 +111,7 @@ class Reprojection {
     }
 
     std::optional<ScreenCell> project(std::size_t fragment) const;
-    /// Strips whose samples a cell may cover: [first, last).
+    /// The strips with samples that a cell may cover: [first, last).
     using StripRange = std::array<std::uint16_t, 2>;
     StripRange stripsOf(const ScreenCell& cell) const;
     void sortIntoStrips();
@@ -133,7 +132,7 @@ class Reprojection {
     std::vector<std::uint32_t> pixels_;  ///< of every fragment
     std::size_t strips_;
     std::vector<std::size_t> strip_offsets_;      ///< strips_ + 1
-    std::vector<std::uint32_t> strip_fragments_;  ///< of a strip in ascending order
+    std::vector<std::uint32_t> strip_fragments_;  ///< in ascending order within a strip
 };
 
 std::optional<ScreenCell> Reprojection::project(std::size_t fragment) const {
@@ -157,7 +156,7 @@ std::optional<ScreenCell> Reprojection::project(std::size_t fragment) const {
     return cell;
 }
 
-/// The first pixel whose sample is at or beyond a coordinate.
+/// Returns the first pixel whose sample is at or beyond a coordinate.
 int firstPixel(std::int64_t coordinate, double sample) {
     return static_cast<int>(std::ceil(static_cast<double>(coordinate) / kSteps - sample));
 }
@@ -173,8 +172,8 @@ Reprojection::StripRange Reprojection::stripsOf(const ScreenCell& cell) const {
 }
 
 void Reprojection::sortIntoStrips() {
-    // A counting sort whose chunks are rows of the source: the order is that of the fragments,
-    // whoever sorts them.
+    // A counting sort whose chunks are source rows: the result is in fragment order for any number
+    // of threads.
     const auto width = static_cast<std::size_t>(image_.window.width());
     const auto height = static_cast<std::size_t>(image_.window.height());
     const std::size_t chunk_rows = 16, chunks = (height + chunk_rows - 1) / chunk_rows;
@@ -221,7 +220,7 @@ void Reprojection::rasterise(std::uint32_t fragment, const ScreenCell& cell, con
         strip);
     if (box.empty()) return;
     const Fixed sample(rounded(to_.sample.x * kSteps), rounded(to_.sample.y * kSteps));
-    // The diagonal is the same seen from both of its triangles.
+    // Both triangles see the same diagonal.
     constexpr std::array<std::array<std::size_t, 3>, 2> kTriangles = {{{0, 1, 2}, {0, 2, 3}}};
     for (const auto& triangle : kTriangles) {
         std::array<std::size_t, 3> at = triangle;
@@ -242,7 +241,7 @@ void Reprojection::rasterise(std::uint32_t fragment, const ScreenCell& cell, con
                     const Fixed& b = cell.corners[at[(k + 2) % 3]];
                     const std::int64_t edge = area(a, b, p);
                     // A sample on an edge belongs to one of the two cells that share it: the one
-                    // whose inside is right of it or below (clockwise, y down).
+                    // whose inside is to the right of or below the edge (clockwise, y down).
                     const bool owns = a.y == b.y ? b.x > a.x : b.y < a.y;
                     inside = edge > 0 || (edge == 0 && owns);
                     shares[k] = static_cast<double>(edge) * cell.weights[at[k]];
@@ -265,8 +264,8 @@ void Reprojection::rasterise(std::uint32_t fragment, const ScreenCell& cell, con
 
 void Reprojection::addHit(std::uint32_t fragment, const glm::dvec2& in_cell, std::uint32_t pixel,
                           std::vector<CellHit>& hits) const {
-    // The corners' planar depths, bilinearly, raised to the fragment's own in the middle: at the
-    // captured camera the order of surfaces that all but touch is that of the capture.
+    // Bilinear planar depth of the corners, raised to the fragment's own in the centre. At the
+    // captured camera this keeps nearly touching surfaces in captured order.
     const auto& corners = cells_.corners[fragment];
     const double u = in_cell.x + 0.5, v = in_cell.y + 0.5;
     const double own = from_rays_.planar(image_.z[fragment]);

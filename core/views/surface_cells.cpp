@@ -16,12 +16,11 @@ namespace {
 
 /// Steps, in pixel spacings: the tangent of the angle between surface and picture.
 constexpr double kSteepestStep = 20, kGentleStep = 3;
-/// A steep step and its neighbour on the same surface differ by no more than this share of it.
+/// A steep step and its neighbour on the same surface differ by at most this fraction of it.
 constexpr double kBend = 0.8;
-/// What leaving a fragment without a partner costs, in squared steps: a pair is worth as much as
-/// two.
+/// Cost of an unpaired fragment, in squared steps: a pair replaces two of them.
 constexpr double kGap = kSteepestStep * kSteepestStep / 2;
-/// Fragments of a pixel that are considered; what is behind them has no links.
+/// Maximum linked fragments per pixel; those behind have no links.
 constexpr std::size_t kMostFragments = 128;
 
 constexpr Side opposite(Side side) {
@@ -48,7 +47,7 @@ class Linker {
                 planar_[f] = rays_.planar(image_.z[f]);
             }
         });
-        // A row writes its own fragments' sides and the upper side of those in the row below.
+        // A row writes its own fragments' sides and the upper sides of the row below.
         parallelFor(height, [&](std::size_t y) {
             Table table;
             for (std::size_t x = 0; x < width; ++x) {
@@ -82,7 +81,7 @@ class Linker {
         return {image_.offsets[pixel], std::min<std::size_t>(image_.count(pixel), kMostFragments)};
     }
 
-    /// The step between two fragments in pixel spacings, signed.
+    /// Returns the signed step between two fragments in pixel spacings.
     double slope(std::size_t from, std::size_t to, Side side) const {
         const double unit = rays_.unitStep(std::min(planar_[from], planar_[to]))[side % 2];
         return (planar_[to] - planar_[from]) / std::abs(unit);
@@ -105,10 +104,10 @@ class Linker {
         links_[to][opposite(side)] = from;
     }
 
-    /// The order-preserving assignment of two lists with the least sum of squared steps, found by
-    /// dynamic programming (as sequences are aligned). Squares, because two parallel surfaces
-    /// closer to each other than their step are as near to the wrong one's next fragment as to
-    /// their own in plain sums, and nearer in greedy ones.
+    /// Finds the order-preserving assignment of two lists with the least sum of squared steps, by
+    /// dynamic programming (sequence alignment). Plain sums cannot separate two parallel surfaces
+    /// closer to each other than their step: a wrong pairing costs the same. Greedy pairing would
+    /// even prefer the wrong one.
     void align(std::size_t pixel, std::size_t next, Side side, Table& table) {
         const List from = list(pixel), to = list(next);
         if (from.count == 0 || to.count == 0) return;
@@ -142,7 +141,7 @@ class Linker {
         }
     }
 
-    /// Whether a link is kept. Both ends come to the same answer.
+    /// Whether a link is kept. Both ends give the same answer.
     bool holds(std::size_t fragment, Side side) const {
         const std::uint32_t next = links_[fragment][side];
         if (next == kNoFragment) return false;
@@ -170,12 +169,12 @@ SurfaceLinks linkSurfaces(const LayeredImage& image, const View& view) {
 
 namespace {
 
-/// Of a perspective camera a corner is no nearer or farther than its fragments by more than this
-/// factor: a surface seen edge on must not reach behind the camera or to the horizon.
+/// With a perspective camera, a corner's depth differs from its fragments' by at most this factor:
+/// a surface seen edge-on must not reach behind the camera or to the horizon.
 constexpr double kStretch = 2;
 
-/// Around a corner, from the pixel whose corner `kLowerRight` it is, clockwise: the side by which
-/// one gets to the next pixel.
+/// Around a corner, clockwise from the pixel whose corner `kLowerRight` it is: the side that leads
+/// to the next pixel.
 constexpr std::array<Side, 4> kAround = {kRight, kDown, kLeft, kUp};
 constexpr Side back(Side side) {
     return static_cast<Side>((side + 2) % kSides);
@@ -200,7 +199,7 @@ class CellMaker {
     }
 
     float corner(std::uint32_t fragment, Corner corner) const {
-        // Which of the four pixels around the corner this one is, as kAround counts them.
+        // The index of this pixel among the four around the corner, in kAround's order.
         const auto start = static_cast<std::size_t>((corner + 2) % kCorners);
         std::array<std::uint32_t, 4> members{};
         members.fill(kNoFragment);
@@ -239,7 +238,7 @@ class CellMaker {
     const LayeredImage& image_;
     const PixelRays& rays_;
     const SurfaceLinks& links_;
-    std::vector<std::array<double, 2>> slopes_;  ///< planar depth a pixel, right and down
+    std::vector<std::array<double, 2>> slopes_;  ///< planar depth per pixel, right and down
 };
 
 }  // namespace
