@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an output hash is made of, and where each kind of file keeps it.
+// Output hash: its inputs, and its place in each kind of file.
 #include "formats/output_hash.h"
 
 #include <cmath>
@@ -36,8 +36,8 @@ std::string ofPage(const std::string& path) {
     return outputHashIn(std::string_view(text).substr(0, text.find("</head>")));
 }
 
-/// Whether a JPEG is whole: libjpeg takes a file that ends early for one with grey rows, so its
-/// last two bytes have to be the marker EOI (ITU-T T.81 §B.1.1.3).
+/// Whether a JPEG is complete. libjpeg fills a truncated file with grey rows, so the last two bytes
+/// must be the marker EOI (ITU-T T.81 §B.1.1.3).
 bool endsLikeJpeg(const std::string& path) {
     const RegularFile file(path);
     char last[2] = {};
@@ -63,7 +63,7 @@ struct HashedKind {
 };
 constexpr HashedKind kKinds[] = {
     {".exr", ofExr},    {".html", ofPage},          {".htm", ofPage},
-    {".npz", ofArrays}, {".safetensors", ofArrays}, {"", ofImage}};  // "": any other
+    {".npz", ofArrays}, {".safetensors", ofArrays}, {"", ofImage}};  // "": any other extension
 
 }  // namespace
 
@@ -108,9 +108,9 @@ std::string outputHash(const View& view, const std::string& path, const OutputOp
 std::string outputHashFrom(const ExrInfo& input, const View& view, const std::string& path,
                            const OutputOptions& output) {
     if (!input.attributes().contains("peeler:outputHash")) return "";
-    if (output.composited) return "";  // the layers of a composite are not known
-    // A composite is made here of fragments that were merged and rounded when they were stored,
-    // which a render of several samples a pixel does not do.
+    if (output.composited) return "";  // a composite's layers are unknown
+    // A composite from stored fragments uses merged and rounded values, unlike a render with
+    // several samples per pixel.
     if (input.plan.samples > 1 && !findOutputFormat(path, output.as).holdsFragments()) return "";
     return outputHash(view, path, output);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How large files of pictures are, at most or to the byte, by what the count pass has found.
+// Forecasts of picture file sizes, exact or as upper bounds, from the count pass.
 #include <algorithm>
 #include <iterator>
 
@@ -11,7 +11,7 @@ namespace {
 
 using Bytes = std::uint64_t;
 
-/// What is the same of all kinds of files of a plan.
+/// The quantities shared by all kinds of files of a plan.
 struct PlannedBytes {
     PlannedBytes(const Plan& of, const OutputOptions& options)
         : plan(of),
@@ -21,7 +21,7 @@ struct PlannedBytes {
                    of.channel_bytes),
           header(exrHeaderBytes(options.provenance.ids)) {}
 
-    /// A flat part whose pixels have so many bytes each.
+    /// Returns the bytes of a flat part with `pixel` bytes per pixel.
     Bytes part(const Window& window, Bytes pixel) const {
         return header + pixel * window.pixels() +
                kExrChunkBytes * static_cast<Bytes>(window.height());
@@ -29,18 +29,19 @@ struct PlannedBytes {
 
     const Plan& plan;
     Bytes pixels, rows;
-    Bytes fragment;  ///< of colour, Z and channels
+    Bytes fragment;  ///< bytes per fragment: colour, Z and channels
     Bytes header;
 };
 
 Bytes compositeBytes(const PlannedBytes& planned, const OutputOptions& options) {
-    // Two times six pairs of 32-bit floats.
+    // Two layers of six pairs of 32-bit floats.
     constexpr Bytes kCryptomatteBytes = sizeof(float) * 2 * 6 * 2;
     return planned.part(planned.plan.view.crop,
                         planned.fragment + (options.cryptomatte ? kCryptomatteBytes : 0));
 }
 
-/// In one part all layers have one window, which holds them all.
+/// Returns the bytes of layers. In a single part, all layers share one window that contains them
+/// all.
 Bytes layersBytes(const PlannedBytes& planned, const OutputOptions& options) {
     const Plan& plan = planned.plan;
     const bool one_part = options.layout == "single-part";
@@ -50,7 +51,7 @@ Bytes layersBytes(const PlannedBytes& planned, const OutputOptions& options) {
     return bytes;
 }
 
-/// Ids are in a part of their own, with Z again and the counts of samples again.
+/// Returns the bytes of deep samples. Ids have their own part, with another Z and sample counts.
 Bytes samplesBytes(const PlannedBytes& planned, const OutputOptions&) {
     constexpr Bytes kParts = 2;
     return kParts * (planned.header + kExrChunkBytes * planned.rows +
@@ -58,8 +59,9 @@ Bytes samplesBytes(const PlannedBytes& planned, const OutputOptions&) {
            planned.plan.fragments_stored * (planned.fragment + sizeof(float));
 }
 
-/// A fragment takes 18 bytes before it is deflated, 3 more with coloured opacity and 8 with ids,
-/// and base 64 makes 4 of 3. Names take hardly more room than in the header of an EXR.
+/// Returns the bytes of a page. A fragment takes 18 bytes before DEFLATE, 3 more with coloured
+/// opacity and 8 with ids, and base 64 turns 3 bytes into 4. Names take hardly more than in an EXR
+/// header.
 Bytes pageBytes(const PlannedBytes& planned, const OutputOptions& options) {
     constexpr Bytes kViewer = std::uint64_t{256} << 10;
     const bool ids = !options.provenance.ids.empty();

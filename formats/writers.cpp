@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of output formats, a row each: a new format is a new file and a row here.
+// The table of output formats, one row each: a new format is a new file and a row here.
 #include "formats/writers.h"
 
 #include <algorithm>
@@ -191,8 +191,8 @@ std::unique_ptr<Sink> makeSink(const std::string& path, const OutputOptions& opt
     return findOutputFormat(path, options.as).make(path, options);
 }
 
-// Every pixel is handed over as a list of one fragment, since a fragment composited over nothing is
-// itself.
+// Each pixel is passed as a list of one fragment, since a fragment composited over nothing is
+// unchanged.
 void writePicture(const std::string& path, const CompositeImage& picture,
                   const OutputOptions& options) {
     OutputOptions flat = options;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Named arrays and settings that somebody has written, in either container: .npz as numpy.savez
-// writes it, or .safetensors.
+// Input files of named arrays and settings, in either container: .npz as numpy.savez writes it, or
+// .safetensors.
 #pragma once
 
 #include <cstdint>
@@ -20,24 +20,25 @@ namespace peeler {
 /// texts: entries of `__metadata__` in a .safetensors, arrays in a .npz.
 class ArrayFile {
   public:
-    /// Whether a file of so many bytes that begins with these is one, as far as that tells.
+    /// Whether a file of this size that begins with these bytes looks like one.
     static bool recognises(std::string_view begin, std::uint64_t size);
 
-    /// `where` is the file's name; `allow` is told of bytes before they are taken. Throws Error
-    /// (kInput), and what `allow` throws.
+    /// `where` is the file's name; `allow` receives byte counts before they are allocated. Throws
+    /// Error (kInput), and anything `allow` throws.
     ArrayFile(std::span<const std::uint8_t> file, std::string where,
               const std::function<void(std::uint64_t bytes)>& allow);
     ArrayFile(const ArrayFile&) = delete;
     ArrayFile& operator=(const ArrayFile&) = delete;
 
-    /// Arrays and settings that nobody has asked for by now.
+    /// Returns the arrays and settings that have not been requested so far.
     std::vector<std::string> unused() const;
-    /// What messages name for one of them: "file.npz, points.npy", "file.safetensors: points".
+    /// Returns the place of an entry for messages: "file.npz, points.npy", "file.safetensors:
+    /// points".
     std::string placeOf(const std::string& name) const;
 
-    /// Nothing if there is none. Throws Error (kInput) if it is not of numbers that are decoded.
+    /// Returns an array; nothing if missing. Throws Error (kInput) if its type is not decoded.
     std::optional<NumberArray> array(const std::string& name);
-    /// A setting of so many numbers, or true or false, which is 1 or 0.
+    /// Returns a setting of `count` numbers, or a Boolean as 1 or 0.
     std::optional<std::vector<double>> numbers(const std::string& name, std::size_t count);
     std::optional<std::string> text(const std::string& name);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads arrays of numbers that NumPy has written: .npy, and .npz, which holds several of them.
+// NumPy array readers: .npy, and .npz archives of several arrays.
 #pragma once
 
 #include <cstddef>
@@ -12,10 +12,10 @@
 
 namespace peeler {
 
-/// The most bytes that are read of what a .npy file says before its numbers.
+/// The maximum size of a .npy header, in bytes.
 inline constexpr std::size_t kMostNpyHeader = std::size_t{1} << 16;
 
-/// How an array stores a number.
+/// A numeric element type.
 struct ArrayNumber {
     std::string_view type;  ///< numpy's, without the byte order: "f8"
     std::size_t size;       ///< bytes
@@ -23,11 +23,10 @@ struct ArrayNumber {
     double (*decode)(const std::uint8_t* bytes, bool swapped);
 };
 
-/// The numbers of a type by numpy's name, without the byte order; null if they are not decoded
-/// here.
+/// Returns the type with this numpy name, without the byte order; null if it is not decoded here.
 const ArrayNumber* arrayNumber(std::string_view type);
 
-/// An array of numbers; the file that they lie in has to stay.
+/// An array of numbers; a view of the file's bytes, which must outlive it.
 struct NumberArray {
     std::vector<std::uint64_t> shape;
     const ArrayNumber* number = nullptr;
@@ -35,47 +34,47 @@ struct NumberArray {
     bool columns = false;  ///< Fortran order: the first index changes fastest
     std::span<const std::uint8_t> bytes;
 
-    /// How many numbers there are.
+    /// Returns the number of elements.
     std::uint64_t count() const { return bytes.size() / number->size; }
-    /// A number by its index in C order (the last index changes fastest), whatever the file's; of
-    /// 64-bit integers the nearest.
+    /// Returns an element by its index in C order (the last index changes fastest), in any storage
+    /// order; 64-bit integers are rounded to the nearest double.
     double at(std::uint64_t index) const;
 };
 
 /// Returns a shape as NumPy prints it: "(3, 4)", "(7,)".
 std::string shapeText(const std::vector<std::uint64_t>& shape);
 
-/// The array of a .npy file (numpy.lib.format 1 to 3), of numbers of any common type in either byte
-/// order and C or Fortran order. Nothing if it is no .npy, or an array of anything else; pickles
-/// are never opened. `where` is what messages name. Throws Error (kInput) if the file is damaged or
-/// has another size than it says.
+/// Returns the array of a .npy file (numpy.lib.format 1 to 3), of numbers of any common type in
+/// either byte order and C or Fortran order. Returns nothing if the file is not a .npy, or holds an
+/// array of anything else. Never opens pickles. `where` names the file in messages. Throws Error
+/// (kInput) if the file is damaged or its size contradicts its header.
 std::optional<NumberArray> npyArray(std::span<const std::uint8_t> file, const std::string& where);
 
-/// The text of a .npy file that holds one: a string of numpy's, bytes, or "true" or "false".
-/// Nothing of anything else.
+/// Returns the text of a .npy file that holds a numpy string, bytes, or a Boolean ("true" or
+/// "false"); nothing otherwise.
 std::optional<std::string> npyText(std::span<const std::uint8_t> file);
 
-/// The arrays of a .npz as numpy.savez and savez_compressed write it: ZIP (PKWARE APPNOTE 6.3, with
-/// ZIP64), stored or packed by DEFLATE. The file's bytes have to stay.
+/// A .npz archive as written by numpy.savez and savez_compressed: ZIP (PKWARE APPNOTE 6.3, with
+/// ZIP64), stored or packed by DEFLATE. The file's bytes must outlive it.
 class NpzArchive {
   public:
     struct Member {
         std::string name;  ///< with ".npy"
         std::uint16_t flags = 0, method = 0;
         std::uint32_t crc = 0;
-        std::uint64_t packed = 0, size = 0, offset = 0;  ///< bytes; `size` is what unpacking makes
+        std::uint64_t packed = 0, size = 0, offset = 0;  ///< bytes; `size` is unpacked
     };
 
-    /// Reads the directory. `where` is the file's name. Throws Error (kInput).
+    /// Reads the directory. `where` is the file's name. Throws Error (kInput) if it is damaged.
     NpzArchive(std::span<const std::uint8_t> file, std::string where);
 
     const std::vector<Member>& members() const { return members_; }
-    /// The array of this name; null if there is none.
+    /// Returns the array of this name; null if missing.
     const Member* find(std::string_view array) const;
-    /// What messages name for a member: "file.npz, points.npy".
+    /// Returns a member's place for messages: "file.npz, points.npy".
     std::string placeOf(const Member& member) const { return where_ + ", " + member.name; }
-    /// The .npy file that a member is: in the archive itself, or unpacked into `storage`. Sizes
-    /// that cannot be are refused before memory is taken for them. Throws Error (kInput).
+    /// Returns a member's .npy file: a view of the archive, or unpacked into `storage`. Rejects
+    /// impossible sizes before allocating. Throws Error (kInput).
     std::span<const std::uint8_t> contents(const Member& member,
                                            std::vector<std::uint8_t>& storage) const;
 

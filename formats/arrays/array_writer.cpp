@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes numbers to their places, whatever the container, and chooses it by the extension.
+// Array writer for any container; the extension chooses it.
 #include "formats/arrays/array_writer.h"
 
 #include <libdeflate.h>
@@ -93,7 +93,7 @@ void ArrayWriter::writeAt(std::size_t array, std::uint64_t first,
     if (first > all || numbers.size() > all - first)
         fail("more numbers than the array holds", array);
     if (numbers.empty()) return;
-    // The checksum is the caller's thread's work; the file takes one piece at a time.
+    // The checksum is computed on the caller's thread; the file takes one piece at a time.
     Piece piece{first + numbers.size()};
     if (container_->hasChecksums()) piece.crc = libdeflate_crc32(0, numbers.data(), numbers.size());
     const std::lock_guard lock(mutex_);
@@ -125,7 +125,7 @@ void ArrayWriter::add(std::size_t array, std::uint64_t first, Piece piece) {
 AtomicFile& ArrayWriter::close() {
     std::vector<std::uint32_t> crcs;
     for (std::size_t i = 0; i < progress_.size(); ++i) {
-        // An array without numbers has no piece.
+        // An empty array has no piece.
         const auto piece = progress_[i].pieces.extract(0);
         const Piece whole = piece ? piece.mapped() : Piece{};
         if (whole.end != container_->arrays()[i].array.bytes()) fail("numbers are missing", i);

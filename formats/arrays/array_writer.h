@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes files of named arrays, all of them growing at once: .npz and .safetensors. Numbers go
-// straight to their places in the file, from any thread.
+// Writer of named arrays that all grow at once: .npz and .safetensors. Any thread may write values
+// straight to their offset in the file.
 #pragma once
 
 #include <bit>
@@ -31,7 +31,7 @@ enum class NumberType : std::uint8_t {
 struct NumberTypeInfo {
     std::size_t size;              ///< bytes
     std::string_view numpy;        ///< the dtype string of .npy headers
-    std::string_view safetensors;  ///< the dtype of their headers
+    std::string_view safetensors;  ///< the dtype in .safetensors headers
     std::string_view ply;          ///< "" = PLY has no such type
 };
 
@@ -45,15 +45,15 @@ inline constexpr const NumberTypeInfo& infoOf(NumberType type) {
     return kNumberTypes[static_cast<std::size_t>(type)];
 }
 
-// Numbers are written as they lie in memory.
+// Values are written as they lie in memory.
 static_assert(std::endian::native == std::endian::little);
 
-/// The dialect of our arrays and points, in every file of arrays as `arrays_version` and in every
-/// .ply as a comment; formats/README.md, "Arrays and points", says what changed from one to the
-/// next. The first one stands in no file.
+/// The version of our array and point dialect, stored as `arrays_version` in every file of arrays
+/// and as a comment in every .ply; formats/README.md, "Arrays and points", lists the changes.
+/// Version 1 is never stored.
 inline constexpr std::int64_t kArraysVersion = 2;
 
-/// An array, C order. An empty shape is one number.
+/// An array in C order. An empty shape is a scalar.
 struct NamedArray {
     std::string name;
     NumberType type = NumberType::kFloat;
@@ -62,74 +62,74 @@ struct NamedArray {
     std::uint64_t bytes() const;
 };
 
-/// The header of a .npy file that has this array and nothing else, which begins behind it.
+/// Returns the .npy header for this array; the data follows it.
 std::string npyHeader(const NamedArray& array);
 
-/// Texts of a file of arrays by their names; empty ones are left out. A .npz has each as an array
+/// The texts of a file of arrays by name; empty ones are left out. A .npz stores each as an array
 /// of uint8, a .safetensors in `__metadata__`.
 using ArrayTexts = std::map<std::string, std::string>;
 
 class ArrayContainer;
 
-/// Writes arrays to a file whose extension says the container (kArrayContainers); its last array is
-/// `arrays_version`, int64. Shapes are given at the start, so every number has its place in the
-/// file, and is written once. None is kept in memory. The same arrays make the same bytes.
+/// A writer of array files; the extension chooses the container (kArrayContainers). The last array
+/// is `arrays_version`, int64. Shapes are fixed at the start, so every value has an offset in the
+/// file, and is written once. None is kept in memory. The same arrays produce the same bytes.
 class ArrayWriter {
   public:
     /// Creates the hidden file. Throws Error (kOutput); (kUsage) if no container has the extension;
-    /// (kInternal) if two arrays have one name, or there are more than 65535.
+    /// (kInternal) if two arrays share a name, or there are more than 65535.
     ArrayWriter(const std::string& path, std::vector<NamedArray> arrays, ArrayTexts texts = {});
     ~ArrayWriter();
 
-    /// The size of the file that holds these arrays, to the byte.
+    /// Returns the exact size of a file with these arrays.
     static std::uint64_t fileBytes(const std::string& path, std::vector<NamedArray> arrays,
                                    ArrayTexts texts = {});
 
-    /// Adds the next numbers of the array with this index, as they lie in memory. Not for several
-    /// threads at once. Throws like writeAt().
+    /// Appends values to the array with this index, as they lie in memory. Not for several threads
+    /// at once. Throws like writeAt().
     void append(std::size_t array, std::span<const std::byte> numbers);
-    /// Writes numbers of the array with this index, as they lie in memory, from its byte `first`
-    /// on, in whatever order, and from several threads at once. Throws Error (kOutput);
-    /// (kInternal) if the array has no such bytes, or has them already.
+    /// Writes values of the array with this index, as they lie in memory, at its byte `first`, in
+    /// any order and from several threads at once. Throws Error (kOutput); (kInternal) if the array
+    /// has no such bytes, or they are already written.
     void writeAt(std::size_t array, std::uint64_t first, std::span<const std::byte> numbers);
-    /// Writes what the container has besides numbers, and commits the file. Throws Error (kOutput);
-    /// (kInternal) if an array is not full.
+    /// Writes the container's headers and commits the file. Throws Error (kOutput); (kInternal) if
+    /// an array is incomplete.
     void finish() { close().commit(); }
-    /// The same without the commit, for commitAll().
+    /// Like finish() without the commit, for commitAll().
     AtomicFile& close();
 
   private:
-    /// Bytes that follow one another, and are written.
+    /// A contiguous range of written bytes.
     struct Piece {
         std::uint64_t end = 0;
         std::uint32_t crc = 0;
     };
-    /// What is written of an array: pieces by where they begin; those that meet have become one.
+    /// The written ranges of an array, by first byte; adjacent ranges are merged.
     struct Progress {
         std::uint64_t appended = 0;  ///< bytes
         std::map<std::uint64_t, Piece> pieces{};
     };
 
     [[noreturn]] void fail(const char* what, std::size_t array) const;
-    /// Notes that a piece is written.
+    /// Records a written piece.
     void add(std::size_t array, std::uint64_t first, Piece piece);
 
     std::unique_ptr<ArrayContainer> container_;
     AtomicFile file_;
     std::vector<Progress> progress_;
-    std::mutex mutex_;  ///< of the file and of what is written
+    std::mutex mutex_;  ///< guards the file and the progress
 };
 
-/// The extensions of the containers, lower case with their dots.
+/// Returns the extensions of the containers, lower case with their dots.
 std::span<const std::string_view> arrayExtensions();
-/// Whether the path ends in one of them, upper or lower case.
+/// Whether the path ends in one of these extensions, upper or lower case.
 bool isArrayName(const std::string& path);
 
-/// Text that a file of ArrayWriter holds by this name; "" if the file is not there, not whole, by
-/// somebody else, or has no such text. Of the file no more is read.
+/// Returns a text stored under this name in a file of ArrayWriter; "" if the file is missing,
+/// incomplete, written by another program, or has no such text. Reads nothing else of the file.
 std::string arrayText(const std::string& path, const std::string& name);
 
-/// The numbers of an array as bytes.
+/// Returns the values of an array as bytes.
 template <class Range>
 std::span<const std::byte> asBytes(const Range& numbers) {
     return std::as_bytes(std::span(numbers));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Spreads lists of numbers over planes.
+// Spreads fragment lists over dense planes.
 #define IMATH_HALF_NO_LOOKUP_TABLE
 #include <Imath/half.h>
 
@@ -14,25 +14,25 @@
 namespace peeler {
 namespace {
 
-/// Of a range of pixels: bytes of its planes in the widest array, and fragments.
+/// Limits of a range of pixels: bytes of its planes in the widest array, and fragments.
 constexpr std::size_t kRangeBytes = std::size_t{1} << 20, kRangeFragments = std::size_t{1} << 15;
 
 bool isFloating(NumberType type) {
     return type == NumberType::kHalf || type == NumberType::kFloat;
 }
 
-/// A number as it is stored; of more than half holds it becomes infinite, and it is rounded to the
-/// nearest, ties to even.
+/// Stores a number. Halves round to nearest, ties to even; values beyond half's range become
+/// infinite. Returns the end.
 std::byte* putNumber(float number, NumberType type, std::byte* out) {
     return type == NumberType::kHalf ? storeNumber(imath_float_to_half(number), out)
                                      : storeNumber(number, out);
 }
 
-/// Stores numbers of one floating-point type as another. Returns the end of them.
+/// Converts between floating-point types. Returns the end of the output.
 std::byte* convertNumbers(const std::byte* from, NumberType type, std::size_t count,
                           NumberType wanted, std::byte* out) {
     const std::size_t size = infoOf(type).size;
-    if (type == wanted) return std::copy_n(from, count * size, out);  // of nothing at all, too
+    if (type == wanted) return std::copy_n(from, count * size, out);  // also for count 0
     for (std::size_t i = 0; i < count; ++i, from += size) {
         float number = 0;
         if (type == NumberType::kHalf) {
@@ -47,9 +47,9 @@ std::byte* convertNumbers(const std::byte* from, NumberType type, std::size_t co
     return out;
 }
 
-/// The bytes of a number that stands for nothing.
+/// Returns the bytes of the value for a missing fragment.
 std::array<std::byte, 8> nothingOf(NumberType type, double fill) {
-    std::array<std::byte, 8> bytes{};  // of int32: 0
+    std::array<std::byte, 8> bytes{};  // int32: 0
     if (isFloating(type)) putNumber(static_cast<float>(fill), type, bytes.data());
     if (type == NumberType::kUint32) storeNumber(std::uint32_t{0xFFFFFFFFU}, bytes.data());
     return bytes;
@@ -125,7 +125,7 @@ void DensePlanes::forEachRange(std::span<const std::uint32_t> offsets, std::size
 }
 
 std::uint64_t DensePlanes::rangeBytes() {
-    // Numbers of a fragment take 16 bytes at most before they are planes.
+    // A fragment's values take at most 16 bytes before they are spread over planes.
     return static_cast<std::uint64_t>(threadCount()) * (kRangeBytes + 16 * kRangeFragments);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes fragments as arrays, in lists or in planes.
+// Writer of fragments as arrays, in lists or in planes.
 #include <algorithm>
 #include <cstring>
 #include <limits>
@@ -23,13 +23,13 @@
 namespace peeler {
 namespace {
 
-/// The arrays of every file, in this order; then that of coloured opacity, where there is any, the
-/// columns, and the bundle. The first are the splits of lists, or the counts of planes.
+/// The arrays of every file, in this order; then that of coloured opacity, if any, the columns, and
+/// the bundle. The first holds the splits of lists, or the counts of planes.
 enum FixedArray : std::size_t { kSplitArray, kDepthArray, kColorArray, kNear, kFar, kOpacityArray };
 
 constexpr std::string_view kLayerName = "layer";
 
-/// The columns of the file; plane k has layer k, unless only some layers were listed.
+/// Returns the columns of the file; plane k has layer k, unless only some layers were listed.
 std::vector<FragmentColumn> columnsOf(const LayeredImage& band,
                                       const FragmentArrayOptions& options) {
     std::vector<FragmentColumn> columns = fragmentColumns(band);
@@ -43,7 +43,7 @@ std::uint32_t planesOf(const Plan& plan, const DenseSettings& dense) {
     return dense.layers != 0 ? dense.layers : std::max(all, 1U);
 }
 
-/// The arrays of a file, and where its columns begin among them.
+/// The arrays of a file, and the index of the first column among them.
 struct FragmentLayout {
     std::vector<NamedArray> arrays;
     std::size_t first_column = 0;
@@ -80,7 +80,7 @@ FragmentLayout layoutOf(const Plan& plan, const LayeredImage& band,
         arrays.push_back(array(column.name, column.type, column.components()));
     for (NamedArray& more : bundleArrays(1))
         arrays.push_back(std::move(more));
-    // What other programs call their channels may be a name of ours.
+    // Other programs' channels may have the name of one of our arrays.
     std::set<std::string> taken{"arrays_version", "__metadata__"};
     if (!options.output_hash.empty()) taken.insert("output_hash");
     const std::size_t first = layout.first_column, end = first + columns.size();
@@ -106,7 +106,8 @@ class FragmentArrays final : public Sink {
     }
     void write(LayeredImage&& band) override;
     void finish() override { writer_->finish(); }
-    /// Where lists begin, and the numbers of one array; or ranges of planes as they are filled.
+    /// Returns the memory for the splits and the values of one array; for planes, for the ranges
+    /// being filled.
     SinkMemory memory(const Plan& plan) const override {
         if (options_.dense) return {.bytes = DensePlanes::rangeBytes()};
         return {.pixel_bytes = sizeof(std::int64_t),
@@ -119,7 +120,7 @@ class FragmentArrays final : public Sink {
     void writeColors(const LayeredImage& band);
     void writeColumn(const LayeredImage& band, std::size_t index);
     void writePlanes(const LayeredImage& band);
-    /// Writes the planes of some pixels; put(fragment, out) stores a fragment's numbers.
+    /// Writes the planes of some pixels; put(fragment, out) stores a fragment's values.
     template <class Put>
     void writeRange(const LayeredImage& band, std::size_t first, std::size_t last,
                     std::size_t array, const DensePlanes::Column& column, Put&& put);
@@ -215,7 +216,7 @@ void FragmentArrays::writePlanes(const LayeredImage& band) {
         };
     };
     constexpr std::size_t kTints = kTintedComponents - kPlainComponents;
-    // Nothing is wider than a colour.
+    // No column is wider than a colour.
     const std::size_t widest = planes_->pixelBytes({NumberType::kFloat, kPlainComponents});
     DensePlanes::forEachRange(band.offsets, widest, [&](std::size_t first, std::size_t last) {
         const auto write = [&](std::size_t array, const DensePlanes::Column& column, auto&& put) {
@@ -251,7 +252,7 @@ void FragmentArrays::write(LayeredImage&& band) {
 
 FragmentArrayOptions arrayOptions(const OutputOptions& options) {
     FragmentArrayOptions arrays;
-    // The last name of materials is that of glTF's default one, which hits do not count as any.
+    // The last material is glTF's default one, which hits count as none.
     arrays.default_material = static_cast<std::uint32_t>(options.provenance.ids.materials.size());
     arrays.output_hash = options.provenance.output_hash;
     if (options.as == "dense") arrays.dense = options.dense;
@@ -264,7 +265,7 @@ std::unique_ptr<Sink> makeFragmentArrays(std::string path, const FragmentArrayOp
 
 SizeForecast forecastFragmentArrays(const std::string& path, const Plan& plan,
                                     const LayeredImage& band, const FragmentArrayOptions& options) {
-    LayeredImage numbered;  // what addLayerIndices() would make of it
+    LayeredImage numbered;  // the band after addLayerIndices()
     numbered.color = {band.color.channels, band.color.type, {}};
     for (const FragmentArray& array : band.extra)
         numbered.extra.push_back({array.channels, array.type, {}});

@@ -17,13 +17,13 @@ namespace {
 constexpr std::uint32_t kNothing = 0xFFFFFFFFU;
 constexpr std::string_view kFacingName = "facing";
 
-/// A column and the channels that it is made of: all of them, and of one type.
+/// A known column and its channels, which must all be present and of one type.
 struct KnownColumn {
     std::string_view name;
     std::vector<std::string_view> channels;
     ColumnUse use = ColumnUse::kCopy;
     std::vector<std::string_view> properties{};
-    std::string_view toward_viewer{};  ///< its name where `facing` is not known
+    std::string_view toward_viewer{};  ///< its name without `facing`
 };
 
 std::span<const KnownColumn> knownColumns() {
@@ -56,7 +56,7 @@ bool isIndex(ColumnUse use) {
     return use == ColumnUse::kIndex || use == ColumnUse::kMaterial;
 }
 
-/// The type of all these channels; nothing if one is missing or they differ.
+/// Returns the common type of these channels; nothing if one is missing or they differ.
 std::optional<PixelType> commonType(const LayeredImage& band,
                                     std::span<const std::string_view> channels) {
     std::optional<PixelType> common;
@@ -68,7 +68,7 @@ std::optional<PixelType> commonType(const LayeredImage& band,
     return common;
 }
 
-/// A name that is no path in an archive.
+/// Returns a name that is not a path in an archive.
 std::string arrayName(std::string channel) {
     std::ranges::replace_if(
         channel, [](unsigned char c) { return c < ' ' || c == '/' || c == '\\' || c >= 0x7f; },
@@ -76,7 +76,7 @@ std::string arrayName(std::string channel) {
     return channel;
 }
 
-/// A name that is one word of a header, and has no dot.
+/// Returns a name that is one word of a header, without dots.
 std::string propertyName(std::string channel) {
     std::ranges::replace_if(
         channel, [](unsigned char c) { return c <= ' ' || c == '.' || c >= 0x7f; }, '_');
@@ -141,7 +141,7 @@ FragmentColumnReader::FragmentColumnReader(const LayeredImage& band, const Fragm
 
 std::byte* FragmentColumnReader::put(std::size_t fragment, std::byte* out) const {
     const std::size_t size = infoOf(column_->type).size;
-    // The sign of a half or a float is its last bit.
+    // The sign of a half or a float is its highest bit.
     const bool flips = facing_ && facing_.value(fragment) < 0;
     for (const FragmentChannel& channel : channels_) {
         if (column_->use == ColumnUse::kSign) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes fragments as a .ply.
+// Writer of fragments as .ply points.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -19,7 +19,7 @@
 namespace peeler {
 namespace {
 
-/// The channels of the normal that points get.
+/// Returns the channels used for the points' normals.
 std::vector<std::string> normalChannels(const LayeredImage& band) {
     for (const std::string prefix : {"N", "Ng"}) {
         std::vector<std::string> names{prefix + ".X", prefix + ".Y", prefix + ".Z"};
@@ -31,7 +31,8 @@ std::vector<std::string> normalChannels(const LayeredImage& band) {
     return {};
 }
 
-/// What a point has, of bands like this one: position, normal, colour, then the numbers.
+/// The properties of a point, for bands with the same channels: position, normal, colour, then
+/// integer values.
 struct PointTable {
     PointTable(const LayeredImage& band, const FragmentPointOptions& options)
         : normal(normalChannels(band)) {
@@ -76,7 +77,7 @@ class FragmentPoints final : public Sink {
     FragmentPointOptions options_;
     View view_;
     std::optional<PointTable> table_;  ///< from the first band on
-    std::optional<PlyWriter> writer_;  ///< likewise
+    std::optional<PlyWriter> writer_;  ///< from the first band on
     std::vector<std::byte> points_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the header of a .npy file, and its numbers.
+// .npy reader: header and values.
 // https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
 #include <algorithm>
 #include <array>
@@ -37,7 +37,7 @@ constexpr ArrayNumber kArrayNumbers[] = {
                 "is it NumPy's, and whole?");
 }
 
-/// The text behind a key of the header's dictionary, "" if it has no such key.
+/// Returns the text behind a key in the header's dictionary, "" if there is no such key.
 std::string_view after(std::string_view header, std::string_view key) {
     const std::size_t at = header.find(key);
     if (at == std::string_view::npos) return {};
@@ -46,7 +46,7 @@ std::string_view after(std::string_view header, std::string_view key) {
     return header;
 }
 
-/// The numbers of a tuple, "(2, 3)", "(2,)" or "()".
+/// Returns the numbers of a tuple: "(2, 3)", "(2,)" or "()".
 std::optional<std::vector<std::uint64_t>> shapeOf(std::string_view text) {
     constexpr std::size_t kMostAxes = 32;  // numpy's
     if (!text.starts_with('(')) return {};
@@ -67,7 +67,7 @@ std::optional<std::vector<std::uint64_t>> shapeOf(std::string_view text) {
     }
 }
 
-/// Bytes of an array; nothing if they are more than can be counted.
+/// Returns the bytes of an array; nothing on overflow.
 std::optional<std::uint64_t> sizeOf(const NumberArray& array) {
     std::uint64_t bytes = array.number->size;
     for (const std::uint64_t size : array.shape) {
@@ -77,7 +77,7 @@ std::optional<std::uint64_t> sizeOf(const NumberArray& array) {
     return bytes;
 }
 
-/// A .npy file: the dictionary of its header, and the bytes behind it. Nothing if it is none.
+/// A .npy file: the header's dictionary, and the bytes behind it.
 struct NpyFile {
     std::string_view header;
     std::span<const std::uint8_t> bytes;
@@ -100,7 +100,7 @@ std::optional<NpyFile> npyFile(std::span<const std::uint8_t> file, const std::st
     return NpyFile{text.substr(begin, length), file.subspan(begin + length)};
 }
 
-/// The character of UTF-32 as UTF-8; of what is none nothing.
+/// Appends a UTF-32 character as UTF-8; ignores invalid ones.
 void appendUtf8(std::uint32_t character, std::string& text) {
     if (character > 0x10FFFF || (character >= 0xD800 && character < 0xE000)) return;
     const auto add = [&](std::uint32_t byte) { text += static_cast<char>(byte); };

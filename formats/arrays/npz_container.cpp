@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the headers of a .npz.
+// The .npz container: .npy and ZIP headers.
 // .npy: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
 // ZIP64: APPNOTE.TXT, sections 4.3 and 4.5.3.
 #include <libdeflate.h>
@@ -18,7 +18,7 @@ constexpr std::uint16_t kDate = (1U << 5U) | 1U;  // 1980-01-01
 constexpr std::uint16_t kZip64Field = 1;
 constexpr std::uint32_t kSeeZip64 = 0xFFFFFFFFU;
 
-/// Numbers of a ZIP header, one after the other, little endian.
+/// Consecutive little-endian fields of a ZIP header.
 class HeaderFields {
   public:
     template <class T>
@@ -104,7 +104,7 @@ class NpzContainer final : public ArrayContainer {
     std::string directory(std::span<const std::uint32_t> crcs) const;
 
     std::vector<NpzEntry> entries_;
-    std::uint64_t end_ = 0;  ///< of the last array
+    std::uint64_t end_ = 0;  ///< the end of the last array
 };
 
 std::string NpzContainer::directory(std::span<const std::uint32_t> crcs) const {
@@ -175,7 +175,7 @@ std::string npyHeader(const NamedArray& array) {
     if (array.shape.size() == 1) shape.pop_back();
     std::string text = "{'descr': '" + std::string(infoOf(array.type).numpy) +
                        "', 'fortran_order': False, 'shape': (" + shape + "), }";
-    // The numbers have to begin at a multiple of 64 bytes.
+    // The data must begin at a multiple of 64 bytes.
     constexpr std::size_t kAlignment = 64, kPreamble = 10;
     const std::size_t end = kPreamble + text.size() + 1;
     text.append((kAlignment - end % kAlignment) % kAlignment, ' ');

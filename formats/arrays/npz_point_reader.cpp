@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds the array of points in a .npz.
+// Reader of the array of points in a .npz.
 #include <algorithm>
 
 #include <peeler/error.h>
@@ -26,10 +26,10 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
     constexpr const char* kHint = "numpy.savez(path, points=array), array of shape (n, 3)";
     constexpr std::uint64_t kMostMember = kMostPoints * 3 * sizeof(double) + kMostNpyHeader;
     const NpzArchive archive(file, where);
-    // Ours have them under the second name, if the picture had the channel.
+    // Our files use the second name, if the picture had the channel.
     const NpzArchive::Member* named = archive.find("points");
     if (!named) named = archive.find("positions");
-    // Other arrays of ours are vectors, too: they are no points.
+    // Our other vector arrays are not points.
     if (!named && archive.find("ray_splits"))
         throw Error(ErrorKind::kInput, "rows of rays without the array positions are no points",
                     where, "extract writes it of the channel position, and rays a .ply of points");
@@ -42,7 +42,7 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
             if (!named) continue;
             throw Error(ErrorKind::kInput, "there are more points than are taken at once", inside);
         }
-        // Its bytes, and its points: twice as many where numbers have 32 bits.
+        // Its bytes, and its points, which are twice as large if values have 32 bits.
         allow(3 * member.size);
         std::vector<std::uint8_t> storage;
         const auto points = npyArray(archive.contents(member, storage), inside);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds a text in a .npz of ArrayWriter, by its directory, which is the last that is written.
+// Reader of a text in a .npz of ArrayWriter, through its directory, which is written last.
 // ZIP64: APPNOTE.TXT, sections 4.3 and 4.5.3.
 #include <libdeflate.h>
 
@@ -13,7 +13,7 @@ namespace peeler {
 namespace {
 
 /// The records at the end of every .npz of ArrayWriter: the ZIP64 end of the directory, its locator
-/// and the end of before ZIP64.
+/// and the classic end record.
 constexpr std::uint64_t kEnd64 = 56, kLocatorBytes = 20, kEndBytes = 22;
 constexpr std::uint64_t kEndRecords = kEnd64 + kLocatorBytes + kEndBytes;
 constexpr std::uint64_t kEntryBytes = 46, kZip64Bytes = 28, kLocalBytes = 30, kLocalZip64Bytes = 20;
@@ -26,13 +26,13 @@ T zipNumber(const std::string& bytes, std::uint64_t at) {
     return number;
 }
 
-/// Bytes of a file; "" unless all of them are there.
+/// Returns bytes of a file; "" unless all can be read.
 std::string zipBytes(const RegularFile& file, std::uint64_t at, std::uint64_t size) {
     std::string bytes(size, '\0');
     return file.read(at, bytes) ? bytes : "";
 }
 
-/// What the directory says of an array: where it is, with its header, and what that takes.
+/// The directory entry of an array: offset and size, including its header.
 struct ZipEntry {
     std::uint64_t offset = 0, bytes = 0;
     std::uint32_t crc = 0;

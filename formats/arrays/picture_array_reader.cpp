@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads fragment lists from arrays.
+// Reader of fragment lists in arrays.
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -16,9 +16,9 @@
 namespace peeler {
 namespace {
 
-/// Pixels whose lists are read at once where only their lengths count.
+/// Pixels per read when only the list lengths are needed.
 constexpr std::size_t kSplitsAtOnce = std::size_t{1} << 17;
-constexpr std::uint64_t kMostOfPixel = 65536;  ///< fragments, as of deep files
+constexpr std::uint64_t kMostOfPixel = 65536;  ///< fragments, as for deep files
 
 class PictureArrayReader final : public LayeredInput {
   public:
@@ -32,14 +32,14 @@ class PictureArrayReader final : public LayeredInput {
     std::vector<Text> takeWarnings() override { return arrays_->warnings.take(); }
 
   private:
-    /// Fragments of the file that follow one another.
+    /// A range of consecutive fragments in the file.
     struct Run {
         std::uint64_t from = 0, count = 0;
     };
     void countFragments();
     std::vector<std::uint64_t> splitsFrom(std::uint64_t first, std::size_t count) const;
     std::vector<Run> place(const Window& window, LayeredImage& out) const;
-    /// Reads the numbers of runs, `size` bytes a fragment.
+    /// Reads the values of runs, `size` bytes per fragment.
     void readRuns(const SafetensorsArray& array, std::size_t size, std::span<const Run> runs,
                   std::byte* out) const;
     void readColors(std::span<const Run> runs, std::size_t fragments, LayeredImage& out) const;
@@ -47,7 +47,7 @@ class PictureArrayReader final : public LayeredInput {
 
     std::unique_ptr<PictureArrays> arrays_;
     ExrInfo info_;
-    Window stored_;  ///< the pixels that the file has
+    Window stored_;  ///< the pixels in the file
     std::uint64_t fragment_bytes_ = 0;
     std::optional<DepthComplexity> complexity_;
 };
@@ -84,7 +84,7 @@ void PictureArrayReader::fail(const std::string& what) const {
                 "splits are the ends of the pixels' lists");
 }
 
-/// Where the lists of so many pixels begin, and where the last of them ends.
+/// Returns the beginnings of `count` consecutive lists, and the end of the last one.
 std::vector<std::uint64_t> PictureArrayReader::splitsFrom(std::uint64_t first,
                                                           std::size_t count) const {
     std::vector<std::uint64_t> splits(count + 1);
@@ -101,7 +101,7 @@ std::vector<std::uint64_t> PictureArrayReader::splitsFrom(std::uint64_t first,
     for (std::size_t i = 0; i <= count; ++i) {
         const auto* const at = reinterpret_cast<const std::uint8_t*>(bytes.data()) + i * size;
         const double split = array.number->decode(at, false);
-        // Of 64 bits no more than 2^53 count: no file has so many fragments.
+        // A double is exact up to 2^53, and no file has more fragments.
         if (!(split >= 0 && split <= static_cast<double>(n)))
             fail("a list ends beyond the fragments");
         splits[i] = static_cast<std::uint64_t>(split);
@@ -112,7 +112,7 @@ std::vector<std::uint64_t> PictureArrayReader::splitsFrom(std::uint64_t first,
     return splits;
 }
 
-/// Fills in the plan.
+/// Fills in the plan from the list lengths.
 void PictureArrayReader::countFragments() {
     const Window& all = info_.parts.front().data_window;
     const auto width = static_cast<std::size_t>(all.width());
@@ -144,7 +144,7 @@ void PictureArrayReader::countFragments() {
     if (!info_.is_peeler) plan.fragments_counted = plan.fragments_stored;
 }
 
-/// Sets the offsets of `out`, and returns where its fragments are.
+/// Sets the offsets of `out`. Returns the ranges of its fragments in the file.
 std::vector<PictureArrayReader::Run> PictureArrayReader::place(const Window& window,
                                                                LayeredImage& out) const {
     const Window& all = info_.parts.front().data_window;
@@ -211,7 +211,7 @@ void PictureArrayReader::read(const Window& window, LayeredImage& out) {
     const std::size_t fragments = out.offsets.back();
     resizeAnew(out.z, fragments);
     readRuns(*arrays_->z, sizeof(float), runs, reinterpret_cast<std::byte*>(out.z.data()));
-    // A Z of +inf says that a pixel has no fragment, wherever it is written next.
+    // Writers take Z = +inf for a pixel without a fragment.
     const auto is_number = [](float z) { return z < std::numeric_limits<float>::infinity(); };
     if (!arrays_->composite() && !std::ranges::all_of(out.z, is_number))
         fail("the Z of a fragment is infinite or not a number");
@@ -248,7 +248,7 @@ BandRead PictureArrayReader::mostOf(int rows) const {
     const auto width = static_cast<std::uint64_t>(info_.plan.view.crop.width());
     const std::uint64_t fragments =
         complexity_ ? complexity_->mostFragments(rows) : width * static_cast<std::uint64_t>(rows);
-    // Where the lists of a row begin, and colours whose opacity is to be put beside them.
+    // The splits of a row, and colours that are still without their opacity.
     return {fragments,
             2 * width * sizeof(std::uint64_t) +
                 (arrays_->opacity ? fragments * kPlainComponents * sizeof(float) : 0),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes layers and composites as arrays.
+// Writers of layers and composites as arrays.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -24,8 +24,8 @@ namespace {
 
 constexpr std::size_t kTintOnly = kTintedComponents - kPlainComponents;
 
-/// The other channels of fragments as files of arrays have them: in the order of the table of
-/// channels, components too. Pictures that were read have both sorted by name.
+/// The other channels of fragments in the order of array files: that of the channel table,
+/// components included. Pictures read from files have both sorted by name.
 class ArrangedChannels {
   public:
     explicit ArrangedChannels(std::span<const FragmentArray> channels = {}) {
@@ -36,9 +36,10 @@ class ArrangedChannels {
             arrays_.push_back({row.names, channels[row.source].type, {}});
     }
 
-    /// Without data.
+    /// Returns the arrays, without data.
     std::span<const FragmentArray> arrays() const { return arrays_; }
-    /// The numbers of arrays()[i], perhaps in `storage`. `channels` are those of the constructor.
+    /// Returns the values of arrays()[i], reordered in `storage` if needed. `channels` are those of
+    /// the constructor.
     std::span<const std::byte> numbers(std::span<const FragmentArray> channels, std::size_t i,
                                        std::vector<std::byte>& storage) const {
         const FragmentArray& array = channels[rows_[i].source];
@@ -54,10 +55,10 @@ class ArrangedChannels {
 
   private:
     struct Row {
-        std::size_t source;                   ///< index of the channels
-        std::size_t rank;                     ///< in the table; its size for other channels
-        std::vector<std::string> names;       ///< of the components
-        std::vector<std::size_t> components;  ///< which of the source's they are
+        std::size_t source;                   ///< index into the channels
+        std::size_t rank;                     ///< in the table; its size for unknown channels
+        std::vector<std::string> names;       ///< of the components, in output order
+        std::vector<std::size_t> components;  ///< their indices in the source
     };
 
     static Row rowOf(const FragmentArray& array, std::size_t source) {
@@ -78,18 +79,18 @@ class ArrangedChannels {
     std::vector<FragmentArray> arrays_;
 };
 
-/// The arrays of a file, and what they are called as channels.
+/// The arrays of a file, and their channel names.
 struct PictureLayout {
     std::vector<NamedArray> arrays;
     ArrayChannels channels;
 
-    /// Adds an array of `records`, each of so many numbers.
+    /// Adds an array of `records`, with `numbers` values each.
     void add(std::string name, PixelType type, std::vector<std::uint64_t> records,
              std::size_t numbers) {
         if (numbers > 1) records.push_back(numbers);
         arrays.push_back({std::move(name), numberTypeOf(type), std::move(records)});
     }
-    /// Adds those of channels. Other programs may call theirs like one that is there.
+    /// Adds channel arrays. Other programs' names may collide with existing ones.
     void add(std::span<const FragmentArray> extra, const std::vector<std::uint64_t>& records) {
         std::set<std::string> taken{"opacity", "arrays_version", "__metadata__"};
         for (const NamedArray& array : arrays)
@@ -104,8 +105,8 @@ struct PictureLayout {
     }
 };
 
-/// Where the arrays of layers stand among those of the file; of a picture without coloured opacity
-/// what follows comes in place of kTintList.
+/// The indices of the layers' arrays in the file; without coloured opacity, the following ones
+/// begin at kTintList.
 enum LayerArray : std::size_t { kSplitList, kDepthList, kColorList, kTintList };
 
 PictureLayout layersLayout(const Plan& plan, PixelType color,
@@ -120,7 +121,7 @@ PictureLayout layersLayout(const Plan& plan, PixelType color,
     return layout;
 }
 
-/// The same of a composite.
+/// The indices of a composite's arrays in the file.
 enum CompositeArray : std::size_t { kPixelColors, kPixelDepths, kPixelTints };
 
 PictureLayout compositeLayout(const Plan& plan, std::span<const FragmentArray> extra) {
@@ -134,7 +135,7 @@ PictureLayout compositeLayout(const Plan& plan, std::span<const FragmentArray> e
     return layout;
 }
 
-/// In a .npz a text is an array, and only the hash has a name there.
+/// Returns the texts of the file. In a .npz a text is an array, and only the hash has a name.
 ArrayTexts textsOf(const std::string& path, const char* kind, const Plan& plan,
                    const Provenance& provenance, const PictureLayout& layout) {
     if (lowerExtension(path) == ".npz") return {{"output_hash", provenance.output_hash}};
@@ -152,7 +153,7 @@ class LayerArrays final : public Sink {
         const StageTimer timer(times_, "write");
         writer_->finish();
     }
-    /// Where lists begin, and the numbers of one array, which may be put in another order.
+    /// Returns the memory for the splits and the values of one array, which may be reordered.
     SinkMemory memory(const Plan& plan) const override {
         std::size_t widest = plan.tinted ? kPlainComponents * pixelTypeSize(plan.color_type) : 0;
         for (const FragmentArray& array : plan.channels)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds a picture in the header of a file of arrays.
+// Finds a picture in the header of an array file.
 #include "formats/arrays/picture_arrays.h"
 
 #include <algorithm>
@@ -92,7 +92,7 @@ void PictureArrays::takeFragments() {
             if (!names.insert(channel).second) fail("two arrays have the same channel", channel);
 }
 
-/// What a fragment has besides colour and Z.
+/// Takes a channel array besides colour and Z.
 void PictureArrays::takeExtra(const SafetensorsArray& array) {
     const std::uint64_t n = z->shape.front();
     const bool fits = (array.shape.size() == 1 || array.shape.size() == 2) &&
@@ -120,7 +120,7 @@ void PictureArrays::takeComposite() {
     opacity = take("opacity", {h, w, kTintedComponents - kPlainComponents}, {"F32"}, false);
 }
 
-/// Makes the one part that readers of headers know.
+/// Describes the arrays as one part, for readers of headers.
 void PictureArrays::describePart() {
     ExrInputPart part;
     part.name = composite_ ? "composite" : "";
@@ -129,7 +129,7 @@ void PictureArrays::describePart() {
     part.data_window = data_;
     part.display_window = display_;
     part.attributes = attributesIn(header_.metadata);
-    // Without layers it would be taken for a layered picture that is empty.
+    // With 0 layers it would look like an empty layered picture.
     if (const auto layers = part.attributes.find("peeler:layers");
         composite_ && layers != part.attributes.end() && layers->second == "0")
         part.attributes.erase(layers);

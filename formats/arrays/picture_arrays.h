@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures as arrays (.safetensors; formats/README.md, "Pictures as arrays"): the fragment lists of
-// layers as they are in memory, and composites, with what an OpenEXR header says of them.
+// layers as in memory, and composites, with the contents of an OpenEXR header.
 #pragma once
 
 #include <cstdint>
@@ -19,27 +19,28 @@
 
 namespace peeler {
 
-/// A Sink of every fragment: `splits` (pixels of the crop + 1, int64), `z` (n, float), `rgba` (n,
-/// 4; half or float), `opacity` (n, 3; likewise, if the plan is tinted), and an array of every
-/// other one of the bands, called as nameOf() says; the texts of pictureTexts().
+/// Returns a Sink of every fragment: `splits` (pixels of the crop + 1, int64), `z` (n, float),
+/// `rgba` (n, 4; half or float), `opacity` (n, 3; half or float, if the plan is tinted), an array
+/// for every other channel array of the bands, named by nameOf(), and the texts of pictureTexts().
 std::unique_ptr<Sink> makeLayerArrays(const std::string& path, const OutputOptions& options);
-/// The size of its file, to the byte, if the plan knows its channels.
+/// Forecasts the size of its file, exact if the plan knows its channels.
 SizeForecast forecastLayerArrays(const std::string& path, const Plan& plan,
                                  const OutputOptions& options);
 
-/// A Sink of the composite, over the background: `rgba` (h, w, 4; float), `opacity` (h, w, 3;
-/// likewise, if the plan is tinted) and `z` (h, w; float: of the nearest fragment, +inf = none). In
-/// a .safetensors there are the texts of pictureTexts(), in a .npz `output_hash`.
+/// Returns a Sink of the composite over the background: `rgba` (h, w, 4; float), `opacity` (h, w,
+/// 3; float, if the plan is tinted) and `z` (h, w; float: of the nearest fragment, +inf = none). A
+/// .safetensors also has the texts of pictureTexts(), a .npz `output_hash`.
 std::unique_ptr<Sink> makeCompositeArrays(const std::string& path, const OutputOptions& options);
 SizeForecast forecastCompositeArrays(const std::string& path, const Plan& plan,
                                      const OutputOptions& options);
 
-/// Fragment lists of a file of makeLayerArrays(), or of another program that has at least its first
-/// three arrays and says where they lie; or a composite of makeCompositeArrays().
+/// An open picture of arrays: fragment lists from makeLayerArrays(), or from another program that
+/// writes at least its first three arrays and the windows; or a composite from
+/// makeCompositeArrays().
 class PictureArrays {
   public:
-    /// Opens the file. Throws Error (kInput) if it is no picture, or its arrays do not fit
-    /// together. Warns of arrays that are passed over.
+    /// Opens the file. Throws Error (kInput) if it is not a picture, or its arrays do not fit
+    /// together. Warns of arrays that are ignored.
     explicit PictureArrays(const std::string& path, const LayeredReadOptions& read = {});
 
     LayeredReadOptions options;
@@ -48,9 +49,9 @@ class PictureArrays {
     const ExrInfo& info() const { return info_; }
     const RegularFile& file() const { return file_; }
     bool composite() const { return composite_; }
-    /// One that is there: "z", "rgba", …; `opacity` is null if it is not.
+    /// The arrays by name: "z", "rgba", …; `opacity` is null if missing.
     const SafetensorsArray *splits = nullptr, *z = nullptr, *rgba = nullptr, *opacity = nullptr;
-    /// Other channels of fragments, and where they are.
+    /// Another channel array of fragments, and its place in the file.
     struct ExtraArray {
         FragmentArray like;  ///< without data
         const SafetensorsArray* stored = nullptr;
@@ -74,11 +75,11 @@ class PictureArrays {
     ExrInfo info_;
 };
 
-/// Opens their fragments; or, of `pixels`, a composite as openComposite() has it
-/// (formats/layered/opened_picture.h). Reads where all lists begin, so that info().plan has the
-/// layers with their windows and pixels, and the fragments as they are. Throws Error (kInput) if
-/// the file is the other one, or lists are not in order; (kUsage) if the options choose a part or
-/// view.
+/// Opens the fragment lists; with `pixels`, opens a composite like openComposite()
+/// (formats/layered/opened_picture.h). Reads the beginnings of all lists, so that info().plan has
+/// the layers with their windows and pixels, and the actual fragment counts. Throws Error (kInput)
+/// if the file is of the other kind, or lists are out of order; (kUsage) if the options choose a
+/// part or view.
 std::unique_ptr<LayeredInput> openArrays(std::unique_ptr<PictureArrays> arrays,
                                          bool pixels = false);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PLY 1.0 (G. Turk, "The PLY Polygon File Format", 1994): the header, and the numbers behind it,
-// text or binary of either byte order.
+// PLY 1.0 reader (G. Turk, "The PLY Polygon File Format", 1994): the header, and the data behind
+// it, text or binary of either byte order.
 #pragma once
 
 #include <cstddef>
@@ -13,17 +13,17 @@
 
 namespace peeler {
 
-/// A type by its old and its new name, and how a number of it is read.
+/// A scalar type under its old and new name, and its decoder.
 struct PlyType {
     std::string_view name, other_name;
     std::size_t size;                            ///< bytes
     double (*value)(const std::uint8_t* bytes);  ///< in the machine's byte order
-    double greatest;                             ///< of integers; 1 of floating point
+    double greatest;                             ///< for integers; 1 for floating point
 };
 
 struct PlyField {
     std::string name;
-    const PlyType* count = nullptr;  ///< of the length of a list; null = it is a number
+    const PlyType* count = nullptr;  ///< type of a list's length; null = a scalar
     const PlyType* type = nullptr;
 };
 
@@ -33,37 +33,37 @@ struct PlyElement {
     std::vector<PlyField> properties;
 };
 
-/// The numbers behind a header, one after the other. Throws Error (kInput) without `where`, which
-/// the caller knows, if they are none or end early.
+/// A sequential reader of the values behind a header. Throws Error (kInput) without `where`, which
+/// the caller knows, if a value is malformed or the data ends early.
 class PlyNumbers {
   public:
     virtual ~PlyNumbers() = default;
     virtual double next(const PlyType& type) = 0;
     virtual void skip(const PlyType& type, std::uint64_t count) = 0;
-    /// How many rows of an element there can be at most.
+    /// Returns the maximum number of rows of an element that the remaining data can hold.
     virtual std::uint64_t most(const PlyElement& element) const = 0;
-    /// How many numbers of a type there can be at most.
+    /// Returns the maximum number of values of a type that the remaining data can hold.
     virtual std::uint64_t most(const PlyType& type) const = 0;
-    /// How many bytes from the end of the file it is.
+    /// Returns the bytes left before the end of the file.
     virtual std::size_t left() const = 0;
 
-    /// Reads how long a list is.
+    /// Reads a list's length.
     std::uint64_t length(const PlyField& list);
-    /// Reads what is not wanted.
+    /// Skips a property.
     void skip(const PlyField& property);
 };
 
-/// The file that ends before its data does.
+/// Throws the Error (kInput) for a file that ends before its data does.
 [[noreturn]] void failPlyEndsEarly();
 
-/// The header of a file, read when it is made, which must outlive it. Throws Error (kInput) with
-/// the name of the file and the line.
+/// A PLY header, parsed on construction; the file must outlive it. Throws Error (kInput) with the
+/// file's name and the line.
 class PlyFile {
   public:
     PlyFile(std::span<const std::uint8_t> file, const std::string& where);
 
     const std::vector<PlyElement>& elements() const { return elements_; }
-    /// Without the word `comment`.
+    /// Returns the comments, without the word `comment`.
     const std::vector<std::string>& comments() const { return comments_; }
     bool isText() const { return format_ == "ascii"; }
     std::unique_ptr<PlyNumbers> numbers() const;

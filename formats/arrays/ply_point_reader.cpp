@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the points of a PLY file.
+// Reader of the points of a PLY file.
 #include <algorithm>
 #include <string_view>
 
@@ -10,14 +10,14 @@
 namespace peeler {
 namespace {
 
-/// 0 to 2 for x, y and z; −1 for what is none of them.
+/// Returns 0 to 2 for x, y and z; −1 for any other property.
 int axisOf(const PlyField& property) {
     if (property.count || property.name.size() != 1) return -1;
     const int axis = property.name[0] - 'x';
     return axis >= 0 && axis < 3 ? axis : -1;
 }
 
-/// Reads one row; the coordinates among its numbers go to `point`.
+/// Reads one row; stores its coordinates in `point`.
 void readRow(const PlyElement& element, PlyNumbers& numbers, glm::dvec3& point) {
     for (const PlyField& property : element.properties) {
         if (const int axis = axisOf(property); axis >= 0)
@@ -47,7 +47,7 @@ std::vector<glm::dvec3> plyPoints(std::span<const std::uint8_t> file, const std:
         if (element.properties.empty()) continue;
         std::uint64_t row = 0;
         try {
-            // This is checked before anything is allocated.
+            // Checked before anything is allocated.
             if (element.rows > numbers->most(element)) failPlyEndsEarly();
             if (is_vertex && element.rows > kMostPoints)
                 throw Error(ErrorKind::kInput, "there are more points than are taken at once");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes a PLY header whose length does not depend on the number of points, and points behind it.
+// PLY writer: a header whose length does not depend on the number of points, and the points behind
+// it.
 #include "formats/arrays/table_writers.h"
 
 #include <limits>
@@ -37,8 +38,8 @@ PlyWriter::PlyWriter(const std::string& path, std::vector<PlyProperty> propertie
     file_.append(std::as_bytes(std::span(text)));
 }
 
-/// The header, which is as long for any number of points: a comment of dots makes up for the digits
-/// that the number lacks.
+/// Returns the header, of the same length for any number of points: a comment of dots pads the
+/// number's missing digits.
 std::string PlyWriter::header(std::span<const PlyProperty> properties,
                               std::span<const std::string> comments, std::uint64_t points) {
     const std::string count = std::to_string(points);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chooses the format of a file of points by its first bytes, and checks the points.
+// Chooses a point file's format by its first bytes, and checks the points.
 #include "formats/arrays/point_reader.h"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint64_t kMostFileBytes = std::uint64_t{8} << 30;
 
-/// A format, the bytes that its files begin with, and who reads them.
+/// A format, its first bytes, and its reader.
 struct PointFormat {
     std::string_view magic;
     std::vector<glm::dvec3> (*read)(std::span<const std::uint8_t> file, const std::string& where,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the header of a .safetensors file.
+// The .safetensors container: header and layout.
 #include <algorithm>
 #include <functional>
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes tables of numbers as point clouds (binary PLY) and as planes of arrays. Points go straight
-// to their places in the file, from any thread.
+// Table writers: binary PLY point clouds and dense planes of arrays. Any thread may write points
+// straight to their offset in the file.
 #pragma once
 
 #include <cstddef>
@@ -18,40 +18,41 @@
 
 namespace peeler {
 
-/// Lists of fragments, a pixel each, as planes: the k-th of a list goes to plane k. What a pixel
-/// lacks is DenseSettings::fill in arrays of half and float; 0xFFFFFFFF in those of uint32 (no
-/// index), and 0 in those of int32.
+/// Per-pixel fragment lists spread over planes: the k-th fragment of a list goes to plane k.
+/// Missing fragments are DenseSettings::fill in half and float arrays, 0xFFFFFFFF (no index) in
+/// uint32 arrays, and 0 in int32 arrays.
 class DensePlanes {
   public:
-    /// Numbers of every fragment: so many of this type.
+    /// The values stored per fragment: type and component count.
     struct Column {
         NumberType type = NumberType::kFloat;
         std::size_t components = 1;
     };
 
-    /// `layers`: how many planes, in place of those of the settings.
+    /// `layers`: the number of planes, in place of that of the settings.
     DensePlanes(const DenseSettings& settings, std::uint32_t layers)
         : settings_(settings), layers_(layers) {}
 
-    /// How they are stored: what is half or float as the settings say.
+    /// Returns the stored type: half and float become the type in the settings.
     NumberType typeOf(NumberType type) const;
-    /// The array of a column: (`pixels`…, planes), and `components` behind it if there are several.
+    /// Returns the array of a column: (`pixels`…, planes), with a last axis of `components` if
+    /// there are several.
     NamedArray array(std::string name, const Column& column,
                      std::vector<std::uint64_t> pixels) const;
-    /// Bytes of a pixel in that array.
+    /// Returns the bytes per pixel in that array.
     std::size_t pixelBytes(const Column& column) const;
 
-    /// Makes `out` the planes of pixels that follow one another. Pixel p has the fragments from
-    /// offsets[p] up to offsets[p + 1]; `numbers` are those of all of them, from the first one on.
+    /// Fills `out` with the planes of consecutive pixels. Pixel p has the fragments from offsets[p]
+    /// up to offsets[p + 1]; `numbers` holds the values of all of them, starting with the first.
     void fill(const Column& column, std::span<const std::uint32_t> offsets,
               std::span<const std::byte> numbers, ByteBuffer& out) const;
 
-    /// Calls use(first, last) for ranges of pixels that are all of `offsets` together, on all
-    /// threads. Of one range neither the pixels, of so many bytes each, nor the fragments take more
-    /// than a few MB, unless it is a single pixel.
+    /// Calls use(first, last) on all threads for pixel ranges that together cover `offsets`.
+    /// Neither the pixels of a range (`pixel_bytes` each) nor its fragments take more than a few
+    /// MB, unless the range is a single pixel.
     static void forEachRange(std::span<const std::uint32_t> offsets, std::size_t pixel_bytes,
                              const std::function<void(std::size_t, std::size_t)>& use);
-    /// What forEachRange() has its caller keep, on all threads.
+    /// Returns the bytes that callers of forEachRange() hold, on all threads together.
     static std::uint64_t rangeBytes();
 
   private:
@@ -59,16 +60,16 @@ class DensePlanes {
     std::uint32_t layers_;
 };
 
-/// A property of every point. Names that readers know: x y z, nx ny nz, red green blue alpha
-/// (uchar, sRGB, straight alpha).
+/// A property of every point. Names known to readers: x y z, nx ny nz, red green blue alpha (uchar,
+/// sRGB, straight alpha).
 struct PlyProperty {
     std::string name;  ///< without white space
     NumberType type = NumberType::kFloat;
 };
 
-/// Writes a PLY 1.0 file (G. Turk, "The PLY Polygon File Format", 1994), binary_little_endian, with
-/// one element `vertex`. How many points there will be need not be known: the header is filled in
-/// by finish(). No point is kept in memory.
+/// A streaming writer of PLY 1.0 files (G. Turk, "The PLY Polygon File Format", 1994),
+/// binary_little_endian, with one element `vertex`. The number of points need not be known in
+/// advance: finish() fills in the header. No point is kept in memory.
 class PlyWriter {
   public:
     /// Creates the hidden file. Throws Error (kOutput); (kInternal) if a property has a type that
@@ -76,19 +77,20 @@ class PlyWriter {
     PlyWriter(const std::string& path, std::vector<PlyProperty> properties,
               std::vector<std::string> comments = {});
 
-    /// The size of the file of so many points, to the byte.
+    /// Returns the exact size of a file with this number of points.
     static std::uint64_t fileBytes(std::span<const PlyProperty> properties,
                                    std::span<const std::string> comments, std::uint64_t points);
 
-    /// Bytes of a point: its properties packed in their order.
+    /// Returns the bytes per point: its properties packed in order.
     std::size_t pointSize() const { return point_size_; }
-    /// Adds whole points, pointSize() bytes each. Throws Error (kOutput). Not for several threads
-    /// at once, nor together with writeAt().
+    /// Appends whole points, pointSize() bytes each. Throws Error (kOutput). Not for several
+    /// threads at once, nor together with writeAt().
     void append(std::span<const std::byte> points);
-    /// Writes whole points to their place, the first being the point of that index, in whatever
-    /// order and from several threads at once. Every point has to be written once.
+    /// Writes whole points starting at point index `first`, in any order and from several threads
+    /// at once. Every point must be written once.
     void writeAt(std::uint64_t first, std::span<const std::byte> points);
-    /// Throws Error (kOutput); (kInternal) if there are other points than were written.
+    /// Writes the final header and commits the file. Throws Error (kOutput); (kInternal) if points
+    /// are missing.
     void finish();
 
   private:
@@ -102,7 +104,7 @@ class PlyWriter {
     std::size_t point_size_ = 0;
     std::uint64_t header_size_ = 0;
     std::uint64_t points_ = 0;
-    std::mutex mutex_;  ///< of the file and of how many points there are
+    std::mutex mutex_;  ///< guards the file and the point count
 };
 
 }  // namespace peeler

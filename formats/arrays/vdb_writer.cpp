@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the file around a grid; OpenVDB itself is in formats/modules/vdb_grid.cpp.
+// .vdb writer around a grid; OpenVDB itself is in formats/modules/vdb_grid.cpp.
 #include "formats/arrays/vdb_writer.h"
 
 #include <array>
@@ -16,11 +16,11 @@
 namespace peeler {
 namespace {
 
-// A file begins as Archive::writeHeader of OpenVDB 10 has it: magic number (8 bytes), version of
-// the format (4), of the library (2 × 4), whether there are offsets (1), UUID as text.
+// The file's beginning is that of Archive::writeHeader in OpenVDB 10: magic number (8 bytes),
+// version of the format (4) and of the library (2 × 4), presence of offsets (1), UUID as text.
 constexpr std::uint64_t kUuidAt = 21, kUuidSize = 36;
 
-/// 64-bit FNV-1a of the bytes of a file but those of its UUID.
+/// The 64-bit FNV-1a of a file's bytes, except those of its UUID.
 class ContentHash {
   public:
     explicit ContentHash(std::uint64_t basis) : hash_(basis) {}
@@ -39,13 +39,13 @@ class ContentHash {
     std::uint64_t hash_;
 };
 
-/// What OpenVDB writes goes to the AtomicFile. Exceptions do not pass through streams: they wait in
-/// `failure`.
+/// A stream buffer from OpenVDB to the AtomicFile. Exceptions cannot pass through streams, so they
+/// wait in `failure`.
 class FileBuffer : public std::streambuf {
   public:
     explicit FileBuffer(AtomicFile& file) : file_(file) {}
 
-    /// A UUID made of the hash of all that was written.
+    /// Returns a UUID made from the hash of everything written.
     std::string uuid() const {
         std::array<char, 33> hex{};
         std::snprintf(hex.data(), hex.size(), "%016llx%016llx",
@@ -77,7 +77,7 @@ class FileBuffer : public std::streambuf {
         const char byte = traits_type::to_char_type(letter);
         return xsputn(&byte, 1) == 1 ? letter : traits_type::eof();
     }
-    /// Tells where the end is, which is all that can be asked for.
+    /// Returns the end position, the only one supported.
     pos_type seekoff(off_type offset, std::ios_base::seekdir from,
                      std::ios_base::openmode) override {
         if (offset != 0 || from == std::ios_base::beg) return pos_type(off_type(-1));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes voxels for OpenVDB: .vdb files with one grid.
+// OpenVDB writer: .vdb files with one grid of voxels.
 #pragma once
 
 #include <cstdint>
@@ -18,22 +18,22 @@ struct VdbVoxels {
     glm::ivec3 cells{0};
     glm::dvec3 corner{0};
     double spacing = 1;
-    /// Whether the cell (x, y, z) is inside says bit z % 64 of the word z / 64 of a line, which is
-    /// the (x · cells.y + y)-th; every line begins with a word of its own.
+    /// Occupancy bits: cell (x, y, z) is bit z % 64 of word z / 64 in line x · cells.y + y. Every
+    /// line begins on a word boundary.
     std::span<const std::uint64_t> inside{};
 };
 
-/// Writes a fog volume: a grid `density` of floats that is 1 and active inside, 0 elsewhere. Whole
-/// index coordinates are cell centres. The same voxels make the same bytes: the file's UUID, which
-/// OpenVDB draws by chance, is replaced by a hash of the content. Takes about 4 bytes of memory for
-/// each cell near the boundary, and little inside. `file` is not committed. Throws Error (kOutput),
-/// (kMemory).
+/// Writes a fog volume: a float grid `density` that is 1 and active inside, 0 elsewhere. Integer
+/// index coordinates are cell centres. The same voxels produce the same bytes: the file's UUID,
+/// which OpenVDB draws at random, is replaced by a hash of the content. Takes about 4 bytes of
+/// memory per cell near the boundary, and little inside. Does not commit `file`. Throws Error
+/// (kOutput), (kMemory).
 void writeVdb(AtomicFile& file, const VdbVoxels& voxels, const std::string& creator);
 
-/// The function that the module of OpenVDB (formats/modules/vdb_grid.cpp) exports under the name
+/// The function exported by the OpenVDB module (formats/modules/vdb_grid.cpp) as
 /// kVdbModuleFunction; the module is loaded for the first grid. Writes the grid of writeVdb() to a
-/// stream, with the UUID that OpenVDB draws, and with at most so many threads (from 1). Throws what
-/// OpenVDB throws, all of it std::exception.
+/// stream, with OpenVDB's random UUID, on at most `threads` (1 or more) threads. Throws OpenVDB's
+/// exceptions, all derived from std::exception.
 using VdbModuleFunction = void(std::ostream& stream, const VdbVoxels& voxels,
                                const std::string& creator, int threads);
 inline constexpr char kVdbModule[] = "peeler_vdb";

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes layers as X-Ray's loader reads them.
-// What it reads: load_xrays() of src/dataset.py; how its authors made it:
-// preprocess/get_xray/gen_objaverse.py. Their files have float data and int32 indices, and are
-// compressed, which numpy does not care for.
+// Writer of layers for the X-Ray loader. The loader: load_xrays() of src/dataset.py; the authors'
+// writer: preprocess/get_xray/gen_objaverse.py. Their files have float data and int32 indices, and
+// are compressed, which numpy reads the same way.
 #include <algorithm>
 #include <array>
 #include <glm/glm.hpp>
@@ -23,7 +22,7 @@ constexpr std::size_t kXrayRows = 16, kXrayNumbers = 7;
 
 enum XrayArray : std::size_t { kData, kIndices, kIndptr, kShape };
 
-/// Where the hits of each layer begin among those of all that are stored.
+/// Returns the index of each layer's first hit among all stored hits.
 std::array<std::uint64_t, kXrayRows + 1> firstHits(const Plan& plan) {
     std::array<std::uint64_t, kXrayRows + 1> first{};
     for (std::size_t row = 0; row < kXrayRows; ++row) {
@@ -44,7 +43,7 @@ std::vector<NamedArray> xrayArrays(const Plan& plan) {
             {"shape", NumberType::kInt64, {2}}};
 }
 
-/// The seven numbers of fragments of a band.
+/// The seven X-Ray values of a band's fragments.
 class XrayNumbers {
   public:
     XrayNumbers(const LayeredImage& band, const View& view)
@@ -79,7 +78,7 @@ class XrayNumbers {
     }
 
   private:
-    glm::dmat3 to_camera_;  ///< of vectors: x right, y up, z backward
+    glm::dmat3 to_camera_;  ///< for vectors: x right, y up, z backward
     FragmentChannel distance_, facing_;
     std::array<FragmentChannel, 3> normal_, color_;
 };
@@ -103,7 +102,7 @@ class XrayWriter final : public Sink {
     }
 
     void write(LayeredImage&& band) override {
-        // So many that what is found of them stays in a processor's own cache.
+        // Small enough for a core's own cache.
         constexpr std::size_t kPixelsAtOnce = std::size_t{1} << 15;
         const XrayNumbers numbers(band, plan_.view);
         parallelFor(kXrayRows, [&](std::size_t row) {
@@ -117,7 +116,7 @@ class XrayWriter final : public Sink {
     void finish() override { writer_->finish(); }
 
   private:
-    /// Indices as they are stored.
+    /// Returns indices as stored.
     ByteBuffer indexBytes(const std::vector<std::uint64_t>& indices) const {
         ByteBuffer bytes(indices.size() * (is_wide_ ? sizeof(std::int64_t) : sizeof(std::int32_t)));
         std::byte* out = bytes.data();
@@ -127,8 +126,8 @@ class XrayWriter final : public Sink {
         return bytes;
     }
 
-    /// Writes the hits that are layer `row` in some pixels of the band. In its row of the matrix
-    /// the distances of all pixels come first, then the first components of all normals, and so on.
+    /// Writes the hits of layer `row` in some pixels of the band. Its matrix row holds the
+    /// distances of all pixels first, then the first components of all normals, and so on.
     void writeHits(const LayeredImage& band, const XrayNumbers& numbers, std::size_t row,
                    std::size_t first, std::size_t last) {
         std::vector<std::uint64_t> places;
@@ -155,7 +154,7 @@ class XrayWriter final : public Sink {
 
     std::string path_, output_hash_;
     Plan plan_;
-    bool is_wide_ = false;  ///< indices take 64 bits
+    bool is_wide_ = false;  ///< 64-bit indices
     std::array<std::uint64_t, kXrayRows + 1> first_{};
     std::array<std::uint64_t, kXrayRows> written_{};  ///< hits of each layer, so far
     std::uint64_t pixels_ = 0;                        ///< so far

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cameras of BOP's scenes: scene_camera.json, with scene_gt.json and camera.json.
+// BOP scene cameras: scene_camera.json, with scene_gt.json and camera.json.
 // https://github.com/thodan/bop_toolkit/blob/master/docs/bop_datasets_format.md
-// Pixels count from the upper left one's centre, as in the toolkit's misc.depth_im_to_dist_im().
+// Pixel coordinates count from the upper left pixel's centre, as in the toolkit's
+// misc.depth_im_to_dist_im().
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -17,18 +18,18 @@
 namespace peeler {
 namespace {
 
-constexpr double kMillimetres = 1000;  ///< in a metre
+constexpr double kMillimetres = 1000;  ///< per metre
 constexpr std::string_view kSceneCamera = "scene_camera";
 
-// Keys that are read, and keys that do not change the view.
+// Keys that are read, and keys that do not affect the view.
 constexpr std::string_view kPictureKeys[] = {"cam_K",       "cam_R_w2c",  "cam_t_w2c",
                                              "depth_scale", "view_level", "mode"};
 constexpr std::string_view kCameraKeys[] = {"width", "height", "fx",         "fy",
                                             "cx",    "cy",     "depth_scale"};
 constexpr std::string_view kObjectKeys[] = {"obj_id", "cam_R_m2c", "cam_t_m2c"};
 
-/// Datasets with several sensors have scene_camera_SENSOR.json, and so on: the file that goes with
-/// this one, in a folder.
+/// Returns the file that belongs to this one, in a folder. Datasets with several sensors have
+/// scene_camera_SENSOR.json, and so on.
 std::filesystem::path companion(const std::filesystem::path& path, const std::string& folder,
                                 const std::string& name) {
     const std::string stem = path.stem().string();
@@ -37,7 +38,7 @@ std::filesystem::path companion(const std::filesystem::path& path, const std::st
     return path.parent_path() / folder / (name + sensor + ".json");
 }
 
-/// Rotation (row by row) and translation (millimetres), `from` to `to`.
+/// Returns the matrix of a rotation (row by row) and a translation (millimetres).
 glm::dmat4 rigidMembers(const CameraObject& object, const char* turn, const char* shift) {
     const std::array<double, 9> identity = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     const auto rotation = object.numbers(turn, 9);
@@ -52,7 +53,7 @@ glm::dmat4 rigidMembers(const CameraObject& object, const char* turn, const char
     return checkedPose(matrix, object.where(turn));
 }
 
-/// The id of a picture, which is a key.
+/// Returns the picture id in a key.
 std::optional<std::uint32_t> pictureId(const std::string& key) {
     std::uint32_t id = 0;
     const auto [end, failure] = std::from_chars(key.data(), key.data() + key.size(), id);
@@ -60,13 +61,13 @@ std::optional<std::uint32_t> pictureId(const std::string& key) {
     return id;
 }
 
-/// As the files of pictures are called: "000017".
+/// Returns the name of a picture's file: "000017".
 std::string pictureName(std::uint32_t id) {
     const std::string digits = std::to_string(id);
     return std::string(6 - std::min<std::size_t>(digits.size(), 6), '0') + digits;
 }
 
-/// The pictures' ids and values of a file, in the order of the ids.
+/// Returns a file's picture ids and values, ordered by id.
 std::vector<std::pair<std::uint32_t, const nlohmann::json*>> picturesIn(const nlohmann::json& root,
                                                                         const std::string& where) {
     std::vector<std::pair<std::uint32_t, const nlohmann::json*>> pictures;
@@ -82,12 +83,12 @@ std::vector<std::pair<std::uint32_t, const nlohmann::json*>> picturesIn(const nl
     return pictures;
 }
 
-/// The size of pictures that the camera.json beside, or of the data set around, says.
+/// Returns the picture size from the camera.json beside the file, or in the data set around it.
 Size sizeBeside(const CameraSource& source) {
     for (const char* folder : {".", "..", "../.."}) {
         for (const auto& path : {companion(source.path, folder, "camera"),
                                  source.path.parent_path() / folder / "camera.json"}) {
-            if (!isSeen(path)) continue;  // the folders above may be closed to us
+            if (!isSeen(path)) continue;  // the parent folders may be unreadable
             const nlohmann::json root = readCameraJson(path);
             const CameraObject camera(root, path.lexically_normal().string(), "");
             warnOfOthers(camera, kCameraKeys, source.warnings);
@@ -99,7 +100,7 @@ Size sizeBeside(const CameraSource& source) {
     return source.options.size;
 }
 
-/// The objects that a picture's list holds, in the world of its camera.
+/// Returns the objects in a picture's list, placed in the world of its camera.
 std::vector<PlacedObject> objectsIn(const nlohmann::json& list, const std::string& file,
                                     const std::string& pointer, const glm::dmat4& pose,
                                     ReadWarnings& warnings) {
@@ -179,14 +180,14 @@ bool isBopName(const std::filesystem::path& path) {
     return lowerExtension(path) == ".json" && path.filename().string().starts_with(kSceneCamera);
 }
 
-/// The rotation and the translation, in millimetres, as two members.
+/// Returns rotation and translation (millimetres) as two members.
 std::string rigidText(const glm::dmat4& matrix, const std::string& names) {
     const glm::dvec3 shift = glm::dvec3(matrix[3]) * kMillimetres;
     return "\"cam_R_" + names + "\": [" + cameraNumbers(rowsOf(matrix, 3, 3)) + "], \"cam_t_" +
            names + "\": [" + cameraNumbers(std::array{shift.x, shift.y, shift.z}) + "]";
 }
 
-/// What the objects of a picture are to its camera, as scene_gt.json has them.
+/// Returns a picture's objects relative to its camera, as in scene_gt.json.
 std::string objectsText(const FileCamera& camera) {
     const glm::dmat4 world_to_camera = opencvOfPose(camera.camera_to_world);
     std::string text;
@@ -196,7 +197,7 @@ std::string objectsText(const FileCamera& camera) {
     return "[" + text + "]";
 }
 
-/// The cameras' names, if they are different numbers; else 0, 1, ….
+/// Returns the cameras' names as numbers, if these are all different; else 0, 1, ….
 std::vector<std::uint32_t> idsOf(std::span<const FileCamera> cameras) {
     std::vector<std::uint32_t> ids;
     std::set<std::uint32_t> different;

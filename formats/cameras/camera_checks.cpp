@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every format of cameras refuses, and how poses of one convention become those of another.
+// Checks shared by all camera formats, and conversion of pose conventions.
 #include <algorithm>
 #include <cmath>
 
@@ -13,7 +13,7 @@
 namespace peeler {
 namespace {
 
-/// Turns between a camera's axes of glTF and of OpenCV, which has y down and looks along +Z.
+/// Converts between a camera's axes in glTF and in OpenCV, which has y down and looks along +Z.
 glm::dmat4 withAxesTurned(glm::dmat4 camera_to_world) {
     camera_to_world[1] = glm::dvec4(0) - camera_to_world[1];  // without −0
     camera_to_world[2] = glm::dvec4(0) - camera_to_world[2];
@@ -35,7 +35,7 @@ std::string_view asText(std::span<const std::uint8_t> bytes) {
 }
 
 nlohmann::json readCameraJson(const std::filesystem::path& path) {
-    // A value takes ten times the memory of its shortest text, so they are counted before.
+    // A parsed value takes ten times the memory of its shortest text, so values are counted first.
     constexpr std::uint64_t kMostValues = 64 * kMostViews;
     const std::vector<std::uint8_t> bytes = readCameraBytes(path);
     const std::string_view text = asText(bytes);
@@ -72,7 +72,7 @@ glm::dmat4 rigidInverse(const glm::dmat4& matrix) {
 
 glm::dmat4 poseOfOpencv(const glm::dmat4& world_to_camera, const std::string& where) {
     glm::dmat4 turn = glm::dmat4(glm::dmat3(checkedPose(world_to_camera, where)));
-    // By its axes in the world, which are the rows: so the eye is where they put it.
+    // Rigid by its axes in the world, which are the rows, so that the eye stays where they put it.
     if (!(distanceFromRigid(turn) < kRigidByRounding))
         turn = glm::transpose(rigid(glm::transpose(turn)).value_or(turn));
     turn[3] = world_to_camera[3];
@@ -125,7 +125,7 @@ void checkDepthPlanes(const FileCamera& camera, const std::string& where) {
 std::string viewName(const std::string& picture) {
     const std::size_t slash = picture.find_last_of("/\\");
     std::string name = slash == std::string::npos ? picture : picture.substr(slash + 1);
-    // Pictures of NeRF have none, and may have a number behind a dot.
+    // NeRF's picture names have no extension, and may have a number after a dot.
     const std::size_t dot = name.rfind('.');
     const auto isLetter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
     if (dot != std::string::npos && dot > 0 && dot + 1 < name.size() && isLetter(name[dot + 1]))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of formats of files of cameras, and what is done whatever the format is.
+// The table of camera file formats, and the steps shared by all formats.
 #include "formats/cameras/camera_file.h"
 
 #include <algorithm>
@@ -15,8 +15,7 @@
 namespace peeler {
 namespace {
 
-/// The first one that holds a file reads it, and the first one that has files of such a name
-/// writes it.
+/// The first format that holds a file reads it; the first one that has files of a name writes it.
 constexpr const CameraFormat* kCameraFormats[] = {
     &kTransformsFormat, &kBopFormat, &kCameraLinesFormat, &kPoseArrayFormat, &kColmapFormat,
 };
@@ -33,10 +32,10 @@ std::string_view nameOf(CameraConvention convention) {
     return kConventions[static_cast<std::size_t>(convention)].name;
 }
 
-/// Refuses a convention that is not the format's.
+/// Throws Error (kUsage) for a convention that is not the format's.
 void checkConvention(const CameraFormat& format, const CameraSource& source) {
     const auto asked = source.options.convention;
-    // Arrays have none of their own.
+    // Arrays have no convention of their own.
     if (!asked || asked == CameraConvention::kBlender || &format == &kPoseArrayFormat) return;
     if (asked == format.convention) return;
     const std::string own =
@@ -48,7 +47,7 @@ void checkConvention(const CameraFormat& format, const CameraSource& source) {
                 source.path.string(), "leave it out, or say blender for a world with +Z up");
 }
 
-/// A world with +Z up, turned to +Y up.
+/// Turns a world with +Z up to +Y up.
 void turnWorld(FileCamera& camera) {
     const auto turn = [](glm::dmat4& to_world) {
         for (int column = 0; column < 4; ++column) {
@@ -61,7 +60,8 @@ void turnWorld(FileCamera& camera) {
         turn(object.to_world);
 }
 
-/// Refuses what no view can be made of, which would be found only when it is its turn.
+/// Throws Error (kInput) for a camera that cannot become a view, which would otherwise fail only
+/// when it is rendered.
 void checkRenderable(const FileCamera& camera, const std::string& where) {
     if (!camera.intrinsics || camera.size.height == 0) return;
     View view;
@@ -113,7 +113,7 @@ std::vector<FileCamera> readCameras(const std::filesystem::path& path,
     const auto* const format = std::ranges::find_if(
         kCameraFormats, [&](const CameraFormat* row) { return row->holds(source); });
     if (format == std::end(kCameraFormats)) {
-        readCameraBytes(path);  // what is not there is said to be that
+        readCameraBytes(path);  // reports a missing file as such
         refuseCamera("this is no file of cameras that is read", path.string(),
                      "transforms.json with \"frames\", BOP's scene_camera.json, a folder of "
                      "COLMAP's, .npy or .npz, or .jsonl");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the writers of cameras share: numbers that read back as they are, and what cannot be said.
+// Helpers of camera writers: numbers that read back unchanged, and cameras that formats cannot
+// represent.
 #include <array>
 #include <charconv>
 #include <cmath>

@@ -12,7 +12,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-/// The numbers of a binary file, one after the other.
+/// A sequential reader of a binary file.
 class ColmapBytes {
   public:
     ColmapBytes(std::span<const std::uint8_t> bytes, std::string file)
@@ -31,7 +31,7 @@ class ColmapBytes {
             number = take<double>();
         return numbers;
     }
-    /// How many things follow, each of at least `least` bytes.
+    /// Reads the count of the following records, each of at least `least` bytes.
     std::uint64_t takeCount(std::uint64_t least) {
         const std::string place = where();
         const auto count = take<std::uint64_t>();
@@ -41,7 +41,7 @@ class ColmapBytes {
                          place, "copy or export the file again");
         return count;
     }
-    /// A text that ends with a zero.
+    /// Reads a zero-terminated text.
     std::string takeText() {
         const auto rest = bytes_.subspan(at_);
         const auto end = std::ranges::find(rest, 0);
@@ -51,7 +51,7 @@ class ColmapBytes {
         return text;
     }
     void skip(std::uint64_t count) { part(count); }
-    /// Throws if something is behind it all.
+    /// Throws Error (kInput) unless the file ends here.
     void end() const {
         if (at_ != bytes_.size())
             refuseCamera("there is something behind the last number", where());
@@ -102,8 +102,8 @@ std::map<std::uint32_t, ColmapCamera> readCamerasFile(const std::filesystem::pat
 std::vector<ColmapImage> readImagesFile(const std::filesystem::path& path) {
     const std::vector<std::uint8_t> bytes = readCameraBytes(path);
     ColmapBytes file(bytes, path.string());
-    constexpr std::uint64_t kLeastImage = 73;  // id, pose, camera, a name's zero, how many points
-    constexpr std::uint64_t kPoint = 24;       // x, y, which
+    constexpr std::uint64_t kLeastImage = 73;  // id, pose, camera, the name's zero, point count
+    constexpr std::uint64_t kPoint = 24;       // x, y, point id
     const std::uint64_t count = file.takeCount(kLeastImage);
     checkViewCount(count, path.string());
     std::vector<ColmapImage> images(count);
@@ -119,7 +119,7 @@ std::vector<ColmapImage> readImagesFile(const std::filesystem::path& path) {
     return images;
 }
 
-/// Numbers as bytes, one after the other.
+/// A sequential writer of binary numbers.
 class BinaryText {
   public:
     template <class T>

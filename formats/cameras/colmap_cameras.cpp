@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cameras of COLMAP: which files are a model, and what its numbers say.
+// COLMAP cameras: the files of a model, and conversion of their values.
 // https://colmap.github.io/format.html, https://colmap.github.io/cameras.html
 #include <algorithm>
 #include <glm/gtc/quaternion.hpp>
@@ -59,7 +59,7 @@ bool isColmap(const CameraSource& source) {
     return isFolder(source.path) || isModelFile(source.path);
 }
 
-/// Of a folder with both kinds the binary files, as COLMAP does it.
+/// Finds the model at a path. Prefers binary files in a folder with both kinds, like COLMAP.
 ModelFiles modelAt(const std::filesystem::path& path) {
     if (!isFolder(path)) return {path.parent_path(), path.extension().string()};
     for (const char* extension : {".bin", ".txt"}) {
@@ -101,7 +101,7 @@ bool isColmapName(const std::filesystem::path& path) {
     return isModelFile(path) || isFolder(path) || !path.has_extension();
 }
 
-/// Images with the numbers 1, 2, …, and a camera for each lens and size.
+/// Returns a model with images numbered 1, 2, …, and one camera per lens and size.
 ColmapModel modelOf(std::span<const FileCamera> cameras) {
     ColmapModel model;
     const auto key = [](const ColmapCamera& camera) {
@@ -120,7 +120,7 @@ ColmapModel modelOf(std::span<const FileCamera> cameras) {
         image.camera = id;
         image.name = camera.picture.empty() ? camera.name : camera.picture;
         image.camera_to_world = camera.camera_to_world;
-        // Its text ends at a line's end, and older readers' at the first space.
+        // A name in a text model ends with the line, and for older readers at the first space.
         const auto ends = [](char c) { return static_cast<unsigned char>(c) <= ' '; };
         if (image.name.empty() || std::ranges::any_of(image.name, ends))
             throw Error(ErrorKind::kUsage, "COLMAP has no names that are empty or have a space",
@@ -129,7 +129,7 @@ ColmapModel modelOf(std::span<const FileCamera> cameras) {
     return model;
 }
 
-/// The model that is written under such a name.
+/// Returns the model that is written under this name.
 ModelFiles modelFor(const std::filesystem::path& path) {
     if (isModelFile(path) && !isFolder(path)) return {path.parent_path(), path.extension()};
     return {path, ".bin"};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A model of COLMAP as its files have it, text or binary.
+// A COLMAP model as stored in its files, text or binary.
 #pragma once
 
 #include <cstdint>
@@ -13,28 +13,28 @@
 
 namespace peeler {
 
-/// A camera model of COLMAP (src/colmap/sensor/models.h): its number and name, and its parameters.
+/// A COLMAP camera model (src/colmap/sensor/models.h): number, name and parameters.
 struct ColmapLens {
     int id;
     std::string_view name;
     int parameters;
-    /// How many of them are focal lengths; the next two are the principal point, from the upper
-    /// left pixel's corner, and all behind it have to be 0. 0: it is no pinhole even then.
+    /// The number of focal lengths among the parameters; the next two are the principal point, from
+    /// the upper left pixel's corner, and all others must be 0. 0: never a pinhole.
     int focal_lengths;
 };
 
-/// Every model; null if there is none of this number or name.
+/// Returns the camera model of this number or name; null for an unknown one.
 const ColmapLens* colmapLens(int id);
 const ColmapLens* colmapLens(std::string_view name);
 
 struct ColmapCamera {
-    Intrinsics intrinsics;  ///< of ours
+    Intrinsics intrinsics;  ///< in our convention
     Size size;
 };
 struct ColmapImage {
     std::uint32_t id = 0, camera = 0;
     std::string name;
-    glm::dmat4 camera_to_world{1};  ///< of ours
+    glm::dmat4 camera_to_world{1};  ///< in our convention
 };
 struct ColmapModel {
     std::map<std::uint32_t, ColmapCamera> cameras;
@@ -43,12 +43,13 @@ struct ColmapModel {
 
 // colmap_cameras.cpp.
 
-/// A camera of these parameters. Throws Error (kInput) for lens distortion.
+/// Returns the camera with these parameters. Throws Error (kInput) for lens distortion.
 ColmapCamera colmapCamera(const ColmapLens& lens, double width, double height,
                           std::span<const double> parameters, const std::string& where);
-/// Where an image was taken, of qw, qx, qy, qz, tx, ty, tz: world to camera. Throws Error (kInput).
+/// Returns an image's pose (camera to world) from qw, qx, qy, qz, tx, ty, tz (world to camera).
+/// Throws Error (kInput).
 glm::dmat4 colmapPose(std::span<const double, 7> numbers, const std::string& where);
-/// The seven numbers of a camera's matrix.
+/// Returns the seven COLMAP pose numbers of a camera's matrix.
 std::array<double, 7> colmapNumbers(const glm::dmat4& camera_to_world);
 
 // colmap_text.cpp, colmap_binary.cpp: in `folder`.
@@ -57,7 +58,7 @@ std::array<double, 7> colmapNumbers(const glm::dmat4& camera_to_world);
 ColmapModel readColmapText(const std::filesystem::path& folder);
 ColmapModel readColmapBinary(const std::filesystem::path& folder);
 
-/// The contents of cameras, images and points3D. Every image observes nothing.
+/// The contents of the files cameras, images and points3D. No image has observations.
 struct ColmapFiles {
     std::string cameras, images, points;
 };

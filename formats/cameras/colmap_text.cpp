@@ -11,12 +11,12 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t\r";
 
-/// The lines of a text, and the words of one.
+/// A reader of a text's lines, and of the words in a line.
 class TextLines {
   public:
     TextLines(std::string_view text, std::string file) : text_(text), file_(std::move(file)) {}
 
-    /// The next line; false at the end.
+    /// Reads the next line; returns false at the end.
     bool next() {
         if (text_.empty()) return false;
         const std::size_t end = std::min(text_.find('\n'), text_.size());
@@ -25,7 +25,7 @@ class TextLines {
         ++number_;
         return true;
     }
-    /// The next one that says something.
+    /// Reads the next line that is neither blank nor a comment.
     bool nextOfData() {
         while (next()) {
             const std::size_t begin = line_.find_first_not_of(kBlanks);
@@ -52,7 +52,7 @@ class TextLines {
         return value;
     }
     bool hasMore() { return !rest().empty(); }
-    /// What is left of the line.
+    /// Returns the rest of the line.
     std::string_view rest() {
         skipBlanks();
         return line_.substr(0, line_.find_last_not_of(kBlanks) + 1);
@@ -98,8 +98,8 @@ std::map<std::uint32_t, ColmapCamera> readCameraLines(const std::filesystem::pat
     return cameras;
 }
 
-/// Passes over the line of points below an image, which may be empty. Throws Error (kInput) if it
-/// holds something else: in files without these lines it is the next image.
+/// Skips the line of points below an image, which may be empty. Throws Error (kInput) if it holds
+/// anything else: in files without these lines it is the next image.
 void passPoints(TextLines& lines) {
     if (!lines.next()) return;
     while (lines.hasMore()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Poses that NumPy has written: one array (.npy), or several with names (.npz).
+// NumPy pose files: one array (.npy), or several named ones (.npz).
 #include <algorithm>
 #include <array>
 
@@ -13,11 +13,11 @@ namespace {
 
 enum class PoseDirection { kUnknown, kToCamera, kToWorld };
 
-/// The arrays of an archive that may be the poses, the first of them that is there.
+/// A possible name of the pose array in an archive; the first one present is used.
 struct PoseArray {
     const char* name;
     PoseDirection direction;
-    /// What the word means where nothing else is said.
+    /// The convention that the name implies by default.
     std::optional<CameraConvention> convention;
 };
 constexpr PoseArray kPoseArrays[] = {
@@ -29,10 +29,10 @@ constexpr PoseArray kPoseArrays[] = {
     {"c2w", PoseDirection::kToWorld, {}},
 };
 
-/// An array of things of one shape, or one such thing for all.
+/// An array of items of one shape, or a single item for all views.
 class ThingArray {
   public:
-    /// `lengths` are the ones that the axes of a thing may have, axis by axis.
+    /// `lengths` are the required lengths of an item's axes.
     ThingArray(NumberArray array, std::string where, const std::vector<std::uint64_t>& lengths,
                const std::string& expected)
         : array_(std::move(array)), where_(std::move(where)) {
@@ -41,7 +41,7 @@ class ThingArray {
         const std::size_t first = is_one_ ? 0 : 1;
         bool fits = shape.size() == lengths.size() + first;
         for (std::size_t i = 0; fits && i < lengths.size(); ++i) {
-            // Three rows of four numbers may have a fourth one below.
+            // Three rows of four numbers may have a fourth row.
             const bool is_rows = lengths == std::vector<std::uint64_t>{3, 4} && i == 0;
             fits = shape[i + first] == lengths[i] || (is_rows && shape[first] == 4);
         }
@@ -54,7 +54,7 @@ class ThingArray {
 
     bool isOne() const { return is_one_; }
     std::uint64_t count() const { return count_; }
-    /// The numbers of a thing, in C order.
+    /// Returns the values of an item, in C order.
     std::vector<double> operator[](std::uint64_t index) const {
         std::vector<double> numbers;
         for (std::uint64_t i = 0; i < size_; ++i)
@@ -64,7 +64,7 @@ class ThingArray {
     std::string where(std::uint64_t index) const {
         return is_one_ ? where_ : where_ + "[" + std::to_string(index) + "]";
     }
-    /// Throws unless there is one for all, or one for each of so many views.
+    /// Throws Error (kInput) unless there is one item for all views, or one per view.
     void checkCount(std::uint64_t views) const {
         if (!is_one_ && count_ != views)
             refuseCamera("there are " + std::to_string(count_) + " of them, and " +
@@ -79,7 +79,7 @@ class ThingArray {
     std::uint64_t size_ = 0, count_ = 0;
 };
 
-/// Camera to world in glTF's axes, of a matrix of the file.
+/// Returns camera to world in glTF's axes, from a matrix of the file.
 glm::dmat4 poseOf(const glm::dmat4& matrix, PoseDirection direction, CameraConvention convention,
                   const std::string& where) {
     const bool is_opencv = convention == CameraConvention::kOpencv;
@@ -119,14 +119,14 @@ ThingArray posesIn(const std::optional<NumberArray>& array, const std::string& w
     return {*array, where, {3, 4}, "(n, 3, 4) or (n, 4, 4), or one such matrix"};
 }
 
-/// An array of an archive, if it is there.
+/// An array of an archive, if present.
 class ArchivedThings {
   public:
     ArchivedThings(const NpzArchive& archive, const char* name) {
         const NpzArchive::Member* const member = archive.find(name);
         if (!member) return;
         where_ = archive.placeOf(*member);
-        // What is packed well may be more than all files of cameras together.
+        // Highly compressed data may unpack to more than the limit of camera files.
         if (member->size > kMostCameraBytes) refuseCamera("the array is too large", where_);
         array_ = npyArray(archive.contents(*member, storage_), where_);
         if (!array_) refuseCamera("the array is not of numbers", where_);

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // transforms.json of NeRF, instant-ngp and nerfstudio.
+//
 // https://docs.nerf.studio/quickstart/data_conventions.html
 // https://github.com/NVlabs/instant-ngp/blob/master/docs/nerf_dataset_tips.md
-// Pixels count from the upper left one's corner: instant-ngp (src/nerf_loader.cu, read_lens; pixels
-// have their centre at + 0.5 in pixel_to_ray) and nerfstudio (Cameras.get_image_coords).
+//
+// Pixel coordinates count from the upper left pixel's corner: instant-ngp (src/nerf_loader.cu,
+// read_lens; pixels have their centre at + 0.5 in pixel_to_ray) and nerfstudio
+// (Cameras.get_image_coords).
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -16,11 +19,11 @@
 namespace peeler {
 namespace {
 
-constexpr const char* kNearKey = "peeler_near";  // of our own; other programs do not look at them
+constexpr const char* kNearKey = "peeler_near";  // our own key; other programs ignore it
 constexpr const char* kFarKey = "peeler_far";
-constexpr const char* kNameKey = "peeler_name";  // where the picture's file is called otherwise
+constexpr const char* kNameKey = "peeler_name";  // if the picture's file has another name
 
-/// Keys that are read, and keys that do not change the view: they are for training.
+/// Keys that are read, and keys that do not affect the view (for training).
 constexpr std::string_view kKnownKeys[] = {
     "frames", "file_path", "transform_matrix", "w", "h", "fl_x", "fl_y", "cx", "cy",
     "camera_angle_x", "camera_angle_y", "x_fov", "y_fov", "camera_model", "k1", "k2", "k3", "k4",
@@ -37,8 +40,8 @@ constexpr std::string_view kKnownKeys[] = {
     "fisheye_crop_radius", "orientation_override", "center_method_override",
     "auto_scale_poses_override"};
 
-/// A key that changes the view and is not carried out. Its value `neutral`, of a number or of all
-/// numbers of a list, changes nothing.
+/// An unsupported key that affects the view. Its value `neutral`, as a number or for all numbers of
+/// a list, has no effect.
 struct PassedOver {
     const char* key;
     double neutral;
@@ -76,7 +79,7 @@ void warnOfPassedOver(const CameraObject& holder, ReadWarnings& warnings) {
     warnOfOthers(holder, known, warnings);
 }
 
-/// What a frame says, else what the file says of all.
+/// The members of a frame, falling back to those of the file.
 class FrameMembers {
   public:
     FrameMembers(const CameraObject& frame, const CameraObject& all) : frame_(frame), all_(all) {}
@@ -123,7 +126,7 @@ void checkLens(const CameraObject& holder) {
                          holder.where(key), "say fl_x, fl_y, cx, cy, w and h; without a skew");
 }
 
-/// The focal length of an axis, "x" or "y", along which the picture has `pixels` pixels; in pixels.
+/// Returns the focal length, in pixels, of an axis, "x" or "y", with `pixels` pixels.
 std::optional<double> focalLength(const FrameMembers& members, const std::string& axis,
                                   int pixels) {
     if (const auto length = members.number(("fl_" + axis).c_str())) return length;
@@ -205,7 +208,7 @@ bool isTransformsName(const std::filesystem::path& path) {
     return lowerExtension(path) == ".json" && !path.filename().string().starts_with("scene_camera");
 }
 
-/// The members that say size and lens, each behind `before`.
+/// Returns the members for size and lens, each preceded by `before`.
 std::string lensText(const FileCamera& camera, const char* before) {
     const Intrinsics lens = writtenIntrinsics(camera);
     const std::pair<const char*, double> members[] = {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hashes names, and ranks by coverage the names in every pixel.
+// Cryptomatte: name hashes, and names ranked by coverage per pixel.
 #include "formats/exr/cryptomatte.h"
 
 #include <OpenEXR/ImfIDManifest.h>
@@ -24,8 +24,7 @@ struct Cover {
     float coverage;
 };
 
-/// Adds up what each name covers of a pixel. Ranked, the greatest coverage comes first, and equal
-/// ones are ordered by hash.
+/// The coverage of a pixel by name. Ranked by falling coverage, then by hash.
 class PixelCoverage {
   public:
     void add(std::uint32_t hash, float coverage) {
@@ -111,7 +110,7 @@ void appendCryptomatte(const LayeredImage& image, const CryptomatteLayer& layer,
         PixelCoverage coverage;
         for (std::size_t pixel = row * width; pixel < (row + 1) * width; ++pixel) {
             coverage.clear();
-            std::array<float, 3> through = {1, 1, 1};  // of each channel
+            std::array<float, 3> through = {1, 1, 1};  // transmittance per channel
             for (std::uint32_t f = image.offsets[pixel]; f < image.offsets[pixel + 1]; ++f) {
                 const std::uint32_t id = ids.id(f);
                 const TintedColor color = tintedColorOf(image, f);

@@ -19,8 +19,8 @@
 namespace peeler {
 namespace {
 
-/// How a part is stored, and what is written here whatever a file says. ("Standard Attributes",
-/// openexr.com/en/latest/StandardAttributes.html.)
+/// Attributes of a part's storage, and attributes that we always write ourselves. ("Standard
+/// Attributes", openexr.com/en/latest/StandardAttributes.html.)
 constexpr std::string_view kOfStorage[] = {"channels",
                                            "chunkCount",
                                            "compression",
@@ -42,7 +42,7 @@ constexpr std::string_view kOfStorage[] = {"channels",
                                            "version",
                                            "view",
                                            "zipCompressionLevel"};
-/// What follows from a camera that is known.
+/// Attributes derived from a known camera.
 constexpr std::string_view kOfView[] = {"far",
                                         "fieldOfViewHorizontal",
                                         "fieldOfViewVertical",
@@ -54,7 +54,7 @@ constexpr std::string_view kOfView[] = {"far",
                                         "screenWindowWidth",
                                         "worldToCamera",
                                         "worldToNDC"};
-/// What files of ours have anew, or not at all: the date.
+/// Attributes that our files set freshly, or not at all: the date.
 constexpr std::string_view kOfOurs[] = {"capDate", "utcOffset"};
 
 template <std::size_t n>
@@ -62,7 +62,7 @@ bool isOneOf(const std::string_view (&names)[n], std::string_view name) {
     return std::ranges::find(names, name) != std::end(names);
 }
 
-/// The bytes of a value, for OpenEXR's attributes.
+/// An input stream over the bytes of a value, for OpenEXR's attributes.
 class ValueStream final : public Imf::IStream {
   public:
     explicit ValueStream(const std::vector<std::byte>& bytes)
@@ -85,10 +85,11 @@ class ValueStream final : public Imf::IStream {
     std::size_t place_ = 0;
 };
 
-/// The attribute as OpenEXR knows it, or as bytes. Throws what its classes throw.
+/// Returns the attribute as OpenEXR's type, or as opaque bytes. Throws the exceptions of its
+/// classes.
 std::unique_ptr<Imf::Attribute> attributeOf(const StoredAttribute& stored) {
-    Imf::staticInitialize();  // else no type is known before the first header
-    // Those lists have sizes in them, which the classes believe.
+    Imf::staticInitialize();  // otherwise no type is known before the first header
+    // The classes trust the sizes inside these lists.
     const bool list = stored.type == "stringvector" || stored.type == "idmanifest" ||
                       stored.type == "preview" || stored.type == "chlist";
     std::unique_ptr<Imf::Attribute> attribute(
@@ -101,7 +102,7 @@ std::unique_ptr<Imf::Attribute> attributeOf(const StoredAttribute& stored) {
 }
 
 bool isValid(const StoredAttribute& stored) {
-    // What is written here under such a name has to be of the same type.
+    // We write attributes of these names, which must have the same type.
     if (stored.name == "capDate" && stored.type != "string") return false;
     if (stored.name == "utcOffset" && stored.type != "float") return false;
     try {
@@ -114,13 +115,13 @@ bool isValid(const StoredAttribute& stored) {
     }
 }
 
-/// Whether files of ours have an attribute of this name by themselves.
+/// Whether our files write an attribute of this name themselves.
 bool isWrittenByUs(const std::string& name, bool camera_known) {
     return isOneOf(kOfStorage, name) || name.starts_with("peeler:") ||
            (camera_known && isOneOf(kOfView, name));
 }
 
-/// The default of OpenEXR.
+/// OpenEXR's default.
 constexpr std::array<float, 8> kRec709{0.64F, 0.33F, 0.3F, 0.6F, 0.15F, 0.06F, 0.3127F, 0.329F};
 
 bool isRec709(const std::array<float, 8>& chromaticities) {
@@ -130,7 +131,7 @@ bool isRec709(const std::array<float, 8>& chromaticities) {
     return true;
 }
 
-/// Of what pixels alone do not say.
+/// Warns of header contents that pixels alone do not carry.
 void warnOfHeader(OpenedExr& opened, std::size_t part) {
     const ExrInputPart& header = opened.info.parts[part];
     ReadWarnings& warnings = opened.warnings;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the header of another program's file says besides the pixels: it goes along into OpenEXR
-// files that are made of the picture.
+// Carried attributes: header attributes of another program's file that are copied into OpenEXR
+// files made from its picture.
 #pragma once
 
 #include <OpenEXR/ImfHeader.h>
@@ -11,20 +11,21 @@
 
 namespace peeler {
 
-/// Sets Provenance::carried to the attributes of a part that stay true of the picture: all but
-/// those that say how it is stored, that ours say (formats/README.md, "Attributes"), and, if the
-/// camera is known, that follow from it. Warns of what does not go along, and, if only pixels
-/// count, of pixels that are not square and primaries that are not those of Rec. 709.
+/// Sets Provenance::carried to the attributes of a part that remain true for the picture: all but
+/// those that describe its storage, those that our files set themselves (formats/README.md,
+/// "Attributes"), and, if the camera is known, those that follow from it. Warns of attributes that
+/// are not carried, and, with `pixels_only`, of pixels that are not square and primaries other than
+/// Rec. 709.
 void readCarried(OpenedExr& opened, std::size_t part);
 
-/// Bytes of all attributes together that go along: every part of a file that is written has them.
+/// The maximum total size of carried attributes, in bytes; every part of an output file has them.
 inline constexpr std::size_t kMostCarried = 1 << 20;
 
-/// Whether an attribute can go along into files of ours, whose camera is known or not: none that
-/// these have by themselves, of a value that OpenEXR takes for one of its type.
+/// Whether an attribute can be carried into our files with a known or unknown camera: our files do
+/// not set it themselves, and OpenEXR accepts its value for its type.
 bool canCarry(const StoredAttribute& stored, bool camera_known);
 
-/// Inserts the attributes, in place of those of the same name.
+/// Inserts the attributes, replacing those of the same name.
 void addCarried(Imf::Header& header, const std::vector<StoredAttribute>& carried);
 
 }  // namespace peeler

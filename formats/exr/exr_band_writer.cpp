@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds the chunks that a band completes, gathers their pixels, packs them and writes them.
+// OpenEXR band writer: finds the chunks completed by a band, gathers their pixels, packs and writes
+// them.
 #include "formats/exr/exr_band_writer.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -22,7 +23,7 @@ namespace {
 
 constexpr std::size_t kFileBuffer = std::size_t{1} << 20;  ///< of an AtomicFile
 
-/// The channels of colour and Z.
+/// Returns the channels of colour and Z.
 std::vector<ExrChannel> colorChannels(const Plan& plan, int color, int z) {
     const std::vector<std::string> names = colorNames(plan.tinted);
     std::vector<ExrChannel> channels = {{"Z", PixelType::kFloat, z, 0, 1}};
@@ -31,7 +32,7 @@ std::vector<ExrChannel> colorChannels(const Plan& plan, int color, int z) {
     return channels;
 }
 
-/// Appends the channels of arrays besides colour and Z.
+/// Appends the channels of arrays, besides colour and Z.
 void appendExrChannels(const std::vector<FragmentArray>& arrays,
                        std::vector<ExrChannel>& channels) {
     for (std::size_t i = 0; i < arrays.size(); ++i) {
@@ -94,7 +95,7 @@ void ExrBandWriter::write(const LayeredImage& band) {
 
 SinkMemory ExrBandWriter::memory(std::span<const ExrPart> parts, const Plan& plan,
                                  const OutputOptions& options) {
-    std::uint64_t widest = 0, all = 0;  // values of a row of a part, and of all parts
+    std::uint64_t widest = 0, all = 0;  // values per row, in the widest part and in all parts
     std::size_t last_file = 0;
     for (const ExrPart& part : parts) {
         const std::uint64_t row = static_cast<std::uint64_t>(part.window.width()) *
@@ -113,7 +114,7 @@ SinkMemory ExrBandWriter::memory(std::span<const ExrPart> parts, const Plan& pla
     }
     const int rows = exrRowsPerChunk(exrCompressionOf(options.compression, false));
     const std::uint64_t chunk = widest * static_cast<std::uint64_t>(rows) * (pixel + composite);
-    // A thread has a chunk as it is, and filtered; packed ones wait for those before them.
+    // Each thread has a chunk raw and filtered; packed ones wait for earlier ones.
     const auto threads = static_cast<std::uint64_t>(threadCount());
     const std::uint64_t packed =
         std::min<std::uint64_t>(kExrBytesInFlight, all * (pixel + composite));
@@ -160,14 +161,14 @@ void ExrBandWriter::open(const LayeredImage& first_band) {
         exr_.push_back(std::make_unique<ExrOutput>(*files_[file], std::move(headers[file])));
     for (std::size_t part = 0; part < parts_.size(); ++part)
         chunks_.push_back(exr_[parts_[part].file]->chunkCount(place_[part]));
-    // Layers are stored as they come; a composite is converted.
+    // Layers are stored unconverted; a composite is converted.
     if (layered && first_band.color.type != plan_.color_type) {
         throw Error(ErrorKind::kInternal, "a band's colours do not fit the plan",
                     files_.front()->path());
     }
 }
 
-/// Lists the channels of each part, from those that a layer and a composite have.
+/// Lists the channels of each part, from those of a layer and of a composite.
 void ExrBandWriter::findChannels(const LayeredImage& first_band) {
     auto layer_channels = colorChannels(plan_, ExrChannel::kColor, ExrChannel::kZ);
     appendExrChannels(first_band.extra, layer_channels);
@@ -254,7 +255,7 @@ std::vector<ExrBandWriter::Job> ExrBandWriter::finishedChunks(int end_row) {
             jobs.push_back({part, chunk, y0, y1});
         }
     }
-    // Chunks are ordered by the row that completes them, which does not depend on the bands.
+    // Chunks are ordered by the row that completes them, independent of the bands.
     std::sort(jobs.begin(), jobs.end(), [](const Job& a, const Job& b) {
         return a.y1 != b.y1 ? a.y1 < b.y1 : a.part < b.part;
     });
@@ -275,8 +276,8 @@ void ExrBandWriter::run(std::span<const Job> jobs, const LayeredImage& band) {
     boundBuffers();
 }
 
-/// Frees the buffers kept for reuse where they have become many: left alone, each would grow in
-/// time to the largest chunk.
+/// Frees the kept buffers once they exceed a limit; otherwise each would grow over time to the
+/// largest chunk.
 void ExrBandWriter::boundBuffers() {
     std::size_t kept = packers_.bytesKept();
     for (const auto& packed : packed_)
@@ -314,7 +315,7 @@ std::uint64_t ExrBandWriter::gather(const Job& job, const LayeredImage& band,
     for (int y = job.y0; y < job.y1; ++y) {
         const bool is_carried = y < carried_.window.y1;
         const LayeredImage& image = is_carried ? carried_ : band;
-        // Channels are sorted by name, so those of a layer stand together.
+        // Channels are sorted by name, so those of a layer are adjacent.
         for (std::size_t first = 0, end = 0; first < all.size(); first = end) {
             const int layer = all[first].layer;
             while (end < all.size() && all[end].layer == layer)

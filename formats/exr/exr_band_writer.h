@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Streams bands of any height into the chunks of every part of an OpenEXR file.
+// OpenEXR band writer: streams bands of any height into the chunks of every part.
 #pragma once
 
 #include <cstdint>
@@ -17,38 +17,38 @@
 
 namespace peeler {
 
-/// What one part of a file shows.
+/// The content of one part of a file.
 struct ExrPart {
     static constexpr int kComposite = -1;
     std::string name;
     Window window;
-    /// The layers that it shows: indices into the list of fragments of every pixel, or kComposite.
+    /// Its layers: indices into the fragment list of every pixel, or kComposite.
     std::vector<int> layers = {kComposite};
     bool prefixed = false;  ///< a layer's channels are layer_000.R, …
-    std::size_t file = 0;   ///< which of the writer's files it is in
-    /// Fragments of the layer, if its header is to say them for a reader that opens this file
-    /// alone; 0 = it is not.
+    std::size_t file = 0;   ///< the index of its file in the writer
+    /// The layer's fragment count, for the header of a file that a reader may open alone; 0 = not
+    /// stored.
     std::uint64_t fragments = 0;
-    bool nearest_channels = false;  ///< the composite has the other channels of the first fragment
+    bool nearest_channels = false;  ///< the composite has the first fragment's other channels
 };
 
-/// Where a channel of a part comes from.
+/// The source of a part's channel.
 struct ExrChannel {
     enum Source : int { kCompositeColor = -4, kCompositeZ = -3, kZ = -2, kColor = -1 };
     std::string name;
     PixelType type = PixelType::kHalf;
     int source = kColor;  ///< a Source, or the index among the extra arrays
     std::size_t component = 0, components = 1;
-    int layer = ExrPart::kComposite;  ///< one of ExrPart::layers: whose fragments
+    int layer = ExrPart::kComposite;  ///< one of ExrPart::layers
 };
 
-/// Streams bands into the parts of one file or several. Of the options it takes the background
-/// behind the composite; whether the composite has the coverage of ids (cryptomatte), which needs
-/// the channels id.*; whether bands are a composite already, one entry a pixel, whose channels stay
-/// (composited); compression; and the layout as it stands in `peeler:layout`, "" = none. The bytes
-/// of the file do not depend on how the picture is cut into bands or on the number of threads.
-/// Between bands it keeps the rows that unfinished chunks still need, at most 15. A pixel without
-/// the layer is 0 in every channel but Z, which is +inf.
+/// A writer that streams bands into the parts of one file or several. It uses these options: the
+/// background behind the composite; whether the composite has Cryptomatte coverage (cryptomatte),
+/// which needs the channels id.*; whether bands are already composites, one entry per pixel, whose
+/// channels are kept (composited); compression; and the layout as stored in `peeler:layout`, "" =
+/// none. The file's bytes do not depend on how the picture is cut into bands or on the number of
+/// threads. Between bands it keeps the rows needed by unfinished chunks, at most 15. A pixel
+/// without the layer is 0 in every channel but Z, which is +inf.
 class ExrBandWriter {
   public:
     /// Creates the hidden files. Throws Error (kOutput).
@@ -56,14 +56,14 @@ class ExrBandWriter {
                   OutputOptions options);
     ~ExrBandWriter();
 
-    /// Writes the chunks that the band completes. Throws Error (kOutput); (kInternal) if the band
-    /// is not the next one, or is malformed.
+    /// Writes the chunks completed by the band. Throws Error (kOutput); (kInternal) if the band is
+    /// not the next one, or is malformed.
     void write(const LayeredImage& band);
-    /// Finishes the files; several get their final names only when all of them are whole. Throws
-    /// Error (kOutput); (kInternal) if rows are missing.
+    /// Finishes the files; several get their final names only when all are complete. Throws Error
+    /// (kOutput); (kInternal) if rows are missing.
     void finish();
 
-    /// The rows that it would keep, and what chunks take while they are packed and wait to be
+    /// Returns the memory for the rows it keeps, and for chunks being packed or waiting to be
     /// written.
     static SinkMemory memory(std::span<const ExrPart> parts, const Plan& plan,
                              const OutputOptions& options);
@@ -99,7 +99,7 @@ class ExrBandWriter {
     std::vector<ExrPart> parts_;
     std::vector<CryptomatteLayer> cryptomatte_;
     std::vector<std::unique_ptr<AtomicFile>> files_;
-    /// A container for each file, from the first band on, which says what channels there are.
+    /// One container per file, from the first band on, when the channels are known.
     std::vector<std::unique_ptr<ExrOutput>> exr_;
     std::vector<std::size_t> place_;                 ///< of each part in its file
     std::vector<std::vector<ExrChannel>> channels_;  ///< of each part

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compresses chunks, and assembles files of them.
+// OpenEXR chunk compression and file assembly.
 #include "formats/exr/exr_chunks.h"
 
 #include <OpenEXR/IexErrnoExc.h>
@@ -30,7 +30,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "pixels are stored little-endian as they are");
 
-/// Imf::Header writes itself into this.
+/// An in-memory stream for Imf::Header::writeTo().
 class MemoryStream : public Imf::OStream {
   public:
     MemoryStream() : Imf::OStream("header") {}
@@ -89,8 +89,8 @@ bool isDeep(const Imf::Header& header) {
     return Imf::isDeepData(header.type());
 }
 
-/// OpenEXR's run lengths (ImfRle.cpp): n ≥ 0 repeats the byte that follows n + 1 times, n < 0 is
-/// followed by −n bytes as they are. A run has 3 bytes at least, 128 at most.
+/// Packs OpenEXR's run lengths (ImfRle.cpp): n ≥ 0 repeats the next byte n + 1 times, n < 0 is
+/// followed by −n literal bytes. A run has 3 to 128 bytes.
 void packRuns(std::span<const std::byte> in, ByteBuffer& out) {
     constexpr std::size_t kShortest = 3, kLongest = 128, kMostLiterals = 127;
     out.clear();
@@ -146,13 +146,13 @@ ExrChunkPacker::~ExrChunkPacker() {
 }
 
 std::span<std::byte> ExrChunkPacker::raw(std::size_t bytes) {
-    raw_.clear();  // what is in it need not be moved
+    raw_.clear();  // avoids copying the old content
     raw_.resize(bytes);
     return raw_;
 }
 
-/// OpenEXR stores the even bytes, then the odd ones, and of that sequence the differences, biased
-/// by 128 (ImfZip.cpp). Both steps are one loop here.
+/// Applies OpenEXR's filter in one loop: even bytes, then odd ones, and then the differences of
+/// that sequence, biased by 128 (ImfZip.cpp).
 void ExrChunkPacker::filter() {
     const std::size_t size = raw_.size();
     filtered_.clear();
@@ -187,7 +187,7 @@ void ExrChunkPacker::pack(ByteBuffer& out) {
             out.resize(packed);
         }
     }
-    if (!smaller) out = raw_;  // a chunk as large as its pixels is read as plain pixels
+    if (!smaller) out = raw_;  // readers take a chunk of the unpacked size as raw pixels
 }
 
 std::size_t ExrPackerPool::bytesKept() const {
@@ -251,7 +251,7 @@ std::string ExrOutput::headerBytes(const Imf::Header& header) {
     return std::move(stream.data);
 }
 
-/// The bytes that a chunk begins with.
+/// Records the chunk's offset. Returns its first bytes.
 std::string ExrOutput::beginChunk(std::size_t part, int chunk) {
     chunk_ = first_offset_[part] + static_cast<std::size_t>(chunk);
     std::uint64_t& offset = offsets_.at(chunk_);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The container of a scan-line OpenEXR file, flat or deep: writes headers, offset tables, and
-// chunks in any order; and unpacks chunks that are read.
+// Scan-line OpenEXR container, flat or deep: writes headers, offset tables, and chunks in any
+// order; unpacks chunks of input files.
 //
-// OpenEXR's own multi-part writer compresses part after part and wants them written that way; this
-// one takes finished chunks of any part in any order, so bands can stream through all parts at
-// once. Layout: https://openexr.com/en/latest/OpenEXRFileLayout.html
+// OpenEXR's own multi-part writer requires part after part; this one accepts finished chunks of any
+// part in any order, so bands can stream through all parts at once. Layout:
+// https://openexr.com/en/latest/OpenEXRFileLayout.html
 #pragma once
 
 #include <OpenEXR/ImfCompression.h>
@@ -32,35 +32,35 @@ namespace peeler {
 /// A level of libdeflate; higher ones gain little on float pixels.
 inline constexpr int kDefaultZipLevel = 4;
 
-/// Bytes of pixels, before packing, that a writer packs at once: this bounds its memory.
+/// Bytes of unpacked pixels that a writer packs at once; bounds its memory.
 inline constexpr std::size_t kExrBytesInFlight = 16U << 20;
-inline constexpr std::size_t kExrCopiesInFlight = 3;  ///< copies of them: raw, filtered, packed
+inline constexpr std::size_t kExrCopiesInFlight = 3;  ///< their copies: raw, filtered, packed
 
-/// Rows that are compressed together: 16 for ZIP, else 1.
+/// Returns the rows per chunk: 16 for ZIP, else 1.
 inline int exrRowsPerChunk(Imf::Compression compression) {
     return compression == Imf::ZIP_COMPRESSION ? kExrRowsPerChunk : 1;
 }
 
-/// OpenEXR's name for one of exrCompressions(), "" being the default of flat or deep images. Throws
-/// Error (kUsage).
+/// Returns OpenEXR's value for one of exrCompressions(); "" is the default of flat or deep images.
+/// Throws Error (kUsage).
 Imf::Compression exrCompressionOf(const std::string& name, bool deep);
 
-/// OpenEXR's name for a type.
+/// Returns OpenEXR's value for a pixel type.
 Imf::PixelType exrPixelType(PixelType type);
 
-/// Compresses chunks: ZIP, ZIPS, RLE or not at all. Keeps its buffers; one for each thread.
+/// A chunk compressor: ZIP, ZIPS, RLE or none. Keeps its buffers; use one per thread.
 class ExrChunkPacker {
   public:
-    /// `level` as libdeflate's: 1 fastest, 12 smallest. Throws Error (kMemory).
+    /// `level` is libdeflate's: 1 fastest, 12 smallest. Throws Error (kMemory).
     explicit ExrChunkPacker(int level, Imf::Compression compression = Imf::ZIP_COMPRESSION);
     ~ExrChunkPacker();
     ExrChunkPacker(const ExrChunkPacker&) = delete;
     ExrChunkPacker& operator=(const ExrChunkPacker&) = delete;
 
-    /// The caller's room for the pixels of the next chunk, `bytes` of them, contents undefined.
+    /// Returns the buffer for the next chunk's pixels, `bytes` long, contents undefined.
     std::span<std::byte> raw(std::size_t bytes);
-    /// Packs raw() into `out`: even and odd bytes apart, then differences, then zlib or run
-    /// lengths; `out` is raw() as it is where that is no larger.
+    /// Packs raw() into `out`: splits even and odd bytes, takes differences, then applies zlib or
+    /// run-length encoding. If that is not smaller, `out` is a copy of raw().
     void pack(ByteBuffer& out);
     std::size_t bytesKept() const { return raw_.capacity() + filtered_.capacity(); }
 
@@ -72,13 +72,13 @@ class ExrChunkPacker {
     ByteBuffer raw_, filtered_;
 };
 
-/// Keeps packers for the threads that need one next.
+/// A pool of packers, reused between threads.
 class ExrPackerPool {
   public:
     ExrPackerPool(int level, Imf::Compression compression)
         : level_(level), compression_(compression) {}
 
-    /// Calls use(packer) with one that nobody else has.
+    /// Calls use(packer) with a packer that no other thread has.
     template <class Use>
     void with(Use&& use) {
         std::unique_ptr<ExrChunkPacker> packer = take();
@@ -86,7 +86,7 @@ class ExrPackerPool {
         const std::lock_guard lock(mutex_);
         idle_.push_back(std::move(packer));
     }
-    /// Bytes that the idle packers keep.
+    /// Returns the bytes kept by idle packers.
     std::size_t bytesKept() const;
     void clear() { idle_.clear(); }
 
@@ -101,26 +101,28 @@ class ExrPackerPool {
 
 /// A packed row of deep samples.
 struct ExrDeepChunk {
-    ByteBuffer counts;         ///< for each pixel, samples in it and to the left of it
+    ByteBuffer counts;         ///< per pixel: the running sum of samples along the row
     ByteBuffer samples;        ///< channel after channel
     std::size_t unpacked = 0;  ///< bytes of the samples before packing
 };
 
-/// Assembles the file. Single-part if there is one header, else multi-part. A part is deep if its
-/// header's type says so.
+/// An OpenEXR file being assembled: single-part for one header, else multi-part. A part is deep if
+/// its header's type is.
 class ExrOutput {
   public:
-    /// Writes magic number, headers (chunk counts are filled in) and room for the offset tables.
-    /// `headers` need names, types and channels; they share what OpenEXR wants shared. Throws Error
-    /// (kOutput), also if a chunk could pass the format's 2 GiB, or a header is invalid.
+    /// Writes magic number, headers (filling in chunk counts) and room for the offset tables.
+    /// `headers` need names, types and channels, and equal values for the attributes that OpenEXR
+    /// requires to be shared. Throws Error (kOutput), also if a chunk could exceed the format's 2
+    /// GiB, or a header is invalid.
     ExrOutput(AtomicFile& file, std::vector<Imf::Header> headers);
 
     int chunkCount(std::size_t part) const { return headers_[part].chunkCount(); }
-    /// Adds a packed chunk of a flat part. Every chunk is to be added exactly once.
+    /// Appends a packed chunk of a flat part. Every chunk must be appended exactly once.
     void append(std::size_t part, int chunk, std::span<const std::byte> packed);
-    /// Likewise for a deep part. Throws Error (kOutput) if a row has more than OpenEXR's 2 GiB.
+    /// Appends a packed chunk of a deep part. Throws Error (kOutput) if a row exceeds OpenEXR's 2
+    /// GiB.
     void append(std::size_t part, int chunk, const ExrDeepChunk& packed);
-    /// Replaces the value of an attribute of a part; the new value has to take as many bytes.
+    /// Replaces an attribute's value in a part; the new value must have the same size.
     void setAttribute(std::size_t part, const char* name, const Imf::Attribute& value);
     /// Fills in the offset tables and each part's hash (exr_integrity.h), and reads headers and
     /// tables back with OpenEXR. Throws Error (kInternal) if a chunk is missing; (kOutput) if the
@@ -137,30 +139,30 @@ class ExrOutput {
 
     AtomicFile& file_;
     std::vector<Imf::Header> headers_;
-    std::vector<std::size_t> first_offset_;  ///< of each part, in offsets_
-    std::vector<std::uint64_t> offsets_;     ///< of all parts, as in the file; 0 = not written
-    std::vector<std::uint64_t> hashes_;      ///< of the chunks, likewise
-    std::size_t chunk_ = 0;                  ///< the one that is being written, in offsets_
+    std::vector<std::size_t> first_offset_;  ///< of each part, as an index into offsets_
+    std::vector<std::uint64_t> offsets_;     ///< of all parts, in file order; 0 = not written
+    std::vector<std::uint64_t> hashes_;      ///< of the chunks, in the same order
+    std::size_t chunk_ = 0;                  ///< the one being written, as an index into offsets_
     std::string start_;                      ///< magic number and version
     std::uint64_t table_position_ = 0;
     bool headers_changed_ = false;
 };
 
-/// The most bytes that `packed` bytes can become; a size in a file is held against it before memory
-/// is allocated by that size. 0 for a compression that deep data cannot have.
+/// Returns the maximum unpacked size of `packed` bytes, to check a file's sizes before allocating.
+/// 0 for a compression that deep data cannot have.
 std::uint64_t exrMostUnpacked(const std::string& compression, std::uint64_t packed);
 
 /// Unpacks a chunk of "none", "rle", "zips" or "zip" (ExrInputPart::compression) into `out`, which
-/// has the size that it must have; a chunk of that size is not packed. Returns false if it does not
-/// unpack to exactly that size.
+/// has the expected size; a chunk of that size is not packed. Returns false if it does not unpack
+/// to exactly that size.
 bool exrUnpack(const std::string& compression, std::span<const std::byte> packed,
                std::span<std::byte> out);
 
-/// Likewise for a chunk that is known to be packed, even if that has not made it smaller.
+/// Like exrUnpack(), for a chunk that is always packed, even if that has not made it smaller.
 bool exrUnpackAlways(const std::string& compression, std::span<const std::byte> packed,
                      std::span<std::byte> out);
 
-/// Unpacks what zlib has packed. Returns false if it does not come to exactly that size.
+/// Unpacks zlib data. Returns false if it does not unpack to exactly that size.
 bool exrInflate(std::span<const std::byte> packed, std::span<std::byte> out);
 
 }  // namespace peeler

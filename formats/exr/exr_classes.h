@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flat parts as OpenEXR's C++ classes read them: tiles, and DWA, which OpenEXRCore 3.1 does not
-// unpack.
+// Decoder based on OpenEXR's C++ classes, for flat parts that OpenEXRCore 3.1 does not unpack:
+// tiles and DWA.
 #pragma once
 
 #include <cstddef>
@@ -14,26 +14,27 @@
 
 namespace peeler {
 
-/// A channel to decode, converted to `type`: rows as wide as the data window, one after the other.
+/// A channel to decode, converted to `type`: consecutive rows as wide as the data window.
 struct ExrPlane {
     std::string name;
     PixelType type = PixelType::kFloat;
     std::byte* first = nullptr;
 };
 
-/// An open file. Safe to use from several threads, of which one decodes at a time.
+/// An open file. Safe to use from several threads; one decodes at a time.
 class ExrClasses {
   public:
-    /// `file` is open, outlives this, and has been checked as ExrInput does it. Throws Error
-    /// (kInput) if the classes refuse it.
+    /// `file` is open, outlives this, and has passed the checks of ExrInput. Throws Error (kInput)
+    /// if the classes reject it.
     ExrClasses(const RegularFile& file, const std::string& path);
     ~ExrClasses();
 
-    /// Decodes these rows of a part, all of its columns: `rows` is in the file's coordinates.
-    /// Throws Error (kInput), `where` being `place`.
+    /// Decodes these rows of a part, with all columns; `rows` is in the file's coordinates. Throws
+    /// Error (kInput) with `place` as `where`.
     void readRows(int part, const Window& rows, std::span<const ExrPlane> planes,
                   const std::string& place);
-    /// Decodes every tile of every level of a part, and keeps nothing. Throws likewise.
+    /// Decodes every tile of every level of a part, and discards the pixels. Throws like
+    /// readRows().
     void decodeTiles(int part, const std::string& place);
 
   private:

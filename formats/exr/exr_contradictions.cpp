@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Holds the camera's attributes against the camera in double precision that they were made of.
+// Comparison of the camera's attributes with the double-precision camera they were made from.
 #include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfMatrixAttribute.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
@@ -24,7 +24,7 @@ namespace {
 
 constexpr const char* kCameraJson = "peeler:cameraJson";
 
-/// What follows from the camera; those of the other projection are in no header.
+/// The attributes derived from the camera; those of the other projection must be absent.
 constexpr const char* kOfCamera[] = {"worldToCamera",
                                      "worldToNDC",
                                      "near",
@@ -49,8 +49,9 @@ std::vector<float> numbersOf(const Imf::Attribute& attribute) {
     return {};
 }
 
-/// Other compilers and machines round a few bits of double precision differently, which may move a
-/// float by one; where large numbers cancel out, a tiny one may be 0.
+/// Whether values agree. Other compilers and machines round a few bits of double precision
+/// differently, which may move a float by one ulp; where large numbers cancel out, a tiny one may
+/// be 0.
 bool areClose(const std::vector<float>& found, const std::vector<float>& wanted) {
     constexpr float kRelative = 4 * std::numeric_limits<float>::epsilon(), kOfLargest = 1e-9F;
     float largest = 0;
@@ -74,7 +75,7 @@ bool areSame(const Imf::Attribute& found, const Imf::Attribute& wanted) {
     return numbers.size() == of_camera.size() && areClose(numbers, of_camera);
 }
 
-/// The attributes of a header that its cameraJson() denies.
+/// Returns the attributes of a header that contradict its cameraJson().
 std::vector<std::string> deniedBy(const Imf::Header& header) {
     const auto* json = header.findTypedAttribute<Imf::StringAttribute>(kCameraJson);
     if (!json) return {};
@@ -95,7 +96,7 @@ std::vector<std::string> deniedBy(const Imf::Header& header) {
 }  // namespace
 
 std::vector<std::string> headerContradictions(const std::string& path) {
-    std::map<std::string, std::string> first_part;  // of each attribute
+    std::map<std::string, std::string> first_part;  // by attribute
     for (const std::string& file : exrFilesOf(path)) {
         try {
             const RegularFile opened(file);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes every chunk of a part, to know that it can be decoded.
+// Full decode check of a part's chunks.
 #include <OpenEXR/openexr.h>
 
 #include <algorithm>
@@ -13,14 +13,14 @@
 namespace peeler {
 namespace {
 
-/// Chunks that are looked up before they are decoded, so that a header cannot ask for much memory.
+/// Chunks looked up before they are decoded, which limits the memory that a header can demand.
 constexpr std::size_t kBatch = 1024;
-constexpr std::uint64_t kMaxUnpacked = std::uint64_t{1} << 30;  ///< bytes of a chunk
+constexpr std::uint64_t kMaxUnpacked = std::uint64_t{1} << 30;  ///< bytes per chunk
 
 exr_result_t unpackChunk(exr_const_context_t context, int part, const exr_chunk_info_t& chunk) {
     exr_decode_pipeline_t pipeline{};
     exr_result_t result = exr_decoding_initialize(context, part, &chunk, &pipeline);
-    // Without a place for any channel the pixels are unpacked and dropped.
+    // Without a destination for any channel, the pixels are unpacked and dropped.
     if (result == EXR_ERR_SUCCESS)
         result = exr_decoding_choose_default_routines(context, part, &pipeline);
     if (result == EXR_ERR_SUCCESS) result = exr_decoding_run(context, part, &pipeline);
@@ -28,7 +28,7 @@ exr_result_t unpackChunk(exr_const_context_t context, int part, const exr_chunk_
     return result;
 }
 
-/// Calls visit(level x, level y, columns of tiles, rows of tiles) for every level of a tiled part.
+/// Calls visit(level x, level y, tile columns, tile rows) for every level of a tiled part.
 template <class Visit>
 exr_result_t forEachLevel(exr_const_context_t context, int part, Visit&& visit) {
     std::uint32_t width = 0, height = 0;
@@ -55,8 +55,8 @@ exr_result_t forEachLevel(exr_const_context_t context, int part, Visit&& visit) 
 
 }  // namespace
 
-/// decodeAll() of a part that OpenEXR's classes have to read. They unpack all channels of a block,
-/// whichever of them there is a place for.
+/// Implements decodeAll() for a part that needs OpenEXR's classes, which unpack all channels of a
+/// block even if only one has a destination.
 void ExrInput::decodeDwa(std::size_t part) const {
     const ExrInputPart& info = parts_[part];
     if (info.type == "tiledimage")

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes deep images: a row a chunk, in each of the parts.
+// Deep image writer: one chunk per row, in each part.
 #include "formats/exr/exr_writers.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -28,11 +28,12 @@ constexpr int kMostRowsInFlight = 64;
 constexpr const char* kStored = "peeler:fragmentsStored";
 constexpr const char* kMaxSamples = "maxSamplesPerPixel";  // of the OpenEXR file layout
 
-/// What "Interpreting OpenEXR Deep Pixels" composites by beside R, G, B, A and Z.
+/// The channels used for compositing in "Interpreting OpenEXR Deep Pixels", besides R, G, B, A and
+/// Z.
 constexpr std::array<std::string_view, 4> kOfColor = {"AR", "AG", "AB", "ZBack"};
 
-/// Whether the channels of an array are composited, or needed for it. Whatever else stood beside
-/// them would be composited by programs that know no better, OpenImageIO's flatten among them.
+/// Whether an array's channels are composited, or needed for compositing. Naive programs, such as
+/// OpenImageIO's flatten, would composite any other channel in the same part.
 bool belongsToColor(const FragmentArray& array) {
     return std::ranges::all_of(array.channels, [](const std::string& channel) {
         return std::ranges::find(kOfColor, channel) != kOfColor.end();
@@ -143,7 +144,7 @@ void ExrDeepWriter::check(const LayeredImage& band) const {
     if (!good) throw Error(ErrorKind::kInternal, "a band does not fit the plan", path_);
 }
 
-/// How many rows from y on are encoded before they are written.
+/// Returns the number of rows from y on to encode before writing them.
 int ExrDeepWriter::rowsInFlight(const LayeredImage& band, int y) const {
     const std::size_t first = band.offsets[band.pixelIndex(band.window.x0, y)];
     const std::size_t most = kExrBytesInFlight / sampleBytes(like_);
@@ -170,7 +171,7 @@ void ExrDeepWriter::writeRows(const LayeredImage& image, int y0, int y1) {
     boundBuffers();
 }
 
-/// Keeps what the header will say of the samples.
+/// Updates the sample statistics for the header.
 void ExrDeepWriter::noteSamples(const LayeredImage& image, int y0, int y1) {
     const auto width = static_cast<std::size_t>(window_.width());
     for (int y = y0; y < y1; ++y) {
@@ -185,7 +186,7 @@ void ExrDeepWriter::noteSamples(const LayeredImage& image, int y0, int y1) {
     }
 }
 
-/// Packs the rows from y0 on, each of them in all parts.
+/// Packs the rows from y0 on, each in all parts.
 void ExrDeepWriter::encode(const LayeredImage& image, int y0, std::size_t chunks) {
     parallelFor(chunks, [&](std::size_t i) {
         const int y = y0 + static_cast<int>(i / parts_.size());
@@ -195,7 +196,7 @@ void ExrDeepWriter::encode(const LayeredImage& image, int y0, std::size_t chunks
     });
 }
 
-/// Frees the buffers kept for reuse where they have become many.
+/// Frees the kept buffers once they exceed a limit.
 void ExrDeepWriter::boundBuffers() {
     std::size_t kept = packers_.bytesKept();
     for (const ExrDeepChunk& chunk : packed_)
@@ -230,7 +231,7 @@ void ExrDeepWriter::finish() {
     file_->commit();
 }
 
-/// Sets the attributes that are known only now. None of them changes its size.
+/// Sets the attributes that are known only at the end. None changes its size.
 void ExrDeepWriter::describeSamples() {
     const auto has_back = [](const FragmentArray& array) {
         return std::find(array.channels.begin(), array.channels.end(), "ZBack") !=

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists the parts of several files as one, and checks whether the files belong together.
+// Parts of several files as one list, with a check that the files belong together.
 #include "formats/exr/exr_files.h"
 
 #include <algorithm>
@@ -60,7 +60,7 @@ std::vector<std::string> exrFilesOf(const std::string& path) {
         for (int layer = 0; layer < std::min(layers, kMostLayers); ++layer)
             files.push_back(exrLayerFile(path, static_cast<std::size_t>(layer)));
     } catch (const Error&) {
-        // Whoever reads the file will say what is wrong with it.
+        // Reading the file will report the error.
     }
     return files;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The files that hold one layered picture (one, or in the layout "per-file" a set), and what their
-// headers say about it: layers, camera, where it comes from.
+// The files of one layered picture (one, or a set in the layout "per-file"), and the metadata in
+// their headers: layers, camera, provenance.
 #pragma once
 
 #include <cstdint>
@@ -17,34 +17,35 @@
 
 namespace peeler {
 
-/// The name of the file of one layer beside the head of its set: of "out.exr" it is
-/// "out.layer_007.exr".
+/// Returns the name of a layer's file beside the head of its set: "out.layer_007.exr" for
+/// "out.exr".
 std::string exrLayerFile(const std::string& path, std::size_t layer);
 
-/// Whether `path` names the file of a layer beside `head`, however both are spelt.
+/// Whether `path` names the file of a layer beside `head`, in any spelling of both paths.
 bool isExrLayerFile(const std::string& path, const std::string& head);
 
-/// All files that reading a picture touches: the named one and, if it is the head of a set, those
-/// of its layers, be they there or not. Only the named one if it cannot be read.
+/// Returns all files touched by reading a picture: the named one and, if it is the head of a set,
+/// the files of its layers, whether they exist or not. Returns only the named one if it cannot be
+/// read.
 std::vector<std::string> exrFilesOf(const std::string& path);
 
-/// An open picture as one list of parts. The file that is named comes first; if it is the head of
-/// a set (layout "per-file"), the files of its layers follow, front to back.
+/// An open picture as one list of parts. The named file comes first; if it is the head of a set
+/// (layout "per-file"), the files of its layers follow, front to back.
 class ExrFiles {
   public:
-    /// Throws Error (kInput), also if a file of a set is missing or is of another render.
+    /// Throws Error (kInput), also if a file of a set is missing or belongs to another render.
     explicit ExrFiles(const std::string& path);
 
     const std::string& path() const { return files_.front()->path(); }
     std::uint64_t bytes() const;  ///< of all files
     const std::vector<ExrInputPart>& parts() const { return parts_; }
-    /// The path of the file that a part is in, and the part's name: for messages.
+    /// Returns a part's place for messages: the path of its file, and its name.
     std::string where(std::size_t part) const;
 
-    /// The named file.
+    /// Returns the named file.
     const ExrInput& head() const { return *files_.front(); }
 
-    /// These are as in ExrInput, with the part as an index into parts().
+    /// As in ExrInput, with the part as an index into parts().
     int rowsPerChunk(std::size_t part) const;
     void readChunk(std::size_t part, int y, const Window& window,
                    std::span<const ExrTarget> targets) const;
@@ -68,44 +69,44 @@ class ExrFiles {
     std::vector<Place> places_;  ///< of each part
 };
 
-/// What the headers of a picture say, layered, deep or flat, of OpenEXR or of arrays.
+/// The metadata of a picture, layered, deep or flat, from OpenEXR headers or arrays.
 struct ExrInfo {
-    std::vector<ExrInputPart> parts;  ///< in the order of the file, then of the files of a set
-    /// Of each layer, front to back, the part it is in; empty for deep and flat files. How many
-    /// layers a picture has, whatever holds them, an open LayeredInput tells: plan.layers.size().
+    std::vector<ExrInputPart> parts;  ///< in file order, then in the order of a set's files
+    /// The part of each layer, front to back; empty for deep and flat files. For the number of
+    /// layers of any picture, see plan.layers.size() of an open LayeredInput.
     std::vector<std::size_t> layers;
-    std::vector<std::string> prefixes;  ///< of each layer's channels in its part: "", "layer_000."
+    std::vector<std::string> prefixes;  ///< of each layer's channels: "", "layer_000."
     int composite = -1;                 ///< the part with the composite, −1 = none
-    /// How many layers a composite says it was made of, at most kMostLayers.
+    /// Returns the number of layers that a composite records, at most kMostLayers.
     std::size_t layersOfComposite() const;
     std::vector<std::size_t> deep;  ///< parts with deep samples
     std::uint64_t bytes = 0;        ///< of the file, or of all files of a set
 
-    /// The plan that wrote the file, as far as it is known: windows always; the camera if there is
-    /// a `peeler:cameraJson`, else the default one; `fragments_counted` and `fragments_stored` 0 if
-    /// not written; `LayerPlan::pixels` never; the layers of a deep file only if a LayeredInput
-    /// has it open. `view.crop` holds all parts; without a camera it is at least the display
-    /// window, since a data window says what is stored and nothing of the picture.
+    /// The plan that wrote the file, as far as known: windows always; the camera if there is a
+    /// `peeler:cameraJson`, else the default one; `fragments_counted` and `fragments_stored` 0 if
+    /// not written; `LayerPlan::pixels` never; the layers of a deep file only while a LayeredInput
+    /// has it open. `view.crop` contains all parts; without a camera it is at least the display
+    /// window, since a data window describes only what is stored.
     Plan plan;
     Provenance provenance;         ///< empty where unknown
     bool has_cryptomatte = false;  ///< in its composite
-    bool is_peeler = false;        ///< has `peeler:version`; not if a part of it was chosen
-    /// The first part's `peeler:` attributes, software and the like, as text.
+    bool is_peeler = false;        ///< has `peeler:version`; false once a part of it was chosen
+    /// Returns the first part's `peeler:` attributes, software and similar, as text.
     const std::map<std::string, std::string>& attributes() const {
         return parts.front().attributes;
     }
 };
 
-/// Whether the part has R, G, B, A, AR, AG and AB, with this before their names, none an integer.
+/// Whether the part has R, G, B, A, AR, AG and AB with this prefix, none of them integer.
 bool hasTint(const ExrInputPart& part, const std::string& prefix);
 
-/// What the headers of an open picture say, which are those of `parts` in so many bytes. Throws
+/// Returns the metadata of an open picture from its parts' headers; `bytes` is its size. Throws
 /// Error (kInput), naming `path`, if it has no plausible parts.
 ExrInfo describe(std::vector<ExrInputPart> parts, std::uint64_t bytes, const std::string& path);
 
-/// An open picture with what its headers say, by which it is decided how to read it.
+/// An open picture with its metadata, which decides how to read it.
 struct OpenedExr {
-    /// Throws like ExrFiles and describe(), and Error (kInput) with what to do if it is a scene.
+    /// Throws like ExrFiles and describe(); for a scene, the Error (kInput) has a hint.
     explicit OpenedExr(const std::string& path, const LayeredReadOptions& options = {});
 
     LayeredReadOptions options;
@@ -114,17 +115,17 @@ struct OpenedExr {
     ReadWarnings warnings;
 };
 
-/// What the headers of the picture at `path` say; no pixels are read. Throws Error (kInput).
+/// Reads the metadata of the picture at `path`, without pixels. Throws Error (kInput).
 ExrInfo readExrInfo(const std::string& path);
 
 // exr_header.cpp.
 
-/// The camera as JSON, all numbers in double precision: name, projection, near, far (null =
+/// Returns the camera as JSON, all numbers in double precision: name, projection, near, far (null =
 /// infinite), halfWidth, halfHeight (as in Projection), width, height, crop [x, y, w, h], and the
 /// 4×4 matrix cameraToWorld as rows for column vectors (OpenGL's camera: looks along −Z, +Y up).
 std::string cameraJson(const View& view);
 
-/// The inverse of cameraJson(). Throws Error (kInput) if the text is none of its texts.
+/// The inverse of cameraJson(). Throws Error (kInput) if the text is malformed.
 View viewFromJson(const std::string& json);
 
 }  // namespace peeler

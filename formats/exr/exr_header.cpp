@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Turns a View and a Provenance into OpenEXR attributes, and reads the camera back from JSON.
+// Conversion of a View and a Provenance to OpenEXR attributes, and of the camera from JSON.
 #include "formats/exr/exr_header.h"
 
 #include <OpenEXR/ImfDoubleAttribute.h>
@@ -26,8 +26,8 @@
 namespace peeler {
 namespace {
 
-/// GLM's column-major matrix for column vectors, stored column after column, is Imath's row-major
-/// matrix for row vectors, stored row after row.
+/// Converts a matrix: GLM's column-major matrix for column vectors, stored column by column, is
+/// Imath's row-major matrix for row vectors, stored row by row.
 Imath::M44f rowVectorMatrix(const glm::dmat4& m) {
     Imath::M44f out;
     for (int column = 0; column < 4; ++column) {
@@ -38,18 +38,18 @@ Imath::M44f rowVectorMatrix(const glm::dmat4& m) {
 }
 
 glm::dmat4 worldToCamera(const View& view) {
-    glm::dmat4 flip(1);  // OpenGL's right-handed camera space to OpenEXR's: z changes its sign
+    glm::dmat4 flip(1);  // OpenGL's right-handed camera space to OpenEXR's: negates z
     flip[2][2] = -1;
     return flip * glm::inverse(view.camera_to_world);
 }
 
-/// Camera space (left-handed) to NDC, for column vectors.
+/// Returns camera space (left-handed) to NDC, for column vectors.
 glm::dmat4 cameraToNdc(const Projection& projection) {
     const double near = projection.near, far = projection.far;
     const bool bounded = std::isfinite(far) && far > near;
     glm::dmat4 m(0);
     if (projection.perspective) {
-        // x/w = (x / (z·half_width) + 1) / 2, and likewise y, upside down; w = z.
+        // x/w = (x / (z·half_width) + 1) / 2, and y in the same way, upside down; w = z.
         const double scale = bounded ? far / (far - near) : 1;
         m[0][0] = 0.5 / projection.half_width;
         m[1][1] = -0.5 / projection.half_height;
@@ -73,7 +73,7 @@ float pixelAspectRatio(const View& view) {
     if (!view.known) return 1;
     const double ratio =
         (view.projection.half_width / view.width) / (view.projection.half_height / view.height);
-    // Square pixels that rounding made 1.0000001 are square.
+    // Rounding may turn square pixels into 1.0000001.
     constexpr double kRounding = 1e-6;
     return std::abs(ratio - 1) < kRounding ? 1.0F : static_cast<float>(ratio);
 }
@@ -115,8 +115,8 @@ void addProvenance(Imf::Header& header, std::span<const PictureAttribute> attrib
         std::visit(Adder{header, attribute.name.c_str()}, attribute.value);
 }
 
-/// reproducible-builds.org/specs/source-date-epoch: the only date that does not change the bytes of
-/// a repeated run.
+/// Adds the date of SOURCE_DATE_EPOCH (reproducible-builds.org/specs/source-date-epoch), the only
+/// date that keeps repeated runs identical.
 void addDate(Imf::Header& header) {
     const char* variable = std::getenv("SOURCE_DATE_EPOCH");
     if (!variable || !*variable) return;
@@ -133,7 +133,7 @@ void addDate(Imf::Header& header) {
     Imf::addUtcOffset(header, 0);
 }
 
-/// A place or a size in pixels; the sum of two fits an int.
+/// Returns a coordinate or a size in pixels; the sum of two fits an int.
 int pixelsIn(const nlohmann::json& value) {
     const auto pixels = value.get<double>();
     if (!(std::abs(pixels) <= kMostCoordinate))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds in headers which part is a layer, the composite or deep, and what is known of the render.
+// Analysis of headers: parts with layers, composite or deep samples, and data about the render.
 #include "formats/exr/exr_files.h"
 
 #include <algorithm>
@@ -41,8 +41,8 @@ Provenance provenanceOf(const ExrInputPart& part) {
     return p;
 }
 
-/// The view with its camera and windows. What the JSON says must agree with the windows, which are
-/// what pixels are read by.
+/// Returns the view with its camera and windows. The JSON must agree with the windows, which decide
+/// how pixels are read.
 View viewOf(const ExrInfo& info, const std::string& path) {
     View view;
     const ExrInputPart& first = info.parts.front();
@@ -63,7 +63,7 @@ View viewOf(const ExrInfo& info, const std::string& path) {
     for (const std::size_t part : info.deep)
         all = unite(all, info.parts[part].data_window);
     if (all.empty()) all = first.data_window;
-    // Without a composite part the crop is known from the JSON alone.
+    // Without a composite part, only the JSON has the crop.
     const bool known = !camera.empty() && intersect(view.crop, all) == all &&
                        intersect(view.crop, display) == view.crop;
     if (!known) view.crop = unite(display, all);
@@ -78,7 +78,7 @@ bool isFloat(const ExrInputPart& part, const std::string& prefix) {
     return false;
 }
 
-/// Calls visit(part, prefix) for every part that has the colours of fragments, or of a composite.
+/// Calls visit(part, prefix) for every part with colours of fragments, or of a composite.
 template <class Visit>
 void forEachColors(const ExrInfo& info, Visit&& visit) {
     for (std::size_t i = 0; i < info.layers.size(); ++i)
@@ -88,7 +88,7 @@ void forEachColors(const ExrInfo& info, Visit&& visit) {
         visit(info.parts[static_cast<std::size_t>(info.composite)], std::string());
 }
 
-/// The type of the colours, and whether all have coloured opacity.
+/// Finds the type of the colours, and whether all have coloured opacity.
 void findColors(const ExrInfo& info, Plan& plan) {
     bool floats = false, any = false, all_tinted = true;
     forEachColors(info, [&](const ExrInputPart& part, const std::string& prefix) {
@@ -100,7 +100,7 @@ void findColors(const ExrInfo& info, Plan& plan) {
     plan.tinted = any && all_tinted;
 }
 
-/// The part that a layer is in, and what stands there before the names of its channels.
+/// A layer's part, and the prefix of its channel names.
 struct Place {
     std::size_t part = 0;
     std::string prefix;
@@ -112,8 +112,8 @@ void addLayer(int number, const Place& place, const std::string& where, Layers& 
     throw Error(ErrorKind::kInput, "two parts are the same layer", where);
 }
 
-/// Layers are parts with their name (plain, nuke, per-file), else the first part that has channels
-/// with their names (single-part).
+/// Finds the layers: parts with their names (plain, nuke, per-file), else the first part with
+/// channels of their names (single-part).
 Layers findLayers(const std::vector<ExrInputPart>& parts, const std::string& path) {
     Layers layers;
     for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -128,7 +128,7 @@ Layers findLayers(const std::vector<ExrInputPart>& parts, const std::string& pat
         for (const ExrInputChannel& channel : parts[i].channels) {
             const int number = layerNumber(channel.name);
             const std::size_t dot = channel.name.find('.');
-            // Other programs give such names to layers that have no depth.
+            // Other programs use such names for layers without depth.
             const bool depth = dot != std::string::npos && channel.name.substr(dot) == ".Z";
             if (number < 0 || !depth || parts[i].deep()) continue;
             layers.try_emplace(number, Place{i, channel.name.substr(0, dot + 1)});
@@ -137,8 +137,8 @@ Layers findLayers(const std::vector<ExrInputPart>& parts, const std::string& pat
     return layers;
 }
 
-/// The part with the composite: one with its name, or, beside layers in the same part, that part.
-/// −1 = there is none.
+/// Returns the part with the composite: one with its name, or the part that also has layers. −1 =
+/// none.
 int findComposite(const ExrInfo& info) {
     const std::vector<ExrInputPart>& parts = info.parts;
     const std::string layout = parts.front().attribute("peeler:layout");

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads OpenEXR files by OpenEXRCore, and checks what it says.
+// Raw OpenEXR reader on OpenEXRCore, with checks of its results.
 //
-// The C library is used for reading, since it decodes chunks of one part on several threads and
-// keeps no buffers for a part between them, which with hundreds of parts the C++ classes do.
+// Reading uses the C library, since it decodes chunks of one part on several threads, and keeps no
+// buffers per part in between, as the C++ classes do even for hundreds of parts.
 #include "formats/exr/exr_input.h"
 
 #include <OpenEXR/openexr.h>
@@ -26,15 +26,15 @@
 namespace peeler {
 namespace {
 
-constexpr int kMaxChannels = 1 << 16;        ///< of a part: all layers may be in one
-constexpr std::size_t kZlibState = 1 << 16;  ///< bytes; it takes a bit less
-/// Bytes of a block of rows or a tile that OpenEXR's classes make room for, however few pixels of
-/// it there are; more only if the file is large enough for them.
+constexpr int kMaxChannels = 1 << 16;        ///< per part: all layers may be in one
+constexpr std::size_t kZlibState = 1 << 16;  ///< bytes; zlib needs slightly less
+/// The bytes that OpenEXR's classes may allocate for a block of rows or a tile, even if few of its
+/// pixels exist; more only if the file is large enough for them.
 constexpr std::uint64_t kMostBlock = 64U << 20;
 
-/// OpenEXRCore tells the details of a failure to a callback, on the thread that made the call.
+/// OpenEXRCore reports the details of a failure to a callback, on the calling thread.
 thread_local std::string last_message;
-/// What a callback cannot throw through C. Without memory, or what the disk does not give,
+/// An exception that a callback cannot throw through C. On lack of memory or read errors,
 /// OpenEXRCore calls the file damaged, or goes on without an attribute.
 thread_local std::exception_ptr withheld;
 
@@ -52,7 +52,8 @@ void* allocate(std::size_t bytes) {
     return memory;
 }
 
-/// OpenEXRCore would open the name itself, and wait if it is a pipe by then.
+/// Reads for OpenEXRCore, which would otherwise open the name itself, and wait if it has become a
+/// pipe.
 std::int64_t readExrBytes(exr_const_context_t, void* file, void* to, std::uint64_t size,
                           std::uint64_t at, exr_stream_error_func_ptr_t) {
     try {
@@ -109,7 +110,7 @@ const char* compressionName(exr_compression_t compression) {
     return index < kNames.size() ? kNames[index] : "unknown";
 }
 
-/// The value of an attribute as text; "" for types that are not read.
+/// Returns an attribute's value as text; "" for types that are not read.
 std::string attributeText(const exr_attribute_t& attribute) {
     switch (attribute.type) {
         case EXR_ATTR_STRING:
@@ -128,26 +129,26 @@ std::string attributeText(const exr_attribute_t& attribute) {
     }
 }
 
-/// The most bytes that a compression makes of one, with some room. PIZ writes 9 bits at least for
-/// 256 numbers of 2 bytes, B44A 3 bytes for 16 of them; PXR24 makes 4 bytes of 3 that zlib unpacks;
-/// DWA makes 256 of 4, or 128 of 2.
+/// Returns the maximum expansion of a compression, with a margin. PIZ writes at least 9 bits for
+/// 256 numbers of 2 bytes, B44A 3 bytes for 16 of them; PXR24 turns 3 bytes unpacked by zlib into
+/// 4; DWA turns 4 bytes into 256, or 2 into 128.
 std::uint64_t mostRatio(const std::string& compression) {
     if (compression == "pxr24") return 2 * kMostZlibRatio;
     return compression.starts_with("dwa") ? 64 * kMostZlibRatio : kMostZlibRatio;
 }
 
-/// Whether a flat part has to be read by OpenEXR's classes.
+/// Whether a flat part must be read with OpenEXR's classes.
 bool needsClasses(const ExrInputPart& part) {
     return part.type == "tiledimage" || (!part.deep() && part.compression.starts_with("dwa"));
 }
 
-/// OpenEXR has no deep images of other compressions ("Technical Introduction", Deep data).
+/// Whether a compression is allowed for deep images ("Technical Introduction", Deep data).
 bool canBeDeep(const std::string& compression) {
     constexpr std::array kOfDeep = {"none", "rle", "zips", "zip"};
     return std::ranges::find(kOfDeep, compression) != kOfDeep.end();
 }
 
-/// A decoding pipeline, which is freed whatever happens.
+/// A decoding pipeline that is always freed.
 class DecodePipeline {
   public:
     explicit DecodePipeline(exr_const_context_t context) : context_(context) {}
@@ -298,7 +299,7 @@ void ExrInput::readAttributes(int index, ExrInputPart& part) {
     }
 }
 
-/// Makes the corner of the first display window (0, 0).
+/// Moves the origin to the corner of the first display window.
 void ExrInput::moveToOrigin() {
     const auto isFar = [](const Window& window) {
         return std::max({std::abs(window.x0), std::abs(window.y0), std::abs(window.x1),
@@ -321,7 +322,7 @@ void ExrInput::moveToOrigin() {
 }
 
 void ExrInput::checkSizes() const {
-    std::uint64_t least = 0;  // bytes that the pixels take, packed as well as can be
+    std::uint64_t least = 0;  // the minimum packed bytes of the pixels
     for (const ExrInputPart& part : parts_) {
         const Window& window = part.data_window;
         if (window.width() > kMostImageSide || window.height() > kMostImageSide || window.empty() ||
@@ -334,7 +335,7 @@ void ExrInput::checkSizes() const {
                         "OpenEXR has no deep images of compression " + part.compression,
                         path_ + ": " + part.name, "write it again with zips, rle or none");
         }
-        std::uint64_t pixel = part.deep() ? sizeof(std::uint32_t) : 0;  // at least its count
+        std::uint64_t pixel = part.deep() ? sizeof(std::uint32_t) : 0;  // at least the sample count
         if (!part.deep()) {
             for (const auto& channel : part.channels)
                 pixel += pixelTypeSize(channel.type);
@@ -353,7 +354,7 @@ void ExrInput::checkSizes() const {
     }
 }
 
-/// Throws Error (kInput) unless the file may hold a block of so many pixels.
+/// Throws Error (kInput) unless a file of this size may hold such a block.
 void ExrInput::checkBlock(const ExrInputPart& part, int width, int rows) const {
     std::uint64_t pixel = 0;
     for (const auto& channel : part.channels)
@@ -391,8 +392,7 @@ int ExrInput::rowsPerChunk(std::size_t part) const {
 
 void ExrInput::readChunk(std::size_t part, int y, const Window& window,
                          std::span<const ExrTarget> targets) const {
-    // The chunk is decoded into planes as large as itself, from which the wanted rows and columns
-    // are copied.
+    // The chunk is decoded into planes of its own size, and the wanted rows and columns are copied.
     Planes planes(targets.size());
     const Window chunk = needsClasses(parts_[part]) ? decodeByClasses(part, y, targets, planes)
                                                     : decodeChunk(part, y, targets, planes);
@@ -411,15 +411,14 @@ void ExrInput::readChunk(std::size_t part, int y, const Window& window,
     }
 }
 
-/// Decodes the chunk that holds row `y`. Returns its pixels, which the planes have.
+/// Decodes the chunk with row `y` into the planes. Returns its window.
 Window ExrInput::decodeChunk(std::size_t part, int y, std::span<const ExrTarget> targets,
                              Planes& planes) const {
     const ExrInputPart& info = parts_[part];
     const int index = static_cast<int>(part);
     exr_chunk_info_t chunk{};
     check(exr_read_scanline_chunk_info(context_, index, y + origin_y_, &chunk), info.name);
-    // Of what is stored as it is and cut short, OpenEXR 3.1.5 leaves the rest of the memory as it
-    // was.
+    // OpenEXR 3.1.5 leaves memory unset if uncompressed data is cut short.
     const bool whole = info.compression != "none" || chunk.packed_size == chunk.unpacked_size;
     const int top = chunk.start_y - origin_y_;
     const Window pixels{info.data_window.x0, top, info.data_window.x1, top + chunk.height};
@@ -431,7 +430,7 @@ Window ExrInput::decodeChunk(std::size_t part, int y, std::span<const ExrTarget>
     for (std::size_t t = 0; t < targets.size(); ++t) {
         const std::size_t size = pixelTypeSize(targets[t].type);
         planes[t].resize(pixels.pixels() * size);
-        // The pipeline has the channels of the part, in the same order.
+        // The pipeline has the part's channels in the same order.
         const ExrInputChannel* wanted = info.channel(targets[t].name);
         const auto c = wanted ? wanted - info.channels.data() : pipeline.channel_count;
         if (c < pipeline.channel_count && targets[t].name == pipeline.channels[c].channel_name) {
@@ -449,7 +448,7 @@ Window ExrInput::decodeChunk(std::size_t part, int y, std::span<const ExrTarget>
     return pixels;
 }
 
-/// The same of a part that OpenEXR's classes have to read; there row `y` is the first of a chunk.
+/// Like decodeChunk(), for a part that needs OpenEXR's classes; here row `y` begins a chunk.
 Window ExrInput::decodeByClasses(std::size_t part, int y, std::span<const ExrTarget> targets,
                                  Planes& planes) const {
     const ExrInputPart& info = parts_[part];
@@ -485,14 +484,15 @@ void ExrInput::refuse(const std::string& what, const ExrInputPart& part) const {
 }
 
 void ExrInput::check(int result, const std::string& part) const {
-    // Without memory zlib fails as it does of damaged data: there has to be what its state takes.
+    // zlib reports lack of memory like damaged data, so this checks that its state can be
+    // allocated.
     if (result != EXR_ERR_SUCCESS) std::free(allocate(kZlibState));
     if (withheld) std::rethrow_exception(std::exchange(withheld, nullptr));
     if (result == EXR_ERR_SUCCESS) return;
     const std::string message =
         last_message.empty() ? exr_get_default_error_message(result) : last_message;
     last_message.clear();
-    // OpenEXR 3.2 also calls it a lack of memory when a chunk unpacks to more than it should.
+    // OpenEXR 3.2 also reports a lack of memory if a chunk unpacks to more than its size.
     const bool overlong = message.find("decompress") != std::string::npos;
     if (result == EXR_ERR_OUT_OF_MEMORY && !overlong)
         throw Error(ErrorKind::kMemory, message, path_);

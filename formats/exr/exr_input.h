@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads OpenEXR files as they are: parts, attributes as text, chunks of pixels.
+// Raw OpenEXR reader: parts, attributes as text, chunks of pixels.
 #pragma once
 
 #include <array>
@@ -23,8 +23,8 @@ struct _priv_exr_context_t;  // OpenEXRCore's; NOLINT(bugprone-reserved-identifi
 
 namespace peeler {
 
-/// Limits of windows that are read, in pixels. The side is larger than any GPU renders, and the sum
-/// of two coordinates fits an int.
+/// Limits of windows in input files, in pixels. The side is larger than any GPU renders, and the
+/// sum of two coordinates fits an int.
 inline constexpr int kMostImageSide = 1 << 17, kMostCoordinate = 1 << 28;
 
 struct ExrInputChannel {
@@ -32,41 +32,42 @@ struct ExrInputChannel {
     PixelType type = PixelType::kHalf;
 };
 
-/// The arrays for the channels of a fragment beside colour and Z: channels (sorted by name) that
-/// agree in type and in their names up to the last dot (N.X, N.Y, N.Z) are one array. Without data.
+/// Returns the arrays, without data, for the channels of a fragment besides colour and Z: channels
+/// (sorted by name) that agree in type and in their names up to the last dot (N.X, N.Y, N.Z) form
+/// one array.
 std::vector<FragmentArray> fragmentArrays(std::span<const ExrInputChannel> channels);
 
-/// The types of what stands for a part of a file that is none of OpenEXR's: arrays of all
-/// fragments, and of the pixels of a composite (formats/arrays/picture_arrays.h).
+/// The part types of array files, which are not OpenEXR's: lists of all fragments, and the pixels
+/// of a composite (formats/arrays/picture_arrays.h).
 inline constexpr const char* kListArrays = "lists in arrays";
 inline constexpr const char* kPlaneArrays = "planes in arrays";
 
 struct ExrInputPart {
-    std::string name;  ///< "" in a single-part file without one
-    /// "scanlineimage", "tiledimage", "deepscanline" or "deeptile"; of a .safetensors kListArrays
+    std::string name;  ///< "" in a single-part file without a name
+    /// "scanlineimage", "tiledimage", "deepscanline" or "deeptile"; for a .safetensors kListArrays
     /// or kPlaneArrays.
     std::string type;
     std::string compression;                ///< "none", "zip", …
     int tile_width = 0, tile_height = 0;    ///< of tiled parts
-    Window data_window, display_window;     ///< from the corner of the file's display window on
+    Window data_window, display_window;     ///< relative to the corner of the file's display window
     std::vector<ExrInputChannel> channels;  ///< sorted by name
-    /// The text of those of type string, int, float, double and rational, by name.
+    /// Attributes of type string, int, float, double and rational as text, by name.
     std::map<std::string, std::string> attributes;
-    std::vector<std::byte> id_manifest{};  ///< the attribute idManifest as it is stored
-    std::vector<std::string> views{};      ///< of multiView: the default one first
-    /// x and y of red, green, blue and white; nothing if the file does not say.
+    std::vector<std::byte> id_manifest{};  ///< the attribute idManifest as stored
+    std::vector<std::string> views{};      ///< from multiView, the default view first
+    /// x and y of red, green, blue and white; nothing if not in the file.
     std::optional<std::array<float, 8>> chromaticities{};
 
     const ExrInputChannel* channel(const std::string& wanted) const;
-    /// The text of an attribute, "" if there is none.
+    /// Returns the text of an attribute, "" if missing.
     std::string attribute(const std::string& wanted) const;
-    /// Whether a pixel has a list of samples.
+    /// Whether pixels have lists of samples.
     bool deep() const {
         return type == "deepscanline" || type == "deeptile" || type == kListArrays;
     }
 };
 
-/// The number that the text of an attribute begins with, 0 if it begins with none.
+/// Returns the number at the beginning of an attribute's text, 0 without one.
 template <class T>
 T numberIn(const std::string& text) {
     T number{};
@@ -74,7 +75,7 @@ T numberIn(const std::string& text) {
     return number;
 }
 
-/// The shortest text of a number that reads as the same one.
+/// Returns the shortest text of a number that reads back the same.
 template <class T>
 std::string numberText(T number) {
     std::array<char, 32> text;
@@ -82,8 +83,8 @@ std::string numberText(T number) {
     return {text.data(), end};
 }
 
-/// Where decoded values of a channel go, converted to `type`: pixel (x, y) to
-/// first + (x − window.x0)·size + (y − window.y0)·stride.
+/// The destination of a channel's decoded values, converted to `type`: pixel (x, y) goes to first +
+/// (x − window.x0)·size + (y − window.y0)·stride.
 struct ExrTarget {
     std::string name;
     PixelType type = PixelType::kFloat;
@@ -91,21 +92,21 @@ struct ExrTarget {
     std::size_t stride = 0;  ///< bytes from row to row
 };
 
-/// A block of a deep part: a row, or a tile of full resolution.
+/// A block of a deep part: a row, or a tile at full resolution.
 struct ExrDeepBlock {
     Window window;
     std::vector<std::uint32_t> counts;  ///< samples of each pixel, row-major
-    /// Row after row; in a row, channel after channel (by name); in a channel, pixel after pixel.
+    /// Ordered by row, then by channel (by name), then by pixel.
     ByteBuffer samples;
 };
 
 class ExrClasses;
 
-/// An open file. Nothing in it is trusted: sizes are checked against limits and against the size of
-/// the file before anything is allocated by them.
+/// An open file. Nothing in it is trusted: sizes are checked against limits and the file size
+/// before any allocation.
 class ExrInput {
   public:
-    /// Throws Error (kInput), `where` being the path.
+    /// Throws Error (kInput) with the path as `where`.
     explicit ExrInput(std::string path);
     ~ExrInput();
     ExrInput(const ExrInput&) = delete;
@@ -114,35 +115,36 @@ class ExrInput {
     const std::string& path() const { return path_; }
     std::uint64_t bytes() const { return bytes_; }  ///< of the file
     const std::vector<ExrInputPart>& parts() const { return parts_; }
-    /// Where the display window of the first part begins in the file; here it begins at (0, 0).
+    /// Return the origin of the first part's display window in the file; our windows start at (0,
+    /// 0).
     int originX() const { return origin_x_; }
     int originY() const { return origin_y_; }
-    /// The header of a part, attribute by attribute. Throws Error (kInput).
+    /// Returns the attributes in a part's header. Throws Error (kInput).
     std::vector<StoredAttribute> attributes(std::size_t part) const;
 
-    /// Rows of a flat part that are compressed together, or of a tile; chunks begin at the top of
-    /// the data window.
+    /// Returns the rows per chunk of a flat part, or per tile; chunks begin at the top of the data
+    /// window.
     int rowsPerChunk(std::size_t part) const;
-    /// Decodes the chunk, or the row of tiles, that holds row `y` of a flat part and stores what
-    /// lies in `window` (inside the data window). Safe to call from several threads. Throws Error
-    /// (kInput), `where` being path and part.
+    /// Decodes the chunk, or the row of tiles, that holds row `y` of a flat part, and stores its
+    /// pixels inside `window` (which lies inside the data window). Safe to call from several
+    /// threads. Throws Error (kInput) with path and part as `where`.
     void readChunk(std::size_t part, int y, const Window& window,
                    std::span<const ExrTarget> targets) const;
-    /// Decodes every chunk of a part, of tiles all levels but of deep ones the first, and keeps
-    /// nothing. Throws Error (kInput) at the first that is damaged.
+    /// Decodes every chunk of a part and discards the pixels; for tiles all levels, for deep tiles
+    /// only the first. Throws Error (kInput) at the first damaged chunk.
     void decodeAll(std::size_t part) const;
 
-    /// Throws Error (kInput) unless every chunk of a part of scan lines lies inside the file. Reads
-    /// where they are and decodes none.
+    /// Throws Error (kInput) unless every chunk of a scan-line part lies inside the file. Reads the
+    /// chunk offsets, and decodes nothing.
     void checkChunks(std::size_t part) const;
 
-    /// Blocks of a deep part, row-major.
+    /// Returns the number of blocks of a deep part; blocks are row-major.
     std::size_t deepBlocks(std::size_t part) const;
-    /// The pixels of a block.
+    /// Returns the window of a block.
     Window deepBlockWindow(std::size_t part, std::size_t block) const;
-    /// Reads how many samples the pixels of a block have, and the samples unless `counts_only`.
-    /// Reuses the storage of `out`. Safe to call from several threads. Throws Error (kInput),
-    /// `where` being path and part.
+    /// Reads the sample counts of a block's pixels, and the samples unless `counts_only`. Reuses
+    /// the storage of `out`. Safe to call from several threads. Throws Error (kInput) with path and
+    /// part as `where`.
     void readDeepBlock(std::size_t part, std::size_t block, bool counts_only,
                        ExrDeepBlock& out) const;
 
@@ -168,7 +170,7 @@ class ExrInput {
     _priv_exr_context_t* context_ = nullptr;
     std::vector<ExrInputPart> parts_;
     int origin_x_ = 0, origin_y_ = 0;
-    std::unique_ptr<ExrClasses> classes_;  ///< if a part has to be read by them
+    std::unique_ptr<ExrClasses> classes_;  ///< if a part needs them
 };
 
 }  // namespace peeler

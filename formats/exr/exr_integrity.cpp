@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the bytes of OpenEXR files as they are, without OpenEXR: headers, offset tables and chunks,
-// which have to be all that there is.
+// Byte-level check of OpenEXR files, without the OpenEXR library: headers, offset tables and chunks
+// must make up the whole file.
 #include "formats/exr/exr_integrity.h"
 
 #include <algorithm>
@@ -20,8 +20,8 @@
 namespace peeler {
 namespace {
 
-// A flipped bit may be in the name of the attribute, or make another attribute swallow it. What is
-// left then still shows that there was a hash: each of these stands in its record, and no bit in
+// A flipped bit may hit the attribute's name, or make another attribute swallow it. The rest still
+// shows that there was a hash: each of these strings is in its record, and no single bit belongs to
 // both.
 constexpr std::string_view kRecordBegin("peeler:pixelHash\0string\0", 24);
 constexpr std::string_view kRecordEnd("\x16\0\0\0xxh64:", 10);
@@ -31,7 +31,7 @@ constexpr std::string_view kZeros = "0000000000000000";
 
 constexpr std::size_t kBlock = std::size_t{1} << 20;
 
-/// A file as its bytes, read a block at once.
+/// A file's bytes, read block by block.
 class FileBytes {
   public:
     explicit FileBytes(const std::string& path) : file_(path), path_(path) { file_.check(); }
@@ -40,7 +40,8 @@ class FileBytes {
     const std::string& path() const { return path_; }
     std::uint64_t size() const { return file_.size(); }
 
-    /// Those from a place on: as many as are wanted, a block at most, fewer at the end of the file.
+    /// Returns the bytes from `place` on: `wanted` of them, at most one block, fewer at the end of
+    /// the file.
     std::span<const char> at(std::uint64_t place, std::uint64_t wanted) {
         if (place >= size()) return {};
         const auto count = static_cast<std::size_t>(
@@ -64,7 +65,7 @@ class FileBytes {
         return value;
     }
 
-    /// Hands [begin, end) to `take`, block by block.
+    /// Calls take(block) for the blocks of [begin, end).
     template <class Take>
     void forEachBlock(std::uint64_t begin, std::uint64_t end, Take&& take) {
         for (std::span<const char> block; begin < end; begin += block.size()) {
@@ -86,20 +87,20 @@ class FileBytes {
 };
 
 struct PartHeader {
-    std::uint64_t begin = 0, end = 0;  ///< its bytes, with the 0 that ends it
+    std::uint64_t begin = 0, end = 0;  ///< its bytes, including the 0 at the end
     std::string name, type, hash;      ///< values of attributes
-    std::uint64_t digits = 0;          ///< where those of the hash are
-    std::int32_t chunks = 0;           ///< of the attribute chunkCount
-    bool ends = false;                 ///< it has the last of the attributes that all files have
+    std::uint64_t digits = 0;          ///< where the hash's digits are
+    std::int32_t chunks = 0;           ///< the attribute chunkCount
+    bool ends = false;                 ///< has the last of the required attributes
 };
 
 struct Headers {
     bool multi_part = false;
     std::vector<PartHeader> parts;
-    std::uint64_t end = 0;  ///< of all; the offset tables begin here
+    std::uint64_t end = 0;  ///< of all headers; the offset tables begin here
 };
 
-/// The part whose attributes come next.
+/// Reads the header of the next part.
 PartHeader readPart(FileBytes& file, ExrHeaders& headers) {
     PartHeader part;
     part.begin = headers.place();
@@ -121,7 +122,7 @@ PartHeader readPart(FileBytes& file, ExrHeaders& headers) {
         part.ends = part.ends || attribute.name == "screenWindowWidth";
     }
     part.end = headers.place();
-    // Attributes are sorted: a damaged size that leads to a 0 too early leads past this one.
+    // Attributes are sorted: a damaged size that leads to a premature 0 skips this one.
     if (!part.ends)
         throw Error(ErrorKind::kInput, "its headers are not whole", file.path(),
                     "the file may be damaged or cut off; write it again");
@@ -138,10 +139,10 @@ Headers readHeaders(FileBytes& file) {
     return headers;
 }
 
-/// Whether anything in the headers is left of a hash.
+/// Whether the headers contain any trace of a hash.
 bool hasHash(FileBytes& file, const Headers& headers) {
     bool found = false;
-    std::string last;  // of the block before
+    std::string last;  // the end of the previous block
     file.forEachBlock(ExrHeaders::kBegin, headers.end, [&](std::span<const char> block) {
         last.append(block.data(), block.size());
         found = found || last.find(kRecordBegin) != std::string::npos ||
@@ -151,7 +152,7 @@ bool hasHash(FileBytes& file, const Headers& headers) {
     return found;
 }
 
-/// The bytes of the chunk at a place; 0 if they are not all there.
+/// Returns the size of the chunk at `place`; 0 if it is cut off.
 std::uint64_t chunkBytes(FileBytes& file, const Headers& headers, const PartHeader& part,
                          std::uint64_t place) {
     const std::uint64_t row = place + (headers.multi_part ? sizeof(std::int32_t) : 0);
@@ -170,13 +171,13 @@ std::uint64_t chunkBytes(FileBytes& file, const Headers& headers, const PartHead
     return end <= file.size() ? end - place : 0;
 }
 
-/// The chunks of all parts: where the tables say that they are, and their hashes.
+/// The chunks of all parts: offsets from the tables, and hashes.
 struct Chunks {
     std::vector<std::uint64_t> offsets, hashes;
     std::vector<std::size_t> part;
 };
 
-/// Nothing unless the tables and the chunks are all that stands behind the headers.
+/// Returns nothing unless tables and chunks fill the file behind the headers.
 std::optional<Chunks> readChunks(FileBytes& file, const Headers& headers) {
     Chunks chunks;
     std::uint64_t place = headers.end;
@@ -189,7 +190,7 @@ std::optional<Chunks> readChunks(FileBytes& file, const Headers& headers) {
             chunks.part.push_back(part);
         }
     }
-    std::vector<std::size_t> order(chunks.offsets.size());  // as they stand in the file
+    std::vector<std::size_t> order(chunks.offsets.size());  // in file order
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::ranges::sort(order, {}, [&](std::size_t chunk) { return chunks.offsets[chunk]; });
     chunks.hashes.resize(order.size());
@@ -213,7 +214,7 @@ ExrIntegrity proveFile(const std::string& path) {
     if (!hasHash(file, headers)) return {ExrIntegrity::kNone, {}};
     const std::optional<Chunks> chunks = readChunks(file, headers);
     if (!chunks) return {ExrIntegrity::kChanged, path};
-    std::size_t first = 0;  // chunk of the part
+    std::size_t first = 0;  // index of the part's first chunk
     for (const PartHeader& part : headers.parts) {
         const auto count = static_cast<std::size_t>(std::max(part.chunks, 0));
         ContentHasher hash;

@@ -16,9 +16,8 @@ namespace {
 
 constexpr std::string_view kLayerPrefix = "layer_";
 
-// Nuke takes the names of layers from those of channels, and calls the picture that a viewer shows
-// "rgba"; so does OpenEXR's own rule for the names of channels in several parts
-// (openexr.com/en/latest/MultiViewOpenEXR.html).
+// Nuke takes layer names from channel names, and calls the viewer's picture "rgba"; OpenEXR's own
+// rule for channel names in multi-part files agrees (openexr.com/en/latest/MultiViewOpenEXR.html).
 constexpr ExrLayout kLayouts[] = {
     {"plain", "a part a layer, R,G,B,A,Z in each"},
     {.name = "nuke",

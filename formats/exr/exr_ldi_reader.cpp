@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes parts into planes, and gathers fragment lists from planes.
+// Layered depth image reader: decodes parts into planes, and gathers fragment lists from them.
 #include "formats/exr/exr_readers.h"
 
 #include <Imath/half.h>
@@ -22,15 +22,15 @@
 namespace peeler {
 namespace {
 
-// In the order of the planes; the opacities of single channels, if there are any, come after these.
+// In plane order; the opacities of single channels, if any, follow.
 constexpr std::size_t kColorChannels = 4, kAlphaChannel = 3, kDepthChannel = 4;
 
-/// The plane of a component of a colour.
+/// Returns the plane of a colour component.
 std::size_t planeOf(std::size_t component) {
     return component < kColorChannels ? component : component + 1;
 }
 
-/// The channels of the planes of colours and Z.
+/// Returns the channels of the colour and Z planes.
 std::vector<std::string> planeNames(bool tinted) {
     std::vector<std::string> names = colorNames(tinted);
     names.insert(names.begin() + kDepthChannel, "Z");
@@ -39,19 +39,19 @@ std::vector<std::string> planeNames(bool tinted) {
 
 }  // namespace
 
-/// The decoded channels of a layer in the window that is read, a plane each; a plane is empty where
-/// the layer lacks its channel.
+/// A layer's decoded channels in the window being read, one plane each; a plane is empty if the
+/// layer lacks its channel.
 struct ExrLdiReader::Layer {
     Window window;
     std::vector<std::vector<std::byte>> planes;
 
-    /// A value of a channel; `size` is that of the channel's type.
+    /// Returns a channel's value; `size` is that of the channel's type.
     const std::byte* at(std::size_t channel, std::size_t column, int y, std::size_t size) const {
         const auto row = static_cast<std::size_t>(y - window.y0);
         const auto pixel = row * static_cast<std::size_t>(window.width()) + column;
         return planes[channel].data() + pixel * size;
     }
-    /// All values of a channel.
+    /// Returns all values of a channel.
     template <class T>
     std::span<T> as(std::size_t channel) {
         return {reinterpret_cast<T*>(planes[channel].data()), planes[channel].size() / sizeof(T)};
@@ -88,7 +88,7 @@ ExrLdiReader::ExrLdiReader(OpenedExr opened, const std::optional<ExrPicture>& pi
     place();
 }
 
-/// Warns of what is not read, and sets the windows of the picture and its layers.
+/// Warns of unread parts, and sets the windows of the picture and its layers.
 void ExrLdiReader::place() {
     std::vector<std::size_t> read = info_.layers;
     if (info_.composite >= 0) read.push_back(static_cast<std::size_t>(info_.composite));
@@ -106,8 +106,7 @@ void ExrLdiReader::place() {
 
 ExrLdiReader::~ExrLdiReader() = default;
 
-/// Takes the composite for the only layer. How many layers it was made of is known, and nothing
-/// else of them.
+/// Treats the composite as the only layer. Of its original layers only the number is known.
 void ExrLdiReader::takeComposite() {
     if (info_.composite < 0 || !info_.layers.empty()) {
         throw Error(ErrorKind::kInput, "it is not a composite", input_.path(),
@@ -129,7 +128,7 @@ void ExrLdiReader::takePicture(const ExrPicture& picture) {
     info_.plan.layers = {{part.data_window, 0}};
     info_.plan.tinted = colors_.tinted();
     info_.plan.color_type = PixelType::kHalf;
-    // Grey is decoded as R; RY and BY as G and B, until all three are there.
+    // Luminance is decoded as R, and RY and BY as G and B, until completeColors().
     if (!colors_.luminance.empty())
         colors_.rgb = {colors_.luminance, colors_.chroma[0], colors_.chroma[1]};
     for (const std::string& name : colorNames(true)) {
@@ -183,7 +182,7 @@ void ExrLdiReader::findChannels() {
     channels_.insert(channels_.end(), others.begin(), others.end());
 }
 
-/// The name of one of these channels in the part of a layer; "" if there is none.
+/// Returns a channel's name in a layer's part; "" if it is missing.
 std::string ExrLdiReader::storedName(const Source& source,
                                      std::span<const ExrInputChannel> channels,
                                      std::size_t c) const {
@@ -198,7 +197,7 @@ std::vector<ExrLdiReader::Layer> ExrLdiReader::decode(
         int y;
     };
     std::vector<Layer> layers(sources.size());
-    // All layers that one part holds are unpacked at once.
+    // All layers in one part are unpacked at once.
     std::map<std::size_t, std::vector<ExrTarget>> targets;
     std::vector<Job> jobs;
     for (std::size_t i = 0; i < sources.size(); ++i) {
@@ -231,7 +230,7 @@ std::vector<ExrLdiReader::Layer> ExrLdiReader::decode(
     return layers;
 }
 
-/// Makes alpha the mean of the opacities, or 1.
+/// Sets alpha to the mean of the opacities, or to 1.
 template <class T>
 void ExrLdiReader::completeAlpha(Layer& layer) const {
     const std::span<T> alpha = layer.as<T>(kAlphaChannel);
@@ -245,8 +244,8 @@ void ExrLdiReader::completeAlpha(Layer& layer) const {
         alpha[p] = T(meanOpacity<float>(r[p], g[p], b[p]));
 }
 
-/// Makes colours of Y, or of Y, RY = (R − Y) / Y and BY = (B − Y) / Y ("Luminance/Chroma Images",
-/// openexr.com/en/latest/TechnicalIntroduction.html).
+/// Computes colours from Y, or from Y, RY = (R − Y) / Y and BY = (B − Y) / Y ("Luminance/Chroma
+/// Images", openexr.com/en/latest/TechnicalIntroduction.html).
 template <class T>
 void ExrLdiReader::completeColors(Layer& layer) const {
     if (colors_.alpha.empty()) completeAlpha<T>(layer);
@@ -272,7 +271,7 @@ void ExrLdiReader::completeColors(Layer& layer) const {
     }
 }
 
-/// Adds what a flat picture does not say.
+/// Fills in the missing channels of a flat picture.
 void ExrLdiReader::completePicture(Layer& layer) {
     for (std::size_t c = 0; c < first_extra_; ++c)
         layer.planes[c].resize(layer.window.pixels() * pixelTypeSize(channels_[c].type));
@@ -283,7 +282,7 @@ void ExrLdiReader::completePicture(Layer& layer) {
     completeDepth(layer);
 }
 
-/// Makes Z = +inf where there is nothing, and a number elsewhere.
+/// Sets Z to +inf for empty pixels, and to a finite value elsewhere.
 void ExrLdiReader::completeDepth(Layer& layer) {
     constexpr float kNothing = std::numeric_limits<float>::infinity();
     const std::size_t size = pixelTypeSize(info_.plan.color_type);
@@ -310,8 +309,8 @@ void ExrLdiReader::read(const Window& window, LayeredImage& out) {
     const auto width = static_cast<std::size_t>(window.width());
     const auto height = static_cast<std::size_t>(window.height());
 
-    // Calls visit(x, layer, column in the layer) for each fragment of a row. Those of a pixel come
-    // front to back.
+    // Calls visit(x, layer, column in the layer) for each fragment of a row, front to back in each
+    // pixel.
     const auto forEachFragment = [&](int y, auto&& visit) {
         for (const Layer& layer : layers) {
             if (layer.window.empty() || y < layer.window.y0 || y >= layer.window.y1) continue;
@@ -408,7 +407,7 @@ void ExrLdiReader::readComposite(const Window& window, CompositeImage& out) {
     }
 }
 
-/// Of a layer's pixel, in its planes.
+/// Returns the bytes per pixel of a layer's planes.
 std::uint64_t ExrLdiReader::pixelBytes() const {
     std::uint64_t pixel = 0;
     for (const auto& channel : channels_)
@@ -429,21 +428,21 @@ BandRead ExrLdiReader::mostOf(int rows) const {
     most.bytes = most.fragments * pixelBytes();
     const std::uint64_t stored = info_.plan.fragments_stored;
     if (info_.is_peeler && stored != 0) most.fragments = std::min(most.fragments, stored);
-    std::map<std::size_t, std::uint64_t> layers;  // of each part
+    std::map<std::size_t, std::uint64_t> layers;  // per part
     std::uint64_t chunk = 0;
     for (const Source& source : sources_) {
         const auto width = static_cast<std::uint64_t>(info_.parts[source.part].data_window.width());
         const auto height = static_cast<std::uint64_t>(input_.rowsPerChunk(source.part));
         chunk = std::max(chunk, width * height * ++layers[source.part] * pixelBytes());
     }
-    // Packed, unpacked, put in order, and in planes.
+    // Packed, unpacked, reordered, and in planes.
     most.bytes += 4 * chunk * static_cast<std::uint64_t>(threadCount());
     return most;
 }
 
 int ExrLdiReader::rowsFor(std::uint64_t bytes) const {
     const std::uint64_t pixel = pixelBytes();
-    // Planes and lists exist at once, hence twice; a layer's rows are as wide as its window.
+    // Planes and lists exist together, hence twice; a layer's rows are as wide as its window.
     std::uint64_t row =
         static_cast<std::uint64_t>(info_.plan.view.crop.width()) * sizeof(std::uint32_t);
     for (const Source& source : sources_)

@@ -15,12 +15,12 @@
 namespace peeler {
 namespace {
 
-/// Pixels of a display window of which hardly any are stored: 7680 x 4320, or so many times those
-/// that are. What is made of the picture has all of them.
+/// Limits of a display window's pixels: 7680 x 4320, or this multiple of the stored pixels.
+/// Pictures made from the file have all of them.
 constexpr std::uint64_t kMostDisplay = std::uint64_t{1} << 25, kMostOfStored = 256;
 
-/// What OpenEXR calls a channel, and what else programs do, in upper or lower case (OpenImageIO's
-/// exrinput.cpp knows the same).
+/// OpenEXR's name of a channel, and the one of other programs, case-insensitive (the same as in
+/// OpenImageIO's exrinput.cpp).
 struct Spelling {
     std::string_view name, other;
 };
@@ -28,14 +28,14 @@ constexpr Spelling kSpellings[] = {{"R", "red"},   {"G", "green"}, {"B", "blue"}
                                    {"A", "alpha"}, {"Z", "depth"}, {"AR", "ra"},
                                    {"AG", "ga"},   {"AB", "ba"},   {"ZBack", "zback"}};
 
-/// The channels of a part that have one text before their last dot.
+/// The channels of a part with the same text before the last dot.
 struct ChannelGroup {
     const ExrInputPart& part;
-    std::string prefix;              ///< with the dot
-    std::vector<std::string> names;  ///< behind it
+    std::string prefix;              ///< includes the dot
+    std::vector<std::string> names;  ///< without the prefix
 
     bool has(std::string_view name) const { return std::ranges::find(names, name) != names.end(); }
-    /// The channel of this name, however it is spelt; "" if there is none.
+    /// Returns the channel of this name, in any spelling; "" if missing.
     std::string find(std::string_view name) const;
     std::string findExactly(std::string_view name) const {
         return has(name) ? prefix + std::string(name) : std::string();
@@ -46,7 +46,7 @@ struct ChannelGroup {
     }
 };
 
-/// Whether a name is another in upper or lower case.
+/// Whether two names are equal, ignoring case.
 bool isSpelt(std::string_view text, std::string_view name) {
     const auto lower = [](char c) {
         return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -57,7 +57,7 @@ bool isSpelt(std::string_view text, std::string_view name) {
 std::string ChannelGroup::find(std::string_view name) const {
     if (has(name)) return findExactly(name);
     const auto* const spelling = std::ranges::find(kSpellings, name, &Spelling::name);
-    // Beside x and y z is a component of a vector.
+    // Beside x and y, z is a vector component.
     if (name == "Z" && (has("x") || has("X"))) return {};
     for (const std::string& candidate : names) {
         if (isSpelt(candidate, name) || isSpelt(candidate, spelling->other))
@@ -75,7 +75,7 @@ ExrColors colorsOf(const ChannelGroup& group) {
     colors.depth = group.find("Z");
     if (group.isUint(colors.depth)) colors.depth.clear();
     colors.depth_back = group.find("ZBack");
-    // Beside X Y is a component of a vector.
+    // Beside X, Y is a vector component.
     if (colors.colored() || group.has("X")) return colors;
     colors.luminance = group.findExactly("Y");
     if (group.isUint(colors.luminance)) colors.luminance.clear();
@@ -85,7 +85,7 @@ ExrColors colorsOf(const ChannelGroup& group) {
     return colors;
 }
 
-/// Takes opacity and depth of the whole part where a layer has none of its own.
+/// Takes opacity and depth from the whole part if a layer has none of its own.
 void inherit(const ExrColors& whole, ExrColors& layer) {
     if (layer.alpha.empty() && !layer.tinted()) {
         layer.alpha = whole.alpha;
@@ -110,7 +110,7 @@ std::vector<ChannelGroup> groupsOf(const ExrInputPart& part) {
     return groups;
 }
 
-/// What "beauty.right." says: a layer, and a view of those that the part names
+/// Splits a prefix like "beauty.right." into a layer and one of the part's views
 /// (openexr.com/en/latest/MultiViewOpenEXR.html).
 void nameLayer(const ChannelGroup& group, ExrPicture& picture) {
     const ExrInputPart& part = group.part;
@@ -127,7 +127,8 @@ void nameLayer(const ChannelGroup& group, ExrPicture& picture) {
     }
 }
 
-/// The pictures of a part: of a deep one those with depth, and where none has a colour, the part.
+/// Returns the pictures of a part: in a deep part those with depth, and if none has a colour, the
+/// part itself.
 std::vector<ExrPicture> picturesOf(const ExrInputPart& part, std::size_t index) {
     std::vector<ExrPicture> pictures;
     const std::vector<ChannelGroup> groups = groupsOf(part);
@@ -147,7 +148,7 @@ std::vector<ExrPicture> picturesOf(const ExrInputPart& part, std::size_t index) 
     return pictures;
 }
 
-/// "a", "b" and so on, no more than fit a line.
+/// Returns "a", "b" and so on, limited to one line.
 template <class Names>
 std::string listed(const Names& names) {
     constexpr std::size_t kMost = 12;
@@ -160,7 +161,7 @@ std::string listed(const Names& names) {
     return text;
 }
 
-/// The names that `name` gives the pictures, but for "".
+/// Returns the names that `name` gives the pictures, except "".
 template <class Name>
 std::set<std::string> namesOf(const std::vector<ExrPicture>& pictures, Name&& name) {
     std::set<std::string> names;
@@ -170,8 +171,8 @@ std::set<std::string> namesOf(const std::vector<ExrPicture>& pictures, Name&& na
     return names;
 }
 
-/// Keeps the pictures for which `wanted` holds. Throws Error (kUsage) if there are none; `names`
-/// are those of all that `kind` can mean, `asked` is the one that was asked for.
+/// Keeps the pictures for which `wanted` holds. Throws Error (kUsage) if nothing is left; `names`
+/// are the valid names of this `kind`, `asked` is the requested one.
 template <class Wanted>
 void keepPictures(std::vector<ExrPicture>& pictures, const std::string& kind,
                   const std::string& asked, const std::string& path,
@@ -184,7 +185,8 @@ void keepPictures(std::vector<ExrPicture>& pictures, const std::string& kind,
                               : choiceHint(asked, pluralOf(kind), choices));
 }
 
-/// Of one part: the part itself, or its only layer.
+/// Returns the picture of one part: the part itself, or its only layer. Throws Error (kInput) if
+/// there are several.
 const ExrPicture& pictureOfPart(const std::vector<ExrPicture>& pictures, const std::string& where) {
     const auto itself = std::ranges::find(pictures, std::string(), &ExrPicture::layer);
     if (itself != pictures.end()) return *itself;
@@ -194,7 +196,7 @@ const ExrPicture& pictureOfPart(const std::vector<ExrPicture>& pictures, const s
                     listed(namesOf(pictures, [](const ExrPicture& p) { return p.layer; })));
 }
 
-/// From then on the parts are those of another program's file.
+/// Makes the parts count as those of another program's file.
 void forgetLayers(ExrInfo& info) {
     info.layers.clear();
     info.prefixes.clear();
@@ -230,7 +232,7 @@ ExrPicture choosePicture(OpenedExr& opened) {
     ExrInfo& info = opened.info;
     const LayeredReadOptions& options = opened.options;
     const std::string& path = opened.files.path();
-    // Programs that make a flat picture of a file of ours keep what it said of its layers.
+    // Programs that flatten our files keep the attributes about layers.
     const bool flattened = info.is_peeler && info.layers.empty() && info.deep.empty();
     if (options.choosesPicture() || flattened) forgetLayers(info);
     std::vector<ExrPicture> pictures;
@@ -290,7 +292,7 @@ void warnOfUnread(OpenedExr& opened, std::span<const std::size_t> read) {
     const std::string view =
         read.empty() ? std::string() : info.parts[read.front()].attribute("view");
     for (std::size_t i = 0; i < info.parts.size(); ++i) {
-        // Views have a warning of their own, or were chosen among.
+        // Views have their own warning, or one was chosen.
         if (std::ranges::find(read, i) == read.end() && info.parts[i].attribute("view") == view)
             names.push_back(info.parts[i].name);
     }

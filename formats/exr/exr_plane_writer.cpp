@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes images of numbers, part after part and row after row.
+// Data image writers, part by part and row by row.
 #include "formats/exr/exr_plane_writer.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -39,7 +39,7 @@ struct ExrPlaneWriter::File {
     explicit File(const std::string& path) : atomic(path), packer(kDefaultZipLevel) {}
 
     AtomicFile atomic;
-    std::unique_ptr<ExrOutput> exr;  // declared after the file that it writes to
+    std::unique_ptr<ExrOutput> exr;  // declared after the file it writes to
     ExrChunkPacker packer;
     ByteBuffer packed;
 };
@@ -47,7 +47,7 @@ struct ExrPlaneWriter::File {
 ExrPlaneWriter::ExrPlaneWriter(const std::string& path, std::span<const ExrPlanePart> parts,
                                const Provenance& provenance, std::vector<ExrPlaneChannel> channels)
     : file_(std::make_unique<File>(path)), order_(channels.size()) {
-    // OpenEXR orders channels by name.
+    // OpenEXR sorts channels by name.
     std::iota(order_.begin(), order_.end(), std::size_t{0});
     std::ranges::sort(order_, {}, [&](std::size_t i) { return channels[i].name; });
     std::vector<Imf::Header> headers;
@@ -97,7 +97,7 @@ void ExrPlaneWriter::nextPart() {
     next_chunk_ = 0;
 }
 
-/// Writes the chunks that are complete, and with `last` the rest.
+/// Writes the complete chunks, and with `last` the rest.
 void ExrPlaneWriter::writeChunks(bool last) {
     const std::size_t chunk = kExrRowsPerChunk * rowBytes();
     std::size_t written = 0;
@@ -123,7 +123,7 @@ void ExrPlaneWriter::finish() {
 }
 
 std::uint64_t ExrPlaneWriter::memory(int width, std::size_t channels) {
-    // The rows of a chunk exist four times: kept, raw, filtered and packed.
+    // A chunk's rows exist four times: kept, raw, filtered and packed.
     return 4 * static_cast<std::uint64_t>(width) * channels * kNumberBytes * kExrRowsPerChunk;
 }
 
@@ -150,8 +150,7 @@ void ExrMidpointWriter::finish() {
 }
 
 SinkMemory ExrMidpointWriter::memory(const Plan& plan) const {
-    // The midpoints of a band take no more than the composite of one, for which there is room
-    // anyway.
+    // A band's midpoints take no more than its composite, which is budgeted anyway.
     return {0, ExrPlaneWriter::memory(plan.view.crop.width(), 1)};
 }
 
@@ -214,9 +213,9 @@ void CountMap::finish() {
 SinkMemory CountMap::memory(const Plan& plan) const {
     if (lowerExtension(path_) == ".exr")
         return {.bytes = ExrPlaneWriter::memory(plan.view.crop.width(), 1),
-                .pixel_bytes = 3 * kNumberBytes};  // the counts, and rows of them as they grow
+                .pixel_bytes = 3 * kNumberBytes};  // the counts, and their rows while growing
     SinkMemory memory = ImageWriter(path_, options_).memory(plan);
-    // The count, the band that shows it (offset, Z, RGBA), and its composite (RGBA, Z).
+    // The count, the band for display (offset, Z, RGBA), and its composite (RGBA, Z).
     memory.pixel_bytes += 3 * sizeof(std::uint32_t) + 9 * sizeof(float);
     return memory;
 }

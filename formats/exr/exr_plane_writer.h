@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flat OpenEXR images of numbers: one or several a pixel, in one part or several; midpoints and
-// counts of fragments as such images.
+// Flat OpenEXR data images: one or several values per pixel, in one part or several; midpoint
+// shadow maps and fragment counts as such images.
 #pragma once
 
 #include <cstddef>
@@ -16,11 +16,11 @@
 
 namespace peeler {
 
-/// A part of a file of numbers. Its dataWindow is the crop.
+/// A part of a data image. Its dataWindow is the crop.
 struct ExrPlanePart {
     std::string name;
     Plan plan;
-    /// The plan tells the layers of the picture that the numbers come from, and not its view alone.
+    /// The plan describes the source picture's layers, not only its view.
     bool layers_known = true;
 };
 
@@ -29,26 +29,26 @@ struct ExrPlaneChannel {
     PixelType type = PixelType::kFloat;  ///< or kUint
 };
 
-/// Streams rows into a file whose parts all have the same channels, with the attributes of a
-/// layered file but `peeler:layer`.
+/// A writer that streams rows into a file whose parts all have the same channels, with the
+/// attributes of a layered file but `peeler:layer`.
 class ExrPlaneWriter {
   public:
-    /// Creates the hidden file. Display windows must be of one size. Throws Error (kOutput).
+    /// Creates the hidden file. Display windows must have the same size. Throws Error (kOutput).
     ExrPlaneWriter(const std::string& path, std::span<const ExrPlanePart> parts,
                    const Provenance& provenance, std::vector<ExrPlaneChannel> channels);
-    /// A file of one part with one channel.
+    /// Creates a file of one part with one channel.
     ExrPlaneWriter(const std::string& path, const Plan& plan, const Provenance& provenance,
                    const std::string& part, const std::string& channel, PixelType type);
     ~ExrPlaneWriter();
 
-    /// The next rows of the part at hand, top to bottom, 4 bytes a number: those rows of the first
-    /// channel, then of the second, and so on. A part that is full is followed by the next one.
+    /// Appends the next rows of the current part, top to bottom, 4 bytes per value: these rows of
+    /// the first channel, then of the second, and so on. After a full part the next one begins.
     void append(std::span<const std::byte> planes);
-    /// Throws Error (kInternal) if rows are missing.
+    /// Finishes the file. Throws Error (kInternal) if rows are missing.
     void finish();
 
-    /// Bytes that it keeps of rows of so many pixels, each with so many channels, besides what
-    /// append() gets.
+    /// Returns the bytes it keeps for rows of this width and number of channels, besides the input
+    /// of append().
     static std::uint64_t memory(int width, std::size_t channels);
     const StageTimes& times() const { return times_; }
 
@@ -63,18 +63,18 @@ class ExrPlaneWriter {
 
     std::unique_ptr<File> file_;
     std::vector<Part> parts_;
-    std::vector<std::size_t> order_;  ///< of the channels in the file, as indices of ours
-    std::size_t part_ = 0;            ///< the one at hand
+    std::vector<std::size_t> order_;  ///< of the file's channels, as indices of ours
+    std::size_t part_ = 0;            ///< the current one
     std::size_t rows_seen_ = 0;       ///< of that part
-    std::vector<std::byte> rows_;     ///< of chunks that are not complete yet, as in the file
+    std::vector<std::byte> rows_;     ///< of incomplete chunks, in file order
     int next_chunk_ = 0;
     StageTimes times_;
 };
 
-/// Writes a single-part file with one channel, Z (float): camera Z of the midpoint between the two
-/// nearest surfaces as core/image/statistics.h has it, +inf where a pixel has no second surface: a
-/// midpoint shadow map. dataWindow = crop, with the attributes of a layered file but
-/// `peeler:layer`. What counts as a surface is the capture's choice (CaptureSettings::opaque_only).
+/// A writer of midpoint shadow maps: a single-part file with one channel, Z (float), the camera Z
+/// of the midpoint between the two nearest surfaces (core/image/statistics.h), +inf where a pixel
+/// has no second surface. dataWindow = crop, with the attributes of a layered file but
+/// `peeler:layer`. The capture decides which surfaces count (CaptureSettings::opaque_only).
 class ExrMidpointWriter : public Sink {
   public:
     explicit ExrMidpointWriter(std::string path, OutputOptions options = {});
@@ -82,7 +82,7 @@ class ExrMidpointWriter : public Sink {
     /// Throws Error (kOutput) if the file cannot be created.
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
-    /// Throws Error (kInternal) if rows are missing.
+    /// Finishes the file. Throws Error (kInternal) if rows are missing.
     void finish() override;
     SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override;
@@ -96,13 +96,13 @@ class ExrMidpointWriter : public Sink {
     StageTimes times_;
 };
 
-/// Writes the number of fragments of every pixel. EXR: a channel `count` (uint); PNG, JPEG, TIFF:
-/// black (0) to yellow (as many as the plan has layers).
+/// A writer of the number of fragments per pixel. EXR: a channel `count` (uint); PNG, JPEG, TIFF:
+/// black (0) to yellow (the plan's number of layers).
 class CountMap : public Sink {
   public:
     CountMap(std::string path, OutputOptions options);
 
-    /// How large its file will be.
+    /// Forecasts the size of its file.
     SizeForecast forecast(const Plan& plan) const;
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
@@ -115,7 +115,7 @@ class CountMap : public Sink {
   private:
     std::string path_;
     OutputOptions options_;
-    std::unique_ptr<ExrPlaneWriter> plane_;  ///< else picture_
+    std::unique_ptr<ExrPlaneWriter> plane_;  ///< if null, picture_ is set
     std::unique_ptr<Sink> picture_;
     float ramp_end_ = 1;
     std::uint32_t largest_ = 0;

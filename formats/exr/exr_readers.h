@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads layered depth images and deep images as fragment lists.
+// Readers of layered depth images and deep images as fragment lists.
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,15 @@
 
 namespace peeler {
 
-/// Reads files of ExrLdiWriter in every layout, and any other whose parts `layer_*` hold R, G, B,
-/// A, Z; AR, AG, AB beside A are coloured opacity. A fragment is where Z is less than +inf.
+/// A reader of files of ExrLdiWriter in every layout, and of any other with parts `layer_*` that
+/// hold R, G, B, A, Z; AR, AG, AB beside A are coloured opacity. A fragment exists where Z is less
+/// than +inf.
 ///
-/// A flat picture of others is read as one layer (exr_picture.h). Where it has no alpha, that is 1;
-/// where it has no Z, a pixel that is not all 0 has a fragment, at Z = 0, and where its Z is
-/// infinite or no number, at the largest finite one. Y is three times grey, or with RY and BY a
-/// colour. A composite of our own is read, where it is asked for, as pixels: each is one entry,
-/// with Z = +inf where there is no fragment.
+/// Reads a flat picture of another program as one layer (exr_picture.h). Missing alpha is 1.
+/// Without Z, every pixel that is not all 0 has a fragment, at Z = 0; an infinite or NaN Z becomes
+/// the largest finite one. Y is grey in all three channels, or with RY and BY a colour. Reads our
+/// own composite, on request, as pixels: each is one entry, with Z = +inf where there is no
+/// fragment.
 class ExrLdiReader : public LayeredInput {
   public:
     /// Throws Error (kInput) if the file is not layered; `where` names the part.
@@ -42,7 +43,7 @@ class ExrLdiReader : public LayeredInput {
 
   private:
     struct Layer;
-    /// The part that a layer is in, and what stands there before the names of its channels.
+    /// A layer's part, and the prefix of its channel names.
     struct Source {
         std::size_t part;
         std::string prefix;
@@ -68,29 +69,29 @@ class ExrLdiReader : public LayeredInput {
     ExrFiles& input_ = opened_.files;
     ExrInfo& info_ = opened_.info;
     bool flat_ = false;            ///< a flat picture, as one layer
-    bool pixels_ = false;          ///< a composite, every pixel of it
-    ExrColors colors_;             ///< of a flat picture of others
+    bool pixels_ = false;          ///< a composite, with every pixel
+    ExrColors colors_;             ///< of another program's flat picture
     std::vector<Source> sources_;  ///< of the layers
-    /// R, G, B, A, Z, then AR, AG, AB of coloured opacity, then those of extra_.
+    /// R, G, B, A, Z, then AR, AG, AB of coloured opacity, then the channels of extra_.
     std::vector<ExrInputChannel> channels_;
-    std::vector<std::string> stored_;   ///< their names in a flat picture of others; "" = none
-    std::size_t first_extra_ = 0;       ///< of them
+    std::vector<std::string> stored_;  ///< their names in another program's flat picture; "" = none
+    std::size_t first_extra_ = 0;      ///< first of extra_ in channels_
     std::vector<FragmentArray> extra_;  ///< without data
 };
 
-/// Reads files of ExrDeepWriter and deep scan lines or tiles of others: a picture (exr_picture.h),
-/// and what other deep parts say of the same samples. Our own files' parts must have the same
-/// samples; a foreign part joins if it has the same data window, the same blocks and as many
-/// samples in every pixel, and no channel of the same name but Z and ZBack.
+/// A reader of files of ExrDeepWriter and of deep scan lines or tiles of other programs: a picture
+/// (exr_picture.h), and the channels of other deep parts for the same samples. All parts of our own
+/// files must have the same samples; a foreign part joins if it has the same data window, the same
+/// blocks and the same sample count in every pixel, and no channel of the same name but Z and
+/// ZBack.
 ///
-/// Samples are sorted by Z (stably); a Z of +inf becomes the largest finite one, since +inf means
-/// "nothing here" in a layered file; ZBack is kept as a channel. Where there is no A, alpha is the
-/// mean of AR, AG and AB, or 1; where R, G or B is missing it is Y, or 0. Warns of a Z that is NaN
-/// or -inf, of samples that overlap, which are not split, and of colours and alpha that are
-/// missing.
+/// Samples are sorted by Z (stably). A Z of +inf becomes the largest finite value, since +inf marks
+/// an empty pixel in a layered file. ZBack is kept as a channel. Without A, alpha is the mean of
+/// AR, AG and AB, or 1; a missing R, G or B is Y, or 0. Warns of a Z that is NaN or -inf, of
+/// overlapping samples, which are not split, and of missing colours and alpha.
 ///
 /// Opening reads all sample counts, so that info().plan has the layers with their windows and
-/// pixels, and the fragments as they are.
+/// pixels, and the actual fragment counts.
 class ExrDeepReader : public LayeredInput {
   public:
     /// Throws Error (kInput) if the counts are damaged; `where` names the part.
@@ -105,7 +106,7 @@ class ExrDeepReader : public LayeredInput {
     std::vector<Text> takeWarnings() override { return opened_.warnings.take(); }
 
   private:
-    /// Where the values of one channel of a part go.
+    /// The destination of a part's channel.
     struct Route {
         static constexpr int kNowhere = -4, kGrey = -3, kZ = -2, kColor = -1;
         PixelType type = PixelType::kHalf;  ///< in the file

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gathers and copies channels of fragments, one component after the other.
+// Gathering and copying of fragment channels, component by component.
 #include "formats/exr/exr_rows.h"
 
 #include <Imath/half.h>
@@ -14,8 +14,8 @@
 namespace peeler {
 namespace {
 
-/// Writes one component of the fragments in `row` to `out`, `fill` for kNoFragment. Returns the
-/// end.
+/// Writes one component of the fragments in `row` to `out`, with `fill` for kNoFragment. Returns
+/// the end.
 template <class T>
 std::byte* gatherComponent(std::span<const T> values, const ExrChannel& channel, T fill,
                            std::span<const std::uint32_t> row, std::byte* out) {
@@ -26,7 +26,7 @@ std::byte* gatherComponent(std::span<const T> values, const ExrChannel& channel,
     return out;
 }
 
-/// Whether the next channels are those of a plain colour, as they mostly stand: A, B, G, R.
+/// Whether the next channels are those of a plain colour, in their usual order: A, B, G, R.
 bool areColor(std::span<const ExrChannel> channels) {
     if (channels.size() < 4 || channels[0].components != kPlainComponents) return false;
     for (std::size_t c = 0; c < 4; ++c) {
@@ -36,8 +36,7 @@ bool areColor(std::span<const ExrChannel> channels) {
     return true;
 }
 
-/// Writes the four channels of a colour in one pass, since what takes the time is to reach the
-/// fragments.
+/// Writes a colour's four channels in one pass, since reaching the fragments dominates the time.
 template <class T>
 std::byte* gatherColor(std::span<const T> values, std::span<const std::uint32_t> row,
                        std::byte* out) {
@@ -68,7 +67,7 @@ std::byte* copyChannel(const LayeredImage& image, const ExrChannel& channel, std
     const FragmentArray& array = channel.source == ExrChannel::kColor
                                      ? image.color
                                      : image.extra[static_cast<std::size_t>(channel.source)];
-    // Bits are copied as they are, so float and uint are alike.
+    // Bits are copied unchanged, so float and uint need no distinction.
     return pixelTypeSize(channel.type) == sizeof(std::uint16_t)
                ? copyComponent(array.as<std::uint16_t>(), channel, begin, end, out)
                : copyComponent(array.as<std::uint32_t>(), channel, begin, end, out);
@@ -88,7 +87,7 @@ void appendFragments(const LayeredImage& from, std::size_t begin, std::size_t en
         append(from.extra[i], to.extra[i]);
 }
 
-/// Room in `to` for the rows of `from` from y0 on, so that appending them moves nothing.
+/// Reserves room in `to` for the rows of `from` from y0 on, so that appending them moves nothing.
 void reserveRows(const LayeredImage& from, int y0, LayeredImage& to) {
     if (y0 >= from.window.y1) return;
     const std::size_t first = from.pixelIndex(from.window.x0, std::max(y0, from.window.y0));
@@ -104,7 +103,7 @@ void reserveRows(const LayeredImage& from, int y0, LayeredImage& to) {
         reserve(array.data, fragments * array.stride());
 }
 
-/// Appends the rows [y0, y1) of `from` below those of `to`, which is as wide.
+/// Appends the rows [y0, y1) of `from` below those of `to`, which has the same width.
 void appendRows(const LayeredImage& from, int y0, int y1, LayeredImage& to) {
     const std::size_t first = from.pixelIndex(from.window.x0, y0);
     const std::size_t last = from.pixelIndex(from.window.x0, y1);
@@ -149,7 +148,7 @@ std::byte* gatherExrLayer(const LayeredImage& image, std::span<const ExrChannel>
         const FragmentArray& array = channel.source == ExrChannel::kColor
                                          ? image.color
                                          : image.extra[static_cast<std::size_t>(channel.source)];
-        // Bits are copied as they are, so float and uint are alike.
+        // Bits are copied unchanged, so float and uint need no distinction.
         out = channel.type == PixelType::kHalf
                   ? gatherComponent<std::uint16_t>(array.as<std::uint16_t>(), channel, 0, row, out)
                   : gatherComponent<std::uint32_t>(array.as<std::uint32_t>(), channel, 0, row, out);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A file as RegularFile opens it, for OpenEXR's classes.
+// An OpenEXR input stream over a RegularFile.
 #pragma once
 
 #include <OpenEXR/ImfIO.h>
@@ -15,7 +15,7 @@ namespace peeler {
 
 class ExrStream final : public Imf::IStream {
   public:
-    /// `file` is open and outlives the stream; `path` is what messages name.
+    /// `file` is open and outlives the stream; messages name `path`.
     ExrStream(const RegularFile& file, const std::string& path)
         : IStream(path.c_str()), file_(file) {}
 

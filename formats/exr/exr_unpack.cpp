@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Unpacks chunks: zlib or run lengths, then sums of differences, then even and odd bytes together.
+// Chunk unpacking: zlib or run lengths, then sums of differences, then interleaving of even and odd
+// bytes.
 #include "formats/exr/exr_chunks.h"
 
 #include <libdeflate.h>
@@ -13,11 +14,11 @@
 namespace peeler {
 namespace {
 
-/// Undoes packRuns() of exr_chunks.cpp, which has the format.
+/// The inverse of packRuns() of exr_chunks.cpp, which describes the format.
 bool unpackRuns(std::span<const std::byte> packed, std::span<std::byte> out) {
     std::size_t filled = 0;
     for (std::size_t i = 0; i < packed.size();) {
-        // A signed byte: from 128 on it is code − 256.
+        // A signed byte: 128 and above mean code − 256.
         const auto code = std::to_integer<std::size_t>(packed[i++]);
         const bool literal = code >= 128;
         const std::size_t count = literal ? 256 - code : code + 1;
@@ -34,10 +35,11 @@ bool unpackRuns(std::span<const std::byte> packed, std::span<std::byte> out) {
     return filled == out.size();
 }
 
-/// Replaces differences, biased by 128, by their sums from `last` on. Returns the last sum.
+/// Replaces differences, biased by 128, by their running sums, starting with `last`. Returns the
+/// last sum.
 ///
-/// Eight bytes at once: those at even places and those at odd ones become numbers of 16 bits, which
-/// a product with four ones adds up without carries from one into the next.
+/// Works on eight bytes at once: even and odd bytes become 16-bit lanes, and a product with four
+/// ones adds them up without carries between lanes.
 std::uint8_t addUp(std::span<std::uint8_t> bytes, std::uint8_t last) {
     constexpr std::uint64_t kEven = 0x00ff00ff00ff00ff, kOnes = 0x0001000100010001;
     constexpr std::uint64_t kBias = 0x8080808080808080;
@@ -75,10 +77,10 @@ void unfilter(std::span<std::uint8_t> filtered, std::span<std::byte> out) {
 }  // namespace
 
 bool exrInflate(std::span<const std::byte> packed, std::span<std::byte> out) {
-    // It is kept, since making one takes longer than the few bytes of a deep row.
+    // Kept, since creating one takes longer than unpacking the few bytes of a deep row.
     thread_local const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)>
         inflater(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
-    // Without a place for the actual size the result must fill `out`.
+    // With a null actual size, the result must fill `out`.
     return inflater &&
            libdeflate_zlib_decompress(inflater.get(), packed.data(), packed.size(), out.data(),
                                       out.size(), nullptr) == LIBDEFLATE_SUCCESS;
@@ -93,7 +95,7 @@ std::uint64_t exrMostUnpacked(const std::string& compression, std::uint64_t pack
 
 bool exrUnpack(const std::string& compression, std::span<const std::byte> packed,
                std::span<std::byte> out) {
-    if (packed.size() == out.size()) {  // what does not shrink is stored as it is
+    if (packed.size() == out.size()) {  // incompressible data is stored raw
         if (!out.empty()) std::memcpy(out.data(), packed.data(), out.size());
         return true;
     }

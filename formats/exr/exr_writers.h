@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes layered depth images, a part of an OpenEXR file for each layer; their composite alone; and
-// deep images, every fragment of a pixel a sample of a deep scan line.
+// Writers of layered depth images, one OpenEXR part per layer; of their composite alone; and of
+// deep images, one deep sample per fragment.
 #pragma once
 
 #include <OpenEXR/ImfCompression.h>
@@ -19,7 +19,7 @@
 
 namespace peeler {
 
-/// What ExrLdiWriter and ExrCompositeWriter share: parts that bands are streamed into.
+/// The base of ExrLdiWriter and ExrCompositeWriter: streams bands into parts.
 class ExrPartsSink : public Sink {
   public:
     ~ExrPartsSink() override;
@@ -40,13 +40,13 @@ class ExrPartsSink : public Sink {
     StageTimes times_;
 };
 
-/// Writes part `composite` (R,G,B,A as `Plan::color_type`, Z of the first fragment; compositeOver()
-/// of the stored colours on nothing) and parts `layer_000`, `layer_001`, … front to back, each
-/// cropped to its layer's data window: R,G,B,A, Z and the extra channels of the bands. A picture
-/// without any fragment has the part `composite` alone, whatever the options say: a file must have
-/// a part. `peeler:layout` names the layout; in the layout "per-file" the composite's file is
-/// needed, since it is the one that names the set. The same plan, provenance and pixels make the
-/// same bytes, however cut into bands.
+/// A writer of layered depth images: part `composite` (R,G,B,A as `Plan::color_type`, Z of the
+/// first fragment; compositeOver() of the stored colours on nothing) and parts `layer_000`,
+/// `layer_001`, … front to back, each cropped to its layer's data window: R,G,B,A, Z and the extra
+/// channels of the bands. A picture without any fragment always has the part `composite` alone,
+/// since a file must have a part. `peeler:layout` names the layout; the layout "per-file" requires
+/// the composite's file, since it names the set. The same plan, provenance and pixels produce the
+/// same bytes, however they are cut into bands.
 class ExrLdiWriter : public ExrPartsSink {
   public:
     /// Throws Error (kUsage) if there is no such compression.
@@ -54,7 +54,7 @@ class ExrLdiWriter : public ExrPartsSink {
 
     /// Throws Error (kOutput) if the file cannot be created.
     void begin(const Plan& plan) override;
-    /// Throws Error (kInternal) if the bands had other fragments than the plan says.
+    /// Throws Error (kInternal) if the bands' fragments do not match the plan.
     void finish() override;
 
   private:
@@ -63,9 +63,9 @@ class ExrLdiWriter : public ExrPartsSink {
     std::uint64_t fragments_planned_ = 0;
 };
 
-/// Writes a single-part file: R,G,B,A as `Plan::color_type`, Z (float, +inf where nothing is) and
-/// the other channels of the first fragment; dataWindow = crop, with the attributes of a layered
-/// file but `peeler:layer`. Compressed ZIP.
+/// A writer of single-part composites: R,G,B,A as `Plan::color_type`, Z (float, +inf where empty)
+/// and the other channels of the first fragment; dataWindow = crop, with the attributes of a
+/// layered file but `peeler:layer`. Compressed ZIP.
 class ExrCompositeWriter : public ExrPartsSink {
   public:
     explicit ExrCompositeWriter(std::string path, OutputOptions options = {});
@@ -77,28 +77,28 @@ class ExrCompositeWriter : public ExrPartsSink {
     std::vector<ExrPart> partsOf(const Plan& plan) const override;
 };
 
-/// Writes part `color` (R,G,B,A as they are captured, Z float; AR, AG, AB and ZBack, if there are
-/// any) and, if there are other channels, a second part of these and Z again, both deep scan lines:
-/// a reader that composites every channel of a part (OpenImageIO's flatten) meets neither normals
-/// nor ids. The second part is called `ids` if it has integers, else `aovs`.
-/// Point samples, without ZBack, in list order: front to back. dataWindow is the bounding box of
-/// all fragments, the crop if there is none.
+/// A writer of deep images: part `color` (R,G,B,A as captured, Z float; AR, AG, AB and ZBack, if
+/// any) and, if there are other channels, a second part of these and Z again, both deep scan lines.
+/// So a reader that composites every channel of a part (OpenImageIO's flatten) finds neither
+/// normals nor ids. The second part is called `ids` if it has integers, else `aovs`. Point samples,
+/// without ZBack, in list order: front to back. dataWindow is the bounding box of all fragments, or
+/// the crop if there are no fragments.
 ///
 /// `deepImageState` is TIDY if no two samples of any pixel have the same Z, else SORTED; MESSY for
-/// what came from a file with ZBack. If samples were merged, `peeler:deepMerge` says how, and
-/// `peeler:fragmentsStored`, `peeler:layers` and `peeler:complete` speak of what is left; the first
-/// of them may begin with zeros. The same plan, provenance and pixels make the same bytes, however
-/// cut into bands.
+/// input from a file with ZBack. If samples were merged, `peeler:deepMerge` names the method, and
+/// `peeler:fragmentsStored`, `peeler:layers` and `peeler:complete` describe the merged samples;
+/// `peeler:fragmentsStored` may begin with zeros. The same plan, provenance and pixels produce the
+/// same bytes, however they are cut into bands.
 class ExrDeepWriter : public Sink {
   public:
-    /// Throws Error (kUsage) if deep images cannot have such a compression.
+    /// Throws Error (kUsage) if deep images cannot have this compression.
     explicit ExrDeepWriter(std::string path, OutputOptions options = {});
     ~ExrDeepWriter() override;
 
     /// Throws Error (kOutput) if the file cannot be created.
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
-    /// Throws Error (kInternal) if the bands had other fragments than the plan says.
+    /// Throws Error (kInternal) if the bands' fragments do not match the plan.
     void finish() override;
     SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override { return times_; }
@@ -125,7 +125,7 @@ class ExrDeepWriter : public Sink {
     Window window_;
     std::vector<Part> parts_;
     std::unique_ptr<AtomicFile> file_;
-    std::unique_ptr<ExrOutput> exr_;  ///< from the first band on: it says which channels there are
+    std::unique_ptr<ExrOutput> exr_;  ///< from the first band on, when the channels are known
     LayeredImage like_;               ///< without pixels: the arrays of every band
     LayeredImage merged_;
     int next_row_ = 0;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The names of ids as OpenEXR's idManifest, written by OpenEXR's own class, and back by a reader of
-// ours: that class believes what a file says of sizes (OpenEXR 3.1,
-// src/lib/OpenEXR/ImfIDManifest.cpp, has the format).
+// OpenEXR's idManifest: written by OpenEXR's own class, and read by a reader of ours, since that
+// class trusts the file's sizes (OpenEXR 3.1, src/lib/OpenEXR/ImfIDManifest.cpp, has the format).
 #include "formats/exr/exr_header.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -26,15 +25,15 @@ namespace peeler {
 namespace {
 
 constexpr const char *kObject = "id.object", *kMaterial = "id.material";
-constexpr const char* kParent = "parent";  ///< the component of the manifest, beside "name"
+constexpr const char* kParent = "parent";           ///< a component of the manifest, beside "name"
 constexpr std::uint64_t kMostNameBytes = 1U << 27;  ///< more names than a scene has
 
-/// Whether a channel of a part is this one, of whatever layer ("layer_000.id.object").
+/// Whether a channel has this name, in any layer ("layer_000.id.object").
 bool isOf(const std::string& channel, const std::string& name) {
     return channel == name || channel.ends_with("." + name);
 }
 
-/// `parents`: the ids of the parents, a second component; empty = there is none.
+/// Adds a group. `parents`: the ids of the parents, a second component; empty = none.
 void addGroup(Imf::IDManifest& manifest, const Imf::ChannelList& channels, const char* name,
               const std::vector<std::string>& names, const std::vector<std::uint32_t>& parents) {
     std::set<std::string> found;
@@ -57,9 +56,9 @@ void addGroup(Imf::IDManifest& manifest, const Imf::ChannelList& channels, const
     manifest.add(group);
 }
 
-/// Reads the unpacked bytes of a manifest. Nothing is believed before it has been looked at: what a
-/// few bytes can ask for (strings that begin like the one before, runs that overlap, a long name of
-/// many ids) is counted. Numbers are little-endian.
+/// A reader of a manifest's unpacked bytes. Trusts nothing: it limits everything that a few bytes
+/// can blow up (strings with common beginnings, overlapping runs, a long name for many ids).
+/// Numbers are little-endian.
 class ManifestReader {
   public:
     explicit ManifestReader(std::span<const std::byte> bytes) : left_(bytes) {}
@@ -94,7 +93,7 @@ class ManifestReader {
         return value;
     }
 
-    /// Seven bits a byte, the lowest first; the last byte has no highest bit.
+    /// Reads a number with seven bits per byte, lowest first; the last byte has no high bit.
     std::uint64_t shortNumber() {
         std::uint64_t value = 0;
         for (unsigned shift = 0; shift < 64; shift += 7) {
@@ -105,7 +104,7 @@ class ManifestReader {
         fail("a number is too long");
     }
 
-    /// The length of each, then the bytes of all.
+    /// Reads a list of texts: all lengths, then all bytes.
     std::vector<std::string_view> list() {
         const auto count = number<std::uint32_t>();
         if (count > left_.size()) fail("it ends too early");
@@ -122,14 +121,14 @@ class ManifestReader {
         return texts;
     }
 
-    /// Called before so much is allocated.
+    /// Counts bytes before they are allocated. Throws Error (kInput) beyond the limit.
     void hold(std::uint64_t bytes) {
         held_ += bytes;
         if (held_ > 2 * kMostNameBytes) fail("its names are too many or too long");
     }
 
-    /// All texts, sorted: each but the first begins with how much it has in common with the one
-    /// before it, in two bytes, the higher one first, if that has more than 255.
+    /// Reads all texts, which are sorted: each but the first begins with the length it shares with
+    /// the previous one, in two bytes, the higher one first, if that one is longer than 255.
     void readTexts() {
         for (std::string_view text : list()) {
             std::string whole;
@@ -150,10 +149,10 @@ class ManifestReader {
         }
     }
 
-    /// By which number entries know each text: runs of texts, of which none counts twice.
+    /// Reads the numbers by which entries refer to texts: runs of texts, each text counted once.
     void readOrder() {
         hold(2 * texts_.size() * sizeof(std::size_t));
-        std::vector<std::size_t> next(texts_.size() + 1);  // that may not have counted, from there
+        std::vector<std::size_t> next(texts_.size() + 1);  // the next text not yet counted
         std::iota(next.begin(), next.end(), std::size_t{0});
         const auto free_from = [&](std::size_t text) {
             while (next[text] != text)
@@ -181,13 +180,13 @@ class ManifestReader {
         return storage == 1 ? number<std::uint32_t>() : shortNumber();
     }
 
-    /// The names of some channels: their ids, and the texts of each. They are kept if they are the
-    /// first of objects or materials, and numbered as ours: 1, 2, 3, …
+    /// Reads the names of some channels: ids, with the texts of each. Keeps them if they are the
+    /// first ones of objects or materials, and numbered like ours: 1, 2, 3, …
     void readGroup(IdNames& found) {
         const auto channels = list(), components = list();
-        take(1);                        // how long ids live
-        take(number<std::uint32_t>());  // how they are hashed,
-        take(number<std::uint32_t>());  // and how they are stored in pixels
+        take(1);                        // lifetime of ids
+        take(number<std::uint32_t>());  // hash scheme
+        take(number<std::uint32_t>());  // encoding scheme
         const auto storage = number<std::uint8_t>();
         const auto of = [&](const char* name) {
             return std::ranges::any_of(channels, [name](std::string_view channel) {
@@ -237,7 +236,7 @@ void addIdManifest(Imf::Header& header, const IdNames& names) {
 }
 
 IdNames idNamesFromManifest(std::span<const std::byte> attribute) {
-    // The attribute is the unpacked size (64 bits, little-endian), then what zlib has packed.
+    // The attribute is the unpacked size (64 bits, little-endian), followed by zlib data.
     std::uint64_t unpacked = 0;
     if (attribute.size() < sizeof unpacked)
         throw Error(ErrorKind::kInput, "the manifest is cut off", "idManifest");

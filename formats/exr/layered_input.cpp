@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chooses the reader of a file by what its headers say.
+// Choice of a file's reader by its headers.
 #include "formats/exr/layered_input.h"
 
 #include <limits>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Encodes textures: PNG in memory, OpenEXR chunk by chunk.
+// Texture encoders: PNG in memory, OpenEXR chunk by chunk.
 #include "formats/exr/texture_files.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -85,7 +85,7 @@ Imf::Header textureHeader(const ValueTexture& texture, const std::string& softwa
     return header;
 }
 
-/// Puts rows into the order of a chunk: channel after channel, sorted by their names.
+/// Gathers rows in chunk order: channel by channel, sorted by name.
 void gather(const ValueTexture& texture, int row, int rows, std::byte* out) {
     const auto side = static_cast<std::size_t>(texture.size);
     const std::size_t width = texture.components;

@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20U;
-/// Transfers of less, to places here and there, would take the kernel longer than the writing.
+/// Smaller, scattered transfers would take the kernel longer than the writing.
 constexpr std::uint64_t kTransferBytes = std::uint64_t{8} << 20U;
 
 std::string hintFor(int error) {
@@ -61,7 +61,7 @@ std::string text(int error) {
     return std::generic_category().message(error);
 }
 
-/// The folder of the file that a path names; "." where the path has none.
+/// Returns the folder of a file's path; "." if it has none.
 std::string folderOf(const std::string& path) {
     const std::string folder = fs::path(path).parent_path().string();
     return folder.empty() ? "." : folder;
@@ -69,8 +69,8 @@ std::string folderOf(const std::string& path) {
 
 std::atomic<std::uint64_t> bytes_on_standard_output{0};
 
-/// Locks a new file for as long as it is open, however the process ends. False if somebody else has
-/// locked or removed it.
+/// Locks a new file until it is closed, however the process ends. Returns false if another process
+/// has locked or removed it.
 bool lockIsMine(int descriptor) {
     if (!lockHidden(descriptor)) return false;
     struct stat status {};
@@ -80,7 +80,7 @@ bool lockIsMine(int descriptor) {
 }  // namespace
 
 std::filesystem::path withLinksFollowed(std::filesystem::path path) {
-    constexpr int kMostLinks = 40;  // as many as Linux follows
+    constexpr int kMostLinks = 40;  // Linux's limit
     std::error_code failure;
     for (int i = 0; i < kMostLinks && fs::is_symlink(fs::symlink_status(path, failure)); ++i) {
         const fs::path target = fs::read_symlink(path, failure);
@@ -114,7 +114,7 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
         throw Error(ErrorKind::kOutput, "cannot write: it is not a regular file", path_,
                     "name a regular file; the output is renamed into place");
     }
-    // A link to what cannot be looked at would be replaced by the file, not followed.
+    // A link whose target cannot be examined would be replaced by the file, not followed.
     if (status.type() == fs::file_type::none)
         fail("cannot write: " + text(error.value()), error.value());
 
@@ -123,7 +123,7 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
     fs::create_directories(folder, unmade);
     if (unmade && !fs::is_directory(folder, error))
         fail("cannot make the folder: " + unmade.message(), unmade.value());
-    // The hidden name may be shorter, so that without this check only the last step would fail.
+    // The hidden name may be shorter; without this check only the last step would fail.
     const long most = pathconf(folder.c_str(), _PC_NAME_MAX);
     if (most > 0 &&
         fs::path(destination_).filename().string().size() > static_cast<std::size_t>(most))
@@ -135,13 +135,13 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
     constexpr int kAttempts = 100;
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
         temporary_path_ = (fs::path(destination_).parent_path() / hiddenName(base)).string();
-        // Registered before it exists: a signal in between finds nothing to unlink, which does no
-        // harm.
+        // Registered before it exists: a signal in between finds nothing to unlink, which is
+        // harmless.
         slot_ = noteTemporary(temporary_path_);
         descriptor_ =
             openFile(temporary_path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        // A process that removes leftovers at this very moment may have been faster than the lock;
-        // then the file is gone.
+        // A process that is removing leftovers may have been faster than the lock; then the file is
+        // gone.
         if (descriptor_ >= 0 && lockIsMine(descriptor_)) return;
         const int cause = descriptor_ >= 0 ? EEXIST : errno;
         if (descriptor_ >= 0) {
@@ -205,17 +205,17 @@ void AtomicFile::sync() {
 }
 
 void AtomicFile::syncAll(std::span<AtomicFile* const> files) {
-    constexpr std::size_t kFew = 8;  // fewer of them are synced sooner one by one
+    constexpr std::size_t kFew = 8;  // up to this number, single syncs are faster
     for (AtomicFile* const file : files) {
         file->flush();
         if (!file->in_scratch_) sync_file_range(file->descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
     }
-    // What syncing a file takes is mostly what the file system does for any number of them, so it
-    // is asked to once. What cannot be written of a file is asked for by file; where any of this
-    // fails fsync() says whether that one is on the disk.
+    // Most of a file sync's cost is the file system's, for any number of files, so the file system
+    // is synced once. Write errors are queried per file; if any of this fails, fsync() shows
+    // whether that file is on disk.
     constexpr unsigned kWritten =
         SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER;
-    std::map<dev_t, bool> file_systems;  // whether they are synced
+    std::map<dev_t, bool> file_systems;  // whether each is synced
     for (AtomicFile* const file : files) {
         if (file->in_scratch_) continue;
         struct stat status {};
@@ -237,9 +237,9 @@ void AtomicFile::commit() {
 
 void AtomicFile::publish() {
     if (isStandardOutput(path_)) return copyToStandardOutput();
-    // Network file systems report a full quota only when a descriptor is closed. A duplicate is
-    // closed, since the lock goes with the last descriptor, and a file without its lock is taken
-    // for a leftover.
+    // Network file systems report an exceeded quota only when a descriptor is closed. A duplicate
+    // is closed, since the lock is released with the last descriptor, and a file without its lock
+    // counts as a leftover.
     if (const int other = dup(descriptor_); other >= 0 && close(other) != 0)
         fail("cannot write: " + text(errno), errno);
     if (std::rename(temporary_path_.c_str(), destination_.c_str()) != 0) {
@@ -254,11 +254,11 @@ void AtomicFile::publish() {
 void AtomicFile::syncFolder() const {
     if (in_scratch_ || isStandardOutput(path_)) return;
     const int folder = openFile(folderOf(destination_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (folder < 0) return;  // a folder that may be written to but not read: nothing to sync by
+    if (folder < 0) return;  // a writable but unreadable folder cannot be synced
     const int result = fsync(folder);
     const int cause = errno;
     close(folder);
-    // A file system that cannot sync folders is no error: the file itself is on disk.
+    // A file system that cannot sync folders is not an error: the file itself is on disk.
     const bool unable = cause == EINVAL || cause == ENOTSUP || cause == ENOSYS;
     if (result != 0 && !unable) fail("cannot sync the folder: " + text(cause), cause);
 }
@@ -272,14 +272,14 @@ void AtomicFile::writeOut(std::uint64_t offset, std::span<const std::byte> bytes
             pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
         if (n < 0 && errno == EINTR) continue;
         if (n < 0) fail("cannot write: " + text(errno), errno);
-        // A short write is no error yet: the next one says why (most often: no space).
+        // A short write is not an error yet: the next one reports the cause (most often: no space).
         offset += static_cast<std::uint64_t>(n);
         transferable_ += static_cast<std::uint64_t>(n);
         bytes = bytes.subspan(static_cast<std::size_t>(n));
     }
     if (transferable_ < kTransferBytes || in_scratch_) return;
-    // The transfer to the disk begins now, so that sync() has less to wait for; where it cannot
-    // begin, sync() waits for all of it.
+    // The transfer to disk begins now, so that sync() has less to wait for; if it cannot begin,
+    // sync() waits for all of it.
     sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
     transferable_ = 0;
 }
@@ -322,8 +322,8 @@ std::uint64_t bytesOnStandardOutput() {
 void commitAll(std::span<AtomicFile* const> files) {
     if (files.size() == 1) return files.front()->commit();
     AtomicFile::syncAll(files);
-    // The first file is renamed last, since it is the one that names the others.
-    std::size_t renamed = files.size();  // those from here on
+    // The first file is renamed last, since it names the others.
+    std::size_t renamed = files.size();  // files from this index on are renamed
     try {
         for (; renamed > 0; --renamed)
             files[renamed - 1]->publish();

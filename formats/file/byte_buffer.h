@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A buffer of bytes for somebody to fill, which a plain std::vector would set to zero first, and
-// how numbers are put into one.
+// Byte buffer without zero-initialisation, and raw storing of numbers.
 #pragma once
 
 #include <cstddef>
@@ -32,10 +31,10 @@ struct UnsetAllocator : std::allocator<T> {
     }
 };
 
-/// A vector of bytes; those that resize() adds are undefined.
+/// A vector of bytes; resize() leaves new bytes undefined.
 using ByteBuffer = std::vector<std::byte, UnsetAllocator<std::byte>>;
 
-/// Copies a number, or an array of them, to `out` as it lies in memory. Returns the end of the
+/// Copies a number, or an array of numbers, to `out` as it lies in memory. Returns the end of the
 /// copy.
 template <class T>
 std::byte* storeNumber(const T& number, std::byte* out) {

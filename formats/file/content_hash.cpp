@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// XXH64 for contents, FNV-1a for texts, and the line in which files carry an output hash.
+// Hashes: XXH64 for contents, FNV-1a for texts, and the line with an output hash in files.
 #include "formats/file/content_hash.h"
 
-#define XXH_INLINE_ALL  // one function is used, and no library need be loaded
+#define XXH_INLINE_ALL  // only one function is used, without loading a library
 #include <xxhash.h>
 
 #include <cstdio>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hashes: what tells one scene, or one set of options, from another, and how a hash stands in
-// files.
+// Hashes that distinguish scenes and sets of options, and their text form in files.
 #pragma once
 
 #include <array>
@@ -12,28 +11,28 @@
 
 namespace peeler {
 
-/// XXH64 (xxhash.com) of the bytes; `seed` is the hash of what came before them.
+/// Returns the XXH64 (xxhash.com) of the bytes; `seed` is the hash of the preceding bytes.
 std::uint64_t contentHash(std::span<const std::byte> bytes, std::uint64_t seed);
 
-/// XXH64, with seed 0, of bytes that are added piece after piece, however they are cut.
+/// A streaming XXH64 with seed 0; the result does not depend on how the bytes are split.
 class ContentHasher {
   public:
     ContentHasher();
     void add(std::span<const std::byte> bytes);
-    std::uint64_t value() const;  ///< of what was added so far
+    std::uint64_t value() const;  ///< of the bytes so far
 
   private:
     alignas(std::uint64_t) std::array<std::byte, 88> state_;  ///< XXH64_state_t
 };
 
-/// 64-bit FNV-1a of the text, as 16 hexadecimal digits.
+/// Returns the 64-bit FNV-1a of the text, as 16 hexadecimal digits.
 std::string hashText(const std::string& text);
-/// The value as 16 hexadecimal digits, lower case.
+/// Returns the value as 16 hexadecimal digits, lower case.
 std::string hexText(std::uint64_t value);
 
-/// Provenance::output_hash as it stands in flat images (ImageDescription) and pages (meta).
+/// Returns Provenance::output_hash as stored in flat images (ImageDescription) and pages (meta).
 std::string outputHashText(const std::string& hash);
-/// The inverse: the hash in a text, "" if there is none.
+/// The inverse: returns the hash in a text, "" if missing.
 std::string outputHashIn(std::string_view text);
 
 }  // namespace peeler

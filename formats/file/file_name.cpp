@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds the places for numbers in names, and holds the table of first bytes.
+// File names: number placeholders, and the table of first bytes.
 #include "formats/file/file_name.h"
 
 #include <algorithm>
@@ -18,15 +18,15 @@ namespace {
 constexpr std::size_t kLoneDigits = 4, kMostDigits = 16;
 constexpr char kFrameSign = '#', kViewSign = '@';
 
-/// A place for a number in a name.
+/// A placeholder for a number in a name.
 struct Token {
     std::size_t begin = 0, end = 0;
-    std::size_t digits = 0;        ///< at least so many
-    bool sign_takes_room = false;  ///< among the digits, as in printf
+    std::size_t digits = 0;        ///< minimum number of digits
+    bool sign_takes_room = false;  ///< counted as a digit, as in printf
 };
 
-/// The first token of a sign that begins at or after `from`, of frames also in printf's way; none
-/// if there is none.
+/// Finds the first token of a sign that begins at or after `from`, for frames also in printf's
+/// form; nothing if not found.
 std::optional<Token> findToken(const std::string& name, std::size_t from, char sign) {
     for (std::size_t i = from; i < name.size(); ++i) {
         if (name[i] == sign) {
@@ -34,7 +34,7 @@ std::optional<Token> findToken(const std::string& name, std::size_t from, char s
             return Token{i, end, end - i == 1 ? kLoneDigits : end - i, false};
         }
         if (name[i] != '%' || sign != kFrameSign) continue;
-        if (name[i + 1] == '%') {  // the terminating zero, at least, is there
+        if (name[i + 1] == '%') {  // at least the terminating zero exists
             ++i;
             continue;
         }
@@ -60,7 +60,7 @@ std::size_t nameBegin(const std::string& path) {
     return slash == std::string::npos ? 0 : slash + 1;
 }
 
-/// The path with a number in every place of its last component.
+/// Returns the path with the number in every placeholder of its last component.
 std::string numbered(const std::string& path, int number, char sign) {
     std::string result = path.substr(0, nameBegin(path));
     const std::string name = path.substr(result.size());
@@ -90,7 +90,7 @@ constexpr Magic kMagics[] = {
     {"#?RGBE"sv, FileKind::kHdr},
 };
 
-/// The text without byte order mark and white space, which JSON may begin with.
+/// Returns the text without byte order mark and white space, which may precede JSON.
 std::string_view withoutBlanks(std::string_view text) {
     if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
     text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
@@ -123,7 +123,7 @@ std::vector<int> framesThere(const std::string& path) {
     std::vector<int> numbers;
     const std::filesystem::path parent = std::filesystem::path(path).parent_path();
     for (const std::string& name : namesIn(parent.empty() ? "." : parent)) {
-        // Every row of digits may be the number: it is, if the name is made of it.
+        // Every run of digits may be the number: it is if it reproduces the name.
         std::size_t end = 0;
         for (std::size_t at = 0; (at = name.find_first_of(kDigits, end)) != std::string::npos;) {
             end = std::min(name.find_first_not_of(kDigits, at), name.size());

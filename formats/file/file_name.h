@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a file is, by its name or by how it begins; and where the numbers of frames and views go in
-// a name.
+// File names and kinds: detection by extension or first bytes, and number placeholders for frames
+// and views.
 #pragma once
 
 #include <cstdint>
@@ -11,37 +11,38 @@
 
 namespace peeler {
 
-/// The extension with its dot, A to Z as a to z, whatever the locale: ".exr" of "OUT.EXR".
+/// Returns the extension with its dot, in lower case (A to Z only, in any locale): ".exr" for
+/// "OUT.EXR".
 std::string lowerExtension(const std::filesystem::path& path);
 
-/// Whether a file name has a place for the frame's number: "####" or "%04d".
+/// Whether a file name has a placeholder for the frame number: "####" or "%04d".
 bool hasFrameToken(const std::string& path);
 
-/// The name with the frame's number in it: as many digits as there are '#' (a lone one stands for
-/// four), or as printf does for "%04d" and "%d"; "%%" is a '%'. A sign comes before the digits.
-/// Only the last component of the path is looked at.
+/// Returns the name with the frame number inserted: one digit per '#' (a lone one means four), or
+/// printf's for "%04d" and "%d"; "%%" is a '%'. A sign comes before the digits. Only the last
+/// component of the path is changed.
 std::string framePath(const std::string& path, int frame);
 
-/// The numbers, from 0 to 1,000,000,000 and rising, for which framePath() names something that is
-/// there; 0 if there is no place for a number, and something of that name is there. Throws Error
-/// (kOutput) where that cannot be told.
+/// Returns the numbers, from 0 to 1,000,000,000 in rising order, whose framePath() exists; {0} if
+/// there is no placeholder and the path exists. Throws Error (kOutput) where that cannot be
+/// determined.
 std::vector<int> framesThere(const std::string& path);
 
-/// Whether a file name has a place for the number of a view: "@@@@".
+/// Whether a file name has a placeholder for the view number: "@@@@".
 bool hasViewToken(const std::string& path);
 
-/// The name with the number of a view in it, from 0 on: as many digits as there are '@' (a lone one
-/// stands for four). Only the last component of the path is looked at.
+/// Returns the name with the view number (from 0) inserted: one digit per '@' (a lone one means
+/// four). Only the last component of the path is changed.
 std::string viewPath(const std::string& path, int view);
 
 enum class FileKind { kUnknown, kGltf, kExr, kPng, kJpeg, kTiff, kHdr, kSafetensors };
 
-/// Whether a file of so many bytes that begins with these (9 are enough) is a .safetensors: a
-/// length of 8 bytes, and a header of JSON that is as long and no longer than the format allows
-/// (100 MB).
+/// Whether a file of this size that begins with these bytes (9 are enough) is a .safetensors: an
+/// 8-byte length, and a JSON header of that length, within the file and the format's limit (100
+/// MB).
 bool isSafetensors(std::string_view begin, std::uint64_t size);
 
-/// The kind of a file by its first bytes. Throws Error (kInput) if the file cannot be read.
+/// Returns the kind of a file by its first bytes. Throws Error (kInput) if the file cannot be read.
 FileKind fileKind(const std::string& path);
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Starts a helper, waits for it, and says how it ended.
+// Helper process: start, wait, and result or error.
 #include "formats/file/helper_process.h"
 
 #include <spawn.h>
@@ -20,7 +20,7 @@
 namespace peeler {
 namespace {
 
-/// What the helper is started with: two files, no signal blocked, handled or ignored.
+/// The spawn settings of a helper: two files, no signal blocked, handled or ignored.
 class SpawnSettings {
   public:
     SpawnSettings(int in, int out) {
@@ -45,7 +45,7 @@ class SpawnSettings {
 
     const posix_spawn_file_actions_t* actions() const { return &actions_; }
     const posix_spawnattr_t* attributes() const { return &attributes_; }
-    /// What is wrong with them, as errno has it: without all of its files no helper may be started.
+    /// Returns the first error, as errno: no helper may be started without all of its files.
     int failure() const { return failure_; }
 
   private:
@@ -84,15 +84,15 @@ std::uint64_t microsecondsOf(const timeval& time) {
            static_cast<std::uint64_t>(time.tv_usec);
 }
 
-/// Waits for the end of the process. Throws what is wrong if a signal has ended it.
+/// Waits for the process to end. Throws Error (kInput or kMemory) if a signal has ended it.
 void waitFor(pid_t child, const HelperRun& run) {
     int status = 0;
     rusage used{};
     pid_t ended = 0;
     while ((ended = wait4(child, &status, 0, &used)) < 0 && errno == EINTR) {
     }
-    // A host that ignores SIGCHLD, or waits for all children, leaves nothing to be told: what the
-    // helper has written has to do.
+    // If the host ignores SIGCHLD, or waits for all children, no status is available; the helper's
+    // output must suffice.
     if (ended < 0) return;
     const std::uint64_t microseconds =
         microsecondsOf(used.ru_utime) + microsecondsOf(used.ru_stime);
@@ -118,7 +118,7 @@ void waitFor(pid_t child, const HelperRun& run) {
 }
 
 std::string takeText(SharedFile& result) {
-    constexpr std::uint64_t kMostOfMessage = 8192;  // an Error holds a little less
+    constexpr std::uint64_t kMostOfMessage = 8192;  // an Error holds slightly less
     const auto text = result.take<char>(kMostOfMessage);
     return {text.begin(), text.end()};
 }
@@ -132,7 +132,7 @@ SharedFile runHelper(const HelperRun& run, const SharedFile& request) {
     result.seek(0);
     const auto state = result.takeOne<HelperState>();
     if (state == HelperState::kDone) return result;
-    // An enumeration may hold any number; a decoder fails for want of memory or by its data.
+    // An enumeration may hold any number; a decoder can only fail by lack of memory or by its data.
     const auto kind = state == HelperState::kFailed ? result.takeOne<ErrorKind>() : ErrorKind();
     if (kind != ErrorKind::kInput && kind != ErrorKind::kMemory)
         throw Error(ErrorKind::kInput, "the decoder ends without a result on the data", "",

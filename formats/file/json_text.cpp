@@ -10,10 +10,10 @@
 namespace peeler {
 namespace {
 
-// Parsers and the destructors of JSON values recurse; extras of glTF are what nests deepest.
+// Parsers and destructors of JSON values recurse; glTF extras nest deepest.
 constexpr int kMaxJsonDepth = 200;
 
-constexpr std::size_t kMostOfProblem = 300;  ///< bytes of what the parser says
+constexpr std::size_t kMostOfProblem = 300;  ///< bytes of the parser's message
 
 template <class Json>
 Json parsed(std::string_view text, const std::string& where) {
@@ -23,7 +23,7 @@ Json parsed(std::string_view text, const std::string& where) {
         return Json::parse(text.begin(), text.end());
     } catch (const nlohmann::json::exception& problem) {
         // "[json.exception.parse_error.101] parse error at line 3, column 7: …; last read: '…'",
-        // and what was read last may be all of the file.
+        // where the last read text may be the whole file.
         std::string_view what = problem.what();
         if (const std::size_t end = what.find("] "); end != std::string_view::npos)
             what.remove_prefix(end + 2);
@@ -42,7 +42,7 @@ Json parsedOrNull(std::string_view text) {
     }
 }
 
-/// A text with the bytes that are no UTF-8 as \xNN.
+/// Returns a text with non-UTF-8 bytes as \xNN.
 std::string asUtf8(std::string_view text) {
     std::string result;
     for (std::size_t i = 0; i < text.size();) {
@@ -55,7 +55,7 @@ std::string asUtf8(std::string_view text) {
     return result;
 }
 
-/// Likewise all texts of a value.
+/// Applies asUtf8() to all texts of a value.
 template <class Json>
 Json asUtf8(const Json& value) {
     if (value.is_string())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds modules by the place of the code, and opens them.
+// Module locator: finds modules relative to the code, and opens them.
 #include "formats/file/module.h"
 
 #include <dlfcn.h>
@@ -17,13 +17,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where the executable or the shared library lies that this function is in.
+/// Returns the folder of the executable or shared library that holds this function.
 fs::path codeFolder() {
     std::error_code failure;
     Dl_info info{};
     void* extra = nullptr;
     if (dladdr1(reinterpret_cast<void*>(&codeFolder), &info, &extra, RTLD_DL_LINKMAP) != 0) {
-        // Of the executable the linker tells no path, but what the caller named it.
+        // The linker has no path for the executable, only the caller's name for it.
         const char* const library = static_cast<const link_map*>(extra)->l_name;
         if (library && *library != '\0') return fs::canonical(library, failure).parent_path();
     }
@@ -34,9 +34,8 @@ fs::path codeFolder() {
 
 fs::path moduleFile(const std::string& name) {
     const fs::path code = codeFolder();
-    // The first is where they lie in a build folder, an unpacked archive or a Python package, the
-    // second where they are installed with a program, the third where they are with a library in a
-    // folder of its architecture.
+    // In order: a build folder, an unpacked archive or a Python package; an installation with a
+    // program; a library in a folder of its architecture.
     const std::array<fs::path, 3> folders = {code / PEELER_MODULES,
                                              code.parent_path() / PEELER_MODULES, code / "peeler"};
     for (const fs::path& folder : folders)

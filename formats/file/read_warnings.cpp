@@ -9,7 +9,7 @@ namespace peeler {
 
 namespace {
 
-// A hostile file could cause one warning for each of its bytes.
+// A hostile file could cause one warning per byte.
 constexpr std::size_t kMost = 100, kMostOfSentence = 1000;
 
 }  // namespace

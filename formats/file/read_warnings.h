@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Warnings about content of an input file that is not shown as the file says.
+// Warnings about input file content that is not shown as the file specifies.
 #pragma once
 
 #include <cstddef>
@@ -12,23 +12,23 @@
 
 namespace peeler {
 
-/// The warnings of one file, for people: each sentence once, at most 100 of them. With `strict` the
-/// first one is an Error instead. Belongs to one thread.
+/// The warnings about one file, for people: each sentence once, at most 100. With `strict`, the
+/// first one is an Error instead. Not thread-safe.
 class ReadWarnings {
   public:
-    /// `file` is where a warning is from that names no place.
+    /// `file` is the place of warnings that name none.
     ReadWarnings(bool strict, std::string file) : strict_(strict), file_(std::move(file)) {}
 
     bool strict() const { return strict_; }
 
-    /// Adds a whole sentence; names of the file may stand in it as they are. Throws Error (kInput)
-    /// with the sentence and the place, a line or a JSON pointer, if `strict`.
+    /// Adds a whole sentence; names from the file may be included unescaped. If `strict`, throws
+    /// Error (kInput) with the sentence and the place (a line or a JSON pointer).
     void warn(const Text& sentence, const Text& where = {});
-    /// Adds the sentence. Throws `problem`, its cause, if `strict`.
+    /// Adds the sentence. If `strict`, throws `problem`, its cause.
     void warn(const Text& sentence, const Error& problem);
 
     const std::vector<Text>& sentences() const { return sentences_; }
-    /// Those that have come since it was last called.
+    /// Returns the warnings since the last call.
     std::vector<Text> take() {
         return {sentences_.begin() + std::exchange(taken_, std::ssize(sentences_)),
                 sentences_.end()};

@@ -11,7 +11,7 @@
 namespace peeler {
 namespace {
 
-/// So much may be taken before the resident memory is looked at again, which takes a moment.
+/// Bytes allowed between checks of the resident memory, which take a moment.
 constexpr std::uint64_t kUnseen = 1U << 20U;
 
 }  // namespace
@@ -25,7 +25,7 @@ ReadingMemory::ReadingMemory(MemoryBudget budget) : budget_(std::move(budget)) {
 
 void ReadingMemory::allow(std::uint64_t bytes, const std::string& where) {
     if (budget_ == 0 || (unseen_ += bytes) < kUnseen) return;
-    // What comes next may go unseen.
+    // The next kUnseen bytes may go unchecked.
     const std::uint64_t more = std::exchange(unseen_, 0) + kUnseen;
     checkReadingMemory(budget_, usedBytesWith(budget_, more), where);
 }

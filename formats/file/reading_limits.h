@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a file that is read may take: each asks before it allocates what the file's numbers say.
+// Memory limits for reading input: checked before each allocation whose size comes from the file.
 #pragma once
 
 #include <cstdint>
@@ -9,34 +9,34 @@
 
 namespace peeler {
 
-/// While input is read, for `where`: throws Error (kMemory) if `needed` bytes, of all that the
-/// process holds, are over the budget.
+/// Throws Error (kMemory), while reading input at `where`, if `needed`, the total bytes of the
+/// process, exceeds the budget.
 void checkReadingMemory(const MemoryBudget& budget, std::uint64_t needed, const std::string& where);
 
-/// What reading may take of a memory budget. Belongs to one thread.
+/// The memory budget for reading. Not thread-safe.
 class ReadingMemory {
   public:
     explicit ReadingMemory(MemoryBudget budget);
 
     const MemoryBudget& budget() const { return budget_; }
-    /// Called before something is allocated that a file can make large: throws Error (kMemory) if
-    /// so many bytes are not within the budget.
+    /// Throws Error (kMemory) if an allocation of this size exceeds the budget; must be called
+    /// before any allocation that a file can make large.
     void allow(std::uint64_t bytes, const std::string& where);
-    /// What is left of the budget, which there must be.
+    /// Returns the rest of the budget, which must be limited.
     std::uint64_t left() const;
 
   private:
     MemoryBudget budget_;
-    std::uint64_t unseen_ = 0;  ///< bytes allowed since the resident memory was looked at
+    std::uint64_t unseen_ = 0;  ///< bytes allowed since the resident memory was last checked
 };
 
-/// The bytes that all of one kind in a file may take together, whatever memory there is.
+/// A limit on the total bytes of one kind of data in a file, independent of available memory.
 class SizeLimit {
   public:
     /// `what` begins a sentence: "the geometry needs".
     SizeLimit(const char* what, std::uint64_t most) : what_(what), most_(most) {}
 
-    /// Throws Error (kInput) if there is no room for so many more.
+    /// Throws Error (kInput) if `more` bytes exceed the limit.
     void check(std::uint64_t more, const std::string& where) const;
     void take(std::uint64_t bytes, const std::string& where) {
         check(bytes, where);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opens, checks and reads a file by one descriptor, so that all three are of the same file.
+// Regular file access: opens, checks and reads by one descriptor, so that all three are of the same
+// file.
 #include "formats/file/regular_file.h"
 
 #include <fcntl.h>
@@ -16,7 +17,7 @@
 namespace peeler {
 namespace {
 
-/// What nobody can tell of a path, by the error of the system.
+/// Throws the Error for a path whose existence cannot be determined.
 [[noreturn]] void failToLook(const std::filesystem::path& path, int error, ErrorKind kind) {
     throw Error(kind, "it cannot be told what is there: " + std::string(std::strerror(error)),
                 path.string(),
@@ -25,14 +26,14 @@ namespace {
                                  : "check the disk");
 }
 
-/// Whether errors of this kind mean that nothing is there. (A name that is too long is nobody's.)
+/// Whether the error means that nothing exists there. (No file has a name that is too long.)
 bool meansNothing(int error) {
     return error == ENOENT || error == ENOTDIR || error == ENAMETOOLONG;
 }
 
 using Look = int (*)(const char* path, struct stat* status);
 
-/// Nothing where it cannot be told; then errno says why.
+/// Whether a path exists; nothing if unknown, with the cause in errno.
 std::optional<bool> look(const std::filesystem::path& path, Look how) {
     struct stat status {};
     int result = 0;
@@ -45,9 +46,9 @@ std::optional<bool> look(const std::filesystem::path& path, Look how) {
 
 constexpr char kNoPipes[] = "pipes and devices are not read; copy the data to a file";
 
-/// Opens for reading. O_NONBLOCK: a pipe that nobody writes to must not be waited for; what is not
-/// a regular file is closed again before anything is read. Of a regular file it matters only where
-/// another program holds a lease on it (fcntl(2), F_SETLEASE), which the kernel ends before long.
+/// Opens for reading. O_NONBLOCK avoids waiting for a pipe without a writer; anything but a regular
+/// file is closed again before it is read. For a regular file it matters only if another program
+/// holds a lease on it (fcntl(2), F_SETLEASE), which the kernel ends before long.
 int openToRead(const std::filesystem::path& path) {
     constexpr int kHow = O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
     constexpr int kMostWaits = 6000;  // a minute; /proc/sys/fs/lease-break-time is 45 s
@@ -142,7 +143,7 @@ RegularFile::~RegularFile() {
 }
 
 void RegularFile::check() const {
-    if (error_ == ENXIO)  // a socket, or a device that is not there
+    if (error_ == ENXIO)  // a socket, or a missing device
         throw Error(ErrorKind::kInput, "this is not a regular file", path_.string(), kNoPipes);
     if (error_ != 0) failToOpen(path_, error_);
     if (S_ISDIR(status_.st_mode))

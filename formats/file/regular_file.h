@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Says whether a file is there, and reads the bytes of a regular one, at once up to a limit, or in
-// parts. Whatever is read is opened here: nothing else is waited for or read without end
+// Reading of regular files: existence checks, and reads of whole files up to a limit, or of parts.
+// All input is opened here, so nothing waits on or endlessly reads anything else
 // (tests/doors_test.py).
 #pragma once
 
@@ -21,20 +21,20 @@
 
 namespace peeler {
 
-/// Opens /dev/null in the place of each standard stream that is closed: the next file would get its
-/// number, and what a library prints would go into that file. The mode is the contrary one: reading
-/// from standard input and writing to standard output stay errors (EBADF). Every program calls it
-/// first.
+/// Opens /dev/null in place of each closed standard stream: otherwise the next file would get its
+/// number, and a library's messages would go into that file. The mode is the opposite one, so that
+/// reading from standard input and writing to standard output stay errors (EBADF). Every program
+/// calls it first.
 inline void openStandardStreams() {
     for (int stream = STDIN_FILENO; stream <= STDERR_FILENO; ++stream) {
         if (fcntl(stream, F_GETFD) >= 0) continue;
-        // open() returns the lowest number that is free, which is this one.
+        // open() returns the lowest free number, which is this one.
         if (::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0) return;
     }
 }
 
-/// Returns a descriptor, moved to another number if it has a standard stream's: the host of the
-/// library may have closed those. −1 if it was −1, or no other number is free (errno says why).
+/// Returns a descriptor, moved to another number if it has a standard stream's: the library's host
+/// may have closed those. Returns −1 if it was −1, or no other number is free (see errno).
 inline int besideStandardStreams(int descriptor) {
     if (descriptor < 0 || descriptor > STDERR_FILENO) return descriptor;
     const int moved = fcntl(descriptor, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
@@ -44,51 +44,54 @@ inline int besideStandardStreams(int descriptor) {
     return moved;
 }
 
-/// Opens as open(2) does, once more where a signal interrupts that: network file systems let it;
-/// besideStandardStreams().
+/// Opens like open(2), retrying if a signal interrupts it, as network file systems allow; then
+/// applies besideStandardStreams().
 int openFile(const char* path, int flags, mode_t mode = 0);
 
-/// Whether there is such a file or folder, through symbolic links. Throws Error of `kind` where
-/// nobody can tell, for want of permission, in a circle of links, on a broken disk: what may be
-/// there must not be replaced or left out as if it were not.
+/// Whether a file or folder exists, through symbolic links. Throws Error of `kind` if that cannot
+/// be determined (missing permission, circular links, a broken disk): an existing file must not be
+/// replaced or skipped as if it were missing.
 bool fileExists(const std::filesystem::path& path, ErrorKind kind = ErrorKind::kInput);
-/// Likewise whether a name is taken, be it by a link that leads nowhere. Throws Error (kOutput).
+/// Whether a name is taken, even by a dangling link. Throws Error (kOutput) if that cannot be
+/// determined.
 bool isTaken(const std::filesystem::path& name);
-/// Whether fileExists() can say yes: for what is looked for in several places, or only reported.
+/// Whether fileExists() would return true, without throwing; for files searched for in several
+/// places, or only reported.
 bool isSeen(const std::filesystem::path& path);
-/// The names of all that is in a folder, in no order; none if there is no such folder. Throws Error
-/// (kOutput) if it cannot be listed.
+/// Returns the names of everything in a folder, unordered; empty if there is no such folder. Throws
+/// Error (kOutput) if it cannot be listed.
 std::vector<std::string> namesIn(const std::filesystem::path& folder);
 
-/// The bytes of a regular file (through symbolic links). Throws Error(kInput) with the path as
-/// `where` if there is none, it is something else (a folder, a pipe, a device), it is larger than
-/// `max_bytes`, or it cannot be read.
+/// Returns the bytes of a regular file (through symbolic links). Throws Error (kInput) with the
+/// path as `where` if it does not exist, is not a regular file (a folder, a pipe, a device), is
+/// larger than `max_bytes`, or cannot be read.
 std::vector<std::uint8_t> readRegularFile(const std::filesystem::path& path,
                                           std::uint64_t max_bytes);
-/// The same as a text.
+/// Like readRegularFile(), as text.
 std::string readRegularText(const std::filesystem::path& path,
                             std::uint64_t max_bytes = std::numeric_limits<std::uint64_t>::max());
 
-/// Throws the Error (kInput) that readRegularFile() throws for a file or folder that cannot be
-/// opened; `error` is a value of errno.
+/// Throws the Error (kInput) of readRegularFile() for a file or folder that cannot be opened;
+/// `error` is a value of errno.
 [[noreturn]] void failToOpen(const std::filesystem::path& path, int error);
 
-/// A regular file that is open for reading, whatever becomes of its name.
+/// A regular file open for reading, independent of later changes to its name.
 class RegularFile {
   public:
-    /// Of what is not there, is no regular file, or cannot be opened isOpen() is false.
+    /// Leaves isOpen() false if the path does not exist, is not a regular file, or cannot be
+    /// opened.
     explicit RegularFile(std::filesystem::path path);
     ~RegularFile();
     RegularFile(const RegularFile&) = delete;
     RegularFile& operator=(const RegularFile&) = delete;
 
     bool isOpen() const { return descriptor_ >= 0; }
-    /// Throws what readRegularFile() throws, unless it is open.
+    /// Throws like readRegularFile(), unless it is open.
     void check() const;
     int descriptor() const { return descriptor_; }  ///< −1 unless it is open
     std::uint64_t size() const { return static_cast<std::uint64_t>(status_.st_size); }
 
-    /// What a file of the same name does not share that has taken its place, or has changed.
+    /// The properties that differ if the file has been replaced or has changed.
     struct Identity {
         dev_t device = 0;
         ino_t inode = 0;
@@ -98,10 +101,10 @@ class RegularFile {
     };
     Identity identity() const;
 
-    /// Fills `bytes` from a place in it. False if they are not all there.
+    /// Fills `bytes` from offset `at`. Returns false unless all of them can be read.
     bool read(std::uint64_t at, std::span<char> bytes) const;
-    /// Likewise as far as the file goes; returns how many. Throws Error (kInput) if it cannot be
-    /// read.
+    /// Reads up to the end of the file; returns the number of bytes read. Throws Error (kInput) if
+    /// it cannot be read.
     std::size_t readSome(std::uint64_t at, std::span<char> bytes) const;
 
   private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How large a file will be, told before its first byte, and how much room its disk has.
+// Forecast of a file's size before its first byte, and free disk space.
 #pragma once
 
 #include <cstdint>
@@ -10,18 +10,18 @@
 
 namespace peeler {
 
-/// How sure a forecast is.
+/// The certainty of a forecast.
 enum class Certainty : std::uint8_t {
-    kExact,   ///< to the byte: what is not compressed, of rows that are counted
-    kAtMost,  ///< what is compressed takes no more
-    kAbout    ///< more or less: it depends on how somebody else's bytes are written again
+    kExact,   ///< to the byte: uncompressed data with a known number of rows
+    kAtMost,  ///< an upper bound: compressed data
+    kAbout    ///< an estimate: for instance, input bytes are re-encoded
 };
 
 struct SizeForecast {
     std::uint64_t bytes = 0;
     Certainty certainty = Certainty::kExact;
 
-    /// Several files together are as certain as the least certain one.
+    /// A sum is as certain as its least certain term.
     SizeForecast& operator+=(const SizeForecast& other) {
         bytes += other.bytes;
         if (other.certainty > certainty) certainty = other.certainty;
@@ -29,20 +29,20 @@ struct SizeForecast {
     }
 };
 
-/// A disk and what it has left.
+/// A disk and its free space.
 struct DiskSpace {
     std::uint64_t device = 0;  ///< the same for all files of one file system
-    std::uint64_t free = 0;    ///< bytes, for whoever runs this program (f_bavail of statvfs)
+    std::uint64_t free = 0;    ///< bytes available to this user (f_bavail of statvfs)
 };
 
-/// The disk that `file` will lie on: that of the nearest folder above it that is there, symbolic
-/// links followed. Nothing if the system does not tell.
+/// Returns the disk for `file`: that of the nearest existing folder above it, with symbolic links
+/// followed. Returns nothing if the system cannot provide it.
 std::optional<DiskSpace> diskSpaceOf(const std::filesystem::path& file);
 
-/// The most bytes that the header of an OpenEXR part takes; `ids` are named in it.
+/// Returns the maximum size of an OpenEXR part's header, which names `ids`.
 std::uint64_t exrHeaderBytes(const IdNames& ids);
-/// The most bytes that a chunk takes besides its pixels: its place in the offset table, numbers of
-/// part and row, and sizes; those of a deep chunk are longer than others.
+/// The maximum bytes per chunk besides its pixels: offset table entry, part and row numbers, and
+/// sizes; deep chunks have the longest.
 inline constexpr std::uint64_t kExrChunkBytes = 64;
 
 }  // namespace peeler

@@ -25,14 +25,14 @@ constexpr std::string_view kAbout = "json";
 
 using TarBlock = std::array<char, kTarBlock>;
 
-/// Where a field stands in a header.
+/// The position of a header field.
 struct TarField {
     std::size_t at, size;
 };
 constexpr TarField kTarName{0, 100}, kTarMode{100, 8}, kTarOwner{108, 8}, kTarGroup{116, 8},
     kTarSize{124, 12}, kTarDate{136, 12}, kTarChecksum{148, 8}, kTarType{156, 1}, kTarMagic{257, 8},
     kTarMajor{329, 8}, kTarMinor{337, 8}, kTarPrefix{345, 155};
-/// "ustar" with its zero, and the version "00".
+/// "ustar" with its zero, and version "00".
 constexpr std::string_view kUstar{
     "ustar\0"
     "00",
@@ -42,7 +42,7 @@ std::string_view fieldText(const TarBlock& block, TarField field) {
     return {block.data() + field.at, field.size};
 }
 
-/// Octal digits, as many as there is room for before a zero.
+/// Fills a field with octal digits and a final zero.
 void putOctal(TarBlock& block, TarField field, std::uint64_t value) {
     for (std::size_t i = field.size - 1; i-- > 0; value /= 8)
         block[field.at + i] = static_cast<char>('0' + value % 8);
@@ -59,7 +59,7 @@ std::optional<std::uint64_t> octalOf(std::string_view text) {
     return text.empty() ? std::optional<std::uint64_t>() : value;
 }
 
-/// The sum of all bytes, those of the checksum itself taken for spaces.
+/// Returns the sum of all bytes, with the checksum field taken as spaces.
 std::uint64_t checksumOf(const TarBlock& block) {
     std::uint64_t sum = kTarChecksum.size * ' ';
     for (std::size_t i = 0; i < block.size(); ++i)
@@ -80,7 +80,7 @@ TarBlock headerOf(const std::string& name, std::uint64_t size, std::time_t date)
     std::ranges::copy(kUstar, block.begin() + kTarMagic.at);
     putOctal(block, kTarMajor, 0);
     putOctal(block, kTarMinor, 0);
-    // Six digits, a zero, a space, as all programs write it.
+    // Six digits, a zero, a space, as in all programs.
     putOctal(block, {kTarChecksum.at, kTarChecksum.size - 1}, checksumOf(block));
     block[kTarChecksum.at + kTarChecksum.size - 1] = ' ';
     return block;
@@ -91,7 +91,7 @@ struct TarMember {
     std::uint64_t size = 0;
 };
 
-/// The member of a header as headerOf() writes it; nothing for any other block.
+/// Returns the member of a header written by headerOf(); nothing for any other block.
 std::optional<TarMember> memberOf(const TarBlock& block) {
     const std::string_view field = fieldText(block, kTarName);
     const std::string_view name = field.substr(0, field.find('\0'));
@@ -105,7 +105,7 @@ std::optional<TarMember> memberOf(const TarBlock& block) {
     return TarMember{std::string(name.substr(0, dot)), std::string(name.substr(dot + 1)), *size};
 }
 
-/// With its header, to the end of its last block.
+/// Returns the size of a member with its header, to the end of its last block.
 std::uint64_t tarBytes(std::uint64_t size) {
     return kTarBlock + (size + kTarBlock - 1) / kTarBlock * kTarBlock;
 }
@@ -119,7 +119,7 @@ void checkTarMember(const std::string& name, std::uint64_t size) {
                     "choose a smaller size, or fewer layers or channels");
 }
 
-/// reproducible-builds.org/specs/source-date-epoch.
+/// Returns the members' date (reproducible-builds.org/specs/source-date-epoch).
 std::time_t tarDate() {
     const char* const variable = std::getenv("SOURCE_DATE_EPOCH");
     if (!variable || !*variable) return 0;
@@ -131,8 +131,8 @@ std::time_t tarDate() {
     return static_cast<std::time_t>(seconds);
 }
 
-/// Appends a part of one file to another. False if it is not all there. Throws Error (kInput) if it
-/// cannot be read.
+/// Appends a part of one file to another. Returns false if it is not all there. Throws Error
+/// (kInput) if it cannot be read.
 bool appendPart(const RegularFile& from, std::uint64_t begin, std::uint64_t end, AtomicFile& to) {
     std::vector<char> bytes(std::min<std::uint64_t>(end - begin, std::uint64_t{1} << 20));
     while (begin < end) {
@@ -147,15 +147,15 @@ bool appendPart(const RegularFile& from, std::uint64_t begin, std::uint64_t end,
 
 }  // namespace
 
-/// A shard from earlier.
+/// A shard of an earlier run.
 struct TarShards::OldShard {
     std::string path;
     RegularFile::Identity identity{};
     std::uint64_t samples = 0;
-    std::uint64_t size = 0;               ///< of its samples
-    std::uint64_t left = 0;               ///< samples that have not been kept
+    std::uint64_t size = 0;               ///< bytes of its samples
+    std::uint64_t left = 0;               ///< samples not kept yet
     std::unique_ptr<RegularFile> file{};  ///< while it is open
-    bool replaced = false;                ///< its name is another one's, and it is there while open
+    bool replaced = false;                ///< a new shard has its name; exists only while open
 };
 
 TarShards::TarShards(std::string pattern, const ShardSettings& settings)
@@ -191,7 +191,7 @@ std::vector<std::string> TarShards::findExisting() {
     return bad;
 }
 
-/// The samples of a shard; null if it is not whole, or not as add() writes it.
+/// Reads the samples of a shard. Returns null if it is incomplete, or not in the layout of add().
 std::unique_ptr<TarShards::OldShard> TarShards::read(
     const std::string& path, std::vector<std::pair<std::string, OldSample>>& samples) {
     const RegularFile file(path);
@@ -199,13 +199,13 @@ std::unique_ptr<TarShards::OldShard> TarShards::read(
     const std::uint64_t end = file.size() - kTarEnd;
     TarBlock block{};
     OldSample sample;
-    std::string key;  // of a sample whose last member is still to come
+    std::string key;  // of a sample that is still incomplete
     std::uint64_t at = 0;
     while (at < end) {
         if (!file.read(at, block)) return {};
         const std::optional<TarMember> member = memberOf(block);
         if (!member || (!key.empty() && member->key != key)) return {};
-        const std::uint64_t next = at + tarBytes(member->size);  // a size has 36 bits at most
+        const std::uint64_t next = at + tarBytes(member->size);  // a size has at most 36 bits
         if (next > end) return {};
         key = member->key;
         if (member->extension != kAbout) {
@@ -274,7 +274,7 @@ TarShards::Stored TarShards::keep(const std::string& key) {
     ++count_;
     size_ += sample.end - sample.begin;
     if (--sample.shard->left == 0 && sample.shard->replaced) close(*sample.shard);
-    samples_.erase(key);  // what has one key is one sample
+    samples_.erase(key);  // one key is one sample
     return stored;
 }
 
@@ -288,7 +288,7 @@ TarShards::Stored TarShards::add(const std::string& key, const nlohmann::ordered
         std::string name;
         RegularFile file;
     };
-    std::deque<Input> inputs;  // none is moved
+    std::deque<Input> inputs;  // elements are never moved
     Stored stored;
     std::uint64_t bytes = tarBytes(text.size());
     const std::string about_name = key + '.' + std::string(kAbout);
@@ -331,7 +331,7 @@ TarShards::Stored TarShards::add(const std::string& key, const nlohmann::ordered
     return stored;
 }
 
-/// Ends the shard at hand if it is full without a sample of so many bytes.
+/// Ends the current shard if it has no room for a sample of this size.
 void TarShards::makeRoom(std::uint64_t bytes) {
     const bool full = count_ >= settings_.samples || size_ + bytes + kTarEnd > settings_.bytes;
     if (count_ == 0 || !full) return;
@@ -344,7 +344,7 @@ void TarShards::append(const std::string& name, std::uint64_t size) {
     file_->append(std::as_bytes(std::span(header)));
 }
 
-/// Begins the file of the shard at hand, with the samples that it has so far.
+/// Begins the current shard's file, with its samples so far.
 void TarShards::startFile() {
     const std::string name = nameOf(number_);
     if (!settings_.replaces && isTaken(name))
@@ -361,7 +361,7 @@ void TarShards::endShard(bool all) {
         broken_ = true;  // unless it is committed
         constexpr std::array<std::byte, kTarEnd> kZeros{};
         file_->append(kZeros);
-        // What has not been kept yet may go into a later shard.
+        // Samples not kept yet may go into a later shard.
         if (old && old->left > 0) opened(*old);
         file_->commit();
         broken_ = false;
@@ -377,7 +377,7 @@ void TarShards::endShard(bool all) {
 
 void TarShards::finish(bool all) {
     if (broken_)
-        file_.reset();  // it has a part of a sample
+        file_.reset();  // it has a partial sample
     else if (count_ > 0)
         endShard(all);
     broken_ = false;
@@ -388,7 +388,7 @@ std::string TarShards::surplus() const {
     try {
         there = framesThere(pattern_);
     } catch (const Error&) {
-        return "";  // all is written, and that of earlier runs is only told of
+        return "";  // everything is written, and an earlier run's shard is only reported
     }
     std::erase_if(there, [&](int number) { return number < number_; });
     return there.empty() ? "" : nameOf(there.front());
@@ -402,7 +402,7 @@ void TarShards::copy(OldShard& from, std::uint64_t begin, std::uint64_t end) {
     broken_ = false;
 }
 
-/// A few shards are open at once, however many there are.
+/// Returns the shard's open file. Only a few shards are open at once.
 RegularFile& TarShards::opened(OldShard& shard) {
     if (shard.file) return *shard.file;
     constexpr std::size_t kMostOpen = 16;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tar files of samples, as loaders of training data read them one after the other (webdataset).
+// Tar shards of training samples, read sequentially by data loaders (webdataset).
 #pragma once
 
 #include <cstdint>
@@ -21,69 +21,69 @@ namespace peeler {
 
 class RegularFile;
 
-/// When a shard is full.
+/// The limits of a shard.
 struct ShardSettings {
-    std::uint64_t samples = 100'000;  ///< that it has at most
-    /// The bytes that its file has at most, unless a lone sample is larger.
+    std::uint64_t samples = 100'000;  ///< maximum per shard
+    /// Maximum file size, unless a single sample is larger.
     std::uint64_t bytes = 3'000'000'000;
-    /// Whether a shard that is there may be replaced by another one.
+    /// Whether an existing shard may be replaced.
     bool replaces = true;
 };
 
-/// A file that becomes KEY.EXTENSION.
+/// A file to be stored as KEY.EXTENSION.
 struct SampleFile {
     std::string extension;  ///< without the dot behind the key: "png", "ldi.npz"
     std::filesystem::path file;
 };
 
-/// Writes samples, whole ones only, into shards, which are made in order and stand under their
-/// names when they are full, or at the end. A sample is the members KEY.png, … with one key, and
-/// KEY.json, which comes last: what is told of it, with the hash of what it was made of.
+/// A writer of complete samples into shards, which are created in order and published when they are
+/// full, or at the end. A sample is the members KEY.png, … with one key, and KEY.json, which comes
+/// last: its metadata, with the hash of its inputs.
 ///
 /// The format is ustar (IEEE Std 1003.1-2017, pax, "ustar Interchange Format"): regular files of
-/// mode 0644, owner and group 0 without names, the date that SOURCE_DATE_EPOCH says, else 0; two
-/// blocks of zeros at the end, and nothing behind them. So the same samples make the same bytes.
+/// mode 0644, owner and group 0 without names, the date from SOURCE_DATE_EPOCH, else 0; two blocks
+/// of zeros at the end, and nothing behind them. So the same samples produce the same bytes.
 ///
-/// Samples that are there from earlier may be kept: they are copied, and a shard of which all
-/// samples are kept, in their order, is not touched. Shards that are there are not trusted: what is
-/// not whole, or not as written here, counts for nothing.
+/// Samples of earlier runs may be kept: they are copied, and a shard is not touched if all its
+/// samples are kept in order. Existing shards are not trusted: incomplete ones, or ones in a
+/// different layout, are ignored.
 class TarShards {
   public:
-    /// `pattern`: framePath() makes a shard's name of it and its number, from 0 on. Writes nothing.
-    /// Throws Error (kUsage) if SOURCE_DATE_EPOCH is no date that a member can have.
+    /// `pattern`: framePath() turns it and the shard's number (from 0) into a name. Writes nothing.
+    /// Throws Error (kUsage) if SOURCE_DATE_EPOCH is not a valid date for a member.
     explicit TarShards(std::string pattern, const ShardSettings& settings = {});
     ~TarShards();
     TarShards(const TarShards&) = delete;
     TarShards& operator=(const TarShards&) = delete;
 
     struct Stored {
-        std::string shard;        ///< its file, which is there once it is whole
-        std::uint64_t bytes = 0;  ///< of the sample's files without KEY.json
+        std::string shard;        ///< its file, which exists once it is complete
+        std::uint64_t bytes = 0;  ///< of the sample's files, without KEY.json
     };
 
-    /// Looks through the shards that are there; to be called before anything else. Returns those
-    /// that count for nothing.
+    /// Scans the existing shards; must be called first. Returns the ignored ones.
     std::vector<std::string> findExisting();
-    /// Whether a sample is there from earlier; with a hash, whether it has that one.
+    /// Whether a sample exists from an earlier run; with a hash, whether it has that hash.
     bool contains(const std::string& key) const;
     bool contains(const std::string& key, std::string_view hash) const;
 
-    /// Appends a sample that contains(key). Throws Error (kOutput), and (kInput) if its shard has
-    /// changed since.
+    /// Appends an existing sample, for which contains(key). Throws Error (kOutput), and (kInput) if
+    /// its shard has changed since.
     Stored keep(const std::string& key);
     /// Appends a sample. `about` has its hash as "outputHash". Throws Error (kOutput), also for a
-    /// name of more than 100 bytes and a file of 8 GiB; (kUsage) if the shard is full and the
-    /// pattern has no place for the next one's number. Nothing of the sample is in a shard then.
+    /// name longer than 100 bytes or a file of 8 GiB or more; (kUsage) if the shard is full and the
+    /// pattern has no placeholder for the next number. In that case, no part of the sample is in a
+    /// shard.
     Stored add(const std::string& key, const nlohmann::ordered_json& about,
                std::span<const SampleFile> files);
 
-    /// Ends the last shard. If not `all` samples are there, because the run has failed, it appears
-    /// only if it has no fewer samples than the one that it would replace.
+    /// Ends the last shard. If not `all` samples were written because the run failed, publishes it
+    /// only if it has at least as many samples as the one it would replace.
     void finish(bool all = true);
-    /// A shard from earlier that stands behind the last one; "" if there is none.
+    /// Returns an earlier run's shard behind the last one; "" if no such shard exists.
     std::string surplus() const;
 
-    /// The name of a shard. Throws Error (kUsage) if it would be that of the first one.
+    /// Returns the name of a shard. Throws Error (kUsage) if it equals that of the first one.
     std::string nameOf(int number) const;
 
   private:
@@ -104,7 +104,7 @@ class TarShards {
     void append(const std::string& name, std::uint64_t size);
     RegularFile& opened(OldShard& shard);
     void close(OldShard& shard);
-    OldShard* oldShard() const;  ///< of the number at hand; null if there is none
+    OldShard* oldShard() const;  ///< with the current number; null if missing
     void checkUnbroken() const;
 
     std::string pattern_;
@@ -113,14 +113,14 @@ class TarShards {
 
     std::unordered_map<int, std::unique_ptr<OldShard>> old_;  ///< by number
     std::unordered_map<std::string, OldSample> samples_;      ///< by key
-    std::deque<OldShard*> open_;                              ///< a few, the latest last
+    std::deque<OldShard*> open_;                              ///< a few, the most recent last
 
-    // The shard at hand. As long as all its samples are kept, and those that the old shard begins
-    // with, it has no file.
+    // The current shard. It has no file as long as all its samples are kept and match the beginning
+    // of the old shard.
     int number_ = 0;
     std::uint64_t count_ = 0, size_ = 0;  ///< samples, and their bytes with headers
     std::unique_ptr<AtomicFile> file_;
-    bool broken_ = false;  ///< the file has a part of a sample, or could not be ended
+    bool broken_ = false;  ///< the file has a partial sample, or could not be finished
 };
 
 }  // namespace peeler

@@ -28,19 +28,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The paths that a signal handler must remove: fixed storage, since it may not allocate.
+/// A path that a signal handler must remove. Fixed storage, since the handler may not allocate.
 struct Slot {
     enum State : int { kFree, kChanging, kLiveFile, kLiveFolder };
     std::atomic<int> state{kFree};
     char path[PATH_MAX]{};
 };
 static_assert(std::atomic<int>::is_always_lock_free);
-constexpr std::size_t kSlots = 1024;       // many, for a file a layer
-constinit std::array<Slot, kSlots> slots;  // 4 MiB that cost nothing before they are used
+constexpr std::size_t kSlots = 1024;       // many, for one file per layer
+constinit std::array<Slot, kSlots> slots;  // 4 MiB, not committed before use
 
 constexpr std::string_view kMark = ".peeler-", kTemporary = ".tmp", kScratchBase = "samples";
 
-/// The name of this machine, with an underscore for what is neither a letter nor a digit.
+/// Returns this machine's name, with underscores for anything but letters and digits.
 const std::string& hostName() {
     static const std::string name = [] {
         char text[65] = {};
@@ -53,7 +53,7 @@ const std::string& hostName() {
     return name;
 }
 
-/// Whether the process that made a hidden file or folder is gone, which is so if its lock is.
+/// Whether the process that created a hidden file or folder is gone: its lock is gone too.
 bool isLeftover(int descriptor, std::string_view name) {
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return false;
     if (name.find(std::string(kMark) + hostName() + '-') != std::string_view::npos) return true;
@@ -64,18 +64,18 @@ bool isLeftover(int descriptor, std::string_view name) {
 
 /// Removes the files in an open folder; async-signal-safe, which opendir() is not.
 void emptyFolder(int folder) noexcept {
-    // As getdents64(2) fills it: glibc's dirent64 is the kernel's linux_dirent64.
+    // Filled by getdents64(2): glibc's dirent64 is the kernel's linux_dirent64.
     alignas(dirent64) char entries[4096];
     for (long size = 0; (size = syscall(SYS_getdents64, folder, entries, sizeof entries)) > 0;) {
         for (long at = 0; at < size;) {
             const auto* entry = reinterpret_cast<const dirent64*>(entries + at);
-            unlinkat(folder, entry->d_name, 0);  // "." and ".." are none of its files, and stay
+            unlinkat(folder, entry->d_name, 0);  // "." and ".." are not files, and stay
             at += entry->d_reclen;
         }
     }
 }
 
-/// Removes a folder and the files in it; async-signal-safe, too.
+/// Removes a folder and the files in it; async-signal-safe.
 void removeFolder(const char* path) noexcept {
     const int folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
     if (folder < 0) return;
@@ -94,7 +94,7 @@ void removeFolder(const char* path) noexcept {
 
 std::string hiddenName(std::string_view base) {
     static std::atomic<unsigned> counter{0};
-    // The name stays below the usual 255 bytes whatever the user's name is.
+    // The name stays below the usual 255 bytes, however long the base is.
     std::string name = ".";
     name.append(base.substr(0, 150)).append(kMark).append(hostName());
     name += '-' + std::to_string(getpid()) + '-' + std::to_string(counter++);
@@ -174,8 +174,8 @@ ScratchFolder::ScratchFolder(const fs::path& parent) {
         if (made) descriptor_ = openFile(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
         const int cause = errno;
         const bool is_open = descriptor_ >= 0;
-        // A process that removes leftovers at this very moment may have been faster than the lock;
-        // then the folder is gone.
+        // A process that is removing leftovers may have been faster than the lock; then the folder
+        // is gone.
         struct stat opened {
         }, there{};
         if (is_open && lockHidden(descriptor_) && fstat(descriptor_, &opened) == 0 &&
@@ -190,7 +190,7 @@ ScratchFolder::ScratchFolder(const fs::path& parent) {
 }
 
 ScratchFolder::~ScratchFolder() {
-    emptyFolder(descriptor_);  // by its descriptor: another may not be had
+    emptyFolder(descriptor_);  // by its descriptor, since opening another may fail
     rmdir(path_.c_str());
     close(descriptor_);
     forgetTemporary(place_);

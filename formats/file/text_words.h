@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words of a text and the numbers among them, for formats that put blanks between.
+// Word and number parsing for whitespace-separated text formats.
 #pragma once
 
 #include <algorithm>
@@ -11,12 +11,12 @@
 
 namespace peeler {
 
-/// As isspace() has it in the C locale.
+/// Whether isspace() holds in the C locale.
 constexpr bool isBlank(char c) {
     return c == ' ' || (c >= '\t' && c <= '\r');
 }
 
-/// Takes the next word off the text, with the blanks before it; "" if there is none.
+/// Removes the next word from the text, with the blanks before it; returns "" at the end.
 inline std::string_view takeWord(std::string_view& text) {
     std::size_t begin = 0;
     while (begin < text.size() && isBlank(text[begin]))
@@ -29,8 +29,8 @@ inline std::string_view takeWord(std::string_view& text) {
     return word;
 }
 
-/// Takes the next line off the text, without what ends it: a line feed, with a carriage return
-/// before it or not. The last line need not end.
+/// Removes the next line from the text and returns it without its end: a line feed, with or without
+/// a carriage return before it. The last line need not end.
 inline std::string_view takeLine(std::string_view& text) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     std::string_view line = text.substr(0, end);
@@ -39,7 +39,7 @@ inline std::string_view takeLine(std::string_view& text) {
     return line;
 }
 
-/// The text without blanks at its ends.
+/// Returns the text without leading and trailing blanks.
 inline std::string_view trimmed(std::string_view text) {
     while (!text.empty() && isBlank(text.front()))
         text.remove_prefix(1);
@@ -48,7 +48,7 @@ inline std::string_view trimmed(std::string_view text) {
     return text;
 }
 
-/// The text with a to z for A to Z, whatever the locale.
+/// Returns the text in lower case (A to Z only, in any locale).
 inline std::string lowerCase(std::string_view text) {
     std::string result(text);
     for (char& c : result)
@@ -56,8 +56,8 @@ inline std::string lowerCase(std::string_view text) {
     return result;
 }
 
-/// The number that a word is, decimal whatever the locale; "inf" and "nan" are numbers. Of floating
-/// point, what is nearer to 0 than the type can say is 0. Nothing if it is none, or is too large.
+/// Returns the value of a decimal number in any locale; "inf" and "nan" are numbers. Floating-point
+/// underflow gives 0. Returns nothing if the word is not a number, or is too large.
 template <class T>
 std::optional<T> numberIn(std::string_view word) {
     if (word.starts_with('+')) word.remove_prefix(1);
@@ -71,7 +71,7 @@ std::optional<T> numberIn(std::string_view word) {
     return {};
 }
 
-/// The line of a place in a text, from 1.
+/// Returns the line number of an offset in a text, from 1.
 inline std::size_t lineAt(std::string_view text, std::size_t place) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(place, text.size()));
     return 1 + static_cast<std::size_t>(std::count(text.begin(), end, '\n'));

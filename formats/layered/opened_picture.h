@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The choice of the reader of a picture by the content of its file: OpenEXR or arrays.
+// Choice of a picture's reader by file content: OpenEXR or arrays.
 #pragma once
 
 #include <memory>
@@ -11,11 +11,11 @@
 
 namespace peeler {
 
-/// Whether a file is a picture by its content: OpenEXR, or arrays that are no scene. Throws Error
+/// Whether a file's content is a picture: OpenEXR, or arrays that are not a scene. Throws Error
 /// (kInput) if it cannot be read.
 bool isPictureFile(const std::string& path);
 
-/// An open picture with what its headers say, by which it is decided how to read it.
+/// An open picture with its metadata, which decides how to read it.
 class OpenedPicture {
   public:
     /// Throws like OpenedExr and PictureArrays.
@@ -29,18 +29,17 @@ class OpenedPicture {
     friend std::unique_ptr<LayeredInput> openComposite(OpenedPicture opened);
 
     std::unique_ptr<OpenedExr> exr_;
-    std::unique_ptr<PictureArrays> arrays_;  ///< else
+    std::unique_ptr<PictureArrays> arrays_;  ///< if exr_ is null
 };
 
 /// Opens layered files in any layout, deep files, layers in arrays, and flat pictures of other
-/// programs as one layer. Throws Error (kInput) for what has no fragments to read (our own
-/// composites, too), `where` naming path and part, and (kUsage) for a part or view that is not
-/// there.
+/// programs as one layer. Throws Error (kInput) if there are no fragments to read (also for our own
+/// composites), with path and part as `where`, and (kUsage) for a missing part or view.
 std::unique_ptr<LayeredInput> openLayered(const std::string& path,
                                           const LayeredReadOptions& options = {});
 std::unique_ptr<LayeredInput> openLayered(OpenedPicture opened);
-/// Opens a composite of ours as pixels: one entry in each, of Z = +inf where there is no fragment.
-/// Of its layers the plan says their number alone. Throws Error (kInput) if it is none.
+/// Opens our composite as pixels: one entry per pixel, with Z = +inf where there is no fragment.
+/// The plan has only the number of its layers. Throws Error (kInput) if it is not one.
 std::unique_ptr<LayeredInput> openComposite(OpenedPicture opened);
 
 }  // namespace peeler
