@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Changes the JSON of a glTF file so that it names the baked values.
+// Baked vertex attributes and occlusion textures in a glTF file's JSON.
 #include "formats/gltf/baked_gltf.h"
 
 #include <cstring>
@@ -17,7 +17,7 @@ using nlohmann::ordered_json;
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr int kColorComponent = 5123, kValueComponent = 5126;  // unsigned short, float
 
-/// The bytes of as many elements as the file has vertices, 0 for those that the scene has not kept.
+/// Returns values for all vertices of the file's primitive, 0 for those the scene did not keep.
 template <class T>
 std::vector<std::uint8_t> bytesOfAll(const std::vector<T>& values, std::size_t a_vertex,
                                      const PrimitiveSource& source) {
@@ -38,7 +38,7 @@ class VertexValues {
     }
 
     void add() {
-        // The nodes of each mesh, those without values among them.
+        // The nodes of each mesh, with and without values.
         std::map<std::size_t, std::vector<std::size_t>> nodes_of;
         const ordered_json& nodes = package_.gltf().at("nodes");
         for (std::size_t i = 0; i < nodes.size(); ++i)
@@ -49,7 +49,7 @@ class VertexValues {
     }
 
   private:
-    using Values = std::vector<const BakedPrimitive*>;  ///< of all primitives, as a node shows them
+    using Values = std::vector<const BakedPrimitive*>;  ///< by primitive, as one node shows them
 
     const Values& valuesOf(std::size_t node) const {
         static const Values kNone;
@@ -63,8 +63,8 @@ class VertexValues {
                           [](const auto* one, const auto* other) { return *one == *other; });
     }
 
-    /// Gives the nodes that show a mesh their versions of it. Nodes without values keep the mesh
-    /// itself; if there are none, those with the first values do.
+    /// Assigns each node its version of the mesh. Nodes without values keep the mesh itself; if
+    /// every node has values, those with the first values do.
     void share(std::size_t mesh, const std::vector<std::size_t>& users) {
         struct Version {
             const Values* values;
@@ -113,7 +113,7 @@ class VertexValues {
                    values.source.vertices);
     }
 
-    /// The colours are those of the pose that was baked: targets displace them no more.
+    /// Removes colour displacements from morph targets: the colours are those of the baked pose.
     void stopColors(ordered_json& primitive, std::size_t vertices) {
         const auto targets = primitive.find("targets");
         if (targets == primitive.end()) return;
@@ -126,12 +126,12 @@ class VertexValues {
         }
     }
 
-    /// Encoders do not always say how many vertices come out (Khronos' own 2CylinderEngine). All
-    /// attributes of a primitive have to have as many.
+    /// Corrects accessor counts: encoders do not always declare the decoded vertex count (Khronos'
+    /// own 2CylinderEngine), but all attributes of a primitive must have the same count.
     void correctCounts(const ordered_json& primitive, std::size_t vertices) {
         for (const auto& [name, id] : primitive["extensions"][kDraco]["attributes"].items()) {
             const auto attribute = primitive["attributes"].find(name);
-            if (attribute == primitive["attributes"].end()) continue;  // nobody reads it
+            if (attribute == primitive["attributes"].end()) continue;  // never read
             ordered_json& accessor = package_.gltf()["accessors"].at(attribute->get<std::size_t>());
             if (!accessor.contains("bufferView")) accessor["count"] = vertices;
         }
@@ -152,7 +152,7 @@ void forEachPrimitive(ordered_json& gltf, const Body& body) {
             body(primitive);
 }
 
-/// The materials of a primitive's variants (KHR_materials_variants); null if it has none.
+/// Returns a primitive's variant materials (KHR_materials_variants), or null.
 ordered_json* mappingsOf(ordered_json& primitive) {
     const auto extensions = primitive.find("extensions");
     if (extensions == primitive.end()) return nullptr;
@@ -160,7 +160,7 @@ ordered_json* mappingsOf(ordered_json& primitive) {
     return variants == extensions->end() ? nullptr : &variants->at("mappings");
 }
 
-/// Calls body(index) for every material that a primitive names, in whichever variant.
+/// Calls body(index) for every material of a primitive, in any variant.
 template <class Body>
 void forEachMaterial(ordered_json& primitive, const Body& body) {
     if (const auto own = primitive.find("material"); own != primitive.end()) body(*own);
@@ -170,7 +170,7 @@ void forEachMaterial(ordered_json& primitive, const Body& body) {
         body(mapping.at("material"));
 }
 
-/// The materials of primitives that lack an attribute.
+/// Returns the materials of primitives that lack an attribute.
 std::set<std::size_t> materialsWithout(ordered_json& gltf, const std::string& attribute) {
     std::set<std::size_t> materials;
     forEachPrimitive(gltf, [&](ordered_json& primitive) {
@@ -182,7 +182,7 @@ std::set<std::size_t> materialsWithout(ordered_json& gltf, const std::string& at
     return materials;
 }
 
-/// Changes the JSON. What the values were made for must be there; if it is not, the file has been
+/// Applies a change to the JSON. If an object the values were baked for is missing, the file has
 /// changed since it was read.
 template <class Change>
 void changing(const Change& change) {
@@ -268,7 +268,7 @@ void addOcclusionTextures(GlbWriter& package, int uv_set, std::vector<BakedTextu
             forEachPrimitive(gltf, [&](ordered_json& primitive) {
                 if (!primitive.at("attributes").contains(uvs)) return;
                 if (fallback) {
-                    primitive.emplace("material", fresh);  // if it names none
+                    primitive.emplace("material", fresh);  // if it has no material
                     return;
                 }
                 forEachMaterial(primitive, [&](ordered_json& index) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Has one Draco-compressed mesh decoded by peeler_decode (formats/modules/draco_decoder.cpp).
+// Draco mesh decoding through the peeler_decode process (formats/modules/draco_decoder.cpp).
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -29,7 +29,7 @@ DracoMesh takeDracoMesh(SharedFile& result, std::span<const DracoAttribute> attr
     };
     DracoMesh mesh;
     mesh.points = result.takeOne<std::uint64_t>();
-    // Limits are counts of accessors, 2^53 at most: no product overflows.
+    // Limits are accessor counts, at most 2^53: no product overflows.
     checked(mesh.points > 0 && mesh.points <= limits.points);
     mesh.indices = result.take<std::uint32_t>(3 * limits.faces);
     checked(!mesh.indices.empty() && mesh.indices.size() % 3 == 0);

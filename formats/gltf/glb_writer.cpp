@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Moves buffers and images into one binary chunk.
+// The merging of buffers and images into one binary chunk.
 #include "formats/gltf/glb_writer.h"
 
 #include <array>
@@ -24,13 +24,13 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr std::uint64_t kMostContainerBytes = std::numeric_limits<std::uint32_t>::max();
-constexpr std::uint64_t kContainerAlignment = 4;  // of chunks, and of what an accessor can need
+constexpr std::uint64_t kContainerAlignment = 4;  // of chunks; the maximum an accessor needs
 
 std::uint64_t padded(std::uint64_t bytes) {
     return (bytes + kContainerAlignment - 1) / kContainerAlignment * kContainerAlignment;
 }
 
-/// How the formats begin that the images of glTF files have.
+/// Magic bytes of the image formats glTF allows.
 struct ImageMagic {
     std::size_t offset;
     std::string_view bytes;
@@ -42,7 +42,7 @@ constexpr ImageMagic kImageMagic[] = {
     {0, "DDS ", "image/vnd-ms.dds"}, {4, "ftypavif", "image/avif"},
 };
 
-/// The media type of an image; null if it is in none of these formats.
+/// Returns the media type of an image; null for other formats.
 const char* mimeTypeOf(std::span<const std::uint8_t> bytes) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     for (const ImageMagic& magic : kImageMagic)
@@ -51,7 +51,7 @@ const char* mimeTypeOf(std::span<const std::uint8_t> bytes) {
     return nullptr;
 }
 
-/// The array of that name in the root object, made if it is not there.
+/// Returns the root array of that name, created if missing.
 ordered_json& arrayIn(ordered_json& gltf, const char* name) {
     ordered_json& array = gltf[name];
     if (array.is_null()) array = ordered_json::array();
@@ -95,8 +95,8 @@ std::uint64_t GlbWriter::memory(const std::filesystem::path& path, const GltfOpt
     const std::vector<std::uint8_t> bytes = readRegularFile(path, options.max_file_bytes);
     ReadWarnings given_by_read_gltf(false, {});
     const GltfContainer container = splitGltfContainer(bytes, path.string(), given_by_read_gltf);
-    // The JSON is there as text, as it is checked, and as it is changed; data URIs are decoded,
-    // three bytes of four letters.
+    // The JSON exists as text, as the checked tree and as the edited tree. Data URIs are decoded,
+    // four letters to three bytes.
     std::uint64_t all = bytes.size() + 2 * parsedBytes(container.json);
     if (!container.binary) all += bytes.size() / 4 * 3;
     for (const std::filesystem::path& file : named) {
@@ -115,7 +115,7 @@ std::uint64_t GlbWriter::append(std::span<const std::uint8_t> bytes) {
     return start;
 }
 
-/// The bytes of a buffer of the source; none if it only marks the place of decompressed data.
+/// Returns the bytes of a source buffer; none for a placeholder of decompressed data.
 std::optional<std::span<const std::uint8_t>> GlbWriter::bufferBytes(
     const json& buffer, std::size_t index, std::optional<std::span<const std::uint8_t>> binary) {
     const std::string where = childPointer("/buffers", index);
@@ -130,7 +130,7 @@ std::optional<std::span<const std::uint8_t>> GlbWriter::bufferBytes(
         try {
             bytes = storage_.emplace_back(folder_.read(text, where + "/uri", given_by_read_gltf_));
         } catch (const Error&) {
-            if (isMeshoptFallback(buffer)) return {};  // readers get on without it
+            if (isMeshoptFallback(buffer)) return {};  // readers do not need it
             throw;
         }
     }
@@ -162,7 +162,7 @@ void GlbWriter::takeBuffers(const json& checked,
         }
     }
     ordered_json& buffers = json_["buffers"] = ordered_json::array();
-    buffers.push_back(std::move(merged));  // gets its length when it is written
+    buffers.push_back(std::move(merged));  // byteLength is set by write()
     for (ordered_json& placeholder : placeholders)
         buffers.push_back(std::move(placeholder));
     const auto views = json_.find("bufferViews");
@@ -176,7 +176,7 @@ void GlbWriter::takeBuffers(const json& checked,
     }
 }
 
-/// Makes `place`, which names a buffer and an offset in it, name those of the .glb.
+/// Redirects a reference to a buffer and offset to their place in the .glb.
 void GlbWriter::relocate(ordered_json& place) const {
     const auto buffer = place["buffer"].get<std::size_t>();
     if (!starts_[buffer]) {
@@ -195,7 +195,7 @@ void GlbWriter::takeImages() {
         std::size_t view;
         const char* mime_type;
     };
-    std::map<std::string, Place> known;  // files that several images name are read once
+    std::map<std::string, Place> known;  // files shared by several images are read once
     for (std::size_t i = 0; i < images->size(); ++i) {
         ordered_json& image = (*images)[i];
         if (!image.contains("uri")) continue;
@@ -214,7 +214,7 @@ void GlbWriter::takeImages() {
             }
             const char* mime_type = mimeTypeOf(bytes);
             if (!mime_type) {
-                if (!isDataUri(uri))  // else it travels with the JSON
+                if (!isDataUri(uri))  // a data URI stays in the JSON
                     warnings_.push_back("The image " + where +
                                         " is not taken in: it is in no format that glTF holds.");
                 continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A glTF file with all that belongs to it, open to additions, as one .glb.
+// Editable copy of a glTF file with its buffers and images, saved as one .glb.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@
 
 namespace peeler {
 
-/// The numbers of a new accessor; no min and max.
+/// Properties of a new accessor, without min and max.
 struct NewAccessor {
     int component_type = 5126;  ///< glTF's number; 5126 FLOAT, 5123 UNSIGNED_SHORT
     bool normalized = false;
@@ -27,41 +27,40 @@ struct NewAccessor {
     std::size_t count = 0;
 };
 
-/// Nothing of the source is interpreted that need not be, so nothing is lost: extras, unknown
-/// extensions, compressed data and the order of members stay. The buffers become one (placeholders
-/// for decompressed data stay behind it), images move into it, and all other indices stay as they
-/// are.
+/// A glTF file to edit and save as .glb. Interprets only the parts it has to, so extras, unknown
+/// extensions, compressed data and member order survive. Merges all buffers into one (placeholders
+/// for decompressed data stay behind it) and embeds the images; all other indices stay valid.
 class GlbWriter {
   public:
-    /// Reads the file and what its buffers and images name, in the same sandbox as readGltf, which
-    /// has to have accepted it before. Throws Error(kInput) as that does, and (kOutput) as soon as
-    /// the whole would pass the 4 GiB of a .glb. An image that cannot be taken in stays outside,
-    /// with a warning.
+    /// Reads the file and the files of its buffers and images, in the same sandbox as readGltf,
+    /// which must have accepted the file before. Throws Error (kInput) like readGltf, and Error
+    /// (kOutput) if the result would exceed the 4 GiB limit of a .glb. An image that cannot be
+    /// embedded stays external, with a warning.
     GlbWriter(const std::filesystem::path& path, const GltfOptions& options);
-    /// A glTF of a scene that was read from a file of another format (`path`): its nodes, meshes
-    /// and materials, with the numbers that they have. Textures are left out, with a warning.
+    /// Converts a scene that was read from a file of another format (`path`): its nodes, meshes and
+    /// materials, numerically unchanged. Textures are omitted, with a warning.
     GlbWriter(const std::filesystem::path& path, const Scene& scene);
     GlbWriter(const GlbWriter&) = delete;
     GlbWriter& operator=(const GlbWriter&) = delete;
 
-    /// Most bytes that one of a glTF holds until it is written, without what is added; `named` are
-    /// the files that it names. Reads the file. Throws like the constructor.
+    /// Returns the peak size in bytes of a writer for a glTF file until write(), without additions;
+    /// `named` are the external files it references. Reads the file. Throws like the constructor.
     static std::uint64_t memory(const std::filesystem::path& path, const GltfOptions& options,
                                 std::span<const std::filesystem::path> named);
-    /// Likewise of one of a scene of another format.
+    /// Returns the same for a scene of another format.
     static std::uint64_t memory(const Scene& scene);
 
     nlohmann::ordered_json& gltf() { return json_; }
     const std::vector<Text>& warnings() const { return warnings_; }
 
-    /// Add something and return its index. `target` is as in glTF 2.0 §5.11.5: 34962 = vertices.
+    /// Adds an object and returns its index. `target` is as in glTF 2.0 §5.11.5: 34962 = vertices.
     std::size_t addBufferView(std::vector<std::uint8_t> bytes, std::optional<int> target = {});
     std::size_t addAccessor(std::vector<std::uint8_t> bytes, const NewAccessor& accessor);
     std::size_t addImage(std::vector<std::uint8_t> bytes, const std::string& mime_type,
                          const std::string& name);
 
-    /// Writes the file as .glb (glTF 2.0 §4.4), whole or not at all. Throws Error (kOutput).
-    /// Nothing may be added afterwards.
+    /// Writes the .glb (glTF 2.0 §4.4) atomically. Throws Error (kOutput) if writing fails. Nothing
+    /// may be added afterwards.
     void write(const std::string& path);
 
   private:
@@ -78,11 +77,11 @@ class GlbWriter {
     std::string path_;
     GltfFolder folder_;
     nlohmann::ordered_json json_;
-    std::deque<std::vector<std::uint8_t>> storage_;  ///< what the spans point into
-    /// The parts of the binary chunk; each begins at a multiple of 4 bytes.
+    std::deque<std::vector<std::uint8_t>> storage_;  ///< owns the bytes of the spans below
+    /// Parts of the binary chunk; each starts at a multiple of 4 bytes.
     std::vector<std::span<const std::uint8_t>> parts_;
-    std::uint64_t size_ = 0;  ///< of all parts, padded
-    /// Of each buffer of the source: where it begins in the binary chunk; none if it is not there.
+    std::uint64_t size_ = 0;  ///< total of all parts, padded
+    /// By source buffer: its offset in the binary chunk; none if it was not embedded.
     std::vector<std::optional<std::uint64_t>> starts_;
     std::vector<std::size_t> placeholders_;  ///< of each buffer that is not there, its new index
     std::vector<Text> warnings_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds the bytes of an accessor, checks that they are there, and converts them.
+// Bounds-checked access to accessor data, and its conversion.
 #include "formats/gltf/gltf_accessor.h"
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace peeler {
 
-/// Elements of numbers in memory, of any alignment; no data = zeros.
+/// An array of numeric elements in memory, of any alignment; null data = zeros.
 struct AccessorSource {
     const std::uint8_t* data = nullptr;
     std::size_t stride = 0;
@@ -24,7 +24,7 @@ struct AccessorSource {
 
 namespace {
 
-// An accessor without a buffer view costs its author nothing, so its size needs a limit of its own.
+// An accessor without a buffer view takes no file bytes, so its count needs its own limit.
 constexpr std::size_t kMaxUnbackedCount = std::size_t{1} << 24U;
 
 std::string accessorPointer(int accessor) {
@@ -36,7 +36,7 @@ std::size_t componentBytes(int type) {
         tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(type)));
 }
 
-/// glTF 2.0 §3.6.2.2: the most negative integer maps to −1 too.
+/// Converts a normalised integer. glTF 2.0 §3.6.2.2: the most negative integer maps to −1 too.
 template <typename Integer>
 float normalized(Integer value) {
     return std::max(
@@ -52,7 +52,7 @@ Out converted(In value, bool normalize) {
 
 constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
 
-/// `target(i)` is the element of `out` that element i of the source goes to, or kNowhere.
+/// Copies elements. `target(i)` is the element of `out` for source element i, or kNowhere.
 template <typename In, typename Out, typename Target>
 void copyNumbers(const AccessorSource& source, std::size_t count, Out* out, const Target& target) {
     for (std::size_t i = 0; i < count; ++i) {
@@ -90,7 +90,7 @@ constexpr auto kSamePlace = [](std::size_t i) { return i; };
 
 }  // namespace
 
-/// The checked place of an accessor's elements, sparse substitution left aside.
+/// The checked elements of an accessor, before sparse substitution.
 struct AccessorReader::Elements : AccessorSource {
     std::size_t count = 0;
 };
@@ -197,7 +197,8 @@ void AccessorReader::applySparse(int accessor, ElementRange range, bool normaliz
         });
 }
 
-/// Whether the integers of an accessor are normalised. Throws if its numbers are not allowed.
+/// Whether an accessor's integers are normalised. Throws Error (kInput) if its format is not
+/// allowed.
 bool AccessorReader::isNormalized(int accessor, const AccessorFormat& format,
                                   const std::string& use) const {
     constexpr int kFloat = 5126;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the numbers of glTF accessors, checked: ranges, strides, types, normalised, sparse.
+// Checked reader of glTF accessors: ranges, strides, types, normalised, sparse.
 #pragma once
 
 #include <cstdint>
@@ -12,22 +12,22 @@
 
 namespace peeler {
 
-/// A component type as an attribute may have it, e.g. 5123 normalised.
+/// A component type as allowed for an attribute, e.g. 5123 normalised.
 struct ComponentFormat {
     int type;  ///< glTF's (and OpenGL's) number, 5120 BYTE … 5126 FLOAT
     bool normalized = false;
     bool operator==(const ComponentFormat&) const = default;
 };
 
-/// What an accessor must look like where it is used.
+/// The accessor format required by its use.
 struct AccessorFormat {
     std::initializer_list<int> components;  ///< e.g. {3, 4} for VEC3 or VEC4
     std::initializer_list<ComponentFormat> allowed;
-    /// The code of Khronos' validator for other components.
+    /// The Khronos validator's issue code for a wrong `normalized`.
     const char* issue = "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT";
 };
 
-/// Elements first … first + count − 1, all of which the accessor has.
+/// Elements first … first + count − 1, all within the accessor.
 struct ElementRange {
     std::size_t first = 0, count = 0;
 };
@@ -36,27 +36,27 @@ class AccessorReader {
   public:
     explicit AccessorReader(GltfDocument& document) : document_(document) {}
 
-    /// How many elements the accessor has, and how many numbers each of them has.
+    /// Return the number of elements, and of components per element.
     std::size_t count(int accessor) const;
     int components(int accessor) const;
 
-    /// The numbers of a range of elements, element after element, as floats; integers normalised
-    /// where the accessor says so (glTF 2.0 §3.6.2.2; KHR_mesh_quantization). An accessor that says
-    /// so of integers that must not be, or does not where they must, is read as they must, with a
-    /// warning. `use` is the JSON pointer of the reference: the `where` of the error if the format
-    /// is not allowed there.
-    /// Damage in the accessor itself is reported at its own pointer, before anything is allocated.
+    /// Returns a range of elements as floats, element by element; normalised integers are converted
+    /// (glTF 2.0 §3.6.2.2; KHR_mesh_quantization). Where `normalized` of an integer accessor
+    /// contradicts the allowed formats, the allowed value is used, with a warning. `use` is the
+    /// JSON pointer of the reference, the `where` of the error for a disallowed format. Damage in
+    /// the accessor itself is reported at its own pointer, before any allocation.
     std::vector<float> floats(int accessor, const AccessorFormat& format, ElementRange range,
                               const std::string& use) const;
 
-    /// The first `count` matrices of a MAT4 accessor of floats, each column after column.
+    /// Returns the first `count` matrices of a float MAT4 accessor, column-major.
     std::vector<float> matrices(int accessor, std::size_t count, const std::string& use) const;
 
-    /// A SCALAR accessor of unsigned integers. `max_value` becomes the largest number of its type.
+    /// Returns a SCALAR accessor of unsigned integers. Sets `max_value` to the largest value of the
+    /// component type.
     std::vector<std::uint32_t> indices(int accessor, const std::string& use,
                                        std::uint32_t& max_value) const;
 
-    /// The bytes of a buffer view. Throws if they are not all in the buffer.
+    /// Returns the bytes of a buffer view. Throws Error (kInput) if they exceed the buffer.
     std::span<const std::uint8_t> bufferView(int buffer_view) const;
 
   private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What glTF 2.0 demands beyond types and indices: versions, extensions, the node forest, cameras.
+// glTF 2.0 rules beyond types and indices: versions, extensions, the node forest, cameras.
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-// Real scenes nest tens of levels, a skeleton a hundred.
+// Real scenes nest tens of levels, a skeleton up to a hundred.
 constexpr std::size_t kMaxNodeDepth = 10000;
 
 bool isVersion2(const json& version, bool only_2_0) {
@@ -28,7 +28,7 @@ bool isVersion2(const json& version, bool only_2_0) {
     return only_2_0 ? text == "2.0" : text == "2" || text.rfind("2.", 0) == 0;
 }
 
-/// Turns a version that is written as a number, 2.0, into text.
+/// Converts a numeric version, 2.0, to a string.
 void readVersionNumber(json& asset, const char* name, ReadWarnings& warnings) {
     const auto found = asset.find(name);
     if (found == asset.end() || !found->is_number()) return;
@@ -38,7 +38,7 @@ void readVersionNumber(json& asset, const char* name, ReadWarnings& warnings) {
                   childPointer("/asset", name));
 }
 
-/// Fails with the first node of the ring that this node is in.
+/// Throws Error (kInput) for the lowest-numbered node of this node's cycle.
 [[noreturn]] void failRing(const std::vector<int>& parents, std::size_t node) {
     std::size_t first = node;
     for (auto next = static_cast<std::size_t>(parents[node]); next != node;
@@ -47,14 +47,14 @@ void readVersionNumber(json& asset, const char* name, ReadWarnings& warnings) {
     failGltf("the node is its own ancestor", childPointer("/nodes", first));
 }
 
-/// The member of an object that is an array; an empty array without it.
+/// Returns an array member of an object, or an empty array.
 const json& listOf(const json& object, const char* member) {
     static const json kNone = json::array();
     const auto found = object.find(member);
     return found == object.end() ? kNone : *found;
 }
 
-/// The parent of each node, −1 = none.
+/// Returns each node's parent, −1 = none.
 std::vector<int> parentsOf(const json& nodes) {
     std::vector<int> parents(nodes.size(), -1);
     for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -71,11 +71,11 @@ std::vector<int> parentsOf(const json& nodes) {
     return parents;
 }
 
-/// Following parents ends at a root, after not too many.
+/// Checks that every chain of parents ends at a root and is not too long.
 void checkDepths(const std::vector<int>& parents) {
     const std::size_t count = parents.size();
-    // Every chain of parents is walked once: where a node's depth is known, its parents' are.
-    std::vector<std::size_t> depths(count, 0);  // 1 = a root, 0 = not known yet
+    // Each chain is walked only once: a node of known depth has ancestors of known depth.
+    std::vector<std::size_t> depths(count, 0);  // 1 = root, 0 = not yet known
     std::vector<std::size_t> chain;
     for (std::size_t i = 0; i < count; ++i) {
         chain.clear();
@@ -96,10 +96,10 @@ void checkDepths(const std::vector<int>& parents) {
     }
 }
 
-/// What is known of a node: whether it, or one above it, is marked.
+/// Whether a node or one of its ancestors is marked, as far as known.
 enum class Mark : std::uint8_t { kUnknown, kMarked, kBelow, kFree };
 
-/// Whether a node is marked or below one that is; keeps the answer for all nodes on the way.
+/// Whether a node or one of its ancestors is marked; caches the answer for all nodes on the path.
 bool isMarked(const std::vector<int>& parents, std::vector<Mark>& marks, std::size_t first) {
     const auto markOf = [&](int node) -> Mark& { return marks[static_cast<std::size_t>(node)]; };
     int node = static_cast<int>(first);
@@ -111,8 +111,8 @@ bool isMarked(const std::vector<int>& parents, std::vector<Mark>& marks, std::si
     return answer == Mark::kBelow;
 }
 
-/// Checks the roots of the scene `where`, and marks them in `shown`. A node below another one is
-/// shown as a root, by its own transform alone, unless the scene shows it already.
+/// Checks the roots of the scene `where`, and marks them in `shown`. A listed node with a parent
+/// becomes a root with its own transform alone, unless the scene already shows it.
 void readRoots(json& roots, const std::string& where, const std::vector<int>& parents,
                std::vector<Mark>& shown, ReadWarnings& warnings) {
     std::vector<Mark> listed(parents.size(), Mark::kUnknown);
@@ -143,7 +143,7 @@ void readRoots(json& roots, const std::string& where, const std::vector<int>& pa
     roots = std::move(once);
 }
 
-/// Takes nodes that scenes list as roots from parents that no scene shows.
+/// Detaches nodes listed as roots from parents that no scene shows.
 void cutRoots(json& nodes, const std::vector<int>& parents, const std::vector<Mark>& listed) {
     std::vector<Mark> shown = listed;
     for (std::size_t i = 0; i < parents.size(); ++i) {
@@ -155,7 +155,7 @@ void cutRoots(json& nodes, const std::vector<int>& parents, const std::vector<Ma
     }
 }
 
-/// Adds the names in objects called "extensions", at any depth; extras are not glTF's.
+/// Collects the names in "extensions" objects at any depth; extras are not part of glTF.
 void addExtensions(const json& value, std::set<std::string>& names) {
     if (!value.is_structured()) return;
     for (const auto& [key, member] : value.items()) {
@@ -228,7 +228,7 @@ void checkGltfCameras(const tinygltf::Model& model) {
                 failGltf("the vertical field of view must be below pi radians, it is " +
                              std::to_string(lens.yfov),
                          where + "/yfov", "glTF gives angles in radians");
-            // 0 is tinygltf's "no far plane"; the schema check has refused a written 0.
+            // 0 means no far plane in tinygltf; the schema check has rejected an explicit 0.
             if (lens.zfar != 0 && lens.zfar <= lens.znear)
                 failGltf("zfar must be greater than znear", where + "/zfar");
         } else {
@@ -259,7 +259,7 @@ void checkGltfVersion(json& gltf, const std::string& path, ReadWarnings& warning
 
 void checkRequiredExtensions(const json& gltf, const std::vector<std::string>& ignored) {
     const auto required = gltf.find("extensionsRequired");
-    if (required == gltf.end() || !required->is_array()) return;  // the schema check says more
+    if (required == gltf.end() || !required->is_array()) return;  // the schema check reports it
     for (std::size_t i = 0; i < required->size(); ++i) {
         if (!(*required)[i].is_string()) continue;
         const std::string& name = (*required)[i].get_ref<const std::string&>();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes a .glb file apart, and parses the JSON of it or of a .gltf file.
+// The .glb container and the JSON of glTF files.
 #include "formats/gltf/gltf_container.h"
 
 #include <cstring>
@@ -38,7 +38,7 @@ std::uint32_t littleEndian32(std::span<const std::uint8_t> bytes, std::size_t of
 
 constexpr char kSceneHint[] = "a scene is a .gltf or .glb file";
 
-/// The text of a JSON object, a byte order mark aside.
+/// Returns the text of a JSON object without a byte order mark.
 std::string_view objectText(std::string_view text, const std::string& path) {
     if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
     const std::size_t begin = text.find_first_not_of(" \t\r\n");

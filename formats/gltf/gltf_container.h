@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes a .glb file apart, and parses the JSON of it or of a .gltf file.
+// The .glb container and the JSON of glTF files.
 #pragma once
 
 #include <cstdint>
@@ -14,25 +14,26 @@ namespace peeler {
 
 class ReadWarnings;
 
-/// The two chunks of a glTF file (glTF 2.0 §4.4); both point into the bytes they were taken from.
+/// The two chunks of a glTF file (glTF 2.0 §4.4); both point into the source bytes.
 struct GltfContainer {
     std::string_view json;
-    std::optional<std::span<const std::uint8_t>> binary;  ///< the BIN chunk, if there is one
+    std::optional<std::span<const std::uint8_t>> binary;  ///< the BIN chunk, if any
 };
 
 /// Whether the bytes begin with "glTF".
 bool isGlb(std::span<const std::uint8_t> bytes);
 
-/// The chunks of a .glb; of anything else all of it as JSON. Throws Error(kInput) with `path` as
-/// `where` if the container is damaged or of another version; oddities that do no harm become
-/// warnings.
+/// Splits a .glb into its chunks; any other file is JSON as a whole. Throws Error (kInput) with
+/// `path` as `where` if the container is damaged or of another version. Harmless irregularities
+/// become warnings.
 GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std::string& path,
                                  ReadWarnings& warnings);
 
-/// Parses the JSON of a glTF file, a byte order mark aside. Throws Error(kInput) with `path` as
-/// `where` if it is no JSON object, damaged, or nested deeper than any exporter writes.
+/// Parses the JSON of a glTF file, with or without a byte order mark. Throws Error (kInput) with
+/// `path` as `where` if it is not a JSON object, is damaged, or is nested deeper than any exporter
+/// writes.
 nlohmann::json parseGltfJson(std::string_view text, const std::string& path);
-/// Likewise, with the members of objects in the order in which they stand in the text.
+/// Parses the JSON and keeps the member order of the text.
 nlohmann::ordered_json parseOrderedGltfJson(std::string_view text, const std::string& path);
 
 }  // namespace peeler

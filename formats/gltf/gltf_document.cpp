@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the file, checks it, and hands tinygltf no more than it handles well.
+// Loading and checking of a glTF file; tinygltf gets only the parts it handles well.
 #include "formats/gltf/gltf_document.h"
 
 #include <algorithm>
@@ -25,7 +25,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Moves an array out of the root object; an empty one if it is not there.
+/// Moves an array out of the root object; returns an empty one if it is missing.
 json take(json& gltf, const char* name) {
     const auto found = gltf.find(name);
     if (found == gltf.end()) return json::array();
@@ -34,7 +34,7 @@ json take(json& gltf, const char* name) {
     return result;
 }
 
-/// Moves this member of every node out; null for those without.
+/// Moves this member out of every node; null for nodes without it.
 json takeFromNodes(json& gltf, const char* member) {
     json result = json::array();
     if (const auto nodes = gltf.find("nodes"); nodes != gltf.end()) {
@@ -47,7 +47,8 @@ json takeFromNodes(json& gltf, const char* member) {
     return result;
 }
 
-/// Functions that find no file. tinygltf takes all or none of them, and newer ones have one more.
+/// Returns callbacks that find no file. tinygltf takes all or none of them, and newer versions have
+/// one more.
 template <class Callbacks>
 Callbacks noFiles() {
     Callbacks files{};
@@ -65,23 +66,23 @@ Callbacks noFiles() {
     return files;
 }
 
-/// What malloc takes for so many bytes: a word more, in steps of two words, four at least (glibc).
+/// Returns malloc's block size: one word of overhead, in steps of two words, at least four (glibc).
 constexpr std::uint64_t allocated(std::uint64_t bytes) {
     constexpr std::uint64_t kWord = sizeof(void*), kStep = 2 * kWord;
     return std::max(2 * kStep, (bytes + kWord + kStep - 1) / kStep * kStep);
 }
 
-/// What text takes besides the string that it is in, which has room for 15 bytes.
+/// Returns the heap memory of a string, which stores up to 15 bytes inline.
 constexpr std::uint64_t textBytes(std::uint64_t size) {
     return size > 15 ? allocated(size + 1) : 0;
 }
 
-/// What so many elements take in a vector that has grown by doubling.
+/// Returns the memory of a vector that has grown by doubling.
 constexpr std::uint64_t grownBytes(std::uint64_t elements, std::uint64_t size) {
     return elements == 0 ? 0 : allocated(std::bit_ceil(elements) * size);
 }
 
-/// How many values there are in objects of that name, themselves included.
+/// Returns the number of values in objects of that name, including the objects.
 std::uint64_t valuesIn(const json& value, const char* name, bool inside = false) {
     std::uint64_t values = inside ? 1 : 0;
     if (!value.is_structured()) return values;
@@ -90,7 +91,7 @@ std::uint64_t valuesIn(const json& value, const char* name, bool inside = false)
     return values;
 }
 
-/// The bytes of all arrays of numbers in tinygltf's model.
+/// Returns the bytes of all numeric arrays in tinygltf's model.
 std::uint64_t numberBytes(const json& value) {
     if (!value.is_structured()) return 0;
     if (value.is_array() && !value.empty() && value.front().is_number())
@@ -101,8 +102,8 @@ std::uint64_t numberBytes(const json& value) {
     return bytes;
 }
 
-/// The bytes that tinygltf's model takes of what the arrays list, besides the texts of theirs. A
-/// vector that doubles exists once and a half for a moment.
+/// Returns the bytes of the listed arrays in tinygltf's model, without their strings. A vector that
+/// doubles takes one and a half times its size for a moment.
 std::uint64_t modelBytes(const json& gltf) {
     constexpr std::pair<const char*, std::uint64_t> kElements[] = {
         {"nodes", sizeof(tinygltf::Node)},
@@ -115,7 +116,7 @@ std::uint64_t modelBytes(const json& gltf) {
         {"scenes", sizeof(tinygltf::Scene)},
         {"bufferViews", sizeof(tinygltf::BufferView)},
     };
-    // An extension is a tree of values, which are members of maps or elements of vectors.
+    // An extension is a tree of values in maps or vectors.
     constexpr std::uint64_t kOfExtension = 2 * sizeof(tinygltf::Value);
     std::uint64_t bytes = kOfExtension * valuesIn(gltf, "extensions") + numberBytes(gltf);
     for (const auto& [name, size] : kElements) {
@@ -131,7 +132,7 @@ std::uint64_t modelBytes(const json& gltf) {
     return bytes;
 }
 
-/// Moves the indices of all primitives out, mesh by mesh.
+/// Moves the indices of all primitives out, grouped by mesh.
 std::vector<std::vector<int>> takeIndices(json& gltf) {
     std::vector<std::vector<int>> indices;
     const auto meshes = gltf.find("meshes");
@@ -146,7 +147,7 @@ std::vector<std::vector<int>> takeIndices(json& gltf) {
     return indices;
 }
 
-/// Erases members of a name from objects, in arrays and objects of these, too.
+/// Erases all members of this name, at any depth.
 void eraseAll(json& value, const char* name) {
     if (value.is_object()) value.erase(name);
     if (value.is_structured())
@@ -155,22 +156,22 @@ void eraseAll(json& value, const char* name) {
 }
 
 tinygltf::Model parseModel(json gltf, GltfDocument& document, const std::string& path) {
-    // tinygltf reads and decodes whatever buffers and images name, in the current folder too, wants
-    // a buffer view for every index accessor, gives up where an animation or a light is odd, and
-    // takes ten times the memory for extras that nobody asks it for. It never sees any of these:
-    // the arrays have been taken out before, and the rest is taken out here.
+    // tinygltf reads and decodes all buffers and images, even from the current folder, requires a
+    // buffer view for every index accessor, fails on unusual animations or lights, and takes ten
+    // times the memory for unused extras. It never sees any of these: the arrays have been removed
+    // before, the rest is removed here.
     gltf.erase("extensions");
     eraseAll(gltf, "extras");
     const std::vector<std::vector<int>> indices = takeIndices(gltf);
     const std::uint64_t of_model = modelBytes(gltf);
     const std::string text = dumpJson(std::exchange(gltf, {}));
-    // Texts are both in tinygltf's JSON and, without their keys, in its model.
+    // Strings exist both in tinygltf's JSON and, without their keys, in its model.
     document.memory.allow(of_model + parsedBytes(text) + text.size(), path);
     if (text.size() > std::numeric_limits<unsigned int>::max())
         throw Error(ErrorKind::kInput, "the JSON has more than 4 GiB", path,
                     "move the data URIs to files of their own");
     tinygltf::TinyGLTF parser;
-    // Nothing in the text makes it open a file; these callbacks make sure.
+    // Nothing in the text makes it open a file; these callbacks guarantee it.
     parser.SetFsCallbacks(noFiles<tinygltf::FsCallbacks>());
     tinygltf::Model model;
     std::string problems, remarks;
@@ -222,8 +223,8 @@ void readBuffers(GltfDocument& document, const json& buffers, const GltfContaine
         if (!isMeshoptFallback(buffers[i])) readBuffer(document, buffers, i, container);
 }
 
-/// Decodes the compressed views. Where that fails, the view's own bytes stand in for it, if there
-/// are any and options.strict is off.
+/// Decodes the compressed views. If one fails, its uncompressed fallback is used if there is one
+/// and options.strict is off.
 void decompressViews(GltfDocument& document, const json& views, const json& buffers,
                      const GltfContainer& container, const GltfOptions& options) {
     for (const MeshoptProblem& problem : decodeMeshoptViews(views, document, options)) {
@@ -234,7 +235,7 @@ void decompressViews(GltfDocument& document, const json& views, const json& buff
             try {
                 readBuffer(document, buffers, buffer, container);
             } catch (const Error&) {
-                throw problem.error;  // it is the cause
+                throw problem.error;  // the cause
             }
         }
         if (document.buffers[buffer].empty()) throw problem.error;
@@ -258,7 +259,7 @@ void listImages(GltfDocument& document, const json& images) {
     }
 }
 
-/// Lists the files that buffers and images name.
+/// Collects the files of buffers and images.
 void listFiles(GltfDocument& document, const json& buffers, const json& images) {
     std::set<std::string> uris;
     for (const json* owners : {&buffers, &images})
@@ -282,8 +283,8 @@ std::uint64_t parsedBytes(std::string_view text) {
     constexpr std::uint64_t kObject = allocated(sizeof(json::object_t));
     constexpr std::uint64_t kMember = allocated(kTreeNode + sizeof(json::object_t::value_type));
     std::uint64_t bytes = 0, largest = 0, longest = 0;
-    std::vector<std::uint64_t> elements;  // of what is open, as many as are followed by another
-    std::size_t quote = text.npos;        // where the string that is open begins
+    std::vector<std::uint64_t> elements;  // per open array or object: elements before a comma
+    std::size_t quote = text.npos;        // start of the open string
     for (std::size_t i = 0; i < text.size(); ++i) {
         const char c = text[i];
         if (c == '"') {
@@ -297,7 +298,7 @@ std::uint64_t parsedBytes(std::string_view text) {
         } else if (c == ',' && !elements.empty()) {
             ++elements.back();
         } else if (c == ':') {
-            bytes += kMember - kText;  // its key is in it
+            bytes += kMember - kText;  // the member includes its key
         } else if (c == '{' || c == '[') {
             bytes += c == '[' ? kArray : kObject;
             elements.push_back(0);
@@ -357,7 +358,7 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     json gltf = parseGltfJson(container.json, name);
     checkGltfVersion(gltf, name, document.warnings);
     checkRequiredExtensions(gltf, options.ignored_extensions);
-    // To check millions of nodes that there is no room for would take seconds.
+    // Checking millions of nodes that do not fit in memory would take seconds.
     if (const auto nodes = gltf.find("nodes"); nodes != gltf.end() && nodes->is_array())
         document.memory.allow(nodes->size() * (sizeof(tinygltf::Node) + sizeof(Node)), name);
     checkGltfSchema(gltf);
@@ -373,7 +374,7 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     document.node_extras = takeFromNodes(gltf, "extras");
     document.variants = readVariantNames(gltf);
     const json views = gltf.value("bufferViews", json::array());
-    // The rest is written once more, into a text that doubles.
+    // The rest is serialised once more, into a string that doubles.
     document.memory.allow(2 * container.json.size(), name);
     document.model = parseModel(std::move(gltf), document, name);
     checkGltfCameras(document.model);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Draco-compressed primitives of a glTF file (KHR_draco_mesh_compression).
+// Draco-compressed primitives of a glTF file (KHR_draco_mesh_compression).
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
@@ -22,7 +22,7 @@ namespace {
 constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
 constexpr int kTriangles = 4, kTriangleStrip = 5;
 
-/// An attribute of a primitive: its name, the id in the Draco data, the accessor that describes it.
+/// A compressed attribute: its name, its id in the Draco data, and the accessor that describes it.
 struct Attribute {
     std::string name;
     std::uint32_t unique_id = 0;
@@ -33,7 +33,7 @@ struct Attribute {
     }
 };
 
-/// What is decoded together; primitives with equal requests share the result.
+/// The inputs of one decoding; primitives with equal requests share the result.
 struct Request {
     int buffer_view = -1;
     std::vector<Attribute> attributes;
@@ -52,8 +52,8 @@ struct DracoJob {
     std::string where;  ///< of the first primitive's extension object
     DracoMesh mesh;
     std::optional<Error> problem;
-    std::map<std::string, int> accessors;  ///< new ones, by attribute
-    int indices = -1;                      ///< a new accessor
+    std::map<std::string, int> accessors;  ///< new accessors, by attribute
+    int indices = -1;                      ///< new accessor
 };
 
 class DracoReader {
@@ -83,7 +83,7 @@ class DracoReader {
             std::vector<tinygltf::Primitive>& primitives = document_.model.meshes[i].primitives;
             for (std::size_t j = 0; j < primitives.size(); ++j) {
                 const auto extension = primitives[j].extensions.find(kDracoExtension);
-                // Without positions the primitive is left out anyway.
+                // Without positions the primitive is skipped anyway.
                 if (extension == primitives[j].extensions.end() ||
                     !primitives[j].attributes.contains("POSITION"))
                     continue;
@@ -114,7 +114,7 @@ class DracoReader {
         request.position = primitive.attributes.at("POSITION");
         request.mode = primitive.mode;
         const tinygltf::Value& ids = extension.Get("attributes");
-        // Compressed attributes that the primitive does not name describe nothing that could be
+        // Compressed attributes that the primitive does not list have no accessor and cannot be
         // drawn.
         for (const auto& [name, index] : primitive.attributes)
             if (ids.Has(name))
@@ -129,13 +129,13 @@ class DracoReader {
             request.indices >= 0 ? accessor(request.indices).count : points;
         const std::uint64_t strip = corners < 2 ? 0 : corners - 2;
         const std::uint64_t faces = request.mode == kTriangles ? corners / 3 : strip;
-        // Encoders drop degenerate triangles, and do not always say how many vertices come out
-        // (Khronos' own 2CylinderEngine: 2012 in an accessor, 2019 in the data): what is there
-        // counts. There cannot be more vertices than corners.
+        // Encoders drop degenerate triangles, and do not always declare the vertex count (Khronos'
+        // own 2CylinderEngine: 2012 in an accessor, 2019 in the data), so the decoded count is
+        // used. There cannot be more vertices than triangle corners.
         return {faces, std::max(points, 3 * faces), dracoSeconds(faces)};
     }
 
-    /// Returns the bytes that come out of all jobs together.
+    /// Checks the size of all results and returns their total in bytes.
     std::uint64_t checkSizes() const {
         SizeLimit limit("the decompressed geometry needs", options_.max_geometry_bytes);
         for (const DracoJob& job : jobs_) {
@@ -148,7 +148,7 @@ class DracoReader {
                                static_cast<std::uint64_t>(tinygltf::GetNumComponentsInType(
                                    static_cast<std::uint32_t>(info.type)));
             }
-            // Counts are at most 2^53 (schema): in double, since the product could wrap.
+            // In double, because the product of counts up to 2^53 (schema) could wrap.
             const double needed =
                 12.0 * static_cast<double>(limits.faces) +
                 static_cast<double>(point_bytes) * static_cast<double>(limits.points);
@@ -159,12 +159,12 @@ class DracoReader {
         return limit.taken();
     }
 
-    /// What decoding all jobs may take, in microseconds: four times what meshes take whose every
-    /// byte is worth its most. Any number of primitives may share these bytes, and each of them
-    /// could take its time.
+    /// Returns the total CPU time limit in microseconds: four times the time of the most expensive
+    /// meshes in that many distinct bytes. Primitives may share the same bytes, and each could use
+    /// its own time limit.
     std::uint64_t mostTime() const {
         constexpr std::uint64_t kFirst = 500'000, kEach = 20'000, kByte = 64;
-        std::map<const std::uint8_t*, std::size_t> sizes;  // by where the bytes begin
+        std::map<const std::uint8_t*, std::size_t> sizes;  // by the start of the bytes
         for (const DracoJob& job : jobs_) {
             const tinygltf::BufferView& view =
                 document_.model.bufferViews[static_cast<std::size_t>(job.request.buffer_view)];
@@ -179,9 +179,9 @@ class DracoReader {
         return microseconds;
     }
 
-    /// What a decoder may take of the memory budget, of which `decoded` bytes are spoken for.
+    /// Returns the memory limit per decoder; `decoded` bytes of the budget are reserved.
     std::uint64_t mostMemory(std::uint64_t decoded) const {
-        constexpr std::uint64_t kLeast = 32U << 20U;  // to begin, and to say that it is too little
+        constexpr std::uint64_t kLeast = 32U << 20U;  // to start, and to report a failure
         if (document_.memory.budget() == 0) return std::numeric_limits<std::uint64_t>::max();
         std::uint64_t left = document_.memory.left();
         left -= std::min(left, decoded);
@@ -189,9 +189,8 @@ class DracoReader {
         return std::max(left / at_once, kLeast);
     }
 
-    /// Decodes all jobs. Throws the first problem, by job, that no fallback excuses. What comes
-    /// after it is not decoded any more: each of thousands of hostile primitives could take its
-    /// time.
+    /// Decodes all jobs. Throws the first problem, in job order, that has no fallback. Later jobs
+    /// are then skipped: each of thousands of hostile primitives could use its full time limit.
     void decodeAll(std::uint64_t decoded) {
         const AccessorReader accessors(document_);
         most_microseconds_ = mostTime();
@@ -243,7 +242,7 @@ class DracoReader {
         }
     }
 
-    /// Adds an accessor to bytes that the document keeps from now on, and returns its index.
+    /// Adds an accessor to bytes that the document keeps from now on. Returns its index.
     int addAccessor(std::vector<std::uint8_t> bytes, tinygltf::Accessor info) {
         document_.decoded_views.resize(document_.model.bufferViews.size());
         tinygltf::BufferView view;
@@ -266,7 +265,7 @@ class DracoReader {
                 addAccessor(std::move(job.mesh.attributes[i]), std::move(info));
         }
         tinygltf::Accessor info;
-        info.sparse = {};  // tinygltf leaves its numbers unset
+        info.sparse = {};  // tinygltf leaves it uninitialised
         info.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
         info.type = TINYGLTF_TYPE_SCALAR;
         info.count = job.mesh.indices.size();
@@ -286,7 +285,7 @@ class DracoReader {
     void replace(tinygltf::Primitive& primitive, const DracoJob& job) {
         if (job.problem) {
             std::string why = job.problem->what();
-            if (why.ends_with('.')) why.pop_back();  // libdraco's own words
+            if (why.ends_with('.')) why.pop_back();  // libdraco's own message
             document_.warn("The uncompressed data stands in for that of " + job.where + ": " + why +
                            ".");
             return;
@@ -300,9 +299,9 @@ class DracoReader {
     GltfDocument& document_;
     const GltfOptions& options_;
     std::uint64_t most_microseconds_ = 0, most_bytes_ = 0;
-    std::atomic<std::uint64_t> microseconds_ = 0;  ///< of processor time, taken so far
+    std::atomic<std::uint64_t> microseconds_ = 0;  ///< CPU time used so far
     std::vector<DracoJob> jobs_;
-    std::vector<std::pair<tinygltf::Primitive*, std::size_t>> primitives_;  ///< and their jobs
+    std::vector<std::pair<tinygltf::Primitive*, std::size_t>> primitives_;  ///< and job indices
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of glTF extensions: what is supported, and what is lost where one is ignored.
+// Table of glTF extensions: the supported ones, and the effects of ignoring others.
 #include <algorithm>
 
 #include "formats/gltf/gltf_reader.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes data URIs, and finds and reads files inside a folder.
+// Data URI decoding, and the sandboxed file access of GltfFolder.
 #include "formats/gltf/gltf_files.h"
 
 #include <algorithm>
@@ -25,7 +25,8 @@ int hexDigit(char c) {
     return -1;
 }
 
-/// A '%' without two hexadecimal digits stands for itself: exporters forget to encode it.
+/// Decodes percent-encoding. A '%' without two hexadecimal digits is kept: exporters forget to
+/// encode it.
 std::string percentDecoded(std::string_view text) {
     std::string result;
     result.reserve(text.size());
@@ -43,7 +44,8 @@ std::string percentDecoded(std::string_view text) {
     return result;
 }
 
-/// RFC 3986 §3.1: a letter, then letters, digits, '+', '-', '.', up to a colon.
+/// Whether the URI has a scheme (RFC 3986 §3.1): a letter, then letters, digits, '+', '-', '.', up
+/// to a colon.
 bool hasScheme(std::string_view uri) {
     if (uri.empty() || !std::isalpha(static_cast<unsigned char>(uri[0]))) return false;
     const auto end = std::find_if(uri.begin(), uri.end(), [](unsigned char c) {
@@ -59,7 +61,7 @@ bool startsWithIgnoringCase(std::string_view text, std::string_view prefix) {
            });
 }
 
-/// The path without links and dots. A lack of memory is no error of the file's.
+/// Returns the canonical path. Out of memory is not the file's fault, so it is thrown.
 fs::path resolved(const fs::path& path, std::error_code& error) {
     fs::path result = fs::weakly_canonical(path, error);
     if (error == std::errc::not_enough_memory) throw std::bad_alloc();
@@ -77,7 +79,7 @@ std::vector<std::uint8_t> decodeBase64(std::string_view text, const std::string&
             "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
         for (std::size_t i = 0; i < alphabet.size(); ++i)
             table[static_cast<unsigned char>(alphabet[i])] = static_cast<std::int8_t>(i);
-        table['-'] = 62;  // RFC 4648 §5, which some exporters use
+        table['-'] = 62;  // RFC 4648 §5, used by some exporters
         table['_'] = 63;
         return table;
     }();
@@ -101,7 +103,7 @@ std::vector<std::uint8_t> decodeBase64(std::string_view text, const std::string&
     return result;
 }
 
-/// A name without quotes around it, with slashes for backslashes.
+/// Returns the name without quotes and with slashes for backslashes.
 std::string withSlashes(std::string_view name) {
     if (name.size() >= 2 && name.front() == '"' && name.back() == '"')
         name = name.substr(1, name.size() - 2);
@@ -110,13 +112,13 @@ std::string withSlashes(std::string_view name) {
     return result;
 }
 
-/// Whether it begins with a drive of Windows, "C:/", which RFC 3986 would have as a scheme.
+/// Whether it begins with a Windows drive, "C:/", which RFC 3986 would parse as a scheme.
 bool hasDrive(std::string_view name) {
     return name.size() > 2 && std::isalpha(static_cast<unsigned char>(name[0])) && name[1] == ':' &&
            (name[2] == '/' || name[2] == '\\');
 }
 
-/// The path of a URI, percent-decoded; nothing of a scheme that is no file's.
+/// Returns the path of a URI, percent-decoded; nothing for schemes other than file.
 std::optional<std::string> pathOf(std::string_view uri) {
     if (startsWithIgnoringCase(uri, "file:")) {
         uri.remove_prefix(5);
@@ -156,23 +158,23 @@ GltfFolder::GltfFolder(const fs::path& scene_file, std::uint64_t max_file_bytes,
     if (error) failToOpen(scene_file, error.value());
 }
 
-/// A name as a scene has it.
+/// A file name in a scene.
 struct GltfFolder::Named {
     std::string shown;  ///< for messages
     std::string name;   ///< a path
-    std::string from;   ///< the folder from which it leads
+    std::string from;   ///< the folder it is relative to
 
     fs::path whole() const { return hasDrive(name) ? fs::path(name) : fs::path(from) / name; }
 };
 
 struct GltfFolder::Found {
-    fs::path file;                   ///< without links and dots; empty: it may not be read
-    std::optional<Error> problem{};  ///< why
-    std::string in_place{};          ///< the name in the folder, if it is not the scene's own
+    fs::path file;                   ///< canonical; empty if it may not be read
+    std::optional<Error> problem{};  ///< the reason
+    std::string in_place{};          ///< the replacement's name in the folder, if any
 };
 
-/// Where a name leads from the folder, there or not. Throws Error (kInput) without `where` if it
-/// may not be read.
+/// Returns the path of a name relative to the folder, existing or not. Throws Error (kInput)
+/// without `where` if access is not allowed.
 fs::path GltfFolder::allowed(const fs::path& name) const {
     const auto refuse = [](const std::string& why) {
         throw Error(ErrorKind::kInput, why, "",
@@ -186,8 +188,7 @@ fs::path GltfFolder::allowed(const fs::path& name) const {
     };
     if (name.empty() || name.native().find('\0') != std::string::npos)
         refuse("it is not a file name");
-    // Without leave it is not even asked whether the file is there: that alone can mount what is
-    // far away.
+    // Without permission, not even its existence is checked: that alone can mount remote folders.
     if (name.is_absolute() || hasDrive(name.native())) refuseOutside("it is an absolute path");
     if (*name.lexically_normal().begin() == "..")
         refuseOutside("\"..\" leads out of the scene's folder");
@@ -200,20 +201,20 @@ fs::path GltfFolder::allowed(const fs::path& name) const {
     return file;
 }
 
-/// The names in a folder of this one, each under itself in lower case.
+/// Returns the names in a subfolder, keyed by their lower case.
 const GltfFolder::Listing& GltfFolder::listing(const fs::path& folder) const {
     const auto [known, is_new] = listings_.try_emplace(folder);
     if (!is_new) return known->second;
     try {
         for (std::string& name : namesIn(allowed(folder)))
             known->second.emplace(lowerCase(name), std::move(name));
-    } catch (const Error&) {  // a link leads out, or it cannot be listed
+    } catch (const Error&) {  // a link leads out, or the folder cannot be listed
     }
     return known->second;
 }
 
-/// The name of a regular file in the folder by a relative name without "..", in the case of letters
-/// that the disk has.
+/// Returns the regular file in the folder for a relative name without "..", with the case of
+/// letters on disk.
 std::optional<fs::path> GltfFolder::present(const fs::path& name) const {
     fs::path found = ".";
     for (const fs::path& component : name) {
@@ -231,8 +232,8 @@ std::optional<fs::path> GltfFolder::present(const fs::path& name) const {
     return {};
 }
 
-/// The file in the folder that has the longest end of a name's path: first where the name leads
-/// from, then in the folder itself.
+/// Returns the file in the folder that matches the longest trailing part of a name's path: relative
+/// to the name's own folder first, then to the scene's.
 std::optional<fs::path> GltfFolder::withSameEnd(const Named& named) const {
     constexpr std::size_t kMostComponents = 16;
     std::vector<fs::path> components;

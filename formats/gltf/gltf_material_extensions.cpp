@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The extensions of glTF materials, a function and a row of a table each.
+// glTF material extensions, one function and one table row each.
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr float kNoLimit = std::numeric_limits<float>::max();
 
-/// One extension's object, member by member; absent ones leave the target alone.
+/// The members of an extension object; missing ones leave the target unchanged.
 class Members {
   public:
     Members(const tinygltf::Value& object, std::string where, GltfDocument& document,
@@ -176,7 +176,7 @@ void readMaterialExtensions(const tinygltf::Material& source, const std::string&
             Members(*extension, where + "/extensions/" + reader.name, document, read_texture),
             material);
     }
-    // Textures that nothing multiplies need not be decoded.
+    // Textures with a zero factor need not be decoded.
     Material none;
     if (material.clearcoat.factor == 0) material.clearcoat = none.clearcoat;
     if (material.sheen.color == glm::vec3(0)) material.sheen = none.sheen;

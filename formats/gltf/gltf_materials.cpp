@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// glTF materials and the textures that they use.
+// glTF materials and their textures.
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
@@ -19,8 +19,8 @@
 namespace peeler {
 namespace {
 
-/// Reads an array of numbers; without it `numbers` keeps what it holds. The schema check has seen
-/// types and lengths.
+/// Reads a numeric array; if missing, `numbers` is unchanged. Types and lengths were checked
+/// against the schema.
 template <std::size_t n>
 void readNumbers(const tinygltf::Value& object, const char* name, std::array<double, n>& numbers) {
     if (!object.Has(name)) return;
@@ -29,8 +29,8 @@ void readNumbers(const tinygltf::Value& object, const char* name, std::array<dou
         numbers[i] = array.Get(static_cast<int>(i)).GetNumberAsDouble();
 }
 
-/// The matrix of KHR_texture_transform: translation · rotation · scale. Angles count
-/// counter-clockwise as seen in the picture, whose v points down.
+/// Returns the matrix of KHR_texture_transform: translation · rotation · scale. Angles are
+/// counter-clockwise in the picture, whose v points down.
 glm::mat3 textureTransform(const tinygltf::Value& extension) {
     std::array<double, 2> offset = {0, 0}, scale = {1, 1};
     readNumbers(extension, "offset", offset);
@@ -105,7 +105,7 @@ class MaterialReader {
         return out;
     }
 
-    /// A factor, clamped to what §5.19 and §5.22 allow, 0 to 1. Others would make alpha, and so
+    /// Clamps a factor to 0–1, the range of §5.19 and §5.22. Other values would make alpha, and so
     /// composites, meaningless.
     float factor(double value, const std::string& where) {
         if (value < 0 || value > 1)
@@ -115,7 +115,7 @@ class MaterialReader {
         return static_cast<float>(std::clamp(value, 0.0, 1.0));
     }
 
-    /// `Info` is one of tinygltf's three kinds of texture reference.
+    /// Converts a texture reference; `Info` is one of tinygltf's three types for it.
     template <typename Info>
     TextureRef texture(const Info& info, const std::string& where) {
         TextureRef out;
@@ -140,8 +140,8 @@ class MaterialReader {
         return out;
     }
 
-    /// The image in a format that we decode, as its place in scene.images. An extension's goes
-    /// before the core one, which is then its fallback.
+    /// Returns the index in scene.images of the image in a format we decode. An extension's image
+    /// takes precedence over the core one, which becomes its fallback.
     int imageOf(const tinygltf::Texture& source, const std::string& where) {
         for (const char* name : {"EXT_texture_webp", "KHR_texture_basisu"})
             if (const auto* extension = findExtension(source.extensions, name);
@@ -166,7 +166,7 @@ class MaterialReader {
         return -1;
     }
 
-    /// The place of an image in scene.images, which holds used images only.
+    /// Returns an image's index in scene.images, which holds used images only.
     int sceneImage(int image, int fallback = -1) {
         int& place = places_[static_cast<std::size_t>(image)];
         if (place < 0) {
@@ -194,15 +194,15 @@ class MaterialReader {
         return document_.readUri(source.uri, where + "/uri");
     }
 
-    /// A used image, or what is wrong with it.
+    /// A decoded image, or the reason for the failure.
     struct Decoded {
         DecodedTexture texture;
         std::optional<Error> problem;
     };
 
-    /// Decodes the used images from `first` on.
+    /// Decodes the used images, starting with index `first`.
     void decodeFrom(std::size_t first) {
-        // Reading is in order, since the hash depends on it; decoding is where the time goes.
+        // Files are read in order, since the hash depends on it; the slow part is decoding.
         decoded_.resize(used_images_.size());
         std::vector<std::span<const std::uint8_t>> bytes(used_images_.size());
         for (std::size_t i = first; i < used_images_.size(); ++i) {
@@ -235,7 +235,7 @@ class MaterialReader {
 
     void decodeImages() {
         decodeFrom(0);
-        // Only now is known which fallbacks are needed.
+        // The required fallbacks are known only after decoding.
         const std::size_t count = used_images_.size();
         std::vector<int> stand_ins(count, -1);
         for (std::size_t i = 0; i < count; ++i)
@@ -278,7 +278,7 @@ class MaterialReader {
                 }
     }
 
-    /// What glTF says of colours goes before what the file says of itself.
+    /// Warns if the file's colour space contradicts the material's use, which takes precedence.
     void checkColors(std::size_t used, bool srgb) {
         const std::optional<bool> stored = decoded_[used].texture.srgb;
         if (stored && *stored != srgb)
@@ -296,10 +296,10 @@ class MaterialReader {
     GltfDocument& document_;
     const GltfOptions& options_;
     Scene& scene_;
-    std::vector<int> used_images_;  ///< the document's numbers, in the order of first use
-    std::vector<int> fallbacks_;    ///< for each of those, the document's number, −1 = none
-    std::vector<Decoded> decoded_;  ///< likewise
-    std::vector<int> places_;       ///< for each of the document's images, where it stands there
+    std::vector<int> used_images_;  ///< document indices in order of first use
+    std::vector<int> fallbacks_;    ///< by used image: document index of its fallback, −1 = none
+    std::vector<Decoded> decoded_;  ///< by used image
+    std::vector<int> places_;       ///< by document image: index in used_images_
 };
 
 }  // namespace

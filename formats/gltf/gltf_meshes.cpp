@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// glTF meshes to the scene's: vertex attributes, indices, topology.
+// Conversion of glTF meshes: vertex attributes, indices, topology.
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
@@ -19,8 +19,8 @@ namespace {
 constexpr int kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsignedShort = 5123,
               kFloat = 5126;
 
-// glTF 2.0 §3.7.2.1, and beyond it KHR_mesh_quantization. Positions of the latter's types are read
-// without the extension's name, too: there is only one way to understand them.
+// glTF 2.0 §3.7.2.1 extended by KHR_mesh_quantization. The latter's position types are accepted
+// even if the extension is not declared, since they are unambiguous.
 const AccessorFormat kPosition = {{3},
                                   {{kFloat},
                                    {kByte},
@@ -35,7 +35,7 @@ const AccessorFormat kNormal = {{3}, {{kFloat}, {kByte, true}, {kShort, true}}};
 const AccessorFormat kTangent = {{4}, {{kFloat}, {kByte, true}, {kShort, true}}};
 const AccessorFormat kTexcoord = {
     {2}, {{kFloat}, {kByte, true}, {kUnsignedByte, true}, {kShort, true}, {kUnsignedShort, true}}};
-/// Where the file names KHR_mesh_quantization: other integers are coordinates as they stand.
+/// With KHR_mesh_quantization declared: unnormalised integers are used unscaled.
 const AccessorFormat kQuantizedTexcoord = {{2}, kPosition.allowed};
 const AccessorFormat kColor = {{3, 4}, {{kFloat}, {kUnsignedByte, true}, {kUnsignedShort, true}}};
 const AccessorFormat kJoints = {{4}, {{kUnsignedByte}, {kUnsignedShort}}};
@@ -48,7 +48,7 @@ const AccessorFormat kColorDisplacement = {
 
 constexpr const char* kQuantization = "KHR_mesh_quantization";
 
-/// Calls body(array) for every array that has an element a vertex, or none.
+/// Calls body(array) for every per-vertex array; arrays may be empty.
 template <class SomePrimitive, class Body>
 void forEachVertexArray(SomePrimitive& primitive, const Body& body) {
     body(primitive.positions);
@@ -88,7 +88,7 @@ class PrimitiveReader {
           where_(std::move(where)),
           budget_(budget) {}
 
-    /// Reads the primitive; false if it draws nothing.
+    /// Reads the primitive; returns false if it draws nothing.
     bool read(Primitive& out) {
         const auto position = source_.attributes.find("POSITION");
         if (position == source_.attributes.end()) {
@@ -124,8 +124,8 @@ class PrimitiveReader {
   private:
     using Attributes = std::map<std::string, int>;
 
-    /// The numbers of an attribute in `from`, whose JSON pointer is `where`; none if it has no such
-    /// attribute.
+    /// Returns the values of an attribute of `from`, whose JSON pointer is `where`; empty if
+    /// missing.
     std::vector<float> numbers(const Attributes& from, const std::string& where,
                                const std::string& name, const AccessorFormat& format,
                                int& components) {
@@ -137,12 +137,12 @@ class PrimitiveReader {
                          " elements, POSITION has " + std::to_string(vertex_count_),
                      use);
         components = accessors_.components(found->second);
-        // An accessor without data costs its author nothing, and may be named many times.
+        // An accessor without data takes no file bytes, and may be referenced many times.
         least_bytes_ +=
             used_.count * static_cast<std::uint64_t>(components) * sizeof(std::uint16_t);
         budget_.check(least_bytes_,
                       childPointer("/accessors", static_cast<std::size_t>(found->second)));
-        // Twice: as numbers and as what is made of them.
+        // Twice: as raw floats and in the primitive.
         document_.memory.allow(
             2 * used_.count * static_cast<std::size_t>(components) * sizeof(float), use);
         std::vector<float> values = accessors_.floats(found->second, format, used_, use);
@@ -182,7 +182,7 @@ class PrimitiveReader {
                                                                     : kQuantizedTexcoord;
     }
 
-    /// COLOR_0 in `from`; `missing` stands in for an alpha that it lacks.
+    /// Returns COLOR_0 of `from`; a missing alpha is taken from `missing`.
     std::vector<glm::vec4> colors(const Attributes& from, const std::string& where,
                                   const AccessorFormat& format, const glm::vec4& missing) {
         int components = 4;
@@ -199,7 +199,7 @@ class PrimitiveReader {
         document_.warn("The attribute " + place + ' ' + what + '.', place);
     }
 
-    /// Mends what shading takes for granted, and says so.
+    /// Repairs values that shading relies on, with warnings.
     void mend(Primitive& out) {
         constexpr const char* kNotUnit =
             "has vectors that are not of unit length (ACCESSOR_VECTOR3_NON_UNIT); they are scaled "
@@ -218,8 +218,8 @@ class PrimitiveReader {
                    "(ACCESSOR_WEIGHTS_NON_NORMALIZED); they are scaled");
     }
 
-    /// Warns of attributes that glTF does not define, and of JOINTS_n and WEIGHTS_n whose number
-    /// does not follow on from the sets that were read.
+    /// Warns of attributes that glTF does not define, and of JOINTS_n and WEIGHTS_n with
+    /// non-consecutive numbers.
     void checkNames(const Attributes& attributes, const std::string& where,
                     std::size_t joint_sets) {
         for (const auto& [name, accessor] : attributes) {
@@ -246,7 +246,7 @@ class PrimitiveReader {
                 throw Error(ErrorKind::kInput,
                             "there are joints without weights, or weights without joints",
                             where_ + "/attributes", "JOINTS_n and WEIGHTS_n go together");
-            set.joints.assign(joints.begin(), joints.end());  // small integers, exact as floats
+            set.joints.assign(joints.begin(), joints.end());  // small integers are exact as floats
             out.joint_sets.push_back(std::move(set));
         }
     }
@@ -292,9 +292,9 @@ class PrimitiveReader {
         return result;
     }
 
-    /// Keeps the range of vertices that are indexed. Exporters like to let all primitives share one
-    /// large vertex array and index a stretch of it each; without this, the array would be copied
-    /// for every primitive.
+    /// Restricts reading to the range of indexed vertices. Exporters often give all primitives one
+    /// large vertex array and let each index a part of it, and copying all of it for every
+    /// primitive would be wasteful.
     void keepUsedVertices(std::vector<std::uint32_t>& indices) {
         const auto [first, last] = std::minmax_element(indices.begin(), indices.end());
         used_ = {*first, std::size_t{*last} - *first + 1};
@@ -303,8 +303,8 @@ class PrimitiveReader {
             index -= static_cast<std::uint32_t>(used_.first);
     }
 
-    /// Drops vertices that do not fill a last point, line or triangle, which are to be ignored
-    /// (§3.7.2.1). False if nothing is left to draw.
+    /// Drops trailing vertices that form no complete point, line or triangle, as §3.7.2.1 requires.
+    /// Returns false if nothing is left to draw.
     bool dropIncomplete(Primitive& out) {
         const std::size_t count = out.indices.empty() ? used_.count : out.indices.size();
         std::size_t usable = count, least = 1;
@@ -348,16 +348,16 @@ class PrimitiveReader {
     const tinygltf::Primitive& source_;
     std::string where_;
     const SizeLimit& budget_;
-    std::uint64_t least_bytes_ = 0;  ///< of what has been read, in the scene
+    std::uint64_t least_bytes_ = 0;  ///< minimum size in the scene of the data read so far
     std::size_t vertex_count_ = 0;
-    ElementRange used_;  ///< of the vertices
+    ElementRange used_;  ///< of vertices
 };
 
-using UvSets = std::array<bool, 2>;  ///< whether a texture uses it
+using UvSets = std::array<bool, 2>;  ///< whether a texture uses each set
 
 std::vector<UvSets> uvSetsOf(const std::vector<Material>& materials) {
     std::vector<UvSets> sets;
-    for (Material material : materials) {  // texturesOf() is for those who change them
+    for (Material material : materials) {  // a copy, since texturesOf() takes a mutable material
         UvSets& used = sets.emplace_back();
         for (const MaterialTexture& texture : texturesOf(material))
             if (*texture.ref) used[static_cast<std::size_t>(texture.ref->texcoord)] = true;
@@ -365,7 +365,7 @@ std::vector<UvSets> uvSetsOf(const std::vector<Material>& materials) {
     return sets;
 }
 
-/// Warns of textures for which a primitive has no coordinates.
+/// Warns of textures whose texture coordinates a primitive lacks.
 void checkTexcoords(const Primitive& primitive, const std::vector<UvSets>& uv_sets,
                     const std::string& where, GltfDocument& document) {
     std::vector<int> materials = primitive.variants;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The meshopt-compressed buffer views of a glTF file.
+// Meshopt-compressed buffer views of a glTF file.
 #include "formats/gltf/gltf_parts.h"
 
 #include <nlohmann/json.hpp>
@@ -14,11 +14,11 @@ namespace {
 
 using nlohmann::json;
 
-// Both have the same JSON. A view must not have both; if it does, the older one is sure to be
-// decoded.
+// Both have the same JSON. A view must not have both; if it does, the older one is certain to be
+// decodable.
 constexpr const char* kExtensions[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 
-/// The extension of that name of `owner`, or null.
+/// Returns the extension of that name of `owner`, or null.
 const json* extensionOf(const json& owner, const char* name) {
     const auto extensions = owner.find("extensions");
     if (extensions == owner.end()) return nullptr;
@@ -26,7 +26,7 @@ const json* extensionOf(const json& owner, const char* name) {
     return found == extensions->end() ? nullptr : &*found;
 }
 
-/// A compressed view and what came of it.
+/// A compressed view and its result.
 struct MeshoptJob {
     std::size_t view = 0;
     std::string where;
@@ -35,7 +35,7 @@ struct MeshoptJob {
     std::optional<Error> problem;
 };
 
-/// The error, with the place that the codec does not know.
+/// Returns the error with a `where`, which the codec does not know.
 Error placed(const Error& error, const std::string& where) {
     return {error.kind(), error.whatText(), error.where().empty() ? where : error.whereText(),
             error.hintText()};
@@ -108,7 +108,8 @@ std::vector<MeshoptProblem> decodeMeshoptViews(const json& buffer_views, GltfDoc
     SizeLimit limit("the decompressed data needs", options.max_geometry_bytes);
     for (const MeshoptJob& job : jobs) {
         if (job.problem) continue;
-        // Each is at most 64 times a file (checkMeshoptStream): the product is not near 2^64.
+        // Each is at most 64 times a file's size (checkMeshoptStream), so the product stays far
+        // below 2^64.
         limit.take(job.stream.count * job.stream.stride, job.where);
         document.memory.allow(job.stream.count * job.stream.stride, job.where);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Carries out the steps of reading, and reads scenes and cameras.
+// The sequence of reading steps, and the scenes and cameras.
 #include "formats/gltf/gltf_reader.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ void readScenes(const tinygltf::Model& model, Scene& scene) {
         scene.scenes.push_back({source.name, source.nodes});
     scene.default_scene = std::max(model.defaultScene, 0);
     if (!scene.scenes.empty()) return;
-    // A file without scenes is a library (§3.5.1); showing all of it is what its user can want.
+    // A file without scenes is a library (§3.5.1); its user most likely wants all of it.
     scene.scenes.push_back({"", rootsOf(scene.nodes)});
 }
 
@@ -30,7 +30,7 @@ void readCameras(const tinygltf::Model& model, Scene& scene) {
             const tinygltf::PerspectiveCamera& lens = source.perspective;
             camera.yfov = lens.yfov;
             camera.znear = lens.znear;
-            // tinygltf's zeros say that the file has none; the schema check refuses written ones.
+            // Zero means absent in tinygltf; the schema check rejects explicit zeros.
             if (lens.aspectRatio > 0) camera.aspect_ratio = lens.aspectRatio;
             if (lens.zfar > 0) camera.zfar = lens.zfar;
         } else {
@@ -90,7 +90,7 @@ Scene readGltf(const std::filesystem::path& path, const GltfOptions& options) {
     } catch (const std::bad_alloc&) {
         throw Error(ErrorKind::kMemory, "not enough memory to read the scene", path.string());
     } catch (const std::exception& problem) {
-        // This is something that the checks before tinygltf and OpenImageIO let through.
+        // The checks before tinygltf and OpenImageIO missed something.
         failGltf("the scene cannot be read: " + std::string(problem.what()), path.string());
     }
 }

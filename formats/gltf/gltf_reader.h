@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads glTF 2.0 (.gltf and .glb) into a Scene.
+// Reader of glTF 2.0 (.gltf and .glb).
 #pragma once
 
 #include <filesystem>
@@ -11,29 +11,28 @@
 
 namespace peeler {
 
-/// Reads the scene; whether it is JSON or binary is told by the content. Coordinates stay those of
-/// the file (right-handed, +Y up, metres: glTF 2.0 §3.4). Every index, range and type is checked
-/// before use. What the file has but we do not evaluate (optional extensions) becomes one sentence
-/// each in Scene::warnings. Throws Error(kInput): `where` is the path if the file as a whole is
-/// bad, else a JSON pointer.
+/// Reads the scene; JSON or binary is recognised by content. Coordinates stay those of the file
+/// (right-handed, +Y up, metres: glTF 2.0 §3.4). Every index, range and type is checked before use.
+/// Unsupported optional extensions become one sentence each in Scene::warnings. Throws Error
+/// (kInput): `where` is the path if the whole file is bad, else a JSON pointer.
 Scene readGltf(const std::filesystem::path& path, const GltfOptions& options = {});
 
-/// A glTF extension that we know.
+/// A known glTF extension.
 struct GltfExtension {
     const char* name;
-    bool supported;    ///< may stand in extensionsRequired
-    const char* note;  ///< supported: what it is; else: what is lost where it is ignored
-    bool undecoded_images = false;  ///< gives textures images in a format that is not decoded
+    bool supported;                 ///< allowed in extensionsRequired
+    const char* note;               ///< supported: its purpose; else: the effect of ignoring it
+    bool undecoded_images = false;  ///< provides texture images in a format that is not decoded
 };
 
-/// The known extensions, by name.
+/// Returns the known extensions, sorted by name.
 const std::vector<GltfExtension>& gltfExtensions();
 
-/// The known extensions that may be required, by name.
+/// Returns the known extensions allowed in extensionsRequired, sorted by name.
 const std::vector<GltfExtension>& supportedGltfExtensions();
 
-/// Names of the extensions that give textures images in formats that are not decoded. Without them
-/// a scene has its geometry and lacks colours.
+/// Returns the names of extensions that provide texture images in undecoded formats. Without them a
+/// scene keeps its geometry but lacks colours.
 std::vector<std::string> undecodedImageExtensions();
 
 }  // namespace peeler

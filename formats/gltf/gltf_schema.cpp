@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks a file against the table of the schema.
+// The schema checker.
 #include "formats/gltf/gltf_schema.h"
 
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-/// The rows of the table for the objects called `owner`.
+/// Returns the table rows of the objects called `owner`.
 const std::vector<const SchemaRow*>& schemaRowsOf(std::string_view owner) {
     static const auto rows = [] {
         std::map<std::string_view, std::vector<const SchemaRow*>> result;
@@ -43,7 +43,7 @@ class SchemaCheck {
   public:
     explicit SchemaCheck(json& root) : root_(root) {}
 
-    // The nesting of the table bounds the recursion, whatever the file holds.
+    // The table's nesting bounds the recursion, for any file.
     void object(json& value, const std::string& pointer, std::string_view owner) {
         if (!value.is_object()) refuse(pointer, "must be an object", value);
         for (const SchemaRow* property : schemaRowsOf(owner)) {
@@ -169,7 +169,8 @@ class SchemaCheck {
         if (value.is_number_float()) value = static_cast<std::uint64_t>(wanted);
     }
 
-    /// Of an array that indices point to; "extensions/NAME/arrays" is one in an extension.
+    /// Returns the size of the array that indices refer to; "extensions/NAME/arrays" is one in an
+    /// extension.
     std::size_t sizeOf(std::string_view array_name) {
         const auto [known, is_new] = sizes_.try_emplace(array_name, 0);
         if (!is_new) return known->second;
@@ -214,10 +215,10 @@ class SchemaCheck {
     }
 
     json& root_;
-    std::map<std::string_view, std::size_t> sizes_;  ///< of arrays; indices may be millions
+    std::map<std::string_view, std::size_t> sizes_;  ///< cached for millions of indices
 };
 
-/// §5.11: strides are multiples of 4.
+/// Checks §5.11: strides are multiples of 4.
 void checkStrides(const json& views) {
     for (std::size_t i = 0; i < views.size(); ++i)
         if (const int stride = views[i].value("byteStride", 4); stride % 4 != 0)
@@ -225,7 +226,7 @@ void checkStrides(const json& views) {
                      childPointer("/bufferViews", i) + "/byteStride");
 }
 
-/// §5.5: a channel names a sampler of its own animation.
+/// Checks §5.5: a channel refers to a sampler of its own animation.
 void checkAnimationSamplers(const json& animations) {
     for (std::size_t i = 0; i < animations.size(); ++i) {
         const std::size_t samplers = animations[i]["samplers"].size();
@@ -239,7 +240,7 @@ void checkAnimationSamplers(const json& animations) {
     }
 }
 
-/// §5.2: a sparse accessor substitutes at most as many elements as it has.
+/// Checks §5.2: a sparse accessor substitutes at most its own number of elements.
 void checkSparseCounts(const json& accessors) {
     for (std::size_t i = 0; i < accessors.size(); ++i)
         if (const auto sparse = accessors[i].find("sparse"); sparse != accessors[i].end())
@@ -249,7 +250,7 @@ void checkSparseCounts(const json& accessors) {
                          childPointer("/accessors", i) + "/sparse/count");
 }
 
-/// §3.10: a camera holds the object that its type names.
+/// Checks §3.10: a camera has the object named by its type.
 void checkCameraKinds(const json& cameras) {
     for (std::size_t i = 0; i < cameras.size(); ++i) {
         const json& camera = cameras[i];
@@ -268,7 +269,7 @@ void failGltf(const Text& what, const Text& where, const Text& hint) {
 
 void checkGltfSchema(json& gltf) {
     SchemaCheck(gltf).object(gltf, "", "root");
-    // No table can say these rules.
+    // Rules beyond the table.
     if (const auto views = gltf.find("bufferViews"); views != gltf.end()) checkStrides(*views);
     if (const auto accessors = gltf.find("accessors"); accessors != gltf.end())
         checkSparseCounts(*accessors);

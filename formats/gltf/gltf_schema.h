@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of the glTF 2.0 JSON schema that we read, as a table, and its check.
+// Table of the glTF 2.0 JSON schema as far as we read it, and its checker.
 #pragma once
 
 #include <cstddef>
@@ -14,18 +14,18 @@
 
 namespace peeler {
 
-/// Checks that every property we use has the type that glTF 2.0 gives it, lies in its range, and
-/// that every index points into its array. Whole numbers written as 2.0 become integers. Throws
-/// Error(kInput) whose `where` is the JSON pointer of the first offender.
+/// Checks that every property we use has its glTF 2.0 type and range, and that every index points
+/// into its array. Whole numbers written as 2.0 become integers. Throws Error (kInput) with the
+/// JSON pointer of the first violation as `where`.
 void checkGltfSchema(nlohmann::json& gltf);
 
-/// What to try where a file breaks the specification.
+/// The hint for files that violate the specification.
 inline constexpr const char* kValidatorHint = "check the file with the Khronos glTF validator";
 
-/// Throws Error(kInput); `where` is a JSON pointer, or a path if it is about the whole file.
+/// Throws Error (kInput); `where` is a JSON pointer, or the path for the whole file.
 [[noreturn]] void failGltf(const Text& what, const Text& where, const Text& hint = kValidatorHint);
 
-/// What a member of an object must be.
+/// The required type of a member.
 enum class SchemaKind {
     kBool,
     kString,      ///< `of` lists the allowed values, separated by spaces; empty = any
@@ -36,20 +36,20 @@ enum class SchemaKind {
     kNumberList,  ///< array of any number of them
     kInteger,     ///< min … max
     kEnum,        ///< integer; `of` lists the allowed values
-    kIndex,       ///< into the array at the path `of` from the root
-    kIndices,     ///< array of such
-    kIndexMap,    ///< object with such values
+    kIndex,       ///< index into the array at root path `of`
+    kIndices,     ///< array of indices
+    kIndexMap,    ///< object of indices
     kIndexMaps,   ///< array of such objects
-    kIntegerMap,  ///< object with values that are integers, min … max
-    kObject,      ///< `of` is the name of the rows
-    kObjects,     ///< array of such
-    kExtensions,  ///< object; members named like rows, or like rows of "owner/name", are checked
+    kIntegerMap,  ///< object of integers, min … max
+    kObject,      ///< `of` names the rows
+    kObjects,     ///< array of objects
+    kExtensions,  ///< object; members that match rows, or rows of "owner/name", are checked
 };
 
-inline constexpr double kAnySize = 9007199254740992.0;  // 2^53: what JSON numbers hold exactly
+inline constexpr double kAnySize = 9007199254740992.0;  // 2^53: exact in JSON numbers
 inline constexpr double kIntMax = std::numeric_limits<int>::max();
 
-/// One member of the objects called `owner`.
+/// A member of the objects called `owner`.
 struct SchemaRow {
     const char* owner;
     const char* name;
@@ -60,8 +60,8 @@ struct SchemaRow {
     double max = kAnySize;
 };
 
-/// The table (gltf_schema_rows.cpp), from glTF 2.0 §5 and the extensions. Names and extras are
-/// never needed, so a wrong one is no reason to refuse a file.
+/// Returns the table (gltf_schema_rows.cpp), from glTF 2.0 §5 and the extensions. Names and extras
+/// are not used, so invalid ones are accepted.
 std::span<const SchemaRow> schemaRows();
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The variants of materials of a glTF file (KHR_materials_variants).
+// Material variants of a glTF file (KHR_materials_variants).
 #include "formats/gltf/gltf_parts.h"
 
 #include <nlohmann/json.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vertex data as shading takes it for granted (glTF 2.0 §3.7.2.1).
+// Vertex data in the ranges that shading expects (glTF 2.0 §3.7.2.1).
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -9,7 +9,7 @@
 namespace peeler {
 namespace {
 
-/// What a component is off that is stored as a signed byte, twice over.
+/// Twice the error of a component stored as a signed byte.
 constexpr double kStorageError = 0.02;
 
 bool isOne(double length) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes one meshopt-compressed buffer view (EXT_meshopt_compression, KHR_meshopt_compression).
+// Decoder of meshopt-compressed buffer views (EXT_meshopt_compression, KHR_meshopt_compression).
 #include "formats/gltf/gltf_decoders.h"
 
 #include <meshoptimizer.h>
@@ -20,11 +20,11 @@ namespace {
     throw Error(ErrorKind::kInput, what, "", hint);
 }
 
-constexpr std::uint64_t kGroup = 16;  // elements that the attribute codec treats together
+constexpr std::uint64_t kGroup = 16;  // elements per group of the attribute codec
 
-/// The least bytes of mode 0 (the extension's Appendix A): blocks of at most 8 KiB and 256
-/// elements; in each, for every byte of an element, two bits a group; then the tail with the first
-/// element.
+/// Returns the minimum size in mode 0 (the extension's Appendix A): blocks of at most 8 KiB and 256
+/// elements; in each block, two bits per group for every byte of an element; then the tail with the
+/// first element.
 std::uint64_t leastAttributeBytes(std::uint64_t count, std::uint64_t stride) {
     const std::uint64_t block = std::min<std::uint64_t>(8192 / stride / kGroup * kGroup, 256);
     const auto headers = [&](std::uint64_t elements) {
@@ -34,22 +34,22 @@ std::uint64_t leastAttributeBytes(std::uint64_t count, std::uint64_t stride) {
            std::max<std::uint64_t>(stride, 32);
 }
 
-/// The least bytes of mode 1: a byte for each triangle between the header and a table of 16.
+/// Returns the minimum size in mode 1: one byte per triangle between the header and a table of 16.
 std::uint64_t leastTriangleBytes(std::uint64_t count, std::uint64_t) {
     return 1 + count / 3 + 16;
 }
 
-/// The least bytes of mode 2: a byte for each index between the header and four of padding.
+/// Returns the minimum size in mode 2: one byte per index between the header and four of padding.
 std::uint64_t leastIndexBytes(std::uint64_t count, std::uint64_t) {
     return 1 + count + 4;
 }
 
 struct Mode {
     const char* name;
-    std::uint8_t header;   ///< the first byte's high half, which tells the codec
-    std::uint8_t version;  ///< the newest one that the library decodes
+    std::uint8_t header;   ///< high half of the first byte, which identifies the codec
+    std::uint8_t version;  ///< the newest version the library decodes
     std::uint64_t (*least_bytes)(std::uint64_t count, std::uint64_t stride);
-    /// 0 if the stream is sound.
+    /// Returns 0 if the stream is valid.
     int (*decode)(void* out, std::size_t count, std::size_t stride, const unsigned char* bytes,
                   std::size_t size);
 };
@@ -60,15 +60,15 @@ constexpr Mode kModes[] = {
     {"INDICES", 0xD0, 1, leastIndexBytes, meshopt_decodeIndexSequence},
 };
 
-/// Decodes KHR_meshopt_compression, Appendix B, filter 4: YCo-Cg of K bits and an alpha whose
-/// highest bit tells K. Decoders of the library have it since version 0.25.
+/// Decodes KHR_meshopt_compression, Appendix B, filter 4: YCoCg of K bits and an alpha whose
+/// highest set bit encodes K. The library's decoders have it since version 0.25.
 template <typename Unsigned, typename Signed>
 void decodeColors(std::uint8_t* bytes, std::size_t count) {
     constexpr int kMax = std::numeric_limits<Unsigned>::max();
     for (std::size_t i = 0; i < count; ++i, bytes += 4 * sizeof(Unsigned)) {
         Unsigned in[4];
         std::memcpy(in, bytes, sizeof in);
-        int full = in[3];  // all of the K bits set
+        int full = in[3];  // all K bits set
         for (const int shift : {1, 2, 4, 8})
             full |= full >> shift;
         const int y = in[0], co = int{static_cast<Signed>(in[1])},
@@ -95,7 +95,7 @@ void decodeColorFilter(void* bytes, std::size_t count, std::size_t stride) {
 
 struct Filter {
     const char* name;
-    bool any_stride;  ///< else only those that the next two allow
+    bool any_stride;  ///< else only the strides allowed by the next two
     bool four, eight;
     void (*decode)(void* bytes, std::size_t count, std::size_t stride);
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes the bytes of a texture.
+// Texture decoder.
 #include "formats/gltf/gltf_decoders.h"
 
 #include <algorithm>
@@ -24,18 +24,18 @@ using namespace std::literals;
     throw Error(ErrorKind::kInput, what, "", hint);
 }
 
-/// A format of textures, told by its magic bytes; OpenImageIO would try any of its many readers
-/// itself, some of them fragile.
+/// A texture format, recognised by its magic bytes; OpenImageIO would try its many readers itself,
+/// some of them fragile.
 struct TextureFormat {
-    const char* name;   ///< OpenImageIO's
-    const char* codec;  ///< for people
+    const char* name;   ///< name in OpenImageIO
+    const char* codec;  ///< name in messages
     std::string_view begin, at_eight;
-    /// Takes out what is not needed, and what decoders have their vulnerabilities in; null: nothing
-    /// is taken out.
+    /// Strips metadata that is not needed, where decoders have their vulnerabilities; null: strips
+    /// nothing.
     ReducedImage (*reduce)(std::span<const std::uint8_t>);
-    bool in_gltf = true;  ///< glTF 2.0, or an extension, has it
+    bool in_gltf = true;  ///< part of glTF 2.0 or an extension
     bool (*recognises)(std::span<const std::uint8_t>) =
-        nullptr;  ///< where nothing stands at its begin
+        nullptr;  ///< for formats without a signature
 };
 constexpr TextureFormat kTextureFormats[] = {
     {"png", "PNG", "\x89PNG\r\n\x1A\n", "", withoutPngMetadata},
@@ -48,8 +48,8 @@ constexpr TextureFormat kTextureFormats[] = {
     {"targa", "TGA", "", "", nullptr, false, isTga},
 };
 
-/// The size that a WebP picture says it has (RFC 9649 and RFC 6386), whose decoder takes all of its
-/// memory before it tells; nothing where its header is damaged.
+/// Returns the declared size of a WebP picture (RFC 9649 and RFC 6386); its decoder allocates all
+/// memory before it reports the size. Returns nothing if the header is damaged.
 std::optional<StoredImage> webpSize(std::span<const std::uint8_t> bytes) {
     constexpr std::size_t kHeader = 30;
     if (bytes.size() < kHeader) return std::nullopt;
@@ -88,8 +88,7 @@ void checkTextureSize(const StoredImage& stored, const TextureLimits& limits) {
                     "scale it down");
 }
 
-/// Expands pixels to RGBA in place, from the last one to the first: `rgba` holds the stored pixels
-/// at its beginning.
+/// Expands pixels to RGBA in place, last to first: `rgba` starts with the stored pixels.
 void expandToRgba(std::vector<std::uint8_t>& rgba, std::size_t channels) {
     for (std::size_t pixel = rgba.size() / 4; pixel-- > 0;) {
         const std::uint8_t* from = rgba.data() + pixel * channels;
@@ -126,12 +125,11 @@ DecodedTexture decodeTexture(std::span<const std::uint8_t> bytes, const std::str
     static std::once_flag limits_set;
     std::call_once(limits_set, [] { limitDecodedSize(4096); });
     const auto bytesFor =
-        [](const StoredImage& stored) {  // a decoder may hold what is stored besides
+        [](const StoredImage& stored) {  // a decoder may also hold the stored pixels
             return static_cast<std::uint64_t>(stored.width) *
                    static_cast<std::uint64_t>(stored.height) * (4 + stored.channels.size());
         };
-    const bool is_webp =
-        format->name == std::string_view("webp");  // decoded as a whole when it is opened
+    const bool is_webp = format->name == std::string_view("webp");  // decoded entirely when opened
     if (is_webp) {
         const auto stored = webpSize(bytes);
         if (!stored) failTexture("the WebP header is damaged");

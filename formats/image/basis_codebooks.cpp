@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads what the levels of a file in BasisLZ share.
+// Codebooks shared by the levels of a BasisLZ file.
 #include <string>
 #include <utility>
 
@@ -8,7 +8,7 @@
 namespace peeler {
 namespace {
 
-/// Cuts the global data into its parts, one behind the other.
+/// The consecutive parts of the global data.
 class GlobalData {
   public:
     explicit GlobalData(const Ktx2Container& file)
@@ -40,7 +40,7 @@ class GlobalData {
     std::uint64_t offset_;
 };
 
-/// An image description: the slices of a level.
+/// Reads an image description: the slices of a level.
 std::vector<BasisSlice> readSlices(GlobalData& data, const Ktx2Level& level, bool second_plane) {
     constexpr std::uint32_t kPredictedFrame = 2;
     const std::uint64_t at = data.position();
@@ -64,8 +64,8 @@ std::vector<BasisSlice> readSlices(GlobalData& data, const Ktx2Level& level, boo
     return planes;
 }
 
-/// "ETC1S Endpoint Codebooks": each is stored as the difference from the one before it, by a code
-/// that depends on how large that is.
+/// Reads "ETC1S Endpoint Codebooks": each endpoint is a delta from the previous one, in a code
+/// chosen by the previous value.
 std::vector<Etc1sEndpoint> readEndpoints(BitReader bits, std::size_t count) {
     const std::array<HuffmanTable, 3> color_deltas = {
         HuffmanTable::read(bits), HuffmanTable::read(bits), HuffmanTable::read(bits)};
@@ -90,7 +90,7 @@ std::vector<Etc1sEndpoint> readEndpoints(BitReader bits, std::size_t count) {
     return endpoints;
 }
 
-/// "ETC1S Selector Codebooks": as they are, or each as what differs from the one before it.
+/// Reads "ETC1S Selector Codebooks": raw, or each as a difference from the previous one.
 std::vector<std::uint32_t> readSelectors(BitReader bits, std::size_t count) {
     if (bits.take(2) != 0)
         failKtx2("the selectors of BasisLZ are of another version", bits.position());
@@ -149,7 +149,7 @@ BasisCodebooks readBasisCodebooks(const Ktx2Container& file) {
     out.selector_runs = HuffmanTable::read(tables);
     out.history = tables.take(13);
     if (tables.overrun()) failKtx2("the tables of BasisLZ are cut short", tables_at);
-    // What a code of selectors counts: all, those that are remembered, and a run.
+    // Symbols of the selector code: all selectors, the history, and a run.
     const std::uint64_t codes = selectors + out.history + 1;
     if (out.predictions.symbols() > kBasisPredictions + 1 ||
         out.endpoint_deltas.symbols() > endpoints || out.selector_codes.symbols() > codes ||

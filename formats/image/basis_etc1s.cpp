@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The blocks of ETC1S slices (KTX 2.0, "ETC1S Slice Decoding").
+// ETC1S slice decoding (KTX 2.0, "ETC1S Slice Decoding").
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -10,7 +10,7 @@
 namespace peeler {
 namespace {
 
-/// By the intensity: what the four selectors add to the base colour (Khronos Data Format
+/// By intensity: the offsets of the four selectors from the base colour (Khronos Data Format
 /// Specification 1.3, "Intensity modifier sets for ETC1 compressed textures").
 constexpr int kModifiers[8][4] = {{-8, -2, 2, 8},       {-17, -5, 5, 17},    {-29, -9, 9, 29},
                                   {-42, -13, 13, 42},   {-60, -18, 18, 60},  {-80, -24, 24, 80},
@@ -20,7 +20,8 @@ std::uint8_t modified(std::uint8_t base, int modifier) {
     return static_cast<std::uint8_t>(std::clamp(base + modifier, 0, 255));
 }
 
-/// A number in pieces of `bits`, the lowest first; above each stands whether there is another.
+/// Reads a variable-length number: pieces of `bits` bits, lowest first, each followed by a
+/// continuation bit.
 std::uint32_t takeLength(BitReader& bits, unsigned piece) {
     std::uint64_t value = 0;
     for (unsigned shift = 0;; shift += piece) {
@@ -32,8 +33,8 @@ std::uint32_t takeLength(BitReader& bits, unsigned piece) {
     return static_cast<std::uint32_t>(value);
 }
 
-/// Selectors that were used, the more often the nearer to the front ("ETC1S Approximate Move to
-/// Front Routines").
+/// Recently used selectors; frequent ones move to the front ("ETC1S Approximate Move to Front
+/// Routines").
 class SelectorHistory {
   public:
     explicit SelectorHistory(std::size_t size) : values_(size), next_(size / 2) {}
@@ -50,11 +51,11 @@ class SelectorHistory {
     }
 
   private:
-    std::vector<std::uint32_t> values_;  // indices of selectors
+    std::vector<std::uint32_t> values_;  // selector indices
     std::size_t next_;
 };
 
-/// Tells of one block after the other which endpoint and which selector it has.
+/// Decoder of each block's endpoint and selector index.
 class SliceReader {
   public:
     SliceReader(const BasisCodebooks& books, const BasisSlice& slice, std::size_t columns)
@@ -64,7 +65,7 @@ class SliceReader {
           pairs_((columns + 1) / 2),
           history_(books.history) {}
 
-    /// Blocks come row by row.
+    /// Returns the endpoint of a block; blocks come row by row.
     std::uint32_t nextEndpoint(std::size_t x, std::size_t y) {
         if (x % 2 == 0) predictions_ = y % 2 == 0 ? nextPredictions(x / 2) : pairs_[x / 2];
         const std::uint32_t prediction = predictions_ & 3U;
@@ -115,7 +116,7 @@ class SliceReader {
   private:
     enum : std::uint32_t { kLeft, kAbove, kAboveLeft, kDifference };
 
-    /// Of 2 × 2 blocks, whose upper two are in the lower half.
+    /// Returns the predictions of 2 × 2 blocks, the upper two in the lower half.
     std::uint32_t nextPredictions(std::size_t pair) {
         if (prediction_run_ > 0) {
             --prediction_run_;
@@ -133,8 +134,8 @@ class SliceReader {
 
     const BasisCodebooks& books_;
     BitReader bits_;
-    std::vector<std::uint32_t> above_;  // endpoints of the row above, left of x of this one
-    std::vector<std::uint8_t> pairs_;   // predictions for the odd row
+    std::vector<std::uint32_t> above_;  // endpoints of the row above; of this row left of x
+    std::vector<std::uint8_t> pairs_;   // predictions for odd rows
     SelectorHistory history_;
     std::uint32_t left_ = 0, above_left_ = 0;
     std::uint32_t predictions_ = 0, repeated_ = 0;
@@ -144,7 +145,7 @@ class SliceReader {
 using EtcTexel = std::array<std::uint8_t, 4>;
 using EtcPalette = std::array<EtcTexel, 4>;
 
-/// The four colours of every endpoint.
+/// Returns the four colours of every endpoint.
 std::vector<EtcPalette> palettesOf(const std::vector<Etc1sEndpoint>& endpoints) {
     std::vector<EtcPalette> palettes(endpoints.size());
     for (std::size_t i = 0; i < endpoints.size(); ++i)
@@ -157,7 +158,7 @@ std::vector<EtcPalette> palettesOf(const std::vector<Etc1sEndpoint>& endpoints) 
     return palettes;
 }
 
-/// Decodes a slice: the first plane to all four channels, a second one to A.
+/// Decodes a slice: the first plane to all four channels, the second to A.
 void decodeSlice(const BasisCodebooks& books, const std::vector<EtcPalette>& palettes,
                  std::size_t plane, std::size_t width, std::size_t height, std::uint8_t* rgba) {
     constexpr std::size_t kSide = 4;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// BasisLZ, by which ETC1S is packed in KTX 2.0 files ("BasisLZ Global Data" and "BasisLZ/ETC1S
-// Bitstream Specification"): bits, Huffman codes, and what the levels of a file share.
+// BasisLZ, the packing of ETC1S in KTX 2.0 files ("BasisLZ Global Data" and "BasisLZ/ETC1S
+// Bitstream Specification"): bits, Huffman codes, and the codebooks shared by a file's levels.
 #pragma once
 
 #include <array>
@@ -15,34 +15,34 @@
 
 namespace peeler {
 
-/// Bits of a stream in which each byte begins with its lowest. Beyond the end are zeros, so that
-/// nobody has to ask before each bit; who reads asks overrun() now and then, and at the end.
+/// Bit stream reader, least significant bit first. Reads zeros beyond the end, so no check per bit
+/// is needed; callers check overrun() now and then, and at the end.
 class BitReader {
   public:
-    /// `offset` is where the bytes lie in their file.
+    /// `offset` is the position of the bytes in their file.
     BitReader(std::span<const std::uint8_t> bytes, std::uint64_t offset)
         : bytes_(bytes), offset_(offset) {}
 
-    /// The next bits, as many as the caller masks, 32 at most. They are left where they are.
+    /// Returns the next bits without consuming them; at least 32 are valid, and the caller masks.
     std::uint64_t peek() {
         if (count_ < kAtOnce) refill();
         return bits_;
     }
-    /// Takes bits that were peeked at.
+    /// Consumes peeked bits.
     void skip(unsigned count) {
         bits_ >>= count;
         count_ -= count;
     }
-    /// Up to 32 bits.
+    /// Consumes up to 32 bits.
     std::uint32_t take(unsigned count) {
         const std::uint64_t bits = peek() & ((std::uint64_t{1} << count) - 1);
         skip(count);
         return static_cast<std::uint32_t>(bits);
     }
 
-    /// Whether bits were taken that are not there.
+    /// Whether bits beyond the end were consumed.
     bool overrun() const { return at_ - count_ / 8 > bytes_.size(); }
-    /// The place in the file of the byte that the next bit is in.
+    /// Returns the file position of the byte with the next bit.
     std::uint64_t position() const { return offset_ + at_ - (count_ + 7) / 8; }
 
   private:
@@ -54,7 +54,7 @@ class BitReader {
                 at_ <= bytes_.size() - sizeof(std::uint64_t)) {
                 std::uint64_t next = 0;
                 std::memcpy(&next, bytes_.data() + at_, sizeof next);
-                bits_ |= next << count_;  // those above count_ are the same when they come again
+                bits_ |= next << count_;  // bits above count_ are the same when they are read again
                 const unsigned whole = (63 - count_) / 8;
                 at_ += whole;
                 count_ += 8 * whole;
@@ -69,27 +69,27 @@ class BitReader {
     std::uint64_t offset_;
     std::uint64_t bits_ = 0;
     unsigned count_ = 0;  ///< valid bits
-    std::size_t at_ = 0;  ///< the next byte, maybe beyond the end
+    std::size_t at_ = 0;  ///< next byte, possibly beyond the end
 };
 
 // huffman_table.cpp.
 
-/// A canonical Huffman code ("Compressed Huffman Tables"): one of DEFLATE (RFC 1951, section
-/// 3.2.2), with up to 16 bits and 16,383 symbols.
+/// A canonical Huffman code ("Compressed Huffman Tables"), as in DEFLATE (RFC 1951, section 3.2.2),
+/// with up to 16 bits and 16,383 symbols.
 class HuffmanTable {
   public:
-    /// A code without symbols, which none can be read by.
+    /// Makes an empty code, which decodes nothing.
     HuffmanTable() : HuffmanTable({}, 0) {}
 
-    /// The code in which symbol i has lengths[i] bits, up to 16, or does not occur (0). Throws
-    /// std::runtime_error (failKtx2(), with `at`) unless every sequence of bits begins with
-    /// exactly one code; a symbol that is the only one may have a code of any length.
+    /// Builds the code in which symbol i has lengths[i] bits, up to 16, or does not occur (0).
+    /// Throws std::runtime_error (failKtx2(), with `at`) unless the code is complete and
+    /// prefix-free; a single symbol may have a code of any length.
     HuffmanTable(std::span<const std::uint8_t> lengths, std::uint64_t at);
 
-    /// Reads the lengths, which are packed. Throws likewise.
+    /// Reads the packed lengths and builds the code. Throws like the constructor.
     static HuffmanTable read(BitReader& bits);
 
-    /// The next symbol. Throws where the bits are no code.
+    /// Returns the next symbol. Throws std::runtime_error for an invalid code.
     std::uint32_t decode(BitReader& bits) const {
         const Entry entry = entries_[bits.peek() & mask_];
         if (entry.length == 0) fail(bits);
@@ -97,24 +97,24 @@ class HuffmanTable {
         return entry.symbol;
     }
 
-    /// One more than the largest symbol that occurs, 0 if none does.
+    /// Returns one more than the largest symbol that occurs, 0 if there is no symbol.
     std::uint32_t symbols() const { return symbols_; }
 
   private:
     struct Entry {
         std::uint16_t symbol = 0;
-        std::uint16_t length = 0;  ///< 0: no code begins so
+        std::uint16_t length = 0;  ///< 0: no code has this prefix
     };
     [[noreturn]] static void fail(const BitReader& bits);
 
-    std::vector<Entry> entries_;  ///< by the next bits, as many as the longest code has
+    std::vector<Entry> entries_;  ///< indexed by the next bits, as many as in the longest code
     std::uint64_t mask_ = 0;
     std::uint32_t symbols_ = 0;
 };
 
 // basis_codebooks.cpp.
 
-/// The base colour of a block, 5 bits a channel widened to 8, and which modifiers it has.
+/// A block's base colour, 5 bits per channel widened to 8, and its modifier table.
 struct Etc1sEndpoint {
     std::array<std::uint8_t, 3> color{};
     std::uint8_t intensity = 0;  ///< 0 to 7
@@ -123,25 +123,26 @@ struct Etc1sEndpoint {
 /// The packed blocks of one plane of a level.
 struct BasisSlice {
     std::span<const std::uint8_t> bytes;
-    std::uint64_t offset = 0;  ///< of those in the file
+    std::uint64_t offset = 0;  ///< in the file
 };
 
 struct BasisCodebooks {
     std::vector<Etc1sEndpoint> endpoints;
-    /// Of each of the 16 texels, row by row from the lowest bits on, which modifier it has.
+    /// Modifier index of each of the 16 texels, row-major, lowest bits first.
     std::vector<std::uint32_t> selectors;
-    /// Whose symbols are all below what they count.
+    /// Symbols are below the count that each one indexes.
     HuffmanTable predictions, endpoint_deltas, selector_codes, selector_runs;
-    std::uint32_t history = 0;       ///< so many selectors are remembered
-    std::vector<BasisSlice> planes;  ///< of the largest level: colours, then the second, if any
+    std::uint32_t history = 0;       ///< number of selectors in the history
+    std::vector<BasisSlice> planes;  ///< of the largest level: colour, then an optional second
 };
 
-/// In a code of kPredictions + 1 symbols the last one repeats.
+/// Code of kBasisPredictions + 1 symbols; the last one means repetition.
 inline constexpr std::uint32_t kBasisPredictions = 256;
-/// In the code of runs the last one says that the length follows.
+/// In the run-length code the last symbol means that the length follows.
 inline constexpr std::uint32_t kBasisRuns = 64;
 
-/// Throws (failKtx2()) unless all of it is there and every slice of every level within its level.
+/// Reads the codebooks. Throws std::runtime_error (failKtx2()) if data is missing or a slice of any
+/// level lies outside its level.
 BasisCodebooks readBasisCodebooks(const Ktx2Container& file);
 
 }  // namespace peeler

@@ -11,7 +11,7 @@ namespace {
 constexpr int kGlyphColumns = 5;
 constexpr char kFirst = ' ', kLast = '~';
 
-/// Columns from left to right, the lowest bit on top.
+/// Columns from left to right; the lowest bit is the top.
 constexpr std::uint8_t kGlyphs[][kGlyphColumns] = {
     // clang-format off
     {0x00, 0x00, 0x00, 0x00, 0x00},  // space
@@ -117,7 +117,7 @@ const std::uint8_t* glyphOf(char c) {
     return kGlyphs[(c < kFirst || c > kLast ? '?' : c) - kFirst];
 }
 
-/// A dot of `scale` pixels, as much of it as lies in the picture.
+/// Draws a dot of `scale` pixels, clipped to the picture.
 void drawDot(CompositeImage& picture, int x, int y, int scale, const std::array<float, 4>& color) {
     const Window dot = intersect({x, y, x + scale, y + scale}, picture.window);
     for (int row = dot.y0; row < dot.y1; ++row) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes BMP: 1 to 32 bits a pixel, palettes, run lengths, masks, rows in either order.
+// BMP decoder: 1 to 32 bits per pixel, palettes, run lengths, masks, rows in either order.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -11,7 +11,7 @@
 namespace peeler {
 namespace {
 
-/// The numbers of biCompression.
+/// Values of biCompression.
 enum BmpPacking : std::uint32_t {
     kBmpRgb = 0,
     kBmpRle8 = 1,
@@ -26,11 +26,11 @@ using BmpTexel = std::array<std::uint8_t, 4>;
     throw std::runtime_error("BMP: " + what);
 }
 
-/// Where a component lies in a pixel.
+/// The bits of a component in a pixel.
 struct BmpMask {
     std::uint32_t bits = 0;
 
-    /// The component of a pixel as 8 bits; 255 without a mask.
+    /// Returns a pixel's component as 8 bits; 255 without a mask.
     std::uint8_t of(std::uint32_t pixel) const {
         if (bits == 0) return 255;
         const int shift = std::countr_zero(bits);
@@ -69,7 +69,7 @@ class BmpDecoder final : public RgbaDecoder {
     }
 
   private:
-    /// A little-endian number of `size` bytes.
+    /// Returns a little-endian number of `size` bytes.
     std::uint32_t number(std::size_t at, std::size_t size) const {
         if (at + size > bytes_.size()) failBmp("the file ends in its header");
         std::uint32_t value = 0;
@@ -91,7 +91,7 @@ class BmpDecoder final : public RgbaDecoder {
             masks_[i].bits = number(kMasksAt + 4 * i, 4);
     }
 
-    /// Colours that are not in the file are black.
+    /// Reads the palette; missing colours are black.
     void readPalette(std::size_t at, std::size_t size) {
         palette_.fill({0, 0, 0, 255});
         const std::uint32_t used = size == 3 ? 0 : number(46, 4);
@@ -131,7 +131,7 @@ class BmpDecoder final : public RgbaDecoder {
         return {masks_[0].of(pixel), masks_[1].of(pixel), masks_[2].of(pixel), masks_[3].of(pixel)};
     }
 
-    /// Without masks the fourth byte is not defined: where all are 0 it is no alpha.
+    /// Sets alpha to 255 if it is 0 everywhere: without masks the fourth byte is undefined.
     void fillUnusedAlpha(std::uint8_t* rgba) const {
         for (std::size_t i = 0; i < pixels(); ++i)
             if (rgba[4 * i + 3] != 0) return;
@@ -139,7 +139,7 @@ class BmpDecoder final : public RgbaDecoder {
             rgba[4 * i + 3] = 255;
     }
 
-    /// Runs of equal pixels, pixels as they are, and jumps; what they leave out has colour 0.
+    /// Decodes runs, literal pixels and jumps; skipped pixels have colour 0.
     void decodeRuns(std::uint8_t* rgba) const {
         for (std::size_t i = 0; i < pixels(); ++i)
             std::ranges::copy(palette_[0], rgba + 4 * i);

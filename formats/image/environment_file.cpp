@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Turns a flat picture into an environment, and checks its numbers.
+// Conversion of a flat picture to an environment, with checks of its values.
 #include "formats/image/environment_file.h"
 
 #include <algorithm>
@@ -35,7 +35,7 @@ void warnOf(const std::string& path, const std::string& note, ReadWarnings& warn
     warnings.warn("The environment \"" + path + "\": " + note + ".", path);
 }
 
-/// The value of an attribute, its first `size` bytes.
+/// Returns an attribute's value from its first bytes.
 template <class Value>
 Value valueOf(const RegularFile& file, const ExrHeaders::Attribute& attribute) {
     Value value{};
@@ -45,7 +45,7 @@ Value valueOf(const RegularFile& file, const ExrHeaders::Attribute& attribute) {
     return value;
 }
 
-/// Refuses cube maps, and warns of other primaries and of parts that are not read.
+/// Rejects cube maps; warns of other primaries and of parts that are not read.
 void checkExrEnvironment(const std::string& path, ReadWarnings& warnings) {
     constexpr std::uint8_t kCube = 1;  // ImfEnvmap.h
     constexpr std::array<float, 8> kRec709 = {0.64F, 0.33F, 0.3F,    0.6F,
@@ -74,7 +74,7 @@ void checkExrEnvironment(const std::string& path, ReadWarnings& warnings) {
                warnings);
 }
 
-/// Warns of a picture that cannot be one of all directions by latitude and longitude.
+/// Warns if the picture's shape is not equirectangular.
 void checkShape(const Environment& environment, const std::string& path, ReadWarnings& warnings) {
     constexpr int kRounding = 2;  // pixels
     if (std::abs(environment.width - 2 * environment.height) <= kRounding) return;
@@ -132,7 +132,7 @@ Environment readEnvironment(const std::string& path, ReadWarnings& warnings,
             }
         }
     }
-    constexpr float kRinging = -0.01F;  // of filters that sharpen
+    constexpr float kRinging = -0.01F;  // of sharpening filters
     if (least < kRinging) warnOf(path, "it has negative numbers; they are taken as 0", warnings);
     environment.content_hash = hashOf(environment);
     return environment;

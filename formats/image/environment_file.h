@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Environments from equirectangular pictures: Radiance (.hdr) and OpenEXR; or by name.
+// Environments from equirectangular pictures (Radiance .hdr and OpenEXR) or built in.
 #pragma once
 
 #include <cstdint>
@@ -12,24 +12,25 @@ namespace peeler {
 
 struct EnvironmentLimits {
     int max_side = 32768;                              ///< pixels
-    std::uint64_t max_bytes = std::uint64_t{2} << 30;  ///< decoded, 16 bytes a pixel
+    std::uint64_t max_bytes = std::uint64_t{2} << 30;  ///< decoded, 16 bytes per pixel
 };
 
-/// Linear Rec. 709 radiance of the whole display window (of OpenEXR: of the first part), row-major,
-/// top to bottom; pixels outside the data window are black, negative numbers become 0, and alpha is
-/// left aside. The format is told by the first bytes. What the file says and is not carried out is
-/// a warning. Throws Error (kInput) for any other format, for cube maps, for what is larger than
-/// the limits, and for numbers that are not finite, naming the pixel; (kMemory).
+/// Reads linear Rec. 709 radiance of the whole display window (OpenEXR: of the first part),
+/// row-major, top to bottom. Pixels outside the data window are black, negative values become 0,
+/// and alpha is ignored. The format is recognised by the first bytes. Unsupported settings of the
+/// file become warnings. Throws Error (kInput) if the file has another format, is a cube map,
+/// exceeds the limits or has non-finite values, naming the pixel, and Error (kMemory) if memory
+/// runs out.
 Environment readEnvironment(const std::string& path, ReadWarnings& warnings,
                             const EnvironmentLimits& limits = {});
 
-/// The name of the built-in environment, embeddedStudio(); a file of that name is "./studio".
+/// Name of the built-in environment, embeddedStudio(); a file of that name is "./studio".
 inline constexpr const char* kStudioName = "studio";
 
-/// The built-in environment, with a hash of its content.
+/// Returns the built-in environment, with a hash of its content.
 Environment namedStudio();
 
-/// The built-in environment for its name, else what readEnvironment reads.
+/// Returns the built-in environment for its name, else readEnvironment().
 Environment environmentNamed(const std::string& name_or_path, ReadWarnings& warnings);
 
 }  // namespace peeler

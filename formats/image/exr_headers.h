@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The headers of an OpenEXR file as its bytes, before a library reads them: what OpenEXR does for
-// each attribute grows with their number (OpenEXRCore 3.1 takes a minute for a million), and its
-// classes take memory for as many bytes as an attribute says that it has.
+// OpenEXR headers checked as raw bytes before a library reads them: OpenEXR's time per attribute
+// grows with their number (OpenEXRCore 3.1 takes a minute for a million), and its classes allocate
+// the declared size of an attribute.
 #pragma once
 
 #include <array>
@@ -13,33 +13,34 @@
 
 namespace peeler {
 
-/// Walks through the headers, from the first attribute of the first part to the last of the last
-/// ("OpenEXR File Layout", Header). Everything throws Error (kInput) where the headers are not
-/// whole: a name that is longer than 255 bytes, a value that reaches beyond the end of the file or
-/// is not as long as its type says, or more parts and attributes than any program writes.
+/// A walk through the headers, from the first attribute of the first part to the last of the last
+/// ("OpenEXR File Layout", Header). All members throw Error (kInput) if the headers are invalid: a
+/// name longer than 255 bytes, a value that exceeds the file or has the wrong size for its type, or
+/// more parts and attributes than any program writes.
 class ExrHeaders {
   public:
-    static constexpr std::uint64_t kBegin = 8;  ///< behind the magic number and the version
+    static constexpr std::uint64_t kBegin = 8;  ///< after the magic number and the version
 
     struct Attribute {
         std::string name, type;
         std::uint64_t place = 0, size = 0;  ///< of its value, in bytes of the file
     };
 
-    /// `file` is open and stays so; `path` is what messages name.
+    /// `file` must be open and outlive this; `path` is for messages.
     ExrHeaders(const RegularFile& file, std::string path);
 
     bool multiPart() const { return multi_part_; }
-    /// Goes to the header of the next part, of which there is one in any file. Call it when
-    /// nextAttribute() has returned false. False behind the last.
+    /// Goes to the next part's header; every file has at least one. Call it after nextAttribute()
+    /// has returned false. Returns false after the last part.
     bool nextPart();
-    /// The next attribute of the part; false behind its last.
+    /// Reads the part's next attribute; false after the last.
     bool nextAttribute(Attribute& attribute);
-    /// Where the byte is that comes next: behind the headers when nextPart() has returned false.
+    /// Returns the file position of the next byte, which is the end of the headers once nextPart()
+    /// has returned false.
     std::uint64_t place() const { return place_; }
 
   private:
-    /// Whether a value is as long as its type says, if that does. Leaves the place anywhere.
+    /// Whether a value has the size its type requires, if any. Changes the position.
     bool fitsType(const Attribute& attribute);
     bool isChannelList(const Attribute& attribute);
     char byteAt(std::uint64_t place);
@@ -51,13 +52,13 @@ class ExrHeaders {
     std::string path_;
     bool multi_part_ = false;
     int parts_ = 0, attributes_ = 0;
-    std::uint64_t place_ = 4;  ///< the version's
+    std::uint64_t place_ = 4;  ///< of the version
     std::uint64_t block_begin_ = 0;
     std::size_t block_size_ = 0;
     std::array<char, 1 << 16> block_{};
 };
 
-/// Throws Error (kInput) as ExrHeaders does; not for a file that is no OpenEXR at all. The file is
+/// Throws Error (kInput) as ExrHeaders does; ignores files that are not OpenEXR. `file` must be
 /// open.
 void checkExrHeaders(const RegularFile& file, const std::string& path);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The decoder is chosen by the first bytes of the file, and what it tells is checked.
+// Decoder choice by the first bytes of a file, and checks of its header.
 #include "formats/image/flat_image.h"
 
 #include <algorithm>
@@ -35,8 +35,8 @@ void checkExrFile(const std::string& path) {
 
 struct Plugin {
     FileKind kind;
-    const char* name;  ///< OpenImageIO's
-    /// Takes out what is not needed and what decoders complain about on stderr.
+    const char* name;  ///< name in OpenImageIO
+    /// Strips metadata that is not needed and that decoders complain about on stderr.
     ReducedImage (*reduce)(std::span<const std::uint8_t>);
     void (*check)(const std::string& path) = nullptr;  ///< throws Error (kInput)
 };
@@ -58,7 +58,7 @@ const Plugin& pluginFor(const std::string& path) {
     failFlatImage("neither an OpenEXR nor a PNG, JPEG or TIFF image");
 }
 
-/// A decoder, the bytes that it reads from, and what its picture is besides its pixels.
+/// A decoder with its source bytes and metadata.
 struct Input {
     ReducedImage reduced;
     std::unique_ptr<ImageDecoder> decoder;
@@ -103,7 +103,7 @@ void checkFlatSize(const StoredImage& stored, const FlatImageLimits& limits) {
     }
 }
 
-/// The channels to read as R, G, B, A; −1 = there is none.
+/// Returns the channels to read as R, G, B, A; −1 = none.
 std::array<int, 4> channelsOf(const std::vector<std::string>& names, FileKind kind) {
     if (kind != FileKind::kExr) {
         constexpr std::array<int, 4> kByCount[] = {
@@ -121,7 +121,7 @@ std::array<int, 4> channelsOf(const std::vector<std::string>& names, FileKind ki
     return {grey, grey, grey, alpha};
 }
 
-/// How samples become linear and premultiplied.
+/// Conversion of samples to linear and premultiplied.
 struct Encoding {
     bool srgb = false, straight = false;
 
@@ -163,8 +163,8 @@ void decodeFlat(ImageDecoder& decoder, FileKind kind, CompositeImage& out) {
     });
 }
 
-/// Puts rows and pixels in order that lie as TIFF's tag Orientation says (TIFF 6.0, section 8):
-/// where the first row is, and where its first pixel.
+/// Reorders rows and pixels by TIFF's Orientation (TIFF 6.0, section 8), which gives the position
+/// of the first row and of its first pixel.
 void orient(FlatImage& flat, int orientation) {
     struct Turn {
         bool transposed, from_right, from_bottom;
@@ -212,7 +212,7 @@ FlatImage readNamed(const std::string& path, const FlatImageLimits& limits) {
     return flat;
 }
 
-/// What `action` returns. Errors without a place get the path as theirs.
+/// Returns the result of `action`. Errors without a place get the path as theirs.
 template <class Action>
 auto named(const std::string& path, Action&& action) {
     try {

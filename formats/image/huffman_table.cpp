@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the Huffman codes of BasisLZ.
+// Huffman code reader of BasisLZ.
 #include <algorithm>
 #include <array>
 
@@ -10,7 +10,7 @@ namespace {
 
 constexpr unsigned kMostCodeBits = 16;
 
-/// Codes are written from their highest bit on, all else from the lowest.
+/// Reverses a code: codes are stored highest bit first, everything else lowest first.
 std::uint32_t reversedCode(std::uint32_t code, unsigned length) {
     std::uint32_t out = 0;
     for (unsigned i = 0; i < length; ++i)
@@ -18,7 +18,7 @@ std::uint32_t reversedCode(std::uint32_t code, unsigned length) {
     return out;
 }
 
-/// Symbols of the code of lengths that stand for several: runs of zeros, and of what came before.
+/// Symbols of the code-length code that stand for runs: of zeros, or of the previous length.
 struct LengthRun {
     std::uint32_t symbol;
     bool zeros;
@@ -28,7 +28,7 @@ struct LengthRun {
 constexpr LengthRun kLengthRuns[] = {
     {17, true, 3, 3}, {18, true, 7, 11}, {19, false, 2, 3}, {20, false, 7, 7}};
 
-/// In this order the lengths of the code of lengths are stored.
+/// Storage order of the code-length code's lengths.
 constexpr std::uint8_t kLengthOrder[] = {17, 18, 19, 20, 0,  8, 7,  9, 6,  10, 5,
                                          11, 4,  12, 3,  13, 2, 14, 1, 15, 16};
 

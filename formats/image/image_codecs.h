@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The decoders and encoders that are built in, since their libraries load in a millisecond: PNG
-// (ISO/IEC 15948) by libspng and zlib, JPEG (ITU-T T.81) by TurboJPEG, libjpeg-turbo's own
-// interface; KTX 2.0, by code of our own, libzstd and libdeflate; BMP and TGA, by code of our own,
-// since OpenImageIO 2.4 reads beyond its buffers where they are damaged (CVE-2023-22845,
-// CVE-2023-24473).
+// Built-in image codecs, whose libraries load within a millisecond: PNG (ISO/IEC 15948) through
+// libspng and zlib; JPEG (ITU-T T.81) through TurboJPEG, the API of libjpeg-turbo; KTX 2.0 with our
+// own code, libzstd and libdeflate; BMP and TGA with our own code, since OpenImageIO 2.4 reads
+// beyond its buffers if they are damaged (CVE-2023-22845, CVE-2023-24473).
 #pragma once
 
 #include <cstddef>
@@ -19,63 +18,63 @@
 
 namespace peeler {
 
-/// A decoder of every kind of PNG. Grey of less than 8 bits comes as 8, a palette as its colours,
-/// transparent colours as alpha. No memory is allocated for pixels before they are read. Throws
+/// Returns a decoder of any PNG. Grey below 8 bits expands to 8, palette indices to colours,
+/// transparent colours to alpha. Pixel memory is allocated only by read(). Throws
 /// std::runtime_error.
 std::unique_ptr<ImageDecoder> pngDecoder(const std::string& path,
                                          std::span<const std::uint8_t> bytes);
 
-/// An encoder of 1 to 4 channels, on all threads; what it writes does not depend on how many. If it
-/// is destroyed before close(), what it has written is left as it is.
+/// Returns an encoder for 1 to 4 channels that uses all threads; its output does not depend on
+/// their number. If destroyed before close(), it leaves a partial file.
 std::unique_ptr<ImageEncoder> pngEncoder();
-/// What it holds at most of a picture of so many bytes.
+/// Returns the encoder's peak memory for a picture of this size in bytes.
 std::uint64_t pngEncoderBytes(std::uint64_t picture);
 
-/// A decoder of grey, colour and CMYK, which becomes RGB. No memory is allocated for pixels before
-/// they are read. Null for what is left to the module of image_library.h: unusual subsampling,
-/// damaged headers, and files without `bytes`, since their descriptions may be in Exif. A file
-/// whose pixels are damaged is decoded by the module as well, and has a note once it is read.
-/// Throws std::bad_alloc.
+/// Returns a decoder of grey, colour and CMYK, which is converted to RGB. Pixel memory is allocated
+/// only by read(). Returns null for files left to the module of image_library.h: unusual
+/// subsampling, damaged headers, and files without `bytes`, whose description may be in Exif. A
+/// file with damaged pixels is decoded by the module too, and gets a note once it is read. Throws
+/// std::bad_alloc.
 std::unique_ptr<ImageDecoder> jpegDecoder(const std::string& path,
                                           std::span<const std::uint8_t> bytes);
 
-/// A decoder of the largest level of a 2D texture, always to RGBA with straight alpha: UASTC and
-/// ETC1S, which KHR_texture_basisu has, and RGB and RGBA of 8 bits. Needs `bytes`. No memory is
-/// allocated for pixels before they are read. Throws std::runtime_error.
+/// Returns a decoder of the largest level of a 2D texture, always to RGBA with straight alpha:
+/// UASTC and ETC1S, as in KHR_texture_basisu, and 8-bit RGB and RGBA. Requires `bytes`. Pixel
+/// memory is allocated only by read(). Throws std::runtime_error.
 std::unique_ptr<ImageDecoder> ktx2Decoder(const std::string& path,
                                           std::span<const std::uint8_t> bytes);
 
-/// Decoders of BMP (Microsoft, "Bitmap Storage") and TGA (Truevision, "TGA File Format
-/// Specification", version 2.0), always to RGBA with straight alpha. Need `bytes`. No memory is
-/// allocated for pixels before they are read. Throw std::runtime_error.
+/// Return decoders of BMP (Microsoft, "Bitmap Storage") and TGA (Truevision, "TGA File Format
+/// Specification", version 2.0), always to RGBA with straight alpha. Require `bytes`. Pixel memory
+/// is allocated only by read(). Throw std::runtime_error.
 std::unique_ptr<ImageDecoder> bmpDecoder(const std::string& path,
                                          std::span<const std::uint8_t> bytes);
 std::unique_ptr<ImageDecoder> tgaDecoder(const std::string& path,
                                          std::span<const std::uint8_t> bytes);
-/// Whether this can be a TGA, which has no signature: all fields of its header have legal values.
+/// Whether this may be a TGA, which has no signature: all header fields have legal values.
 bool isTga(std::span<const std::uint8_t> bytes);
 
-/// A stored sample as another type, with the bits that OpenImageIO gives: the whole range of an
-/// integer is 0 to 1; 16 bits are rounded to 8.
+/// Converts a stored sample to another type, bit-identical to OpenImageIO: an integer's full range
+/// is 0 to 1; 16 bits are rounded to 8.
 template <class To, class From>
 To convertedSample(From sample) {
     constexpr auto kMost = std::numeric_limits<From>::max();
     if constexpr (std::is_same_v<To, From>) {
         return sample;
     } else if constexpr (std::is_floating_point_v<To>) {
-        return static_cast<To>(sample) * (To(1) / To(kMost));  // a quotient has another last bit
+        return static_cast<To>(sample) * (To(1) / To(kMost));  // a division rounds differently
     } else {
         constexpr unsigned kStep = kMost / std::numeric_limits<To>::max();
         return static_cast<To>((sample + kStep / 2) / kStep);
     }
 }
 
-/// Converts the channels [begin, end) of `pixels` pixels that have `channels` channels each. `to`
-/// has room for pixels · (end − begin) samples.
+/// Converts the channels [begin, end) of pixels with `channels` channels each. `to` has room for
+/// pixels · (end − begin) samples.
 template <class To, class From>
 void convertSamples(const From* from, std::size_t pixels, std::size_t channels, std::size_t begin,
                     std::size_t end, To* to) {
-    if (begin == 0 && end == channels) {  // a loop that compilers know to be simple
+    if (begin == 0 && end == channels) {  // a simple loop that compilers vectorise
         for (std::size_t i = 0; i < pixels * channels; ++i)
             to[i] = convertedSample<To>(from[i]);
         return;
@@ -85,7 +84,7 @@ void convertSamples(const From* from, std::size_t pixels, std::size_t channels, 
             *to++ = convertedSample<To>(from[c]);
 }
 
-/// A decoder whose pixels are always RGBA of 8 bits with straight alpha.
+/// A decoder whose output is always 8-bit RGBA with straight alpha.
 class RgbaDecoder : public ImageDecoder {
   public:
     const StoredImage& image() const override { return image_; }
@@ -113,7 +112,7 @@ class RgbaDecoder : public ImageDecoder {
     StoredImage image_;
 
   private:
-    /// Fills all pixels.
+    /// Decodes all pixels.
     virtual void decode(std::uint8_t* rgba) const = 0;
 
     template <class To>

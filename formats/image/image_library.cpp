@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chooses between the codecs that are built in and the module, and loads the module.
+// Choice between built-in codecs and the module, which it loads.
 #include "formats/image/image_library.h"
 
 #include <atomic>
@@ -16,11 +16,10 @@ namespace {
 
 std::mutex library_mutex;
 const ImageLibrary* loaded_library = nullptr;
-int wanted_threads = 0;               ///< 0 = nothing was said
-std::atomic<int> most_megabytes = 0;  ///< 0 = nothing was said
+int wanted_threads = 0;               ///< 0 = not set
+std::atomic<int> most_megabytes = 0;  ///< 0 = not set
 
-/// A format with codecs that need no module. Where `decoder` returns null, the module has to decode
-/// the file.
+/// A format with built-in codecs. If `decoder` returns null, the module has to decode the file.
 struct BuiltIn {
     std::string_view format;
     std::unique_ptr<ImageDecoder> (*decoder)(const std::string&, std::span<const std::uint8_t>);
@@ -33,7 +32,7 @@ constexpr BuiltIn kBuiltIn[] = {
     {"targa", tgaDecoder, nullptr, nullptr},
 };
 
-/// Not by the library's own limit, which a host may share with us.
+/// Checks the size limit ourselves: the library's own limit may be shared with a host program.
 std::unique_ptr<ImageDecoder> checked(std::unique_ptr<ImageDecoder> decoder) {
     const StoredImage& image = decoder->image();
     const std::uint64_t bytes = static_cast<std::uint64_t>(image.width) *
@@ -81,7 +80,7 @@ std::unique_ptr<ImageEncoder> imageEncoder(const std::string& format) {
 }
 
 std::uint64_t imageEncoderBytes(const std::string& format, std::uint64_t picture) {
-    // OpenImageIO 2.4 of Debian 12 with what it is linked with: 96 to 110 MB, measured.
+    // OpenImageIO 2.4 of Debian 12 with its dependencies: 96 to 110 MB, measured.
     constexpr std::uint64_t kLibraryBytes = std::uint64_t{112} << 20;
     for (const BuiltIn& row : kBuiltIn)
         if (row.format == format && row.encoder) return row.encoder_bytes(picture);
@@ -90,8 +89,7 @@ std::uint64_t imageEncoderBytes(const std::string& format, std::uint64_t picture
 }
 
 std::uint64_t sharedEncoderBytes(const std::string& format, std::uint64_t picture) {
-    // Of what is built in, rows and what is filtered stay with the encoder; the other half does
-    // not.
+    // In built-in encoders, half is per encoder (rows and filtered data); the other half is shared.
     const std::uint64_t all = imageEncoderBytes(format, picture);
     for (const BuiltIn& row : kBuiltIn)
         if (row.format == format && row.encoder) return all / 2;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decoders and encoders of flat pictures. Those of PNG, JPEG, KTX2, BMP and TGA are built in; all
-// others are OpenImageIO's. It brings 240 libraries, so it is a module
-// (formats/modules/image_library.cpp alone includes it), which is loaded for the first picture of
-// another kind.
+// Decoders and encoders of flat pictures. PNG, JPEG, KTX2, BMP and TGA are built in; all other
+// formats go through OpenImageIO. It links 240 libraries, so it is a module (only
+// formats/modules/image_library.cpp includes it), which is loaded for the first picture of another
+// format.
 #pragma once
 
 #include <cstddef>
@@ -15,20 +15,20 @@
 
 namespace peeler {
 
-/// What a file tells before its pixels are decoded.
+/// Properties of a picture known before its pixels are decoded.
 struct StoredImage {
     int x = 0, y = 0, width = 0, height = 0, depth = 1;           ///< data window
     int full_x = 0, full_y = 0, full_width = 0, full_height = 0;  ///< display window
-    std::vector<std::string> channels{};                          ///< their names
+    std::vector<std::string> channels{};                          ///< channel names
     bool floating_point = false;
     bool straight_alpha = false;
     bool deep = false;
     std::string description{};
-    std::string codec{};         ///< of formats that have several
-    std::optional<bool> srgb{};  ///< what a KTX2 says of its colours; false: they are linear
-    int orientation = 1;         ///< of the rows, TIFF's: 1 = from the top, from the left
-    /// What the file says and is not shown, each a clause: "it is animated; …". Of damaged pixels
-    /// only when they have been read.
+    std::string codec{};         ///< of formats with several codecs
+    std::optional<bool> srgb{};  ///< colour space declared by a KTX2; false: linear
+    int orientation = 1;         ///< TIFF orientation of the rows: 1 = from the top, from the left
+    /// Features of the file that are not shown, a clause each: "it is animated; …". Damaged pixels
+    /// are noted only after read().
     std::vector<std::string> notes{};
 };
 
@@ -37,20 +37,19 @@ class ImageDecoder {
   public:
     virtual ~ImageDecoder() = default;
     virtual const StoredImage& image() const = 0;
-    /// Decodes the channels [begin, end) of every pixel, row-major, top to bottom, into `samples`,
-    /// which has room for them: as floats, in which the range of an integer is 0 to 1, or as
-    /// integers of 8 bits.
+    /// Decodes the channels [begin, end) of all pixels, row-major, top to bottom, into `samples`,
+    /// which has room for them: floats, with an integer's full range as 0 to 1, or 8-bit integers.
     virtual void read(int begin, int end, float* samples) = 0;
     virtual void read(int begin, int end, std::uint8_t* samples) = 0;
 };
 
-/// The file that an encoder writes. Members must not throw (some encoders are C inside); they
-/// return how many bytes they took or gave.
+/// An encoder's output file. Members must not throw (some encoders are C inside); they return the
+/// number of bytes transferred.
 class EncodedFile {
   public:
     virtual ~EncodedFile() = default;
     virtual std::uint64_t size() const = 0;
-    /// Overwrites or extends it.
+    /// Overwrites or extends the file.
     virtual std::size_t writeAt(std::uint64_t offset, std::span<const std::byte> bytes) = 0;
     virtual std::size_t readAt(std::uint64_t offset, std::span<std::byte> bytes) = 0;
 };
@@ -58,10 +57,10 @@ class EncodedFile {
 struct ImageToEncode {
     std::string path;  ///< for messages
     int width = 0, height = 0, channels = 4;
-    int bits = 8;               ///< of an unsigned sample, 8 or 16; alpha is straight
-    std::string software{};     ///< stands in the file unless empty
-    std::string description{};  ///< likewise
-    bool srgb = false;          ///< the file is to say that it is
+    int bits = 8;               ///< per unsigned sample, 8 or 16; alpha is straight
+    std::string software{};     ///< stored in the file unless empty
+    std::string description{};  ///< stored in the file unless empty
+    bool srgb = false;          ///< the file declares sRGB
 };
 
 /// Members throw std::runtime_error with the library's message.
@@ -72,13 +71,13 @@ class ImageEncoder {
     /// `file` must outlive the encoder.
     virtual void open(const ImageToEncode& image, EncodedFile& file) = 0;
     /// Encodes the rows [begin, end), which come in order, top to bottom; `samples` has their
-    /// pixels, each with all its channels, as ImageToEncode says.
+    /// interleaved pixels in the format of ImageToEncode.
     virtual void writeRows(int begin, int end, const void* samples) = 0;
     virtual void close() = 0;
 };
 
-/// OpenImageIO as its module offers it; `format` is its name of a format, such as "png". May be
-/// used from several threads.
+/// The interface of the OpenImageIO module; `format` is OpenImageIO's format name, such as "png".
+/// Thread-safe.
 class ImageLibrary {
   public:
     virtual ~ImageLibrary() = default;
@@ -87,38 +86,38 @@ class ImageLibrary {
         const std::string& format, const std::string& path,
         std::span<const std::uint8_t> bytes = {}) const = 0;
     virtual std::unique_ptr<ImageEncoder> encoder(const std::string& format) const = 0;
-    /// Limits the threads (from 1) of OpenImageIO, and of OpenEXR where OpenImageIO reads or writes
-    /// with it.
+    /// Limits the threads (at least 1) of OpenImageIO, and of OpenEXR when used by OpenImageIO.
     virtual void setThreads(int threads) const = 0;
 };
 
-/// The library, which the first call loads. Throws Error (kInternal) if it cannot be loaded.
+/// Returns the library, loaded by the first call. Throws Error (kInternal) if it cannot be loaded.
 const ImageLibrary& imageLibrary();
 
-/// Limits the threads (from 1, the caller's among them) of OpenImageIO, and of OpenEXR where
-/// OpenImageIO reads or writes with it, by setThreads(), now or when the library is loaded. Our own
-/// EXR files are packed and unpacked by parallelFor, and OpenVDB is told how many when it is
-/// called. To be called before the first file is opened.
+/// Limits the threads (at least 1, including the caller's) of OpenImageIO, and of OpenEXR when used
+/// by OpenImageIO, through setThreads(), now or when the library is loaded. Our own EXR files are
+/// packed and unpacked by parallelFor, and OpenVDB gets its limit with each call. Call it before
+/// the first file is opened.
 void setLibraryThreads(int threads);
 
-/// Refuses larger pictures from now on, whether their decoder is built in or the library's.
+/// Limits the size of pictures decoded from now on, by built-in decoders and the library.
 void limitDecodedSize(int megabytes);
 
-/// A decoder of the picture stored at `path`, or of `bytes` where there are any, which must outlive
-/// it; built in, or else the library's. Alpha is left straight where the file has it so. Throws
-/// std::runtime_error, and what imageLibrary() throws.
+/// Returns a decoder of the picture at `path`, or in `bytes` if not empty, which must outlive it;
+/// built in, or else the library's. Straight alpha stays straight. Throws std::runtime_error, or
+/// Error like imageLibrary().
 std::unique_ptr<ImageDecoder> imageDecoder(const std::string& format, const std::string& path,
                                            std::span<const std::uint8_t> bytes = {});
 std::unique_ptr<ImageEncoder> imageEncoder(const std::string& format);
 
-/// About how many bytes more are resident while imageEncoder() of that format encodes a picture of
-/// so many bytes: what it holds, and the library, unless it is built in or loaded already.
+/// Returns the approximate additional resident bytes while imageEncoder() of that format encodes a
+/// picture of `picture` bytes: the encoder's memory, and the library's unless it is built in or
+/// already loaded.
 std::uint64_t imageEncoderBytes(const std::string& format, std::uint64_t picture);
-/// What of that several encoders that take turns share: the library, and what is made of the rows
-/// at hand.
+/// Returns the part of imageEncoderBytes() that encoders share when they take turns: the library,
+/// and the buffers of the rows being encoded.
 std::uint64_t sharedEncoderBytes(const std::string& format, std::uint64_t picture);
 
-/// What the module exports, under the name kImageModuleFunction.
+/// The function that the module exports, named kImageModuleFunction.
 using ImageModuleFunction = const ImageLibrary*();
 inline constexpr char kImageModule[] = "peeler_images";
 inline constexpr char kImageModuleFunction[] = "peelerImageLibrary";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies chunk by chunk, or segment by segment, what is kept.
+// Metadata stripping, chunk by chunk or segment by segment.
 #include "formats/image/image_metadata.h"
 
 #include <libdeflate.h>
@@ -26,9 +26,9 @@ std::uint32_t bigEndian(std::span<const std::uint8_t> bytes, std::size_t offset,
     return value;
 }
 
-/// Whether the scans of a JPEG have its EOI marker behind them. Refuses a JPEG of very many scans:
-/// every one may be a few bytes and goes through all blocks of the picture once more. Encoders
-/// write ten. Within a scan 0xFF stands before a marker or a zero.
+/// Whether an EOI marker ends the scans of a JPEG. Rejects JPEGs with too many scans: each can be a
+/// few bytes long and still takes one more pass over all blocks. Encoders write ten. Within a scan
+/// 0xFF precedes a marker or a zero.
 bool scansEnd(std::span<const std::uint8_t> scans) {
     constexpr int kMostScans = 100;
     constexpr std::uint8_t kStartOfScan = 0xDA, kEndOfImage = 0xD9;
@@ -54,7 +54,7 @@ std::string_view textOf(std::span<const std::uint8_t> bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// The orientation that Exif says, which is a TIFF (CIPA DC-008, 4.6); 1 where it says none.
+/// Returns the orientation in Exif, which is a TIFF (CIPA DC-008, 4.6); 1 if there is none.
 int exifOrientation(std::span<const std::uint8_t> exif) {
     constexpr std::string_view kPrefix("Exif\0\0", 6);
     constexpr std::size_t kHeader = 8, kEntry = 12;
@@ -160,7 +160,7 @@ ReducedImage withoutWebpMetadata(std::span<const std::uint8_t> bytes) {
     ReducedImage reduced{{bytes.begin(), bytes.begin() + kHeader}};
     std::vector<std::uint8_t>& result = reduced.bytes;
     result.reserve(bytes.size());
-    // What lies behind the RIFF's end is none of the picture.
+    // Bytes after the end of the RIFF are not part of the picture.
     bytes = bytes.first(std::min(bytes.size(), kFrame + std::size_t{littleEndian(bytes, 4)}));
     for (std::size_t offset = kHeader; offset < bytes.size();) {
         if (bytes.size() - offset < kFrame) failToDecode("the WebP is truncated");

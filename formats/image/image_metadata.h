@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reduces PNG, JPEG and WebP files to what decoding their pixels needs.
+// Metadata stripping: reduces PNG, JPEG and WebP files to the data their pixels need.
 #pragma once
 
 #include <cstdint>
@@ -9,28 +9,28 @@
 
 namespace peeler {
 
-/// What decoding the pixels of a file needs, and what the rest says of them.
+/// A stripped file, with the metadata that affects how it is shown.
 struct ReducedImage {
     std::vector<std::uint8_t> bytes;
-    int orientation = 1;               ///< Exif's (TIFF 6.0, "Orientation"); 1 = as stored
-    std::vector<std::string> notes{};  ///< what of the picture is not shown, as StoredImage::notes
+    int orientation = 1;  ///< Exif orientation (TIFF 6.0, "Orientation"); 1 = as stored
+    std::vector<std::string> notes{};  ///< features that are not shown, as in StoredImage
 };
 
-/// The PNG (ISO/IEC 15948) with its critical chunks and tRNS only. A texture's colour profile,
-/// gamma and texts are not used (glTF 2.0 §3.8.3), parsing them is where decoders have their
-/// vulnerabilities, and libpng writes complaints about them to stderr. Throws Error (kInput) with
-/// an empty `where` if chunks are truncated or their checksums are wrong.
+/// Strips a PNG (ISO/IEC 15948) to its critical chunks and tRNS. A texture's colour profile, gamma
+/// and texts are not used (glTF 2.0 §3.8.3), their parsers are where decoders have vulnerabilities,
+/// and libpng prints complaints about them to stderr. Throws Error (kInput) with an empty `where`
+/// if chunks are truncated or their checksums are wrong.
 ReducedImage withoutPngMetadata(std::span<const std::uint8_t> bytes);
 
-/// The JPEG (ITU-T T.81) without Exif, IPTC, profiles and comments, for the same reasons; Adobe's
-/// APP14 stays, since it says how the colours are stored. A file that ends in the middle of its
-/// pixels gets a note, since libjpeg fills the missing ones with grey. Throws Error (kInput),
-/// likewise, for a file that ends before the pixels or has damaged markers.
+/// Strips Exif, IPTC, profiles and comments from a JPEG (ITU-T T.81), for the same reasons. Adobe's
+/// APP14 stays, since it defines the colour encoding. A file that ends within its pixels gets a
+/// note, since libjpeg fills the missing ones with grey. Throws Error (kInput) with an empty
+/// `where` if the file ends before the pixels or has damaged markers.
 ReducedImage withoutJpegMetadata(std::span<const std::uint8_t> bytes);
 
-/// The WebP (RFC 9649) without Exif, XMP, profiles and chunks that nobody knows, for the same
-/// reasons: OpenImageIO before 3.1.14 reads Exif of less than six bytes beyond its end. Throws
-/// Error (kInput) likewise if a chunk is truncated.
+/// Strips Exif, XMP, profiles and unknown chunks from a WebP (RFC 9649), for the same reasons:
+/// OpenImageIO before 3.1.14 reads beyond the end of an Exif shorter than six bytes. Throws Error
+/// (kInput) with an empty `where` if a chunk is truncated.
 ReducedImage withoutWebpMetadata(std::span<const std::uint8_t> bytes);
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tone maps, quantises and encodes rows, by an encoder on top of an AtomicFile.
+// Tone mapping, quantisation and encoding of rows into an AtomicFile.
 #include "formats/image/image_writer.h"
 
 #include <algorithm>
@@ -44,7 +44,7 @@ std::uint8_t quantizeSrgb(float linear) {
     return bytes(linear);
 }
 
-constexpr int kEncodedRows = 64;  // that are shown and handed to the encoder
+constexpr int kEncodedRows = 64;  // per call of the encoder
 
 }  // namespace
 
@@ -56,8 +56,8 @@ SizeForecast imageForecast(const std::string& path, std::uint64_t pixels) {
     return {bytes + bytes / 1000 + kHeaders, Certainty::kAtMost};
 }
 
-/// What the encoder writes goes through the AtomicFile, so that a full disk is noticed at once and
-/// reported as for every other format. Exceptions wait in `failure`.
+/// Encoder output through an AtomicFile, so that a full disk is noticed at once and reported as for
+/// every other format. Exceptions wait in `failure`.
 class AtomicTarget final : public EncodedFile {
   public:
     explicit AtomicTarget(AtomicFile& file) : file_(file) {}
@@ -79,7 +79,7 @@ class AtomicTarget final : public EncodedFile {
     }
 
     std::exception_ptr failure;
-    bool discards = false;  ///< writes succeed and do nothing
+    bool discards = false;  ///< writes are ignored and succeed
 
   private:
     template <class F>
@@ -96,12 +96,12 @@ class AtomicTarget final : public EncodedFile {
     AtomicFile& file_;
 };
 
-/// The open file. `target` and `encoder` refer to `file`, so the order of members matters.
+/// The open file. `target` and `encoder` refer to `file`, so the member order matters.
 struct ImageWriter::Output {
     explicit Output(const std::string& path) : file(path), target(file) {}
     ~Output() { abandon(); }
 
-    /// Runs `action`; an error of the disk goes before the one that the encoder made of it.
+    /// Runs `action`; a disk error takes precedence over the encoder error it caused.
     template <class F>
     void checked(F&& action) {
         std::string problem;
@@ -114,20 +114,20 @@ struct ImageWriter::Output {
         if (!problem.empty()) throw Error(ErrorKind::kOutput, problem, file.path());
     }
 
-    /// Returns in how many pixels alpha was raised.
+    /// Returns the number of pixels with raised alpha.
     template <class T>
     std::uint64_t writeRows(const CompositeImage& composite, const Display& display,
                             const std::array<float, 4>& background, PictureAlpha alpha);
 
     /// Closes an unfinished picture. OpenImageIO's encoders complain on stderr about missing rows,
-    /// so they get them, black; nothing of it reaches the disk.
+    /// so they get black ones, which never reach the disk.
     void abandon() noexcept;
 
     AtomicFile file;
     AtomicTarget target;
     std::unique_ptr<ImageEncoder> encoder;
-    ImageToEncode image{};  ///< height 0 = not begun
-    int next_row = 0;       ///< of the file, 0 = top of the crop
+    ImageToEncode image{};  ///< height 0 = not started
+    int next_row = 0;       ///< in the file, 0 = top of the crop
     std::vector<std::byte> pixels;
 };
 
@@ -148,7 +148,7 @@ std::uint64_t ImageWriter::Output::writeRows(const CompositeImage& composite,
         return composite.isSame(a, b) &&
                (alpha == PictureAlpha::kOpacity || isCovered(a) == isCovered(b));
     };
-    /// Of PictureAlpha::kAnyFragment.
+    /// Implements PictureAlpha::kAnyFragment.
     const auto mask = [&](std::size_t in, T* out) {
         const bool black = out[0] == 0 && out[1] == 0 && out[2] == 0;
         if (!isCovered(in))
@@ -173,7 +173,7 @@ std::uint64_t ImageWriter::Output::writeRows(const CompositeImage& composite,
             std::uint64_t raised_here = 0;
             bool is_raised = false;
             for (std::size_t x = 0; x < width; ++x, ++in, out += channels) {
-                // Around the scene, and on what is flat, pixels are like those on their left.
+                // Around the scene and on flat areas, pixels equal their left neighbours.
                 if (x > 0 && isSame(in, in - 1)) {
                     std::copy_n(out - channels, channels, out);
                 } else {
@@ -202,7 +202,7 @@ void ImageWriter::Output::abandon() noexcept {
         for (; next_row < image.height; ++next_row)
             encoder->writeRows(next_row, next_row + 1, black.data());
         encoder.reset();
-    } catch (...) {  // the picture is lost anyway, and for a reason that is being reported
+    } catch (...) {  // the picture is lost anyway, and the reason is being reported
     }
 }
 
@@ -283,7 +283,7 @@ ImageWriter::~ImageWriter() = default;
 
 void ImageWriter::begin(const Plan& plan) {
     const StageTimer timer(times_, "encode");
-    // The encoder comes first: without it no file is to be created.
+    // Make the encoder first, so that no file is created without one.
     auto encoder = imageEncoder(std::string(format_->name));
     output_ = std::make_unique<Output>(path_);
     Output& output = *output_;
@@ -301,8 +301,8 @@ void ImageWriter::begin(const Plan& plan) {
     image.bits = format_->bits;
     image.software = "peeler " + options_.provenance.version;
     image.description = outputHashText(options_.provenance.output_hash);
-    // For TIFF this becomes an Exif directory, which OpenImageIO 2.4.7 links wrongly when it writes
-    // through a proxy: the file is then unreadable. TIFF is taken for sRGB anyway.
+    // In a TIFF this becomes an Exif directory, which OpenImageIO 2.4.7 links wrongly when it
+    // writes through a proxy: the file is then unreadable. TIFF is read as sRGB anyway.
     image.srgb = format_->name != "tiff";
     output.checked([&] { output.encoder->open(image, output.target); });
     output.image = image;
@@ -319,7 +319,7 @@ void ImageWriter::write(LayeredImage&& band) {
             kept_.z.insert(kept_.z.end(), composite_.z.begin(), composite_.z.end());
         return;
     }
-    const StageTimer timer(times_, "encode");  // the encoder writes as it encodes
+    const StageTimer timer(times_, "encode");  // includes writing
     encode(composite_);
 }
 

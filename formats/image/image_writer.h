@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes flat pictures for displays (PNG, JPEG, TIFF), with tone maps and sRGB.
+// Writer of flat display pictures (PNG, JPEG, TIFF), with tone maps and sRGB.
 #pragma once
 
 #include <array>
@@ -23,37 +23,37 @@ namespace peeler {
 class AtomicFile;
 
 struct ImageFormat {
-    std::string_view name;  ///< as OpenImageIO has it
+    std::string_view name;  ///< in OpenImageIO
     std::vector<std::string_view> extensions;
     std::string_view summary;
-    int bits = 8;  ///< of a sample
+    int bits = 8;  ///< per sample
 };
-/// The table of the formats that ImageWriter writes.
+/// Returns the table of formats that ImageWriter writes.
 std::span<const ImageFormat> imageFormats();
-/// The row for the extension of a path; null if the extension is in no row.
+/// Returns the row for a path's extension; null if there is none.
 const ImageFormat* findImageFormat(const std::string& path);
 
-/// How large a file of so many pixels will be at most: compressed pixels take no more than others,
-/// but for a thousandth. The path ends in an extension of the table.
+/// Returns the maximum file size for a number of pixels: compression adds at most a thousandth. The
+/// path must have an extension of the table.
 SizeForecast imageForecast(const std::string& path, std::uint64_t pixels);
 
-/// What alpha says in a file.
+/// The meaning of alpha in a file.
 enum class PictureAlpha : std::uint8_t {
-    kOpacity,  ///< how much of what is behind the picture shows through
-    /// Whether a pixel has any fragment: 255, or 0 and black. The picture is over black then, in
-    /// place of the background, and a pixel that has one is never quite black: (1, 1, 1) at least
-    /// where it would be (0, 0, 0). So the mask is the same by alpha and by colour.
+    kOpacity,  ///< opacity over the background
+    /// Whether a pixel has any fragment: 255, or 0 and black. The picture is then over black
+    /// instead of the background, and a pixel with a fragment is never fully black: at least (1, 1,
+    /// 1) in place of (0, 0, 0). So alpha and colour give the same mask.
     kAnyFragment
 };
 
-/// Writes the crop of the picture, all layers composited, shown as `options` say (Display), over
-/// the background, sRGB-encoded, in the format of the path's extension. PNG and TIFF keep alpha,
-/// straight (straightPixel). JPEG has none: what the background leaves open is black. If the
-/// exposure is automatic the composite is kept until finish(), 16 bytes a pixel (28 with coloured
-/// opacity), and metered; what is but a part of a picture is not metered, so that parts agree.
+/// Writes the crop of the picture, all layers composited over the background, with the display
+/// transform of `options` (Display), sRGB-encoded, in the format of the path's extension. PNG and
+/// TIFF keep straight alpha (straightPixel). JPEG has no alpha: transparent areas become black.
+/// With automatic exposure the composite is kept until finish(), 16 bytes per pixel (28 with
+/// coloured opacity), and metered; a part of a picture is not metered, so that parts match.
 class ImageWriter : public Sink {
   public:
-    /// Throws Error (kUsage) if there is no such tone map; (kInternal) if the path ends in no
+    /// Throws Error (kUsage) if there is no such tone map, and Error (kInternal) if the path has no
     /// extension of the table.
     ImageWriter(std::string path, OutputOptions options,
                 PictureAlpha alpha = PictureAlpha::kOpacity);
@@ -63,7 +63,7 @@ class ImageWriter : public Sink {
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
     void finish() override;
-    /// finish() without its commit, for commitAll().
+    /// Does finish() without the commit, for commitAll().
     AtomicFile& close();
     SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override { return times_; }
@@ -71,7 +71,7 @@ class ImageWriter : public Sink {
   private:
     struct Output;
     void encode(const CompositeImage& composite);
-    /// Whether the exposure is found of such a picture.
+    /// Whether such a picture is metered for its exposure.
     bool metersOf(const Plan& plan) const;
 
     std::string path_;
@@ -79,7 +79,7 @@ class ImageWriter : public Sink {
     PictureAlpha alpha_;
     const ImageFormat* format_ = nullptr;
     Display display_;
-    bool metered_ = false;  ///< the exposure is found at finish(), of what `kept_` has
+    bool metered_ = false;  ///< finish() meters the exposure of `kept_`
     bool tinted_ = false;   ///< the picture has coloured opacity
     CompositeImage kept_;
     std::unique_ptr<Output> output_;
@@ -87,24 +87,24 @@ class ImageWriter : public Sink {
     StageTimes times_;
 };
 
-/// Writes a picture of grey samples of 8 bits, row-major, as a PNG into a file that is left to be
-/// committed. They are stored as they are. `software` stands in the file unless empty. Throws Error
-/// (kOutput).
+/// Writes 8-bit grey samples, row-major, as a PNG into a file that the caller commits. The samples
+/// are stored unchanged. `software` is stored in the file unless empty. Throws Error (kOutput) if
+/// writing fails.
 void writeGreyPng(AtomicFile& file, int width, int height, std::span<const std::uint8_t> samples,
                   const std::string& software = {});
-/// The same of 16 bits.
+/// Writes 16-bit grey samples in the same way.
 void writeGreyPng(AtomicFile& file, int width, int height, std::span<const std::uint16_t> samples,
                   const std::string& software = {});
 
-/// Makes `image` one fragment at Z = 0 in every pixel of the window, which is how writers take a
-/// finished picture. Returns the room for their colours, row-major: premultiplied linear RGBA in
+/// Makes `image` one fragment at Z = 0 in every pixel of the window, the form in which writers take
+/// a finished picture. Returns its colours to fill in, row-major: premultiplied linear RGBA in
 /// float. Reuses the storage of `image`.
 std::span<float> onePerPixel(const Window& window, LayeredImage& image);
 
-/// Calculates round(255 · encodeSrgb(linear)) exactly, for every float, by a table; NaN becomes 0.
+/// Exact table for round(255 · encodeSrgb(linear)) of any float; NaN becomes 0.
 class SrgbBytes {
   public:
-    /// Fills the table: finds by bisection where each byte begins.
+    /// Builds the table: finds the lower bound of each byte by bisection.
     SrgbBytes();
 
     std::uint8_t operator()(float linear) const {
@@ -117,8 +117,8 @@ class SrgbBytes {
     }
 
   private:
-    /// A bucket is the exponent and 6 bits of the mantissa, from 2^-13 on: about one byte begins in
-    /// each.
+    /// A bucket covers one value of the exponent and 6 mantissa bits, from 2^-13 on: about one byte
+    /// starts in each.
     static constexpr unsigned kShift = 17;
     static constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(0x1p-13F) >> kShift,
                                    kEnd = std::bit_cast<std::uint32_t>(1.0F) >> kShift;
@@ -126,8 +126,8 @@ class SrgbBytes {
         return (std::bit_cast<std::uint32_t>(linear) >> kShift) - kFirst;
     }
 
-    std::array<float, 257> begins_;                    ///< the least float of each byte, then +inf
-    std::array<std::uint8_t, kEnd - kFirst> first_{};  ///< byte at the beginning of each bucket
+    std::array<float, 257> begins_;                    ///< least float of each byte, then +inf
+    std::array<std::uint8_t, kEnd - kFirst> first_{};  ///< byte at the start of each bucket
 };
 
 }  // namespace peeler

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads header, index, data format descriptor and metadata of KTX 2.0 files. Sections are named as
-// in the specification; numbers of colour models, channels and transfer functions are those of the
-// Khronos Data Format Specification 1.3, "Descriptor block" and the sections behind it.
+// Header, index, data format descriptor and metadata of KTX 2.0 files. Sections are named as in the
+// specification. Numbers of colour models, channels and transfer functions are those of the Khronos
+// Data Format Specification 1.3, "Descriptor block" and the sections after it.
 #include "formats/image/ktx2.h"
 
 #include <algorithm>
@@ -15,16 +15,16 @@ namespace {
 
 constexpr std::string_view kIdentifier = "\xABKTX 20\xBB\r\n\x1A\n";
 constexpr std::size_t kKtx2HeaderBytes = 80, kLevelBytes = 24;
-constexpr std::uint32_t kMostKtx2Side = std::uint32_t{1} << 24U;  // sizes fit 64 bits
+constexpr std::uint32_t kMostKtx2Side = std::uint32_t{1} << 24U;  // so that sizes fit 64 bits
 
-/// Where the fields of the header stand ("File Structure").
+/// Byte offsets of the header fields ("File Structure").
 struct Ktx2Field {
     static constexpr std::size_t kVkFormat = 12, kTypeSize = 16, kWidth = 20, kHeight = 24,
                                  kDepth = 28, kLayers = 32, kFaces = 36, kLevels = 40, kScheme = 44,
                                  kDescriptor = 48, kMetadata = 56, kGlobalData = 64;
 };
 
-/// Texels that are decoded, by VkFormat (UNORM and SRGB) and colour model.
+/// A supported texel format, by VkFormat (UNORM and SRGB) and colour model.
 struct Ktx2TexelRow {
     Ktx2Texels texels;
     const char* name;
@@ -39,10 +39,9 @@ constexpr Ktx2TexelRow kKtx2Texels[] = {
     {Ktx2Texels::kRgba8, "RGBA8", 37, 43, kModelRgb, 1, 4},
 };
 
-/// What the channels of a descriptor's samples are, in a row: the swizzle that makes RGBA of what
-/// is decoded. A colour that a texture does not have is 0, alpha 1 (section "KTXswizzle"). Blocks
-/// of the one channel RRR have all three colours: toktx 4.0.0-beta4 wrote it into files of colours,
-/// and transcoders take them as they are.
+/// The swizzle to RGBA for a sequence of channels in a descriptor. Missing colours are 0, missing
+/// alpha is 1 (section "KTXswizzle"). Blocks with the single channel RRR hold all three colours:
+/// toktx 4.0.0-beta4 declared colour files this way, and transcoders use them unchanged.
 struct Ktx2ChannelRow {
     std::uint32_t model;
     std::string_view channels;
@@ -62,8 +61,9 @@ constexpr Ktx2ChannelRow kKtx2Channels[] = {
     {kModelRgb, {"\x00\x01\x02\x0F", 4}, {'r', 'g', 'b', 'a'}},
 };
 
-/// By supercompressionScheme: how many bytes one may stand for. Zstandard has 128 KiB for the four
-/// bytes of a block that repeats one (RFC 8878, section 3.1.1.2), DEFLATE 258 for two bits.
+/// By supercompressionScheme: the maximum number of output bytes per input byte. Zstandard reaches
+/// 128 KiB for the four bytes of a repeating block (RFC 8878, section 3.1.1.2), DEFLATE 258 for two
+/// bits.
 struct Ktx2PackingRow {
     const char* name;
     std::uint64_t most_from_one;
@@ -93,7 +93,7 @@ class Ktx2Reader {
     }
 
   private:
-    /// `size` bytes, the lowest first; the caller knows that they are there.
+    /// Returns `size` bytes as a little-endian number; the caller has checked that they exist.
     std::uint64_t number(std::size_t at, std::size_t size = 4) const {
         std::uint64_t value = 0;
         for (std::size_t i = size; i-- > 0;)
@@ -117,7 +117,7 @@ class Ktx2Reader {
                         [](char a, std::uint8_t b) { return static_cast<std::uint8_t>(a) == b; }))
             failKtx2("no KTX 2.0 header is there", 0);
         width_ = checkedSide(Ktx2Field::kWidth);
-        // "Texture Type".
+        // Section "Texture Type".
         struct Shape {
             std::size_t at;
             std::uint64_t must_be;
@@ -148,7 +148,7 @@ class Ktx2Reader {
         return static_cast<std::uint32_t>(side);
     }
 
-    /// "Data Format Descriptor": its first block, a basic one.
+    /// Reads the first block of the "Data Format Descriptor", a basic one.
     void readDescriptor() {
         constexpr std::size_t kBlock = 4, kBasic = 24, kSample = 16;
         const std::uint64_t at = number(Ktx2Field::kDescriptor),
@@ -229,7 +229,7 @@ class Ktx2Reader {
         out_.second_plane = texels_->model == kModelEtc1s && count == 2;
     }
 
-    /// "Level Index".
+    /// Reads the "Level Index".
     void readLevels() {
         const std::uint64_t stored = number(Ktx2Field::kLevels);
         const std::uint64_t most = std::bit_width(std::max(width_, height_));
@@ -277,7 +277,7 @@ class Ktx2Reader {
         return out;
     }
 
-    /// "Key/Value Data".
+    /// Reads the "Key/Value Data".
     void readMetadata() {
         const std::uint64_t begin = number(Ktx2Field::kMetadata);
         const auto pairs = section(begin, number(Ktx2Field::kMetadata + 4), "key/value data",
@@ -294,7 +294,7 @@ class Ktx2Reader {
             std::string_view value = text.substr(end + 1);
             value = value.substr(0, value.find('\0'));
             if (text.substr(0, end) == "KTXorientation" && value != "rd")
-                // Which pixel a coordinate means does not depend on it.
+                // It does not change the pixel at a coordinate.
                 out_.notes.emplace_back(
                     "its orientation (KTXorientation) is not rd; it has no effect");
             if (text.substr(0, end) == "KTXswizzle") readSwizzle(value, begin + at + 4);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes the largest level of KTX 2.0 files: unpacks it by libzstd or libdeflate, or reads
-// BasisLZ. Smaller levels have been checked to be there, and are left alone: what draws makes its
-// own.
+// Decoder of the largest level of KTX 2.0 files: unpacks it with libzstd or libdeflate, or reads
+// BasisLZ. Smaller levels are only checked for presence; the renderer builds its own mipmaps.
 #include <libdeflate.h>
 #include <zstd.h>
 
@@ -16,8 +15,8 @@
 namespace peeler {
 namespace {
 
-/// Checks that a level is nothing but frames of RFC 8878: libzstd would read the formats of before
-/// its first version, too.
+/// Checks that a level consists of RFC 8878 frames only: libzstd would also read the formats before
+/// its version 1.
 void checkFrames(const Ktx2Level& level) {
     constexpr std::uint8_t kMagic[] = {0x28, 0xB5, 0x2F, 0xFD};
     auto rest = level.bytes;
@@ -32,7 +31,7 @@ void checkFrames(const Ktx2Level& level) {
     }
 }
 
-/// Unpacks all of a level; exactly `out` has to come of it.
+/// Unpacks a whole level; it must fill `out` exactly.
 void unpackLevel(Ktx2Packing packing, const Ktx2Level& level, ByteBuffer& out) {
     out.resize(level.unpacked_bytes);
     if (packing == Ktx2Packing::kZstandard) {
@@ -63,7 +62,7 @@ void expandPlainTexels(std::span<const std::uint8_t> texels, std::size_t channel
     }
 }
 
-/// Puts the channels where the swizzle wants them.
+/// Applies the swizzle.
 void swizzleTexels(const std::array<char, 4>& swizzle, std::uint8_t* rgba, std::size_t pixels) {
     constexpr std::string_view kComponents = "rgba01";
     if (std::string_view(swizzle.data(), 4) == kComponents.substr(0, 4)) return;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is written on pictures: text without a font file (machines of a farm have none), and the
-// legends of pictures whose colours are numbers.
+// Bitmap text without a font file (render farm machines have none), and legends of pictures with
+// false colours.
 #pragma once
 
 #include <array>
@@ -12,40 +12,39 @@
 
 namespace peeler {
 
-/// The height of a glyph of printable ASCII and its distance to the next one, in dots.
+/// Height of a printable ASCII glyph, and the distance to the next one, in dots.
 inline constexpr int kTextHeight = 7, kTextAdvance = 6;
 
-/// Draws one line with its upper left corner at (x, y) of the picture's window, a dot being `scale`
-/// pixels wide and high. What lies outside the window is left out; a character that is not
-/// printable ASCII is shown as '?'.
+/// Draws one line with its upper left corner at (x, y) of the picture's window; a dot is `scale`
+/// pixels wide and high. Clips to the window; characters outside printable ASCII become '?'.
 void drawText(CompositeImage& picture, int x, int y, int scale, const std::array<float, 4>& color,
               std::string_view text);
 
-/// A strip of white below a picture.
+/// The size of a white strip below a picture.
 struct LegendSize {
-    int scale = 1;              ///< pixels a dot of its text
-    int width = 0, height = 0;  ///< pixels; it may have to be wider than the picture
+    int scale = 1;              ///< pixels per text dot
+    int width = 0, height = 0;  ///< pixels; may be wider than the picture
 };
 
-/// The legend of a picture whose colours are numbers.
+/// The legend of false colours.
 struct ColorBar {
-    std::string title;                                    ///< what the numbers are, and their unit
-    double low = 0, high = 1;                             ///< the numbers at both ends
+    std::string title;                                    ///< quantity and unit
+    double low = 0, high = 1;                             ///< values at both ends
     std::array<float, 3> (*ramp)(float share) = nullptr;  ///< linear; share from 0 to 1
 };
 
-/// The size of the legend with this title below a picture `width` pixels wide.
+/// Returns the size of the legend with this title below a picture `width` pixels wide.
 LegendSize colorBarSize(std::string_view title, int width);
-/// The bar with its title above and numbers below: those at the ends, and round ones between. The
+/// Draws the bar with its title above and values below: both ends, and round ones between. The
 /// window is (0, 0) to the size.
 CompositeImage drawColorBar(const ColorBar& bar, const LegendSize& size);
 
-/// A line of a legend: a square of a colour, and what it stands for.
+/// A line of a legend: a colour square and its meaning.
 struct LegendLine {
     std::array<float, 3> color{1, 1, 1};  ///< linear; white = no square
     std::string text;
 };
-/// The size of these lines below each other, for a picture `width` pixels wide.
+/// Returns the size of these lines, one below the other, for a picture `width` pixels wide.
 LegendSize legendSize(const std::vector<LegendLine>& lines, int width);
 CompositeImage drawLegend(const std::vector<LegendLine>& lines, const LegendSize& size);
 

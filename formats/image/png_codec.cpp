@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes PNG by libspng, which leaves the pixels as they are stored or expands them, and does
-// nothing else to them.
+// PNG decoder through libspng, which returns pixels as stored or expanded, and does nothing else to
+// them.
 #include "formats/image/image_codecs.h"
 
 #include <fcntl.h>
@@ -21,8 +21,8 @@
 namespace peeler {
 namespace {
 
-/// Of the last call: whether libspng, or zlib within it, lacked memory. It calls that by several
-/// names, one of which is a picture's damage.
+/// Whether libspng, or zlib within it, ran out of memory in the last call. It reports that by
+/// several error codes, one of which also means damage.
 thread_local bool ran_out = false;
 
 void* allocated(void* memory) {
@@ -35,7 +35,7 @@ void check(int result) {
     if (result != SPNG_OK) throw std::runtime_error("PNG: " + std::string(spng_strerror(result)));
 }
 
-/// Checks the result of a function that goes from row to row; false after the last row.
+/// Checks the result of a row-by-row function; returns false after the last row.
 bool more(int result) {
     if (result == SPNG_EOI) return false;
     check(result);
@@ -55,11 +55,11 @@ Context newContext(int flags) {
     return context;
 }
 
-/// What the pixels of a kind of PNG become.
+/// The expanded format of a kind of PNG.
 struct Expansion {
     std::uint8_t color_type;
     bool sixteen_bits, transparency;
-    int format;  ///< libspng's
+    int format;  ///< in libspng
     std::string_view channels;
 };
 constexpr Expansion kExpansions[] = {
@@ -93,7 +93,7 @@ bool sameLetters(std::string_view a, std::string_view b) {
         a, b, {}, [](char c) { return c | 0x20; }, [](char c) { return c | 0x20; });
 }
 
-/// The last text before the pixels that describes them.
+/// Returns the last description text before the pixels.
 std::string descriptionIn(spng_ctx* png) {
     std::uint32_t count = 0;
     if (spng_get_text(png, nullptr, &count) != SPNG_OK) return {};
@@ -124,7 +124,7 @@ class PngDecoder final : public ImageDecoder {
         }
         const Context png = opened();
         check(spng_get_ihdr(png.get(), &header_));
-        // This reads on to the pixels, so it tells what is wrong with anything before them.
+        // This reads up to the pixels, so it reports any damage before them.
         spng_trns transparency{};
         const int result = spng_get_trns(png.get(), &transparency);
         if (result != SPNG_ECHUNKAVAIL) check(result);
@@ -144,7 +144,7 @@ class PngDecoder final : public ImageDecoder {
   private:
     Context opened() const {
         Context png = newContext(0);
-        // Texts may be zipped, so that a small file may hold large ones. The limit is not one of
+        // Texts may be compressed, so a small file may hold large ones. The limit does not apply to
         // pixels.
         constexpr std::size_t kMost = std::size_t{1} << 26U;
         check(spng_set_chunk_limits(png.get(), kMost, kMost));
@@ -176,7 +176,7 @@ class PngDecoder final : public ImageDecoder {
             convertSamples(from, width, channels, first, last,
                            samples + row * width * (last - first));
         };
-        // A row of an interlaced picture comes in parts, and is whole when all of them have come.
+        // A row of an interlaced picture comes in passes, and is complete after the last one.
         const bool interlaced = header_.interlace_method != SPNG_INTERLACE_NONE;
         std::vector<From> rows(width * channels * (interlaced ? header_.height : 1));
         spng_row_info row{};
@@ -185,12 +185,12 @@ class PngDecoder final : public ImageDecoder {
             more(spng_decode_row(png.get(), at, width * channels * sizeof(From)));
             if (!interlaced) convert(at, row.row_num);
         }
-        check(spng_decode_chunks(png.get()));  // the checksum of the pixels is among the rest
+        check(spng_decode_chunks(png.get()));  // includes the checksum of the pixels
         for (std::size_t y = 0; interlaced && y < header_.height; ++y)
             convert(rows.data() + y * width * channels, y);
     }
 
-    File file_;  // open where there are no bytes: no more of it is read than is asked for
+    File file_;  // open if there are no bytes: reads only as much as needed
     std::span<const std::uint8_t> bytes_;
     spng_ihdr header_{};
     const Expansion* expansion_ = nullptr;

@@ -11,8 +11,8 @@
 namespace peeler {
 namespace {
 
-/// Resolution strings, "-Y 4 +X 8": the axis along which rows follow each other, then the one along
-/// them; X grows to the right and Y upward.
+/// Resolution strings, "-Y 4 +X 8": the axis across rows, then the axis along them; X grows to the
+/// right and Y upward.
 struct Resolution {
     std::string_view rows, pixels;
     int orientation;
@@ -21,7 +21,7 @@ constexpr Resolution kResolutions[] = {{"-Y", "+X", 1}, {"-Y", "-X", 2}, {"+Y", 
                                        {"+Y", "+X", 4}, {"+X", "-Y", 5}, {"-X", "-Y", 6},
                                        {"-X", "+Y", 7}, {"+X", "+Y", 8}};
 
-/// The numbers of a value, as many as there are.
+/// Returns the numbers of a value.
 std::vector<double> numbersIn(std::string_view value) {
     std::vector<double> numbers;
     for (std::string_view word = takeWord(value); !word.empty(); word = takeWord(value)) {
@@ -37,7 +37,7 @@ bool same(const std::vector<double>& numbers, const std::vector<double>& usual) 
                               [](double a, double b) { return std::abs(a - b) < 2e-3; });
 }
 
-/// A setting, and the values with which it changes nothing.
+/// A setting, and its values without effect.
 struct RadianceSetting {
     std::string_view name;
     std::vector<std::vector<double>> neutral;

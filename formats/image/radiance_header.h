@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The header of a Radiance picture (Ward, "Radiance File Formats", "Picture File Format"):
-// OpenImageIO reads the pixels, and takes two of the eight orientations for each other.
+// Header of a Radiance picture (Ward, "Radiance File Formats", "Picture File Format"). OpenImageIO
+// reads the pixels, but confuses two of the eight orientations.
 #pragma once
 
 #include <string>
@@ -10,17 +10,18 @@
 namespace peeler {
 
 struct RadianceHeader {
-    /// How the rows lie, as TIFF's tag Orientation has it: 1 = from the top, each from the left.
+    /// Orientation of the rows, as in TIFF: 1 = from the top, from the left.
     int orientation = 1;
-    /// Settings that say what the numbers mean and have no effect here, as StoredImage::notes.
+    /// Settings that change the meaning of values and are ignored here, as in StoredImage::notes.
     std::vector<std::string> notes{};
 };
 
-/// Reads the header at the beginning of `text`, all of the file or as much as a header can have.
-/// What is not there is as the default; OpenImageIO refuses files without a resolution.
+/// Reads the header at the start of `text`, which is the whole file or its first
+/// kMostRadianceHeader bytes. Missing settings have their defaults; OpenImageIO rejects files
+/// without a resolution.
 RadianceHeader radianceHeader(std::string_view text);
 
-/// Headers are a few lines; those that render in steps add a line each time.
+/// Headers have a few lines; programs that render in steps add a line each time.
 inline constexpr std::size_t kMostRadianceHeader = std::size_t{1} << 16U;
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes TGA: palettes, grey and colour of 15 to 32 bits, run lengths, any corner first.
+// TGA decoder: palettes, grey and colour of 15 to 32 bits, run lengths, any corner first.
 #include <algorithm>
 #include <array>
 #include <stdexcept>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kTgaHeader = 18;
 
-/// The header's image types; 8 more are the same in run lengths.
+/// Image types of the header; plus 8 = run-length encoded.
 enum TgaType : std::uint8_t { kTgaPalette = 1, kTgaColor = 2, kTgaGrey = 3, kTgaRuns = 8 };
 
 struct TgaHeader {
@@ -27,7 +27,7 @@ constexpr bool isColorDepth(std::uint32_t bits) {
     return bits == 15 || bits == 16 || bits == 24 || bits == 32;
 }
 
-/// The header; false if a field has a value that there is not.
+/// Reads the header; returns false if a field has an illegal value.
 bool readTgaHeader(std::span<const std::uint8_t> bytes, TgaHeader& header) {
     if (bytes.size() < kTgaHeader) return false;
     const auto number = [&](std::size_t at) -> std::uint32_t {
@@ -105,7 +105,7 @@ class TgaDecoder final : public RgbaDecoder {
             fail("the file ends before its pixels do");
     }
 
-    /// Where pixel `i` of the file stands in the picture.
+    /// Returns the index in the picture of the file's pixel `i`.
     std::size_t place(std::size_t i) const {
         const std::size_t x = i % header_.width, y = i / header_.width;
         return (header_.from_top ? y : header_.height - 1 - y) * header_.width +
@@ -124,7 +124,8 @@ class TgaDecoder final : public RgbaDecoder {
         return color(bytes_.data() + header_.palette_at + place, header_.palette_bits);
     }
 
-    /// Of 16 bits the highest is no alpha that programs agree on.
+    /// Returns a colour. The highest of 16 bits is ignored: programs disagree on whether it is
+    /// alpha.
     static Texel color(const std::uint8_t* from, std::uint32_t bits) {
         if (bits >= 24)
             return {from[2], from[1], from[0], bits == 32 ? from[3] : std::uint8_t{255}};
@@ -137,7 +138,7 @@ class TgaDecoder final : public RgbaDecoder {
 
     std::span<const std::uint8_t> bytes_;
     TgaHeader header_;
-    std::size_t size_ = 0;  ///< bytes of a pixel
+    std::size_t size_ = 0;  ///< bytes per pixel
 };
 
 }  // namespace

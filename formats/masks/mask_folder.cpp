@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What lies in a folder of masks, in which order it is written, and what becomes of leftovers.
+// Layout of a mask folder, the order of writing, and the removal of leftovers.
 #include "formats/masks/mask_folder.h"
 
 #include <algorithm>
@@ -58,11 +58,11 @@ void removeFile(const fs::path& file) {
 
 }  // namespace
 
-/// What the record of a view says of its files.
+/// A view's record, as far as it describes its files.
 struct MaskFolder::Record {
-    std::string hash{};  ///< "": they are not whole
+    std::string hash{};  ///< "": incomplete
     std::size_t masks = 0, layers = 0;
-    std::uint64_t bytes = 0;  ///< of all of them
+    std::uint64_t bytes = 0;  ///< total size
 };
 
 MaskFolder::MaskFolder(MaskFolderOptions options, std::vector<MaskedObject> objects)
@@ -104,7 +104,7 @@ fs::path MaskFolder::record(std::size_t view) const {
     return options_.folder / kRecords / (viewDigits(view, 6) + ".json");
 }
 
-/// The file that stands in place of the record while a view is written.
+/// Returns the path of the file that replaces the record while a view is written.
 fs::path MaskFolder::begun(std::size_t view) const {
     return record(view).replace_extension(".begun");
 }
@@ -120,7 +120,7 @@ std::vector<fs::path> MaskFolder::sharedFiles() const {
     return names;
 }
 
-/// The pictures of a view: of these masks, and of these layers.
+/// Returns the picture files of a view's masks and layers in these ranges.
 std::vector<fs::path> MaskFolder::files(std::size_t view, std::size_t begin_mask, std::size_t masks,
                                         std::size_t begin_layer, std::size_t layers) const {
     std::vector<fs::path> all;
@@ -134,7 +134,7 @@ std::vector<fs::path> MaskFolder::files(std::size_t view, std::size_t begin_mask
     return all;
 }
 
-/// What is there; nothing if there is none that can be read.
+/// Returns the record; an empty one if it is missing or unreadable.
 MaskFolder::Record MaskFolder::readRecord(const fs::path& file) {
     Record record;
     if (!fileExists(file, ErrorKind::kOutput)) return record;
@@ -147,7 +147,7 @@ MaskFolder::Record MaskFolder::readRecord(const fs::path& file) {
         whole = false;
         return 0;
     };
-    // No view has more: what a damaged record says is no reason to look for files endlessly.
+    // No view has more; a damaged record must not cause an endless search for files.
     record.masks = std::min<std::uint64_t>(number("masks"), 10'000'000);
     record.layers = std::min<std::uint64_t>(number("layers"), 100'000);
     record.bytes = number("bytes");
@@ -174,7 +174,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
         removeFile(file);
     const Window& crop = view.view.crop;
     const int width = crop.width(), height = crop.height();
-    // Objects of which there is nothing on the canvas have no masks.
+    // Objects without pixels on the canvas have no masks.
     std::vector<std::size_t> listed;
     for (std::size_t i = 0; i < view.masks.size(); ++i)
         if (view.masks[i].canvas_pixels > 0) listed.push_back(i);
@@ -185,7 +185,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
     const std::size_t pictures_before = std::max(whole.layers, killed.layers);
     const nlohmann::json most = {{"masks", std::max(masks, masks_before)},
                                  {"layers", std::max(pictures, pictures_before)}};
-    // From here on it is known which files may be there, whatever ends the process.
+    // From here on the possible files are known, even if the process is killed.
     textFile(begun(view.number), dumpJson(most) + '\n')->commit();
     removeFile(record(view.number));
 
@@ -200,7 +200,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
         (i % 2 == 0 ? of.amodal : of.visible).fill(255, bytes);
         writeGreyPng(file, width, height, bytes, options_.software);
     };
-    // Some at once, since most of what they take is waiting for the disk.
+    // Several at once, since writing them is mostly waiting for the disk.
     constexpr std::size_t kAtOnce = 128;
     for (std::size_t first = 0; first < names.size(); first += kAtOnce) {
         std::vector<std::unique_ptr<AtomicFile>> some(std::min(kAtOnce, names.size() - first));
@@ -239,7 +239,7 @@ void MaskFolder::writeShared(std::size_t views) const {
     };
     for (std::size_t i = 0; i < texts.size(); ++i)
         append(i, texts[i].begin(options_.by, objects_));
-    // Record by record, so that a million views take no more memory than one.
+    // One record at a time, so that memory does not grow with the number of views.
     for (std::size_t view = 0; view < views; ++view) {
         const std::string text = readRegularText(record(view), kMostRecordBytes);
         try {

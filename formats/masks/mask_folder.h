@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A folder of masks: as BOP has them, in COCO's JSON, and pictures of the objects' numbers.
+// A folder of masks: BOP, COCO JSON, and pictures of object ids.
 #pragma once
 
 #include <cstdint>
@@ -15,66 +15,66 @@
 
 namespace peeler {
 
-/// What a folder has; several go together.
+/// The formats in a folder; they can be combined.
 struct MaskFormats {
     bool bop = false, coco = false, ids = false;
 };
 
-/// An object; the first one of a list is number 1.
+/// An object; the first in a list has id 1.
 struct MaskedObject {
     std::string name;
-    /// Indices of the scene's file, where it is one of these.
+    /// Indices in the scene's file, where the object is one of these.
     std::optional<int> node{}, instance{}, material{};
 };
 
-/// What the objects of a folder are, and what makes its masks.
+/// Settings of a mask folder.
 struct MaskFolderOptions {
     std::filesystem::path folder;
     MaskFormats formats{};
-    std::string by;        ///< what objects are: "node", …; stands in objects.json
-    std::string software;  ///< stands in every PNG unless empty
+    std::string by;        ///< kind of objects: "node", …; stored in objects.json
+    std::string software;  ///< stored in every PNG unless empty
 };
 
-/// What one view shows.
+/// The masks of one view.
 struct MaskedView {
     std::size_t number = 0;
-    const View& view;  ///< of the picture, whatever the canvas was
-    std::string hash;  ///< of all that decides what its files hold
-    // Of each object, the first one of a list is number 1.
+    const View& view;  ///< of the picture, not of the canvas
+    std::string hash;  ///< of everything that determines its files
+    // By object; the first has id 1.
     std::span<const ObjectMasks> masks;
     std::span<const glm::dmat4> to_world;  ///< metres
     const ObjectLayers& layers;            ///< for pictures of ids
 };
 
-/// The files of one folder (formats/README.md, "Masks"). Those of a view are written when it is
-/// made, and its record `views/NNNNNN.json` after them: what is in that is what the files hold.
-/// While they are written there is no record, but `views/NNNNNN.begun`, by which the next run knows
-/// what a killed one may have left. The JSON files of all views are made of the records. Every file
-/// appears whole or not at all.
+/// The files of a mask folder (formats/README.md, "Masks"). A view's files come first, then its
+/// record `views/NNNNNN.json`, so a record implies complete files. While they are written,
+/// `views/NNNNNN.begun` replaces the record; it bounds the files that a killed run may leave
+/// behind. The JSON files of all views are built from the records. Every file is written
+/// atomically.
 class MaskFolder {
   public:
-    /// Throws Error (kUsage) for pictures of ids of more than 65535 objects.
+    /// Throws Error (kUsage) if there are pictures of ids and more than 65535 objects.
     MaskFolder(MaskFolderOptions options, std::vector<MaskedObject> objects);
 
-    /// Throws Error (kUsage) if BOP cannot have these views: orthographic ones, different sizes.
+    /// Throws Error (kUsage) if BOP cannot represent these views: orthographic ones, different
+    /// sizes.
     void checkViews(std::span<const View> views) const;
-    /// Whether a file of that name may be one of the folder's.
+    /// Whether a file of that name may belong to the folder.
     bool owns(const std::filesystem::path& file) const;
-    /// The record of a view.
+    /// Returns the path of a view's record.
     std::filesystem::path record(std::size_t view) const;
-    /// The files of all views.
+    /// Returns the paths of the files shared by all views.
     std::vector<std::filesystem::path> sharedFiles() const;
 
-    /// The bytes of a view's files, if all of them are there and were made by what has this hash.
+    /// Returns the total bytes of a view's files if all exist and were made with this hash.
     std::optional<std::uint64_t> bytesOf(std::size_t view, const std::string& hash) const;
 
-    /// Writes the files of a view, in place of those that it had; what all views share is removed
-    /// before, since it is no longer of what is there. Returns the bytes written. Throws Error
-    /// (kOutput).
+    /// Writes a view's files, replacing earlier ones. Removes the shared files first, since they
+    /// become outdated. Returns the bytes written. Throws Error (kOutput) if writing fails.
     std::uint64_t write(const MaskedView& view) const;
 
-    /// Writes the files that all views share, of their records, which must be there; all of them,
-    /// or none. Throws Error (kInput) for a damaged record, (kOutput).
+    /// Writes all shared files, or none, from the views' records, which must exist. Throws Error
+    /// (kInput) if a record is damaged, and Error (kOutput) if writing fails.
     void writeShared(std::size_t views) const;
 
   private:

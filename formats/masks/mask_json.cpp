@@ -14,7 +14,7 @@ using nlohmann::json;
 
 constexpr double kMillimetresAMetre = 1000;
 
-/// Rotation, row after row, and translation in millimetres, as two members of `to`.
+/// Adds rotation, row-major, and translation in millimetres, as two members of `to`.
 void addRigid(const glm::dmat4& matrix, const std::string& names, json& to) {
     json& rotation = to["cam_R_" + names] = json::array();
     json& shift = to["cam_t_" + names] = json::array();
@@ -25,7 +25,7 @@ void addRigid(const glm::dmat4& matrix, const std::string& names, json& to) {
     }
 }
 
-/// World to camera with OpenCV's axes (Y down, Z forward), of a rigid camera of glTF's.
+/// Returns world to camera with OpenCV's axes (Y down, Z forward) for a rigid glTF camera.
 glm::dmat4 worldToOpencv(const glm::dmat4& camera_to_world) {
     const glm::dmat3 turned = glm::transpose(glm::dmat3(camera_to_world));
     glm::dmat4 result(turned);
@@ -37,7 +37,7 @@ glm::dmat4 worldToOpencv(const glm::dmat4& camera_to_world) {
     return result;
 }
 
-/// The model of an object where it is, without its scale, which is the model's own.
+/// Returns an object's model-to-world transform without scale, which belongs to the model.
 glm::dmat4 rigidPlace(const glm::dmat4& to_world) {
     if (const auto place = rigid(to_world)) return *place;
     glm::dmat4 place(1);
@@ -45,17 +45,19 @@ glm::dmat4 rigidPlace(const glm::dmat4& to_world) {
     return place;
 }
 
-/// bop_toolkit's misc.calc_2d_bbox: from the first to the last pixel, so a pixel is 0 wide.
+/// Returns the box as in bop_toolkit's misc.calc_2d_bbox: from the first to the last pixel, so one
+/// pixel has width 0.
 json bopBox(const Window& box) {
     return {box.x0, box.y0, box.x1 - box.x0 - 1, box.y1 - box.y0 - 1};
 }
 
-/// COCO's, where a pixel is 1 wide.
+/// Returns the box as in COCO: one pixel has width 1.
 json cocoBox(const Window& box) {
     return {box.x0, box.y0, box.width(), box.height()};
 }
 
-/// As bop_toolkit's scripts/calc_gt_info.py has it: of what is not seen there is no box.
+/// Returns the data of bop_toolkit's scripts/calc_gt_info.py, which has no box for invisible
+/// objects.
 json bopInfo(const ObjectMasks& masks) {
     const json none = {-1, -1, -1, -1};
     const bool seen = masks.visible.count() > 0;
@@ -85,7 +87,7 @@ json annotationOf(std::size_t object, const ObjectMasks& masks, const Window& cr
             {"height", height}};
 }
 
-/// A name of six digits, as BOP has its pictures.
+/// Returns a name of six digits, as for BOP's pictures.
 std::string pictureFileName(std::size_t number) {
     std::string text = std::to_string(number);
     return std::string(text.size() < 6 ? 6 - text.size() : 0, '0') + text + ".png";

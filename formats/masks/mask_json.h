@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The JSON of masks: what a view's record says, and the files of all views that are made of it.
+// The JSON of masks: a view's record, and the files of all views built from the records.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,27 +11,27 @@
 
 namespace peeler {
 
-/// The record of a view: what BOP and COCO say of it. `listed` are the objects that BOP lists, in
-/// this order, which is that of their masks.
+/// Returns a view's record: its BOP and COCO data. `listed` are the objects in BOP's list, in the
+/// order of their masks.
 nlohmann::json viewJson(const MaskedView& view, const MaskFormats& formats,
                         std::span<const std::size_t> listed);
 
-/// One of the files that all views share, in pieces: begin(), add() of each view in order, end().
+/// A file shared by all views, as text in pieces: begin(), add() for each view in order, end().
 class SharedJson {
   public:
-    /// By the file's name.
+    /// The file is chosen by its name.
     explicit SharedJson(std::string name) : name_(std::move(name)) {}
 
     std::string begin(const std::string& by, std::span<const MaskedObject> objects) const;
-    /// Throws nlohmann::json::exception if the record lacks what the file needs.
+    /// Throws nlohmann::json::exception if the record lacks required members.
     std::string add(std::size_t view, const nlohmann::json& record);
     std::string end();
 
   private:
     std::string name_;
     bool first_ = true;              ///< nothing has been added yet
-    std::uint64_t annotations_ = 0;  ///< COCO's so far
-    std::string held_;               ///< COCO's list of pictures, which follows the annotations
+    std::uint64_t annotations_ = 0;  ///< number of COCO annotations so far
+    std::string held_;               ///< COCO's image list, which follows the annotations
 };
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads a scene of one mesh whose vertices and triangles are arrays.
+// Reader of one-mesh scenes given as arrays of vertices and triangles.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -37,10 +37,10 @@ class ArraySceneReader {
         const std::string name = arrays_.text("name").value_or(file_.stem());
         arrays_.array("arrays_version");
         for (const std::string& unused : arrays_.unused())
-            if (unused != "format")  // of PyTorch and others: by which library the arrays are
+            if (unused != "format")  // metadata of PyTorch and others: the source library
                 file_.warn("\"" + unused + "\" is passed over.", arrays_.placeOf(unused));
         Mesh mesh;
-        // Without indices a primitive would show all vertices in order.
+        // Without indices a primitive would draw all vertices in order.
         if (!has_faces_ || !primitive_.indices.empty())
             mesh.primitives.push_back(std::move(primitive_));
         file_.addNode(name, std::move(mesh));
@@ -87,7 +87,8 @@ class ArraySceneReader {
         }
     }
 
-    /// Linear, 0 to 1. Of integers but uint8 and uint16 white may be 1, 255 or more.
+    /// Reads linear colours, 0 to 1. Integers other than uint8 and uint16 are rejected: their white
+    /// could be 1, 255 or more.
     void readColors(const NumberArray& colors) {
         const std::string_view type = colors.number->type;
         const float white = type == "u1" ? 255 : type == "u2" ? 65535 : 1;
@@ -155,7 +156,7 @@ class ArraySceneReader {
         file_.scene().images.push_back(std::move(image));
     }
 
-    /// Rows of numbers as vectors: `rows` of them, or any number.
+    /// Returns the rows of a 2D array as vectors; `rows` is the required count, if any.
     template <class Vector>
     std::vector<Vector> vectorsOf(const char* name, const NumberArray& array,
                                   std::optional<std::uint64_t> rows) {

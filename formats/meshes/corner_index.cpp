@@ -10,7 +10,8 @@
 namespace peeler {
 namespace {
 
-/// Other numbers in each process, so that nobody can write a file whose corners all collide.
+/// Returns numbers that differ in each process, so that no file can be made whose corners all
+/// collide.
 std::array<std::uint64_t, 2> secretNumbers() {
     std::random_device device;
     const auto number = [&] { return std::uint64_t{device()} << 32U | device() | 1U; };

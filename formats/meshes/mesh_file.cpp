@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A file of a mesh while it is read, and the scene that becomes of it.
+// A mesh file being read, and its scene.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -50,7 +50,7 @@ std::optional<float> coordinate(double value) {
 }
 
 bool makeLinear(std::vector<glm::vec4>& colors, const ColorTypes& types) {
-    constexpr float kRounded = 1.001F;  // a sum of weights can be a little more than 1
+    constexpr float kRounded = 1.001F;  // sums of weights can exceed 1 a little
     float most_rgb = 0, most_alpha = 0;
     bool whole = true;
     for (const glm::vec4& color : colors) {
@@ -176,7 +176,7 @@ Scene MeshFile::finish() {
         }
     }
     if (scene_.meshes.empty()) warn("There is nothing to draw in the file.");
-    scene_.materials.emplace_back();  // glTF's default material, which nothing here uses
+    scene_.materials.emplace_back();  // glTF's default material, unused here
     scene_.scenes.push_back({"", rootsOf(scene_.nodes)});
     scene_.warnings = warnings_.take();
     return std::move(scene_);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the readers of PLY, STL, OBJ and arrays are made of: the file, corners that are one vertex,
-// polygons, normals, materials and textures. What is wrong with a file is an Error (kInput) that
-// names the place in it.
+// Building blocks of the readers of PLY, STL, OBJ and arrays: the file, vertex deduplication,
+// polygons, normals, materials and textures. A faulty file raises Error (kInput) with its position
+// as `where`.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@
 
 namespace peeler {
 
-// ply_scene.cpp, stl_scene.cpp, obj_scene.cpp, array_scene.cpp: rows of the table.
+// ply_scene.cpp, stl_scene.cpp, obj_scene.cpp, array_scene.cpp: the functions in the format table.
 
 Scene readPlyScene(const std::filesystem::path& path, const SceneReadOptions& options);
 Scene readStlScene(const std::filesystem::path& path, const SceneReadOptions& options);
@@ -36,15 +36,15 @@ bool isObj(std::string_view begin, std::uint64_t size);
 Scene readArrayScene(const std::filesystem::path& path, const SceneReadOptions& options);
 bool isArrayScene(std::string_view begin, std::uint64_t size);
 
-/// The text without the byte order mark that it may begin with (UTF-8).
+/// Returns the text without a UTF-8 byte order mark.
 std::string_view withoutByteOrderMark(std::string_view text);
 
 // mesh_file.cpp.
 
-/// A file that is read, and the scene that becomes of it.
+/// A mesh file being read, and its scene.
 class MeshFile {
   public:
-    /// Reads all bytes of the file.
+    /// Reads the whole file.
     MeshFile(const std::filesystem::path& path, const SceneReadOptions& options);
     MeshFile(const MeshFile&) = delete;
     MeshFile& operator=(const MeshFile&) = delete;
@@ -52,38 +52,37 @@ class MeshFile {
     std::span<const std::uint8_t> bytes() const { return bytes_; }
     std::string_view text() const;
     const std::string& name() const { return name_; }  ///< the path
-    std::string stem() const;                          ///< for what has no name
+    std::string stem() const;                          ///< for unnamed objects
     const SceneReadOptions& options() const { return options_; }
     Scene& scene() { return scene_; }
 
-    /// Called before something is allocated that a file can make large: throws Error (kMemory) if
-    /// so many bytes are not within the budget.
+    /// Checks the memory budget; call it before an allocation whose size the file controls. Throws
+    /// Error (kMemory) if the budget is exceeded.
     void allow(std::uint64_t bytes) { memory_.allow(bytes, name_); }
-    /// The same of vertices and indices as the scene has them, which max_geometry_bytes limits.
+    /// Checks the memory budget and max_geometry_bytes, for the scene's vertices and indices.
     void allowGeometry(std::uint64_t bytes);
 
-    /// Where a place in the file is: "part.obj:12", "part.stl, byte 84".
+    /// Return a position in the file as text: "part.obj:12", "part.stl, byte 84".
     std::string atLine(std::size_t place) const;
     std::string atByte(std::size_t place) const;
-    /// Adds a sentence to the scene's warnings, as ReadWarnings does.
     void warn(const Text& sentence, const Text& where = {}) { warnings_.warn(sentence, where); }
 
-    /// Reads another file of its folder, named in a line (`where`) of it or of such a file, whose
-    /// folder is `from`, and lets its bytes enter the scene's hash.
+    /// Reads another file of the folder and adds its bytes to the scene's hash. `where` is the line
+    /// that names it; `from` is the folder of the file with that line.
     std::vector<std::uint8_t> readBeside(const std::string& file, const std::string& from,
                                          const std::string& where);
-    /// The folder, from the scene's, of a file that it names.
+    /// Returns the folder of a referenced file, relative to the scene's.
     std::string folderOf(const std::string& file) const;
-    /// Warns of what cannot be had (a texture, materials).
+    /// Warns of an unavailable texture or material file.
     void missing(const std::string& what, const Error& problem, const std::string& where);
 
-    /// Gives a mesh that shows something to a new node.
+    /// Adds a node, with the mesh if it draws anything. Returns its index.
     int addNode(const std::string& node_name, Mesh mesh);
-    /// The plain grey material, made when it is asked for first.
+    /// Returns the plain grey material, created on first use.
     int neutralMaterial();
-    /// The white one of what has colours of its own, likewise.
+    /// Returns the white material for meshes with their own colours, created on first use.
     int colorMaterial();
-    /// Ends the scene: normals, the default material, the roots. Hands it over.
+    /// Finishes the scene (normals, default material, roots) and returns it.
     Scene finish();
 
   private:
@@ -98,34 +97,34 @@ class MeshFile {
     int neutral_ = -1, colored_ = -1;
 };
 
-/// Neither metal nor mirror, seen from both sides; of `color`, linear.
+/// Returns a two-sided material that is neither metallic nor glossy; `color` is linear.
 Material plainMaterial(const std::string& name, const glm::vec4& color);
 
-/// A number of a file as a 32-bit float. Not a number, infinite or too large: nothing.
+/// Returns a number as a 32-bit float; nothing if it is NaN, infinite or too large.
 std::optional<float> coordinate(double value);
 
-/// How numbers of colours are stored: the most that their type can say, 1 for floating point.
+/// Colour storage types: the largest value of each, 1 for floating point.
 struct ColorTypes {
     double rgb = 1, alpha = 1;
 };
-/// Makes colours as files have them, sRGB with straight alpha, linear. 1 is 255 in bytes. In other
-/// types it is the least of 1 (floating point alone), 255 and 65,535 that holds all the numbers, if
-/// they are whole. Returns false where numbers are beyond what can be a colour, and were clamped.
-/// Colours of negative alpha stay.
+/// Converts a file's colours, sRGB with straight alpha, to linear. White is 255 in byte types. In
+/// other types white is the least of 1 (floating point only), 255 and 65,535 that no value exceeds;
+/// the last two require whole numbers. Returns false if values were out of range and were clamped.
+/// Colours with negative alpha stay unchanged.
 bool makeLinear(std::vector<glm::vec4>& colors, const ColorTypes& types);
 
 // corner_index.cpp.
 
-/// Numbers what is there by three words, equal ones alike, in the order in which they come. Which
-/// numbers come out depends on nothing else, and how long it takes not on what a file chooses.
+/// Numbers distinct keys of three words in order of first appearance. The numbering depends on
+/// nothing else, and a secret hash keeps the time independent of the file's choice of keys.
 class CornerIndex {
   public:
     using Key = std::array<std::uint32_t, 3>;
 
-    /// `allow` is told of bytes before they are taken.
+    /// Calls `allow` with the bytes before each allocation.
     explicit CornerIndex(std::function<void(std::uint64_t bytes)> allow);
 
-    /// Makes room for so many at once, which is quicker than by and by.
+    /// Reserves memory for that many keys at once, which is faster than growing.
     void reserve(std::size_t keys);
 
     std::uint32_t indexOf(const Key& key) {
@@ -140,7 +139,7 @@ class CornerIndex {
             if (keys_[found] == key) return found;
         }
     }
-    /// By number.
+    /// Returns the keys by number.
     const std::vector<Key>& keys() const { return keys_; }
 
   private:
@@ -163,18 +162,18 @@ class CornerIndex {
 
 // polygon_cutter.cpp.
 
-/// Cuts polygons into triangles (G. H. Meisters, "Polygons Have Ears", 1975), the same ones every
-/// time: n − 2 of n corners, whatever the polygon, and none of one or two. A polygon whose corners
-/// all turn the same way is a fan around its first corner; of others ears are cut off, as they are
-/// seen along the axis that its normal is nearest to. Corners on a straight line, repeated corners
-/// and bridges to holes stay; what crosses itself has the right number of triangles, if not the
-/// right ones.
+/// Triangulates polygons (G. H. Meisters, "Polygons Have Ears", 1975), deterministically: n − 2
+/// triangles for n corners, none for one or two. A polygon whose corners all turn the same way
+/// becomes a fan around its first corner. From others ears are cut off, in projection along the
+/// axis nearest to the normal. Collinear corners, repeated corners and bridges to holes stay. A
+/// self-intersecting polygon gets the right number of triangles, though not necessarily the right
+/// ones.
 class PolygonCutter {
   public:
     using Triangle = std::array<std::uint32_t, 3>;
 
-    /// The corners of the triangles by their places in `corners`, until the next call. Throws Error
-    /// (kInput) without `where` when all polygons together take more than 2^29 steps.
+    /// Returns the triangles as indices into `corners`, valid until the next call. Throws Error
+    /// (kInput) without `where` if all polygons together take more than 2^29 steps.
     std::span<const Triangle> cut(std::span<const glm::vec3> corners);
 
   private:
@@ -190,45 +189,45 @@ class PolygonCutter {
     std::vector<glm::dvec2> points_;  ///< counter-clockwise
     std::vector<std::uint32_t> next_, previous_;
     std::vector<char> reflex_;
-    std::uint32_t left_ = 0;  ///< corners that have not been cut off
+    std::uint32_t left_ = 0;  ///< remaining corners
     std::vector<Triangle> triangles_;
     std::uint64_t spent_ = 0;
 };
 
 // smooth_normals.cpp.
 
-/// Gives a primitive of indexed triangles normals that are smooth within patches: across an edge
-/// that two triangles have between the same positions, in opposite directions, and that turns by
-/// `degrees` at most. A normal is the mean of those of its patch's triangles at the position, by
-/// their angles there (G. Thürmer and C. A. Wüthrich, "Computing Vertex Normals from Polygonal
-/// Facets", 1998). Vertices with several normals become several.
+/// Adds normals to a primitive of indexed triangles, smooth within patches. A patch continues
+/// across an edge if two triangles share its positions in opposite directions and the edge turns by
+/// at most `degrees`. A normal is the mean of the patch's triangle normals at the position,
+/// weighted by angle (G. Thürmer and C. A. Wüthrich, "Computing Vertex Normals from Polygonal
+/// Facets", 1998). Vertices with several normals are split.
 void addSmoothNormals(Primitive& primitive, double degrees,
                       const std::function<void(std::uint64_t bytes)>& allow);
 
 // mesh_textures.cpp.
 
-/// How a texture is used: which file, and where in its picture (U, V from the lower left).
+/// A texture reference: the file, and its mapping (U, V from the lower left).
 struct MeshMap {
     std::string file{};   ///< "" = none
-    std::string where{};  ///< the line that names it
-    std::string from{};   ///< the folder from which the name leads, from the scene's
+    std::string where{};  ///< the line with the reference
+    std::string from{};   ///< the folder it is relative to, from the scene's
     glm::vec2 scale{1}, offset{0};
     bool clamp = false;
     float strength = 1;
-    std::vector<std::string> lost{};  ///< options that are not carried out
+    std::vector<std::string> lost{};  ///< unsupported options
 
     explicit operator bool() const { return !file.empty(); }
 };
 
-/// The pictures of a scene, each decoded once.
+/// The textures of a scene, each file decoded once.
 class MeshTextures {
   public:
     explicit MeshTextures(MeshFile& file) : file_(file) {}
 
-    /// The picture as a texture; none, with a warning, if it cannot be had.
+    /// Returns the texture; none, with a warning, if it is unavailable.
     TextureRef texture(const MeshMap& map);
-    /// A picture with channels of others: channel i is channel `of[i].channel` of the texture
-    /// `of[i].map`, as it is at the nearest pixel, or 255 without one.
+    /// Returns a texture of channels from others: channel i is channel `of[i].channel` of the
+    /// texture `of[i].map`, at the nearest pixel, or 255 without a map.
     struct Source {
         const MeshMap* map = nullptr;
         int channel = 0;
@@ -239,36 +238,37 @@ class MeshTextures {
     int image(const MeshMap& map);
 
     MeshFile& file_;
-    std::map<std::string, int> images_;  ///< by file; −1 = it cannot be had
+    std::map<std::string, int> images_;  ///< by file; −1 = unavailable
 };
 
 // obj_materials.cpp.
 
-/// A name in an OBJ or MTL, which may have blanks in it: what stands before a comment (" # ").
+/// Returns a name in an OBJ or MTL, which may contain blanks: the text before a comment (" # ").
 std::string_view objName(std::string_view text);
 
-/// The materials of the .mtl files that an OBJ names, in the files' order. A texture is read when
-/// its material is used first.
+/// The materials of an OBJ's .mtl files, in file order. A texture is read when its material is
+/// first used.
 class ObjMaterials {
   public:
     explicit ObjMaterials(MeshFile& file);
     ~ObjMaterials();
 
-    /// Reads what `mtllib` names; `where` is its line.
+    /// Reads the files listed by `mtllib`; `where` is its line.
     void load(std::string_view names, const std::string& where);
-    /// The index of the material in the scene; the neutral one, with a warning, of an unknown name.
+    /// Returns the material's index in the scene; for an unknown name the neutral one, with a
+    /// warning.
     int use(const std::string& material, const std::string& where);
-    /// Faces of the material (what use() returned) have no texture coordinates.
+    /// Reports that faces of the material (returned by use()) lack texture coordinates.
     void useWithoutTexcoords(int material);
-    /// Puts the materials into the scene.
+    /// Adds the materials to the scene.
     void finish();
 
   private:
     struct Mtl;
-    /// What is wrong with several materials.
+    /// A problem that several materials have.
     struct Fault {
         std::size_t count = 0;
-        std::string first{};  ///< the name of a material
+        std::string first{};  ///< name of the first such material
 
         void add(const Mtl& mtl);
     };
@@ -282,7 +282,7 @@ class ObjMaterials {
 
     MeshFile& file_;
     MeshTextures textures_;
-    std::set<std::string> libraries_;  ///< that have been read
+    std::set<std::string> libraries_;  ///< already read
     std::vector<Mtl> materials_;
     std::map<std::string, int, std::less<>> numbers_;
     Fault contradictory_, invisible_, tinted_, unplaced_;

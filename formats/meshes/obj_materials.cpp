@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Materials of Wavefront's MTL (Alias|Wavefront, "MTL material format", 1995) with the extension
-// for physically based ones (Clara.io, "Extending Wavefront MTL for Physically-Based").
+// Wavefront MTL materials (Alias|Wavefront, "MTL material format", 1995) with the PBR extension
+// (Clara.io, "Extending Wavefront MTL for Physically-Based").
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,24 +17,24 @@ struct ObjMaterials::Mtl {
     std::string name;
     glm::vec3 diffuse{1}, emissive{0}, filter{1};
     std::optional<float> dissolve{}, transparency{};
-    float shininess = 0;               ///< exponent of Phong's highlight
-    std::optional<float> roughness{};  ///< in place of it
+    float shininess = 0;               ///< Phong exponent
+    std::optional<float> roughness{};  ///< overrides it
     float metallic = 0, sheen = 0, clearcoat = 0, clearcoat_roughness = 0;
-    float anisotropy = 0, anisotropy_turn = 0;  ///< the second in whole turns
+    float anisotropy = 0, anisotropy_turn = 0;  ///< the second in full turns
     MeshMap diffuse_map, opacity_map, emissive_map, roughness_map, metallic_map, normal_map;
     bool used = false, without_texcoords = false;
-    /// What is not read of it, and where: warnings if it is used.
+    /// Unsupported settings and their lines: warnings if the material is used.
     std::vector<std::pair<std::string, std::string>> lost{};
 };
 
 namespace {
 
-/// What a statement sets, of the numbers behind it.
+/// A statement with numeric arguments.
 template <class Mtl>
 struct NumberRow {
     std::string_view word;
     std::size_t count;
-    float least, most;  ///< of what is not clamped
+    float least, most;  ///< range of valid values
     void (*set)(Mtl& mtl, const glm::vec3& value);
 };
 
@@ -44,13 +44,14 @@ struct MapRow {
     MeshMap Mtl::*map;
 };
 
-/// An option before the name of a texture, and how many numbers follow it at most; 0: a word does.
+/// An option before a texture's name and its maximum number of numeric arguments; 0: its argument
+/// is a word.
 struct MapOption {
     std::string_view word;
     std::size_t most;
-    glm::vec3 initial;  ///< numbers that are not there
-    /// False: it changes the texture, and is not carried out. Null: it changes nothing that is
-    /// drawn here.
+    glm::vec3 initial;  ///< defaults of missing numbers
+    /// Returns false if the option changes the texture but is not supported. Null: the option has
+    /// no visible effect here.
     bool (*set)(MeshMap& map, const glm::vec3& value, std::string_view text);
 };
 
@@ -92,13 +93,13 @@ constexpr MapOption kMapOptions[] = {
     {"-type", 0, glm::vec3(0), nullptr},
 };
 
-/// Statements that say nothing which physically based shading does not have from elsewhere: ambient
-/// light comes from the surroundings; highlights are those of a dielectric surface or a metal; and
-/// how a renderer of 1995 reflects, refracts and filters.
+/// Statements without effect in physically based shading: ambient light comes from the environment;
+/// highlights follow from a dielectric or metallic surface; the rest controls reflection,
+/// refraction and filtering in a renderer of 1995.
 constexpr std::string_view kWithoutEffect[] = {"ka",     "ks",        "ni",     "illum",
                                                "map_ka", "sharpness", "map_aat"};
 
-/// A texture's statement: options, then a name, which may have blanks in it.
+/// Parses a texture statement: options, then a name, which may contain blanks.
 MeshMap mapIn(std::string_view text, const std::string& where) {
     MeshMap map;
     map.where = where;
@@ -108,7 +109,7 @@ MeshMap mapIn(std::string_view text, const std::string& where) {
         const std::string_view word = takeWord(rest);
         const auto* const option = std::ranges::find(kMapOptions, word, &MapOption::word);
         if (option == std::end(kMapOptions)) break;
-        // One number of three stands for itself alone, the others keep their defaults.
+        // A single number sets the first component only; the others keep their defaults.
         glm::vec3 value = option->initial;
         std::string_view argument;
         if (option->most == 0) argument = takeWord(rest);
@@ -126,7 +127,7 @@ MeshMap mapIn(std::string_view text, const std::string& where) {
     return map;
 }
 
-/// The files that `mtllib` names: names have blanks in them, or between them.
+/// Returns the files listed by `mtllib`: blanks may be within names or between them.
 std::vector<std::string> libraryNames(std::string_view text) {
     constexpr std::string_view kEnd = ".mtl";
     std::vector<std::string> names;
@@ -161,12 +162,12 @@ ObjMaterials::~ObjMaterials() = default;
 
 void ObjMaterials::load(std::string_view names, const std::string& where) {
     for (const std::string& name : libraryNames(names)) {
-        if (!libraries_.insert(name).second) continue;  // programs name it for every object
+        if (!libraries_.insert(name).second) continue;  // programs repeat it for every object
         try {
             const std::vector<std::uint8_t> bytes = file_.readBeside(name, {}, where);
             read(name, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
         } catch (const Error& problem) {
-            if (problem.where() != where) throw;  // what is in it is wrong
+            if (problem.where() != where) throw;  // an error in the file itself
             file_.missing("The materials \"" + name + "\" are left out", problem, where);
         }
     }
@@ -224,7 +225,7 @@ void ObjMaterials::lose(Mtl& mtl, const std::string& sentence, const std::string
     mtl.lost.emplace_back(sentence, where);
 }
 
-/// Reads a statement of numbers; false if it is none.
+/// Reads a numeric statement; returns false if the word is not one.
 bool ObjMaterials::readNumbers(Mtl& mtl, std::string_view word, std::string_view rest,
                                const std::string& where) {
     constexpr float kAny = std::numeric_limits<float>::max();
@@ -260,7 +261,7 @@ bool ObjMaterials::readNumbers(Mtl& mtl, std::string_view word, std::string_view
         const auto read = numberIn<float>(text);
         if (read && std::isfinite(*read)) {
             value[static_cast<int>(i)] = *read;
-        } else if (i == 1 && text.empty()) {  // one number is a grey
+        } else if (i == 1 && text.empty()) {  // one number means grey
             value = glm::vec3(value.x);
             break;
         } else {
@@ -288,8 +289,8 @@ int ObjMaterials::use(const std::string& material, const std::string& where) {
     return found->second;
 }
 
-/// `d` goes before `Tr`: programs that write both write the same number, which is then no
-/// transparency, or what the other says.
+/// Returns the opacity. `d` takes precedence over `Tr`: programs that write both write the same
+/// number, in which case `Tr` means opacity, or consistent ones.
 float ObjMaterials::opacity(const Mtl& mtl) {
     constexpr float kRounded = 0.01F;
     const float by_transparency = 1 - mtl.transparency.value_or(0);
@@ -309,9 +310,9 @@ Material ObjMaterials::material(const Mtl& mtl) {
     const bool black = mtl.diffuse_map && mtl.diffuse == glm::vec3(0);
     const glm::vec3 diffuse = black ? glm::vec3(1) : mtl.diffuse;
     Material material = plainMaterial(mtl.name, glm::vec4(diffuse, opacity(mtl)));
-    // The exponent of Blinn and Phong as the width of a microfacet distribution (B. Walter et al.,
-    // "Microfacet Models for Refraction through Rough Surfaces", 2007, section 5.2); glTF's
-    // roughness is its root.
+    // Converts the Blinn-Phong exponent to the width of a microfacet distribution (B. Walter et
+    // al., "Microfacet Models for Refraction through Rough Surfaces", 2007, section 5.2); glTF's
+    // roughness is its square root.
     material.roughness = mtl.roughness.value_or(std::pow(2 / (mtl.shininess + 2), 0.25F));
     material.metallic = mtl.metallic;
     material.emissive = mtl.emissive;
@@ -320,7 +321,7 @@ Material ObjMaterials::material(const Mtl& mtl) {
     material.clearcoat.roughness = mtl.clearcoat_roughness;
     material.anisotropy.strength = mtl.anisotropy;
     material.anisotropy.rotation = 2 * std::numbers::pi_v<float> * mtl.anisotropy_turn;
-    if (!mtl.used) return material;  // its textures need not be there
+    if (!mtl.used) return material;  // its textures may be missing
     for (const auto& [sentence, where] : mtl.lost)
         file_.warn(sentence, where);
     if (mtl.filter != glm::vec3(mtl.filter.x)) tinted_.add(mtl);
@@ -338,7 +339,7 @@ Material ObjMaterials::material(const Mtl& mtl) {
     if (mtl.roughness_map || mtl.metallic_map) {
         material.metallic_roughness_texture = textures_.combined(
             {{{nullptr, 0}, {&mtl.roughness_map, 0}, {&mtl.metallic_map, 0}, {nullptr, 0}}});
-        // A map without a number is the number.
+        // A map without a factor has the factor 1.
         if (mtl.roughness_map && !mtl.roughness) material.roughness = 1;
         if (mtl.metallic_map && mtl.metallic == 0) material.metallic = 1;
     }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads Wavefront OBJ (Alias|Wavefront, "Object Files (.obj)", 1995): faces, lines and points; its
-// objects and groups become nodes. Debian's tinyobjloader is not used: it sums up decimal digits,
-// so that numbers differ from what they say in their last bits; takes a number that is none for 0,
-// and an index that is out of range for a warning without a line; and leaves out faces, so that the
-// ones behind them count otherwise.
+// Reader of Wavefront OBJ (Alias|Wavefront, "Object Files (.obj)", 1995): faces, lines and points;
+// objects and groups become nodes. Debian's tinyobjloader is not used: it sums decimal digits, so
+// the last bits of numbers are wrong; it reads malformed numbers as 0; it reports an index out of
+// range only as a warning without a line; and it drops faces, which shifts the indices of later
+// ones.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -19,31 +19,31 @@
 namespace peeler {
 namespace {
 
-/// Curves and surfaces, and how they would be shown: the statements that are left out.
+/// Curve and surface statements, including their display; they are ignored with a warning.
 constexpr std::string_view kFreeForm[] = {
     "vp",   "cstype", "deg", "bmat", "step",  "curv",  "curv2", "surf", "parm", "trim", "hole",
     "scrv", "sp",     "end", "con",  "ctech", "stech", "bsp",   "bzp",  "cdc",  "cdp",  "res"};
-/// Others that are left out, unless what they say is "off".
+/// Other statements ignored with a warning unless they are "off".
 constexpr std::string_view kLost[] = {"bevel",      "c_interp",  "d_interp", "usemap", "maplib",
                                       "shadow_obj", "trace_obj", "call",     "csh"};
-/// Statements of curves and surfaces, or of a preview, which change nothing else.
+/// Statements about curves, surfaces or previews that are safe to ignore.
 constexpr std::string_view kHarmless[] = {"mg", "lod"};
 
 bool isAmong(std::string_view word, std::span<const std::string_view> words) {
     return std::ranges::find(words, word) != words.end();
 }
 
-/// The line before a comment, of statements that have no names in them.
+/// Returns the line without its comment; for statements without names.
 std::string_view withoutComment(std::string_view line) {
     return line.substr(0, line.find('#'));
 }
 
-/// Lines of the text, one after the other; a backslash at an end goes on in the next line.
+/// The lines of a text; a trailing backslash continues in the next line.
 class ObjLines {
   public:
     explicit ObjLines(std::string_view text) : rest_(text) {}
 
-    /// The next line without blanks at its ends, until the call after that; false if there is none.
+    /// Reads the next trimmed line, valid until the following call; returns false at the end.
     bool next(std::string_view& line) {
         if (rest_.empty()) return false;
         first_ = ++last_;
@@ -61,7 +61,7 @@ class ObjLines {
         line = trimmed(line);
         return true;
     }
-    /// Its number, from 1; of several the first one's.
+    /// Returns the line's number, from 1; of joined lines the first one's.
     std::size_t number() const { return first_; }
 
   private:
@@ -87,11 +87,11 @@ class ObjReader {
     }
 
   private:
-    /// A corner as it stands in an element, from 0; −1 = it has none.
+    /// A corner of an element, indices from 0; −1 = none.
     struct Corner {
         std::int64_t position = -1, uv = -1, normal = -1;
     };
-    /// What elements have in common that become one primitive.
+    /// Properties shared by the elements of one primitive.
     struct Run {
         std::size_t place = 0;  ///< index into places_
         int material = -1;
@@ -99,14 +99,14 @@ class ObjReader {
         bool has_uvs = false, has_normals = false;
         bool operator==(const Run&) const = default;
     };
-    /// An object, or a group in one.
+    /// An object, or a group within one.
     struct Place {
         std::string object;
         std::optional<std::string> group;
         Mesh mesh{};
     };
 
-    // Vertices come first, since an element may name those that stand below it.
+    // Vertices are read first, since an element may refer to later ones.
 
     void readVertices() {
         std::string_view line;
@@ -148,12 +148,12 @@ class ObjReader {
             file_.warn("A vertex has " + std::to_string(count) +
                            " numbers: coordinates, a weight, and colours are 3, 4 and 6.",
                        where());
-        if (count < 6) return;  // a fourth number is a weight of curves
+        if (count < 6) return;  // a fourth number is a weight for curves
         const glm::vec4 color(found[3], found[4], found[5], 1);
         addColors(positions_.size() - 1, {&color, 1});
     }
 
-    /// Gives colours to the vertices from `first` on.
+    /// Sets the colours of vertices, starting at `first`.
     void addColors(std::size_t first, std::span<const glm::vec4> colors) {
         const std::size_t end = first + colors.size();
         if (end > colors_.size()) file_.allowGeometry((end - colors_.size()) * sizeof(glm::vec4));
@@ -161,8 +161,7 @@ class ObjReader {
         std::ranges::copy(colors, colors_.begin() + static_cast<std::ptrdiff_t>(first));
     }
 
-    /// ZBrush's colours, MMRRGGBB each in hexadecimal digits behind the vertices that they are of;
-    /// MM is a mask.
+    /// Reads ZBrush's colours, MMRRGGBB in hexadecimal digits after their vertices; MM is a mask.
     void readPaint(std::string_view line) {
         constexpr std::size_t kDigits = 8;
         for (line = trimmed(line); line.size() >= kDigits; line.remove_prefix(kDigits)) {
@@ -189,8 +188,8 @@ class ObjReader {
         values.push_back(value);
     }
 
-    /// Up to three numbers, so many at least; those that are missing are 0. All are NaN if one is
-    /// not finite.
+    /// Reads up to three numbers, at least `least`; missing ones are 0. All are NaN if one is not
+    /// finite.
     glm::vec3 finite(std::string_view line, int least) {
         glm::vec3 found(0);
         for (int i = 0; i < 3; ++i) {
@@ -244,7 +243,7 @@ class ObjReader {
         }
     }
 
-    /// False if there is no such statement.
+    /// Reads a state statement; returns false if the word is not one.
     bool readState(std::string_view word, std::string_view rest) {
         if (word == "o") {
             place_ = placeOf({std::string(rest), {}, {}});
@@ -352,13 +351,13 @@ class ObjReader {
         }
     }
 
-    /// The index; −1 if there stands what is not finite.
+    /// Returns the index; −1 if its value is not finite.
     template <class Vector>
     static std::int64_t finiteOne(std::int64_t index, const std::vector<Vector>& values) {
         return std::isnan(values[static_cast<std::size_t>(index)].x) ? -1 : index;
     }
 
-    /// From 1, or back from the last one before this line.
+    /// Parses an index: from 1, or negative back from the last vertex before this line.
     std::int64_t index(std::string_view word, std::size_t count, std::size_t seen) const {
         const auto number = numberIn<std::int64_t>(word);
         if (!number) fail("expected an index, not \"" + std::string(word.substr(0, 32)) + "\"");
@@ -455,7 +454,7 @@ class ObjReader {
         if (file_.scene().nodes.empty()) file_.addNode(file_.stem(), {});
     }
 
-    /// The material of what has none: its own colours, or a neutral grey.
+    /// Returns the material for primitives without one: vertex colours, or neutral grey.
     int plainMaterialOf(const Primitive& primitive) {
         return primitive.colors.empty() ? file_.neutralMaterial() : file_.colorMaterial();
     }
@@ -470,8 +469,8 @@ class ObjReader {
 
     static constexpr std::string_view kPaint = "#MRGB";
     static constexpr glm::vec4 kNoColor{-1};
-    static constexpr std::size_t kOnce = 4096;  ///< numbers that are asked for together
-    /// Beside what is in the scene, until it is drawn.
+    static constexpr std::size_t kOnce = 4096;  ///< elements per memory request
+    /// Memory per run beyond its scene data, until it is drawn.
     static constexpr std::size_t kRunBytes = 4096;
     static constexpr std::size_t kVertexBytes =
         2 * sizeof(glm::vec3) + sizeof(glm::vec2) + sizeof(glm::vec4);
@@ -482,8 +481,8 @@ class ObjReader {
     ObjMaterials materials_;
     std::vector<glm::vec3> positions_, normals_;
     std::vector<glm::vec2> uvs_;
-    std::vector<glm::vec4> colors_;  ///< of the first vertices; kNoColor of those without
-    std::vector<glm::vec4> paint_;   ///< of the last vertices, until its block ends
+    std::vector<glm::vec4> colors_;  ///< of the first vertices; kNoColor = none
+    std::vector<glm::vec4> paint_;   ///< of the last vertices, until their block ends
     std::size_t positions_seen_ = 0, uvs_seen_ = 0, normals_seen_ = 0;
     std::vector<Place> places_ = std::vector<Place>(1);
     std::map<std::pair<std::string, std::optional<std::string>>, std::size_t> place_numbers_{
@@ -493,14 +492,14 @@ class ObjReader {
     bool in_smooth_group_ = false, warned_of_groups_ = false;
     std::optional<Run> run_;
     bool run_has_colors_ = false;
-    Primitive primitive_;  ///< of the run
+    Primitive primitive_;  ///< of the current run
     CornerIndex corners_;
     PolygonCutter cutter_;
     std::uint64_t vertices_made_ = 0, elements_made_ = 0, odd_faces_ = 0, unknown_ = 0;
     std::uint64_t odd_numbers_ = 0;
-    bool is_obj_ = false;  ///< some line of it is one of an OBJ
+    bool is_obj_ = false;  ///< some line is valid OBJ
     std::string first_unknown_;
-    // Of the element that is read.
+    // Of the current element.
     std::vector<Corner> face_;
     std::vector<std::uint32_t> vertices_;
     std::vector<glm::vec3> outline_;
@@ -508,7 +507,7 @@ class ObjReader {
 
 }  // namespace
 
-/// A line that only an OBJ has, among the first ones, and no bytes that are no text.
+/// Whether one of the first lines can only be OBJ, and there are no binary bytes.
 bool isObj(std::string_view begin, std::uint64_t) {
     if (begin.find('\0') != std::string_view::npos) return false;
     constexpr std::string_view kWords[] = {"v", "vt", "vn", "f", "o", "g", "mtllib", "usemtl"};

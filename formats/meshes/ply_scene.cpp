@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads a PLY file as a mesh: its faces in order, or without any its vertices as points.
+// Reader of PLY meshes: faces in order, or the vertices as points if there are no faces.
 #include <algorithm>
 #include <bit>
 #include <map>
@@ -14,10 +14,10 @@
 namespace peeler {
 namespace {
 
-/// What a number of a vertex is.
+/// Meaning of a vertex property.
 enum class Meaning : std::uint8_t { kPosition, kNormal, kTexcoord, kColor };
 
-/// The names of the numbers of vertices, as programs write them; the first one of a set counts.
+/// Names of vertex properties, as programs write them; the first of a set wins.
 struct VertexName {
     std::string_view name;
     Meaning meaning;
@@ -52,7 +52,7 @@ constexpr VertexName kVertexNames[] = {
     {"diffuse_alpha", Meaning::kColor, 3},
 };
 
-/// What the meanings are called in messages, and how many components they need.
+/// Names of a meaning for messages, and the number of components it requires.
 struct MeaningRow {
     const char* names;
     std::size_t components;
@@ -60,7 +60,7 @@ struct MeaningRow {
 constexpr MeaningRow kMeanings[] = {
     {"x, y and z", 3}, {"nx, ny and nz", 3}, {"s and t (u and v)", 2}, {"red, green and blue", 3}};
 
-/// The properties of an element by meaning and component; null: it has none.
+/// An element's properties by meaning and component; null = none.
 using Meant = std::array<std::array<const PlyField*, 4>, std::size(kMeanings)>;
 
 Meant meantBy(const PlyElement& element) {
@@ -153,7 +153,7 @@ class PlyReader {
                     file_.name(), "rename the element");
     }
 
-    /// The textures that comments name, as MeshLab writes them, and whether faces choose.
+    /// Collects the textures in MeshLab's comments, and whether faces select one.
     void listTextures() {
         for (std::string_view comment : ply_.comments()) {
             if (!comment.starts_with(kTextureComment)) continue;
@@ -178,7 +178,7 @@ class PlyReader {
 
     void readElement(const PlyElement& element) {
         if (element.properties.empty()) return;
-        // Before anything is allocated.
+        // Before any allocation.
         if (element.rows > numbers_->most(element)) failPlyEndsEarly();
         if (element.name == "vertex" && !vertices_read_) return readVertices(element);
         if (isFaces(element)) return readFaces(element);
@@ -199,10 +199,10 @@ class PlyReader {
 
     // Vertices.
 
-    /// A property, and where its numbers go.
+    /// A property and its destination.
     struct Column {
         const PlyField* property;
-        float* to = nullptr;  ///< of the next vertex; null: nowhere
+        float* to = nullptr;  ///< next vertex's value; null: skipped
         std::size_t step = 0;
         Meaning meaning{};
     };
@@ -247,7 +247,7 @@ class PlyReader {
         finishVertices(meant, odd);
     }
 
-    /// Warns of what is not drawn as it was meant.
+    /// Warns of properties that are not drawn as intended.
     void checkMeanings(const PlyElement& element, const Meant& meant) {
         for (std::size_t i = 0; i < std::size(kMeanings); ++i)
             if (!isWhole(meant, static_cast<Meaning>(i)))
@@ -277,7 +277,7 @@ class PlyReader {
         }
         if (!mesh_.colors.empty()) makeColorsLinear(mesh_.colors, colorTypesOf(meant));
         for (glm::vec2& uv : mesh_.texcoords[0])
-            uv.y = 1 - uv.y;  // it counts from below, glTF's from above
+            uv.y = 1 - uv.y;  // bottom-up in PLY, top-down in glTF
         vertices_read_ = true;
     }
 
@@ -321,7 +321,7 @@ class PlyReader {
         return *number;
     }
 
-    /// Of faces.
+    /// Converts a face value; non-finite ones become 0.
     float finiteOrZero(double value) {
         const auto number = coordinate(value);
         if (!number) ++odd_numbers_;
@@ -330,7 +330,7 @@ class PlyReader {
 
     // Faces.
 
-    /// What a property of faces is.
+    /// Meaning of a face property.
     struct FaceColumn {
         enum Role : std::uint8_t { kCorners, kTexcoords, kTexture, kColor, kSkipped } role;
         const PlyField* property;
@@ -370,7 +370,7 @@ class PlyReader {
         }
     }
 
-    /// Whether faces have colours that are shown: vertices' go before them.
+    /// Whether face colours are used; vertex colours take precedence.
     bool hasColors(const Meant& meant) {
         if (!isWhole(meant, Meaning::kColor)) return false;
         if (!mesh_.colors.empty())
@@ -411,7 +411,7 @@ class PlyReader {
         }
     }
 
-    /// The index of a texture; −1: none.
+    /// Returns a texture's index; −1 = none.
     int textureOf(double number) {
         if (number >= 0 && number < static_cast<double>(texture_maps_.size()))
             return static_cast<int>(number);
@@ -472,7 +472,7 @@ class PlyReader {
             addTriangle(a, b, c);
     }
 
-    /// Every corner of a strip but its first two is a triangle; every second one is turned.
+    /// Adds a triangle for each strip corner after the first two, reversing every second one.
     void addStrips() {
         std::size_t first = 0;
         for (std::size_t i = 0; i < face_.size(); ++i) {
@@ -485,7 +485,7 @@ class PlyReader {
         }
     }
 
-    /// Of corners of the face by their places in it.
+    /// Adds a triangle of corners given by their places in the face.
     void addTriangle(std::size_t a, std::size_t b, std::size_t c) {
         if (triangles_made_++ % kOnce == 0) file_.allowGeometry(3 * kOnce * sizeof(std::uint32_t));
         for (const std::size_t corner : {a, b, c})
@@ -500,23 +500,23 @@ class PlyReader {
 
     // The mesh.
 
-    /// Triangles in a row that have one texture: a primitive.
+    /// Consecutive triangles with the same texture: a primitive.
     struct Run {
         int texture = 0;
         Primitive mesh{};
-        std::vector<std::uint32_t> colors{};  ///< of vertices: indices into face_colors_
+        std::vector<std::uint32_t> colors{};  ///< by vertex: indices into face_colors_
     };
 
-    /// Begins another run if the face has another texture than the one before it.
+    /// Starts another run if the face's texture differs from the previous one.
     void openRun() {
         if (!runs_.empty() && runs_.back().texture == texture_) return;
         closeRun();
-        constexpr std::size_t kRunBytes = 4096;  // besides what is in the scene, until it is drawn
+        constexpr std::size_t kRunBytes = 4096;  // beyond its scene data, until it is drawn
         file_.allow(sizeof(Run) + kRunBytes);
         runs_.push_back({texture_});
     }
 
-    /// Gives the run its vertices: those of the file, or the corners that differ.
+    /// Gives the run its vertices: the file's, or its distinct corners.
     void closeRun() {
         if (runs_.empty()) return;
         Run& run = runs_.back();
@@ -606,27 +606,27 @@ class PlyReader {
 
     static constexpr std::uint32_t kNoColor = 0xFFFFFFFF;
     static constexpr std::uint32_t kEndOfStrip = 0xFFFFFFFF;
-    static constexpr std::size_t kOnce = 4096;  ///< triangles that are asked for together
+    static constexpr std::size_t kOnce = 4096;  ///< triangles per memory request
 
     MeshFile file_;
     MeshTextures textures_;
     PlyFile ply_;
     std::unique_ptr<PlyNumbers> numbers_;
     std::uint64_t row_ = 0;
-    Primitive mesh_;  ///< the vertices of the file, until a run has them
+    Primitive mesh_;  ///< vertices of the file, until a run takes them
     bool vertices_read_ = false, translucent_ = false;
     std::uint64_t triangles_made_ = 0;
     std::uint64_t odd_faces_ = 0, bare_faces_ = 0, odd_numbers_ = 0;
     PolygonCutter cutter_;
-    std::optional<CornerIndex> split_;  ///< if corners of one vertex can differ, or textures
+    std::optional<CornerIndex> split_;  ///< if a vertex's corners can differ, or textures can
     CornerIndex uv_numbers_;
     bool has_corner_uvs_ = false;
-    std::vector<glm::vec4> face_colors_;  ///< each once, of faces in a row that have the same
+    std::vector<glm::vec4> face_colors_;  ///< deduplicated for consecutive faces
     ColorTypes face_color_types_;
     std::vector<MeshMap> texture_maps_;
     std::map<int, int> materials_;  ///< by image
     std::vector<Run> runs_;
-    // Of the face that is read.
+    // Of the current face.
     int texture_ = 0;
     std::uint32_t color_ = kNoColor;
     std::vector<std::uint32_t> face_;

@@ -11,18 +11,18 @@
 namespace peeler {
 namespace {
 
-/// A side of a triangle, between positions.
+/// A triangle edge, between positions.
 struct Side {
     std::uint32_t low, high;  ///< positions
-    std::uint32_t corner;     ///< where it begins: number 3 · triangle + 0, 1 or 2
-    bool rises;               ///< whether it goes from the lower to the higher one
+    std::uint32_t corner;     ///< its start: index 3 · triangle + 0, 1 or 2
+    bool rises;               ///< whether it runs from low to high
 };
 
 std::size_t nextCorner(std::size_t corner) {
     return corner % 3 == 2 ? corner - 2 : corner + 1;
 }
 
-/// Corners that have one normal, joined one by one.
+/// Union-find of corners that share a normal.
 class Patches {
   public:
     explicit Patches(std::size_t corners) : parent_(corners) {
@@ -34,7 +34,7 @@ class Patches {
             at = parent_[at] = parent_[parent_[at]];
         return at;
     }
-    /// The lower number stays, so that the outcome does not depend on the order.
+    /// Joins two sets. The lower number stays, so that the result does not depend on the order.
     void join(std::size_t a, std::size_t b) {
         const std::uint32_t first = of(a), second = of(b);
         parent_[std::max(first, second)] = std::min(first, second);
@@ -80,7 +80,7 @@ class SmoothNormals {
         return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
     }
 
-    /// Vertices at the same position (−0 is 0) are one.
+    /// Merges vertices at the same position (−0 equals 0).
     void findPositions() {
         CornerIndex positions(allow_);
         for (const glm::vec3& p : primitive_.positions) {
@@ -116,7 +116,7 @@ class SmoothNormals {
         return glm::dot(unit(faces_[a.corner / 3]), unit(faces_[b.corner / 3])) >= least_cosine_;
     }
 
-    /// Each vertex as often as it has normals, in the order of the triangles.
+    /// Splits each vertex by its normals, in triangle order.
     void splitVertices(Patches& patches, const std::vector<glm::dvec3>& sums) {
         CornerIndex split(allow_);
         for (std::size_t i = 0; i < primitive_.indices.size(); ++i)
@@ -136,7 +136,7 @@ class SmoothNormals {
         primitive_.normals.reserve(split.keys().size());
         for (const CornerIndex::Key& key : split.keys()) {
             const glm::dvec3 normal = unit(sums[key[1]]);
-            // Triangles without area have none; whatever it is, none of them is seen.
+            // Degenerate triangles have no normal; any will do, since they are invisible.
             primitive_.normals.emplace_back(normal == glm::dvec3(0) ? glm::dvec3(0, 1, 0) : normal);
         }
     }
@@ -144,8 +144,8 @@ class SmoothNormals {
     Primitive& primitive_;
     const std::function<void(std::uint64_t bytes)>& allow_;
     double least_cosine_;
-    std::vector<std::uint32_t> position_;  ///< of each vertex
-    std::vector<glm::dvec3> faces_;        ///< normals, twice the area long
+    std::vector<std::uint32_t> position_;  ///< by vertex
+    std::vector<glm::dvec3> faces_;        ///< normals; length is twice the area
 };
 
 }  // namespace

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads STL, text and binary (M. Burns, "Automated Fabrication", 1993, section 6.5): triangle k of
-// the file is triangle k of the only mesh. The normals of facets are left out, since they follow
-// from the corners. White space and ends of lines are free in a text.
+// Reader of text and binary STL (M. Burns, "Automated Fabrication", 1993, section 6.5): triangle k
+// of the file is triangle k of the only mesh. Facet normals are ignored, since they follow from the
+// corners. White space and line ends are free in text.
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -14,7 +14,7 @@ namespace peeler {
 namespace {
 
 constexpr std::uint64_t kHeader = 84, kFacet = 50;
-constexpr std::size_t kFirstCorner = 12, kAttribute = 48;  // in a facet
+constexpr std::size_t kFirstCorner = 12, kAttribute = 48;  // offsets in a facet
 
 std::uint32_t facetsOf(std::string_view begin) {
     std::uint32_t facets = 0;
@@ -33,8 +33,8 @@ bool is(std::string_view word, std::string_view keyword) {
     });
 }
 
-/// Whether it begins as text. Some programs begin a binary header so, too, but triangles without
-/// any byte of 0 there are none.
+/// Whether it starts as text. Some programs start a binary header the same way, but binary
+/// triangles always contain zero bytes.
 bool isText(std::string_view begin) {
     constexpr std::size_t kLooked = 4096;
     if (begin.substr(0, kLooked).find('\0') != std::string_view::npos) return false;
@@ -42,8 +42,7 @@ bool isText(std::string_view begin) {
     return is(takeWord(rest), "solid");
 }
 
-/// Takes the rest of the line off, a name; what follows it in the same line stays: a facet, or the
-/// next solid.
+/// Takes the rest of the line, a name. A facet or another solid on the same line stays.
 std::string_view takeName(std::string_view& text) {
     const std::string_view line = text.substr(0, text.find_first_of("\r\n"));
     std::size_t end = line.size(), solid = line.size();
@@ -100,7 +99,7 @@ class StlReader {
                        std::to_string(text_.size() - size) + ").");
         file_.allowGeometry(facets * 3 * sizeof(std::uint32_t));
         primitive_.indices.reserve(facets * 3);
-        corners_.reserve(facets / 2);  // of a closed surface about so many are different
+        corners_.reserve(facets / 2);  // about the distinct corners of a closed surface
         bool has_attributes = text_.substr(0, kHeader).find("COLOR=") != std::string_view::npos;
         for (std::uint64_t facet = 0; facet < facets; ++facet) {
             const std::size_t at = kHeader + kFacet * facet;
@@ -121,19 +120,19 @@ class StlReader {
         if (has_attributes) file_.warn("The colours in the attributes of triangles are not read.");
     }
 
-    /// All solids of a text are one mesh, called like the first one.
+    /// Reads text: all its solids become one mesh, named after the first.
     std::string readText() {
         std::string name;
         std::string_view rest = withoutByteOrderMark(text_);
         bool in_solid = false, named = false, in_normal = false;
-        int corners = -1;  // of the facet that is open
+        int corners = -1;  // of the open facet
         while (true) {
             const std::string_view before = rest;
             const std::string_view word = takeWord(rest);
             const std::size_t place = text_.size() - rest.size();
             if (word.empty()) break;
             if (in_normal && !is(word, "outer") && !is(word, "vertex") && !is(word, "endfacet"))
-                continue;  // programs write it in ways of their own
+                continue;  // programs write normals in different ways
             in_normal = false;
             if (is(word, "vertex") && corners >= 0) {
                 if (++corners > 3) fail("a facet has more than three corners", place);
@@ -205,7 +204,7 @@ class StlReader {
                     "export the file again, or as binary STL");
     }
 
-    static constexpr std::size_t kOnce = 4096;  ///< numbers that are asked for together
+    static constexpr std::size_t kOnce = 4096;  ///< numbers per memory request
 
     MeshFile file_;
     CornerIndex corners_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program peeler_decode: decodes one Draco-compressed mesh (formats/gltf/draco_mesh.cpp).
+// The peeler_decode program: decodes one Draco-compressed mesh (formats/gltf/draco_mesh.cpp).
 #include <draco/compression/decode.h>
 #include <draco/compression/point_cloud/point_cloud_decoder.h>
 #include <draco/core/varint_decoding.h>
@@ -30,17 +30,18 @@ draco::DecoderBuffer bufferOf(std::span<const std::uint8_t> bytes) {
     return buffer;
 }
 
-// Triangles that a byte may promise. A flat regular grid of 8 million triangles, encoded at its
-// slowest and smallest, has 13 a byte. Entropy coding sets no limit of its own, so a few bytes
-// could make us allocate without end.
+// Maximum number of declared triangles per byte. A flat regular grid of 8 million triangles,
+// encoded at the slowest and smallest setting, has 13 per byte. Entropy coding has no limit of its
+// own, so a few bytes could make us allocate without end.
 constexpr std::uint64_t kMostFacesPerByte = 32;
 
-/// What the data promises at its beginning.
+/// Sizes declared at the start of the data.
 struct Promise {
     std::uint32_t faces = 0, points = 0;
 };
 
-/// A number of the connectivity header: fixed size in old versions of the format, else a varint.
+/// Reads a number of the connectivity header: fixed size in old versions of the format, else a
+/// varint.
 std::uint32_t number(draco::DecoderBuffer& buffer, bool fixed) {
     std::uint32_t value = 0;
     if (!(fixed ? buffer.Decode(&value) : draco::DecodeVarint(&value, &buffer)))
@@ -49,7 +50,7 @@ std::uint32_t number(draco::DecoderBuffer& buffer, bool fixed) {
 }
 
 /// Reads the headers (Draco bitstream specification, §2 to §4). libdraco 1.5.5 allocates memory for
-/// as many faces as the header of an Edgebreaker mesh says, so this number has to be read first.
+/// the face count in an Edgebreaker header, so the count is checked first.
 Promise promiseOf(std::span<const std::uint8_t> bytes) {
     draco::DecoderBuffer buffer = bufferOf(bytes);
     draco::DracoHeader header;
@@ -75,8 +76,8 @@ Promise promiseOf(std::span<const std::uint8_t> bytes) {
     if (!buffer.Decode(&traversal)) failDraco("the Draco data is truncated");
     const bool fixed = version < 0x200;
     if (version < 0x202) number(buffer, fixed);  // vertices added by splits
-    // Vertices of the connectivity: some that encoders count have no face, and seams make several
-    // points of others, so only their order of size is known.
+    // Number of connectivity vertices. Some encoders count vertices without faces, and seams split
+    // others into several points, so this is only an estimate of the points.
     const std::uint64_t vertices = number(buffer, fixed);
     promise.faces = number(buffer, fixed);
     if (!buffer.Decode(&attribute_data)) failDraco("the Draco data is truncated");
@@ -134,7 +135,7 @@ std::vector<std::uint8_t> valuesOf(const draco::Mesh& mesh, const DracoAttribute
         failDraco("the attribute " + std::to_string(wanted.unique_id) + " of the Draco data has " +
                   std::to_string(attribute->num_components()) + " components, its accessor has " +
                   std::to_string(wanted.components));
-    // glTF has no such accessors, and Draco takes whatever byte is stored for a bool.
+    // glTF has no such accessors, and Draco accepts any stored byte as a bool.
     if (attribute->data_type() == draco::DT_BOOL)
         failDraco("the attribute " + std::to_string(wanted.unique_id) +
                   " of the Draco data holds truth values");
@@ -172,7 +173,7 @@ void decode(std::span<const std::uint8_t> bytes, std::span<const DracoAttribute>
             const DracoLimits& limits, SharedFile& result) {
     const std::unique_ptr<draco::Mesh> mesh = decodeMesh(bytes);
     if (mesh->num_faces() == 0) failDraco("the Draco data holds no triangle");
-    // An Edgebreaker mesh tells only now how many points there are.
+    // Only now is the number of points of an Edgebreaker mesh known.
     checkPromise({mesh->num_faces(), mesh->num_points()}, limits);
     result.putOne(std::uint64_t{mesh->num_points()});
     result.put(indicesOf(*mesh));

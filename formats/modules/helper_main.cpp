@@ -19,14 +19,14 @@
 namespace peeler {
 namespace {
 
-// Sanitizers reserve terabytes of address space, so that no limit of it would be right.
+// Sanitizers reserve terabytes of address space, so no limit would fit.
 #ifdef PEELER_SHADOW_MEMORY
 constexpr bool kLimitsMemory = false;
 #else
 constexpr bool kLimitsMemory = true;
 #endif
 
-std::uint64_t address_space_at_start = 0;  ///< bytes; 0 = the system does not say
+std::uint64_t address_space_at_start = 0;  ///< bytes; 0 = unknown
 
 std::uint64_t addressSpace() {
     unsigned long long pages = 0;
@@ -37,7 +37,7 @@ std::uint64_t addressSpace() {
     return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// A host may have limits that are lower. Unless `for_good`, another may follow.
+/// Lowers a limit; the host's may be lower already. Unless `for_good`, it can be changed later.
 void limit(int resource, std::uint64_t value, bool for_good = true) {
     struct rlimit both {};
     if (getrlimit(static_cast<__rlimit_resource>(resource), &both) != 0) return;
@@ -56,7 +56,7 @@ void putText(SharedFile& file, const std::string& text) {
     file.put(std::span<const char>(text));
 }
 
-/// In the place of a result that has begun.
+/// Replaces a partial result by an error.
 void putError(SharedFile& result, const Error& error) {
     result.seek(sizeof(HelperState));
     result.putOne(error.kind());
@@ -93,7 +93,7 @@ void helperMain(int count, char** arguments, HelperWork work) {
     openStandardStreams();
     if (count != 2) _exit(static_cast<int>(ErrorKind::kUsage));
     limit(RLIMIT_CORE, 0);
-    // The signal of the lower limit tells that it was the time; that of the upper one is any kill.
+    // The soft limit's signal means that the time is up; the hard limit's could be any kill.
     const std::uint64_t seconds = std::strtoull(arguments[1], nullptr, 10);
     limit(RLIMIT_CPU, seconds + 1);
     limit(RLIMIT_CPU, seconds, false);
@@ -106,7 +106,7 @@ void helperMain(int count, char** arguments, HelperWork work) {
     limit(RLIMIT_NOFILE, 0);
     limit(RLIMIT_NPROC, 0);
     prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-    limitSystemCalls();  // where there is no such limit, those above have to do
+    limitSystemCalls();  // where unsupported, the limits above must suffice
     try {
         SharedFile request(STDIN_FILENO), result(STDOUT_FILENO, sizeof(HelperState));
         HelperState state = HelperState::kDone;
@@ -116,11 +116,11 @@ void helperMain(int count, char** arguments, HelperWork work) {
             putError(result, error);
             state = HelperState::kFailed;
         }
-        // Last: until then there is no result, whatever ends this process.
+        // Last: until then there is no result, even if the process is killed.
         result.seek(0);
         result.putOne(state);
     } catch (const std::exception&) {
-        _exit(1);  // there is no memory left even to say so
+        _exit(1);  // no memory is left for a message
     }
     _exit(0);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The main function of programs that runHelper() (formats/file/helper_process.h) starts.
+// The main function of programs started by runHelper() (formats/file/helper_process.h).
 #pragma once
 
 #include <cstdint>
@@ -8,23 +8,23 @@
 
 namespace peeler {
 
-/// Limits the memory of this process to what it had at its start and so many bytes more, and its
-/// result to as many. Until then the limit is kFirstMemory and 16 times the request.
+/// Limits this process's memory to its usage at the start plus `bytes`, and its result to `bytes`.
+/// Before this call the limit is kFirstMemory plus 16 times the request's size.
 void limitMemory(std::uint64_t bytes);
 
-/// Limits this process to so many seconds of processor time, if there is no lower limit.
+/// Limits this process to `seconds` of CPU time, unless a lower limit exists.
 void limitSeconds(int seconds);
 
-/// Allows this process no other calls of the system than a decoder needs, which uses memory and the
-/// files that are open: any other ends it. False where the system has no such limit.
+/// Restricts this process to the system calls that a decoder needs, for memory and open files; any
+/// other call kills it. Returns false if the system has no such filter.
 bool limitSystemCalls();
 
 using HelperWork = void (*)(SharedFile& request, SharedFile& result);
 
 inline constexpr std::uint64_t kFirstMemory = std::uint64_t{256} << 20;
 
-/// Limits this process to the seconds of processor time that the only argument says, takes it the
-/// right to open or start anything, and has the work done. Ends the process.
+/// Limits this process to the seconds of CPU time in its only argument, drops its right to open or
+/// start anything, and does the work. Ends the process.
 [[noreturn]] void helperMain(int count, char** arguments, HelperWork work);
 
 }  // namespace peeler

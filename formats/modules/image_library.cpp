@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The module peeler_images: OpenImageIO behind formats/image/image_library.h.
+// The peeler_images module: OpenImageIO behind formats/image/image_library.h.
 #include "formats/image/image_library.h"
 
 #include <OpenImageIO/filesystem.h>
@@ -36,8 +36,8 @@ StoredImage storedImage(const OIIO::ImageSpec& spec) {
     return image;
 }
 
-/// A stream of a file as RegularFile opens it: the library's own plugins would wait for a pipe. It
-/// is a FILE since the plugin of JPEG reads nothing else.
+/// A FILE opened through RegularFile, because the library's own plugins would block on a pipe. The
+/// JPEG plugin reads only FILEs.
 struct FileStream {
     explicit FileStream(const std::string& path) {
         const RegularFile file(path);
@@ -67,7 +67,7 @@ class Decoder final : public ImageDecoder {
             std::span<const std::uint8_t> bytes) {
         input_ = OIIO::ImageInput::create(format);
         if (!input_) {
-            OIIO::geterror();  // so that no message is left behind for others
+            OIIO::geterror();  // discards the pending message
             fail("no decoder for " + format + " is installed");
         }
         OIIO::ImageSpec config;
@@ -103,9 +103,9 @@ class Decoder final : public ImageDecoder {
             check(input_->read_scanlines(0, 0, y, y + 1, 0, begin, end, type, samples));
     }
 
-    /// OpenImageIO before 3.1.16 writes beyond its buffers where it makes RGB of four inks, tiled
-    /// or of samples that are not whole bytes (CVE-2026-67549), and of a palette's that have three
-    /// bytes.
+    /// Rejects TIFFs for which OpenImageIO before 3.1.16 writes beyond its buffers: when it
+    /// converts CMYK to RGB in tiles or with samples that are not whole bytes (CVE-2026-67549), and
+    /// palettes with indices of three bytes.
     static void refuseFragileTiff(const OIIO::ImageSpec& spec) {
         constexpr int kPalette = 3, kSeparated = 5;  // TIFF 6.0, sections 5 and 16
         const int bits = spec.get_int_attribute("oiio:BitsPerSample", 8);
@@ -120,10 +120,10 @@ class Decoder final : public ImageDecoder {
         if (!success) fail(input_->geterror());
     }
 
-    std::unique_ptr<OIIO::Filesystem::IOProxy> proxy_;  // declared before what uses it
+    std::unique_ptr<OIIO::Filesystem::IOProxy> proxy_;  // declared before its user
     std::unique_ptr<OIIO::ImageInput> input_;
-    /// Row by row a TIFF takes no way of its own through strips, which before 3.1.17 unpacks what
-    /// could not be read, and inverts more samples than there are.
+    /// Reads a TIFF row by row, because OpenImageIO's strip path before 3.1.17 unpacks data that
+    /// could not be read, and inverts more samples than exist.
     bool by_rows_ = false;
     StoredImage image_;
 };
@@ -171,11 +171,11 @@ class Encoder final : public ImageEncoder {
         type_ = image.bits == 16 ? OIIO::TypeDesc::UINT16 : OIIO::TypeDesc::UINT8;
         OIIO::ImageSpec spec(image.width, image.height, image.channels, type_);
         if (image.srgb) spec.attribute("oiio:ColorSpace", "sRGB");
-        // Alpha is straight already, and colours must not be divided once more.
+        // Alpha is already straight, so colours must not be divided again.
         spec.attribute("oiio:UnassociatedAlpha", 1);
         if (!image.software.empty()) spec.attribute("Software", image.software);
         if (!image.description.empty()) spec.attribute("ImageDescription", image.description);
-        // Otherwise the file would say when it was written.
+        // Otherwise the file would contain the time of writing.
         if (format_ == "tiff") spec.attribute("DateTime", "");
         if (format_ == "jpeg") {
             spec.attribute("Compression", "jpeg:95");
@@ -199,14 +199,14 @@ class Encoder final : public ImageEncoder {
 
     std::string format_;
     OIIO::TypeDesc type_;
-    std::optional<Proxy> proxy_;  // declared before what uses it
+    std::optional<Proxy> proxy_;  // declared before its user
     std::unique_ptr<OIIO::ImageOutput> output_;
 };
 
 class Library final : public ImageLibrary {
   public:
-    // When a TIFF is damaged, the threads that unpack its strips and tiles go on with memory that
-    // is freed already (CVE-2023-24472, before 2.4.8.1; CVE-2026-65970, before 3.1.16).
+    // If a TIFF is damaged, the threads that unpack its strips and tiles continue with freed memory
+    // (CVE-2023-24472, before 2.4.8.1; CVE-2026-65970, before 3.1.16).
     Library() { OIIO::attribute("tiff:multithread", 0); }
     std::unique_ptr<ImageDecoder> decoder(const std::string& format, const std::string& path,
                                           std::span<const std::uint8_t> bytes) const override {
@@ -217,10 +217,10 @@ class Library final : public ImageLibrary {
     }
     void setThreads(int threads) const override {
 #ifdef __SANITIZE_THREAD__
-        threads = 1;  // ThreadSanitizer does not see what OpenImageIO's threads wait for
+        threads = 1;  // ThreadSanitizer misses the synchronisation of OpenImageIO's threads
 #endif
         OIIO::attribute("threads", threads);
-        // OpenEXR counts the threads that it adds; −1 is OpenImageIO's word for none.
+        // OpenEXR counts additional threads; −1 means none in OpenImageIO.
         OIIO::attribute("exr_threads", threads > 1 ? threads : -1);
     }
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The module peeler_vdb: OpenVDB behind formats/arrays/vdb_writer.h.
+// The peeler_vdb module: OpenVDB behind formats/arrays/vdb_writer.h.
 // https://www.openvdb.org/documentation/doxygen/
 #include "formats/arrays/vdb_writer.h"
 
@@ -16,7 +16,7 @@ namespace {
 using Grid = openvdb::FloatGrid;
 using openvdb::Coord;
 
-/// Calls visit(coordinates) for every cell of a block that is inside.
+/// Calls visit(coordinates) for every inside cell of a block.
 template <class Visit>
 void forEachInside(const VdbVoxels& voxels, const glm::ivec3& begin, const glm::ivec3& end,
                    Visit&& visit) {
@@ -33,8 +33,8 @@ void forEachInside(const VdbVoxels& voxels, const glm::ivec3& begin, const glm::
     }
 }
 
-/// Fills the grid block by block, as large as OpenVDB's leaves: a full block becomes a tile, so
-/// that the inside takes no room.
+/// Fills the grid in blocks of OpenVDB's leaf size: a full block becomes a tile, so the interior
+/// takes no memory.
 void fill(Grid& grid, const VdbVoxels& voxels) {
     constexpr int kSide = Grid::TreeType::LeafNodeType::DIM;
     Grid::Accessor accessor = grid.getAccessor();
@@ -67,7 +67,7 @@ void write(std::ostream& stream, const VdbVoxels& voxels, const std::string& cre
     grid->setTransform(transform);
     fill(*grid, voxels);
 
-    const openvdb::io::Stream archive(stream);  // compresses with Blosc if it can
+    const openvdb::io::Stream archive(stream);  // uses Blosc if available
     openvdb::MetaMap metadata;
     metadata.insertMeta("creator", openvdb::StringMetadata(creator));
     archive.write(openvdb::GridCPtrVec{grid}, metadata);
@@ -80,6 +80,6 @@ void write(std::ostream& stream, const VdbVoxels& voxels, const std::string& cre
 extern "C" __attribute__((visibility("default"))) void peelerWriteVdbGrid(
     std::ostream& stream, const peeler::VdbVoxels& voxels, const std::string& creator,
     int threads) {
-    // Not by tbb::global_control, which would limit a host's other work, too.
+    // Not with tbb::global_control, which would also limit a host program's other work.
     tbb::task_arena(threads).execute([&] { peeler::write(stream, voxels, creator); });
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Packs fragments in 18 bytes each (3 more with coloured opacity, 4 with ids of objects, 4 with
-// those of materials), as differences that deflate well, and puts them into the page.
+// Writer of the viewer page: packs fragments in 18 bytes each (3 more with coloured opacity, 4 with
+// object ids, 4 with material ids), as deltas that deflate well.
 #include "formats/page/html_view_writer.h"
 
 #include <libdeflate.h>
@@ -36,18 +36,18 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Rgba = std::array<float, 4>;
 
-/// Bytes of a fragment before compression: besides its colour, and of a kind of ids.
+/// Uncompressed bytes per fragment without its colour, and per kind of id.
 constexpr std::size_t kPlanes = 14, kIdPlanes = 4;
-/// Bytes that a fragment takes in finish(), and more if there may be ids.
+/// Memory per fragment in finish(), and the addition for possible ids.
 constexpr std::uint64_t kScratch = 84, kIdScratch = 2 * kIdPlanes;
 
-/// The fragments in the order of the page: layer after layer, row by row.
+/// The fragments in page order: layer by layer, row by row.
 struct LayerOrder {
     struct Place {
         std::uint32_t fragment, pixel;
     };
     std::vector<Place> places;
-    std::vector<std::uint64_t> ends;  ///< of each layer
+    std::vector<std::uint64_t> ends;  ///< by layer
 };
 
 LayerOrder orderByLayer(const LayeredImage& image, const PixelRays& rays) {
@@ -68,8 +68,8 @@ LayerOrder orderByLayer(const LayeredImage& image, const PixelRays& rays) {
     return order;
 }
 
-/// What corner depths are stored as: log2 Z, so that near and far things are told apart alike, or Z
-/// of an orthographic camera, which may be 0.
+/// Returns the stored measure of depth: log2 Z, for equal relative precision near and far, or Z for
+/// an orthographic camera, where it may be 0.
 double depthMeasure(const PixelRays& rays, double planar) {
     return rays.perspective() ? -std::log2(planar) : planar;
 }
@@ -81,22 +81,22 @@ struct Range {
         low = std::min(low, value);
         high = std::max(high, value);
     }
-    /// Where a value lies in it, in 16 bits.
+    /// Returns a value's position in the range as a 16-bit code.
     std::uint16_t code(double value) const {
         const double share = std::clamp((value - low) / (high - low), 0.0, 1.0);
         return static_cast<std::uint16_t>(std::lround(65535 * share));
     }
-    /// The range if it has a length by which one can divide, else a little more.
+    /// Returns the range, or a slightly larger one if its length is zero.
     Range widened() const {
         if (!(low <= high)) return {0, 1};
         return {low, high > low ? high : low + std::max(1e-6, 1e-6 * std::abs(low))};
     }
 };
 
-/// Bytes of R, G, B, A, AR, AG, AB.
+/// The bytes R, G, B, A, AR, AG, AB.
 using EncodedColor = std::array<std::uint8_t, kTintedComponents>;
 
-/// The ids of one kind that fragments may have, and how the page knows them.
+/// A kind of fragment ids, and its key in the page.
 struct IdKind {
     const char *channel, *key;
     std::vector<std::string> IdNames::*names;
@@ -104,20 +104,19 @@ struct IdKind {
 constexpr std::array<IdKind, 2> kIdKinds = {{{"id.object", "objects", &IdNames::objects},
                                              {"id.material", "materials", &IdNames::materials}}};
 
-/// A fragment as the page has it.
+/// A fragment as stored in the page.
 struct PackedFragment {
     std::uint32_t pixel = 0;                        ///< row-major in the window
-    std::array<std::uint16_t, kCorners> corners{};  ///< codes of depth
-    std::uint16_t depth = 0;                        ///< the code of its own
+    std::array<std::uint16_t, kCorners> corners{};  ///< depth codes
+    std::uint16_t depth = 0;                        ///< code of its own depth
     EncodedColor color{};
     std::array<std::uint32_t, kIdKinds.size()> ids{};
 };
 
-/// Packs fragments, each as what differs from the one before, in planes of bytes: pixel (4), upper
-/// left, lower left, the rise to the upper right, what the lower right rises more (2 each), colour
-/// (4, or 7 with the opacity of each channel), the code of its own depth less the mean of the
-/// corners (2), and the ids that there are (4 each). unpack() in page_drawing.js adds the
-/// differences up again.
+/// Packs each fragment as the difference to the previous one, in byte planes: pixel (4); upper
+/// left, lower left, rise to the upper right, additional rise of the lower right (2 each); colour
+/// (4, or 7 with opacity per channel); the code of its own depth less the mean of the corners (2);
+/// and the ids, if any (4 each). unpack() in page_drawing.js sums the differences.
 class Packer {
   public:
     Packer(std::size_t count, bool tinted, const std::array<bool, kIdKinds.size()>& ids)
@@ -131,7 +130,8 @@ class Packer {
     void add(const PackedFragment& fragment) {
         plane_ = 0;
         put(fragment.pixel - last_.pixel, 4);
-        // Along a surface a corner is the one before's right corner, and the slope changes little.
+        // Along a surface a left corner equals the previous right corner, and the slope changes
+        // little.
         const auto& corners = fragment.corners;
         const std::uint32_t rise = corners[kUpperRight] - std::uint32_t{corners[kUpperLeft]};
         put(corners[kUpperLeft] - std::uint32_t{last_.corners[kUpperRight]}, 2);
@@ -141,7 +141,7 @@ class Packer {
         rise_ = rise;
         for (std::size_t c = 0; c < colors_; ++c)
             put(std::uint32_t{fragment.color[c]} - last_.color[c], 1);
-        std::uint32_t sum = 2;  // rounds
+        std::uint32_t sum = 2;  // for rounding
         for (const std::uint16_t corner : corners)
             sum += corner;
         put(fragment.depth - static_cast<std::uint32_t>(sum / kCorners), 2);
@@ -176,7 +176,7 @@ std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes) {
     return packed;
 }
 
-/// Base64 (RFC 4648, section 4).
+/// Returns Base64 (RFC 4648, section 4).
 std::string base64(std::span<const std::uint8_t> bytes) {
     constexpr std::string_view kDigits =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -193,7 +193,7 @@ std::string base64(std::span<const std::uint8_t> bytes) {
     return text;
 }
 
-/// JSON for a <script> element: nothing in it may look like a tag.
+/// Returns JSON for a <script> element, without anything that looks like a tag.
 std::string scriptText(const Json& value) {
     std::string text;
     for (const char c : dumpJson(value, -1, true)) {
@@ -205,7 +205,8 @@ std::string scriptText(const Json& value) {
     return text;
 }
 
-/// Premultiplied sRGB bytes of a premultiplied linear colour, as it is shown, and its opacities.
+/// Returns the sRGB bytes of a premultiplied linear colour after the display transform,
+/// premultiplied, with its opacities.
 EncodedColor encodedColor(const TintedColor& color, const Display& display) {
     const Rgba shown = display.shown(untinted(color));
     const auto byte = [](float value) {
@@ -215,11 +216,11 @@ EncodedColor encodedColor(const TintedColor& color, const Display& display) {
     for (std::size_t c = 0; c < 3; ++c)
         bytes[c] = byte(encodeSrgb(shown[c]));
     for (std::size_t c = 3; c < color.size(); ++c)
-        bytes[c] = byte(color[c] > 0 ? std::min(color[c], 1.0F) : 0);  // NaN is none
+        bytes[c] = byte(color[c] > 0 ? std::min(color[c], 1.0F) : 0);  // 0 for NaN
     return bytes;
 }
 
-/// The exposure in stops that is asked for, or that the layers need.
+/// Returns the exposure in stops: the requested one, or the automatic one of the layers.
 float exposureOf(const OutputOptions& options, const LayeredImage& image, const View& view) {
     if (!options.automatic_exposure || isPart(view)) return options.exposure;
     CompositeImage composite;
@@ -229,8 +230,8 @@ float exposureOf(const OutputOptions& options, const LayeredImage& image, const 
     return meter.stopsIfNeeded();
 }
 
-/// World +Y in the camera's space, about which the page turns; the picture's own upwards direction
-/// if the camera looks along +Y.
+/// Returns the page's rotation axis: world +Y in camera space, or the picture's up direction if the
+/// camera looks along +Y.
 glm::dvec3 turningAxis(const View& view) {
     const glm::dvec3 up(view.camera_to_world[0].y, view.camera_to_world[1].y,
                         view.camera_to_world[2].y);
@@ -265,12 +266,12 @@ Json describeView(const View& view, const LayeredImage& image, const LayerOrder&
             {"range", {codes.low, codes.high}},
             {"depths", {shown.low, shown.high}},
             {"distance", distance},
-            // Corners reach a little farther than samples.
+            // Corners reach a little beyond samples.
             {"radius", 1.05 * radius + 0.01 * std::abs(distance)},
             {"layerEnds", order.ends}};
 }
 
-/// The ids that fragments have, each with its name, or null if it has none.
+/// Returns the ids in use, each with its name, or null.
 Json namesOf(const FragmentChannel& ids, const LayerOrder& order,
              const std::vector<std::string>& names) {
     std::set<std::uint32_t> used;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes layers as a web page in which one can look around.
+// Writer of layers as an interactive web page.
 #pragma once
 
 #include <cstdint>
@@ -12,14 +12,13 @@
 
 namespace peeler {
 
-/// Writes one HTML file that needs nothing else: the cells of all fragments
-/// (core/views/surface_cells.h), packed, and a page that draws them with WebGL 2
-/// (formats/page/view_page.html). Colours are sRGB in 8 bits, premultiplied and clipped fragment by
-/// fragment, exposure and tone map included (Display); a background that is all zero is the page's
-/// own. Depths have 16 bits, of log2 Z for a perspective camera: those of a cell's corners, and the
-/// fragment's own. Ids of objects and materials are in the page, with the names that `options` give
-/// them, if the fragments have them. Holds the picture until finish(), with about 90 bytes a
-/// fragment beside it.
+/// Writes a self-contained HTML file: the packed cells of all fragments
+/// (core/views/surface_cells.h), and a page that draws them with WebGL 2
+/// (formats/page/view_page.html). Colours are 8-bit sRGB, premultiplied and clipped per fragment,
+/// with exposure and tone map applied (Display). An all-zero background means the page's own.
+/// Depths are 16-bit codes of log2 Z for a perspective camera: the cell corners', and the
+/// fragment's own. Object and material ids are included, with their names from `options`, if the
+/// fragments have them. Holds the picture until finish(), plus about 90 bytes per fragment.
 class HtmlViewWriter : public Sink {
   public:
     /// Throws Error (kUsage) if there is no such tone map.
@@ -41,13 +40,13 @@ class HtmlViewWriter : public Sink {
     StageTimes times_;
 };
 
-/// The page that shows layers in a browser, formats/page/view_page.html, embedded at build time.
-/// {{hash}} stands where its output hash goes, {{view}} where its JSON goes, {{fragments}} where
-/// its data goes, {{drawing}} and {{controls}} where its script goes.
+/// Returns the viewer page, formats/page/view_page.html, embedded at build time. {{hash}} is
+/// replaced by the output hash, {{view}} by the JSON, {{fragments}} by the data, {{drawing}} and
+/// {{controls}} by the scripts.
 std::string_view viewPage();
-/// What unpacks and draws fragments, formats/page/page_drawing.js.
+/// Returns the script that unpacks and draws fragments, formats/page/page_drawing.js.
 std::string_view pageDrawing();
-/// What the page does at the hand of its user, formats/page/page_controls.js.
+/// Returns the script of the page's user interface, formats/page/page_controls.js.
 std::string_view pageControls();
 
 }  // namespace peeler

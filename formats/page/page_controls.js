@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the page does at the hand of its user: looking around, layers, channels, and what is told of
-// the fragment under the pointer. Follows page_drawing.js in one script.
+// The page's user interface: navigation, layers, channels, and the readout of the fragment under
+// the pointer. Follows page_drawing.js in one script.
 function start(data) {
   const { draw, nearest } = renderer(data);
 
-  // What one looks at is a point of the captured camera's space.
+  // The orbit target is a point in the captured camera's space.
   const home = [0, 0, -view.distance], state = {};
   const turned = () => times(turn(state.pitch, [1, 0, 0]), turn(-state.yaw, view.up));
   function look() {
     const back = view.perspective ? view.distance / state.zoom : view.distance;
     const camera = times(shift(0, 0, -back), times(turned(), shift(...state.target.map(c => -c))));
-    // All that was captured lies in a ball about the point in the middle.
+    // Everything captured lies in a sphere around the initial target.
     const middle = -(camera[2] * home[0] + camera[6] * home[1] + camera[10] * home[2] + camera[14]);
     const near = view.perspective ? Math.max(middle - view.radius, 1e-3 * back) : middle - view.radius;
     const to = Number(slider.value);
@@ -19,7 +19,7 @@ function start(data) {
       from: only.checked ? to - 1 : 0, to: Math.min(to, view.layerEnds.length), channel: select.value };
   }
 
-  // Nothing is read while there is something to draw.
+  // Drawing takes precedence over the readout.
   const due = { draw: false, probe: false };
   let waiting = false;
   function soon(what) {
@@ -46,7 +46,7 @@ function start(data) {
     soon("draw");
   }
 
-  let pointed = null;  // where in the picture, 0 to 1 each way
+  let pointed = null;  // position in the picture, 0 to 1 each way
   function probe() {
     const i = pointed ? nearest(look(), ...pointed) : -1, line = element("probe");
     line.dataset.reading = 1 + Number(line.dataset.reading ?? 0);
@@ -88,7 +88,7 @@ function start(data) {
     state.zoom = Math.max(0.1, Math.min(20, state.zoom * factor));
     ask();
   }
-  function move(right, down) {  // by shares of the picture's size, in which what one looks at follows
+  function move(right, down) {  // by fractions of the picture's size, so that the target follows the pointer
     const size = 2 * (view.perspective ? view.distance : 1) / state.zoom, m = turned();
     const x = -right * size * view.half[0], y = down * size * view.half[1];
     const away = state.target.map((c, i) => c + m[4 * i] * x + m[4 * i + 1] * y - home[i]);
@@ -108,7 +108,7 @@ function start(data) {
   }
 
   const pointers = new Map();
-  const spread = () => {  // where the fingers are, and how far apart
+  const spread = () => {  // centre of the touches, and their distance
     const [a, b = a] = pointers.values();
     return { x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, apart: Math.hypot(a.x - b.x, a.y - b.y) };
   };
@@ -137,7 +137,7 @@ function start(data) {
     soon("probe");
   });
   canvas.addEventListener("contextmenu", event => event.preventDefault());
-  canvas.addEventListener("mousedown", event => event.button === 1 && event.preventDefault());  // no scrolling by it
+  canvas.addEventListener("mousedown", event => event.button === 1 && event.preventDefault());  // prevents autoscroll
   canvas.addEventListener("wheel", event => {
     event.preventDefault();
     approach(Math.exp(-event.deltaY * (event.deltaMode === 1 ? 0.05 : 0.002)));

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Unpacks fragments and draws them with WebGL 2.
+// The viewer's renderer: unpacks fragments and draws them with WebGL 2.
 "use strict";
 const view = JSON.parse(document.getElementById("view").textContent);
 const element = id => document.getElementById(id);
 const canvas = element("picture"), slider = element("layers"), only = element("only"), select = element("channel");
 const layers = Math.max(1, view.layerEnds.length);
-const layerEnd = k => view.layerEnds[k - 1] ?? 0;  // how many fragments the nearest k layers have
+const layerEnd = k => view.layerEnds[k - 1] ?? 0;  // number of fragments in the nearest k layers
 
 const many = n => n.toLocaleString("en");
 const rounded = z => Number(z.toPrecision(4)).toLocaleString("en", { maximumFractionDigits: 20 });
 
-// What can be shown of fragments. Ramps are matplotlib's inferno and viridis (CC0), in eight steps.
+// The channels. Ramps are matplotlib's inferno and viridis (CC0), in eight steps.
 const channels = {
   color: { name: "Colour" },
   alpha: { name: "Alpha", low: "0", ramp: ["000000", "ffffff"], high: "1" },
@@ -23,8 +23,9 @@ const channels = {
 };
 if (!view.objects) delete channels.object;
 
-// Fragments layer by layer, front to back, row by row; as the writer packed them: planes of bytes,
-// each value less what the fragment before it, or its own corners, let expect.
+// Unpacks the fragments, which are sorted layer by layer, front to back, row by row. The writer
+// packs them as byte planes, each value less its prediction from the previous fragment or its own
+// corners.
 async function unpack() {
   const text = element("fragments").textContent;
   const packed = Uint8Array.from(atob(text), c => c.charCodeAt(0));
@@ -32,11 +33,11 @@ async function unpack() {
   const planes = new Uint8Array(await new Response(stream).arrayBuffer());
   const count = view.layerEnds.at(-1) ?? 0;
   const colors = view.tinted ? 7 : 4;  // R, G, B, A, and the opacity of each channel
-  const own = 12 + colors;             // the plane of the fragment's own depth; ids follow
+  const own = 12 + colors;  // plane of the fragment's own depth; ids follow
   const names = [view.objects, view.materials];
   if (planes.length !== (own + 2 + 4 * names.filter(Boolean).length) * count)
     throw new Error("the page is damaged: " + planes.length + " bytes");
-  // A texel a fragment: pixel; upper corners; lower corners; colour.
+  // One texel per fragment: pixel; upper corners; lower corners; colour.
   const rows = Math.max(1, Math.ceil(count / 2048));
   const texels = new Uint32Array(4 * 2048 * rows);
   const value16 = (plane, i) => planes[plane * count + i] | planes[(plane + 1) * count + i] << 8;
@@ -73,7 +74,7 @@ const zOf = code => {
   const measure = view.range[0] + code / 65535 * (view.range[1] - view.range[0]);
   return view.perspective ? 2 ** measure : measure;
 };
-// Half a step of the codes; of a perspective camera a share of Z.
+// Half a depth code step; for a perspective camera relative to Z.
 const halfStep = (view.range[1] - view.range[0]) / 65535 / 2 * (view.perspective ? Math.LN2 : 1);
 
 const head = "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp usampler2D;\n" +
@@ -83,16 +84,16 @@ const head = "#version 300 es\nprecision highp float;\nprecision highp int;\npre
   }).join("");
 const cellShader = head + `
 uniform usampler2D fragments;
-uniform usampler2D more;    // of each: the opacity of each channel, or its object
-uniform int channel;        // what is shown
-uniform int through;        // the channel of colour whose opacity is the alpha; -1: one alpha holds for all
-uniform int first;          // fragments in order from this one; -1: those of the list id
+uniform usampler2D more;  // per fragment: opacity of each channel, or its object
+uniform int channel;  // index of the shown channel
+uniform int through;  // colour channel whose opacity becomes alpha; -1: the common alpha
+uniform int first;  // index of the first fragment; -1: use the list id
 uniform mat4 toCamera;      // from the captured camera's space
-uniform vec4 frame;         // size of the captured picture, half extents of its frustum
+uniform vec4 frame;  // size of the captured picture, half extents of its frustum
 uniform vec2 sample_;
 uniform ivec3 window_;      // upper left corner, width
 uniform vec2 range;         // of depth codes: log2 Z, or Z
-uniform vec2 half_;         // half extents of the frustum now
+uniform vec2 half_;  // half extents of the current frustum
 uniform vec2 depths;        // near and far
 uniform bool perspective;
 layout(location = 0) in uint id;
@@ -109,11 +110,11 @@ vec3 pointAt(uvec4 f, int corner) {  // upper left, upper right, lower left, low
   vec2 at = (2.0 * pixel / frame.xy - 1.0) * frame.zw * vec2(1, -1);
   return (toCamera * vec4(perspective ? at * z : at, -z, 1)).xyz;
 }
-vec3 normalOf(uvec4 f, vec3 point) {  // of the cell's diagonals, on the viewer's side
+vec3 normalOf(uvec4 f, vec3 point) {  // from the cell's diagonals, facing the viewer
   vec3 n = normalize(cross(pointAt(f, 1) - pointAt(f, 2), pointAt(f, 0) - pointAt(f, 3)));
   return dot(n, perspective ? point : vec3(0, 0, -1)) > 0.0 ? -n : n;
 }
-vec3 colorOf(uint object) {  // hues a golden angle apart, in three strengths; none is grey
+vec3 colorOf(uint object) {  // hues a golden angle apart, in three strengths; object 0 is grey
   float hue = float(object * 2654435769u >> 8) / 16777216.0;
   vec3 full = clamp(abs(fract(hue + vec3(0, 2, 1) / 3.0) * 6.0 - 3.0) - 1.0, 0.0, 1.0);
   return object == 0u ? vec3(0.5) : mix(vec3(1), full, 0.7) * (1.0 - 0.2 * float(object % 3u));
@@ -130,7 +131,7 @@ void main() {
   float d = perspective ? ((r + n) * depth - 2.0 * r * n) / (r - n) : (2.0 * depth - r - n) / (r - n);
   gl_Position = vec4(point.xy / half_, d, w);
   color = vec4(f.w & 0xffu, f.w >> 8 & 0xffu, f.w >> 16 & 0xffu, f.w >> 24) / 255.0;
-  if (first >= 0 && f.w == 0u) gl_Position = vec4(2, 2, 2, 1);  // adds nothing to the picture: not seen
+  if (first >= 0 && f.w == 0u) gl_Position = vec4(2, 2, 2, 1);  // invisible: contributes nothing to the picture
   if (through >= 0) color.a = float(texelFetch(more, place, 0).r >> (8 * through) & 0xffu) / 255.0;
   if (channel == kcolor) color.rgb = linear(color.rgb);
   if (channel == kalpha) color.rgb = color.aaa;
@@ -163,7 +164,7 @@ const encodeShader = `#version 300 es
 precision highp float;
 uniform sampler2D light;
 uniform vec3 background;
-uniform bool coded;  // what is shown is no light
+uniform bool coded;  // the channel is not light
 out vec4 result;
 void main() {
   vec4 sum = texelFetch(light, ivec2(gl_FragCoord.xy), 0);
@@ -211,8 +212,8 @@ function turn(angle, [x, y, z]) {
     x * z * d + y * s, y * z * d - x * s, z * z * d + c, 0, 0, 0, 0, 1]);
 }
 
-// Draws a look at the fragments: { camera: a matrix, half: extents of the frustum, near, far, from, to:
-// the layers between, channel }.
+// Creates the renderer. A look is { camera: a matrix, half: extents of the frustum, near, far,
+// from, to: range of layers, channel }.
 function renderer({ count, rows, texels, opacities, objects }) {
   const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, preserveDrawingBuffer: true });
   if (!gl) throw new Error("this browser does not offer WebGL 2");
@@ -225,7 +226,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
   if (rows > gl.getParameter(gl.MAX_TEXTURE_SIZE)) throw new Error("there are more fragments than fit a texture here");
   canvas.addEventListener("webglcontextlost", () => fail("The graphics device was lost: reload the page."));
 
-  // A texture of integers; they are incomplete unless unfiltered.
+  // Creates an integer texture, which is incomplete unless unfiltered.
   const storage = (kind, width, height) => {
     const made = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, made);
@@ -243,7 +244,8 @@ function renderer({ count, rows, texels, opacities, objects }) {
   };
   const opacityTexture = extra(opacities), objectTexture = extra(objects);
 
-  // Opaque fragments hide by depth test; the others are blended back to front, sorted for every view.
+  // Opaque fragments use the depth test; the others are blended back to front, sorted for every
+  // view.
   const opaque = [], clear = [];
   for (let i = 0; i < count; ++i) (texels[4 * i + 3] >>> 24 === 255 ? opaque : clear).push(i);
   const buffer = ids => {
@@ -252,7 +254,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
     gl.bufferData(gl.ARRAY_BUFFER, ids, gl.DYNAMIC_DRAW);
     return made;
   };
-  gl.vertexAttribI4ui(0, 0, 0, 0, 0);  // what a fragment's number is where no list is used: it has to be an integer
+  gl.vertexAttribI4ui(0, 0, 0, 0, 0);  // a fragment's id if there is no list; must be an integer
   const opaqueBuffer = buffer(new Uint32Array(opaque)), clearBuffer = buffer(new Uint32Array(clear));
   const centers = new Float32Array(3 * clear.length);
   clear.forEach((id, i) => {
@@ -265,7 +267,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
   });
   const depths = new Float32Array(clear.length), sorted = new Uint32Array(clear.length);
   const buckets = new Uint32Array(65537);
-  const before = (ids, end) => {  // ids ascend: how many are less than end
+  const before = (ids, end) => {  // in ascending ids: the number below end
     let low = 0, high = ids.length;
     while (low < high) {
       const middle = low + high >> 1;
@@ -286,7 +288,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
     buckets.fill(0);
     for (let i = from; i < to; ++i) ++buckets[key(i) + 1];
     for (let k = 0; k < 65536; ++k) buckets[k + 1] += buckets[k];
-    // Of equally deep ones the layer behind goes first.
+    // At equal depth the rear layer goes first.
     for (let i = to - 1; i >= from; --i) sorted[buckets[key(i)]++] = clear[i];
   }
 
@@ -317,7 +319,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
     target = { drawn, resolved, light, buffers };
   }
 
-  // Makes the fragments ready to be drawn by a program; returns its uniforms.
+  // Sets up a program for drawing the fragments; returns its uniforms.
   function use({ result, uniforms: u }, look) {
     gl.useProgram(result);
     gl.uniformMatrix4fv(u.toCamera, false, look.camera);
@@ -342,7 +344,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
     return u;
   }
 
-  // All cells, and of equally deep ones the layer in front.
+  // Draws all cells; at equal depth the front layer wins.
   function drawNearest(u, { from, to }) {
     for (let k = from; k < to; ++k) {
       gl.uniform1f(u.layer, k / Math.max(1, layers - 1));
@@ -351,7 +353,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
     }
   }
 
-  // The opaque ones hide, the others are blended over them.
+  // Draws opaque cells with the depth test, and blends the others over them.
   function drawBlended(u, { camera, from, to }) {
     const cellsOf = (list, begin, end) => {
       if (begin === end) return;
@@ -370,7 +372,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
     gl.depthMask(false);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    for (let c = 0; c < (opacities ? 3 : 1); ++c) {  // coloured glass filters by an opacity of each channel
+    for (let c = 0; c < (opacities ? 3 : 1); ++c) {  // coloured glass has an opacity per channel
       if (opacities) {
         gl.uniform1i(u.through, c);
         gl.colorMask(c === 0, c === 1, c === 2, false);
@@ -389,7 +391,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
     const background = light ? view.background : [0, 0, 0];
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.drawn);
     gl.viewport(0, 0, canvas.width, canvas.height);
-    gl.clearColor(...(opacities && blended ? [...background, 1] : [0, 0, 0, 0]));  // by channel it is blended here
+    gl.clearColor(...(opacities && blended ? [...background, 1] : [0, 0, 0, 0]));  // with coloured opacity the background is blended here
     gl.depthMask(true);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const u = use(cells, look);
@@ -412,7 +414,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
     canvas.dataset.frame = 1 + Number(canvas.dataset.frame ?? 0);
   }
 
-  // A picture of one pixel, in which fragments are numbers.
+  // A render target of one pixel for fragment ids.
   const one = gl.createFramebuffer(), oneDepth = gl.createRenderbuffer(), oneNumber = storage(gl.R32UI, 1, 1);
   gl.bindRenderbuffer(gl.RENDERBUFFER, oneDepth);
   gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT24, 1, 1);
@@ -420,7 +422,8 @@ function renderer({ count, rows, texels, opacities, objects }) {
   gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, oneNumber, 0);
   gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, oneDepth);
 
-  // The nearest fragment at a place of the picture, 0 to 1 each way; -1 if there is none.
+  // Returns the nearest fragment at a position in the picture, 0 to 1 each way; -1 if there is
+  // none.
   function nearest(look, x, y) {
     gl.bindFramebuffer(gl.FRAMEBUFFER, one);
     const pixel = (at, size) => Math.min(size - 1, Math.floor(at * size + 1e-3));

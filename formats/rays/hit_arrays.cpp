@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes hits as arrays.
+// Writer of hits as arrays.
 #include <algorithm>
 #include <numeric>
 #include <optional>
@@ -14,7 +14,7 @@
 namespace peeler {
 namespace {
 
-/// The arrays: ray_splits, the columns of hits, then the bundles.
+/// Array order: ray_splits, the columns of hits, then the bundles.
 constexpr std::size_t kRaySplits = 0, kFirstColumn = 1;
 
 class HitArrays final : public RayOutput {
@@ -73,7 +73,7 @@ class HitArrays final : public RayOutput {
         return arrays;
     }
 
-    /// Writes where the hits of each ray of a band end.
+    /// Writes the end of each ray's hits in a band.
     void writeSplits(const LayeredImage& band) {
         constexpr std::size_t kRaysAtOnce = std::size_t{1} << 15;
         const std::size_t rays = band.window.pixels();
@@ -83,7 +83,7 @@ class HitArrays final : public RayOutput {
             splits.resize(std::min(kRaysAtOnce, rays - first));
             for (std::size_t i = 0; i < splits.size(); ++i)
                 splits[i] = static_cast<std::int64_t>(hits_ + band.offsets[first + i + 1]);
-            // The first number of all is the 0 where the first ray's hits begin.
+            // The very first number is 0, where the first ray's hits begin.
             writer_->writeAt(kRaySplits, (1 + rays_ + first) * sizeof splits[0], asBytes(splits));
         });
     }

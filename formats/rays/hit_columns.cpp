@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of columns, and how their numbers follow from hits.
+// The table of columns, and their values for a batch of hits.
 #include "formats/rays/hit_columns.h"
 
 #include <algorithm>
@@ -17,14 +17,14 @@ void putEach(const HitBatch& hits, std::byte* out, std::size_t stride, Value&& v
         storeNumber(value(i), out + i * stride);
 }
 
-/// Stores what all hits of an instance share.
+/// Stores a property shared by all hits of an instance.
 void putShared(const HitBatch& hits, std::byte* out, std::size_t stride,
                std::uint32_t HitInstance::*number) {
     putEach(hits, out, stride,
             [&](std::size_t i) { return hits.instances[hits.places[i].instance].*number; });
 }
 
-/// Stores vectors that are toward the ray as they are on the front.
+/// Stores vectors that face the ray, flipped to the front side.
 void putOnTheFront(const HitBatch& hits, std::byte* out, std::size_t stride,
                    std::span<const glm::vec3> vectors) {
     putEach(hits, out, stride, [&](std::size_t i) { return hits.facing[i] * vectors[i]; });

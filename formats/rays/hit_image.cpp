@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes hits as a deep image.
+// Writer of hits as a deep image.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDeepImageStateAttribute.h>
 #include <OpenEXR/ImfIntAttribute.h>
@@ -27,10 +27,10 @@ namespace {
 
 constexpr int kHitRowsInFlight = 32;
 
-/// A deep scan-line part a bundle, its data window being the crop. Every hit of a ray is a point
-/// sample of its pixel, in the order of the list: Z (camera Z) and the components of the extra
-/// arrays but the keys, integers among them, and no colours. Compressed ZIPS. The parts follow one
-/// another in the file. The same hits make the same bytes, however they are cut into bands.
+/// A deep scan-line part per bundle, with the crop as data window. Every hit of a ray is a point
+/// sample of its pixel, in list order: Z (camera Z) and the components of the extra arrays except
+/// the keys, including integers, and no colours. Compressed ZIPS. The parts are consecutive in the
+/// file. The same hits give the same bytes, independent of the bands.
 class HitImage final : public RayOutput {
   public:
     HitImage(std::string path, const HitOptions& options)
@@ -50,7 +50,7 @@ class HitImage final : public RayOutput {
                           std::span<const std::uint64_t> hits) const override {
         const std::uint64_t hit = sizeof(float) + channelBytes(channels(), PixelType::kFloat);
         std::uint64_t bytes = hit * std::accumulate(hits.begin(), hits.end(), std::uint64_t{0}) +
-                              sizeof(std::uint32_t) * raysOf(bundles);  // how many hits each has
+                              sizeof(std::uint32_t) * raysOf(bundles);  // number of hits per ray
         const std::uint64_t header = exrHeaderBytes(provenance_.ids);
         for (const Bundle& bundle : bundles) {
             const Window& crop = bundle.view.crop;
@@ -70,13 +70,13 @@ class HitImage final : public RayOutput {
         exr_->finish();
         file_->commit();
     }
-    /// The rows that are packed before they are written. Rows count twice.
+    /// Counts the rows packed before they are written. Rows count twice.
     SinkMemory memory(const Bundle& bundle) const override {
         return {.rows = std::min(kHitRowsInFlight, bundle.view.crop.height()) / 2};
     }
 
   private:
-    /// A bundle, whose rays are the pixels of the view.
+    /// A bundle; its rays are the pixels of the view.
     struct Part {
         std::string name;
         View view;
@@ -91,8 +91,7 @@ class HitImage final : public RayOutput {
     Provenance provenance_;
     std::vector<Part> parts_;
     std::unique_ptr<AtomicFile> file_;
-    std::unique_ptr<ExrOutput>
-        exr_;  ///< from the first band on, which says what channels there are
+    std::unique_ptr<ExrOutput> exr_;  ///< from the first band on, which defines the channels
     std::vector<ExrChannel> channels_;
     std::vector<ExrDeepChunk> packed_;
     ExrPackerPool packers_{kDefaultZipLevel, Imf::ZIPS_COMPRESSION};

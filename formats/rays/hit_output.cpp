@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of formats that hold hits, and the choice among them by extension.
+// The table of hit formats, and the choice by extension.
 #include <string_view>
 
 #include <peeler/error.h>
@@ -10,7 +10,7 @@
 namespace peeler {
 namespace {
 
-/// A format of hits, and the function that makes its output.
+/// A format of hits, and the factory of its output.
 struct HitFormat {
     std::string_view extension;  ///< lower case
     std::unique_ptr<RayOutput> (*make)(const std::string& path, const HitOptions& options);

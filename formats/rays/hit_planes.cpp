@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes hits as planes of arrays.
+// Writer of hits as planes of arrays.
 #include <optional>
 #include <utility>
 
@@ -12,7 +12,7 @@
 namespace peeler {
 namespace {
 
-/// The arrays: count, the planes of columns, then the bundles.
+/// Array order: count, the planes of columns, then the bundles.
 constexpr std::size_t kCounts = 0, kFirstPlanes = 1;
 
 std::string sizeText(const Bundle& bundle) {
@@ -21,7 +21,8 @@ std::string sizeText(const Bundle& bundle) {
            std::to_string(rays.height());
 }
 
-/// The pixels of the planes: those of a bundle, or of each of several.
+/// Returns the shape of the planes without layers: that of a bundle, with a leading dimension for
+/// several.
 std::vector<std::uint64_t> pixelsOf(std::span<const Bundle> bundles) {
     const Window& first = bundles.front().view.crop;
     for (const Bundle& bundle : bundles) {
@@ -85,7 +86,7 @@ class HitPlanes final : public RayOutput {
         return arrays;
     }
 
-    /// Writes what the rays from `first` up to `last` of a band hit.
+    /// Writes the hits of a band's rays from `first` up to `last`.
     void writeRange(const Bundle& bundle, const LayeredImage& band, std::size_t first,
                     std::size_t last) {
         const std::span offsets = std::span(band.offsets).subspan(first, last - first + 1);

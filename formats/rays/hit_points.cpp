@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes hits as a .ply.
+// Writer of hits as a .ply.
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -21,8 +21,8 @@ class HitPoints final : public RayOutput {
           reader_(options.posed, true) {}
 
     std::vector<Channel> channels() const override { return channelsOf(columns_); }
-    /// The writer itself would do without: the header is filled in at the end. But a point cloud
-    /// may be larger than the disk.
+    /// Returns true because a point cloud may be larger than the disk. The writer itself could do
+    /// without: the header is filled in at the end.
     bool needsHits() const override { return true; }
     SizeForecast forecast(std::span<const Bundle>,
                           std::span<const std::uint64_t> hits) const override {
@@ -67,7 +67,8 @@ class HitPoints final : public RayOutput {
         return all;
     }
 
-    /// Stores x, y and z of points of this size. Returns where the next number of the first goes.
+    /// Stores x, y and z of points of this size. Returns the position of the first point's next
+    /// number.
     std::byte* putPositions(const HitBatch& hits, std::byte* out, std::size_t size) const {
         const auto put_all = [&](auto&& number) {
             for (std::size_t i = 0; i < hits.size; ++i)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From the fragments of a band to batches of hits.
+// Conversion of a band's fragments to batches of hits.
 #include <algorithm>
 #include <utility>
 
@@ -12,11 +12,11 @@
 namespace peeler {
 namespace {
 
-/// Enough that a file is written in large pieces, and few enough that a batch and a column of it
-/// stay in a processor's own cache.
+/// Large enough to write files in large pieces, and small enough that a batch and one of its
+/// columns stay in a core's own cache.
 constexpr std::size_t kHitsAtOnce = std::size_t{1} << 14;
 
-/// The vectors of a channel, one a fragment; empty if the band does not have it.
+/// Returns a channel's vectors, one per fragment; empty if the band lacks the channel.
 template <class Vector>
 std::span<const Vector> vectorsOf(const LayeredImage& band, Channel channel) {
     const auto& components = infoOf(channel).components;
@@ -31,9 +31,9 @@ std::span<const Vector> vectorsOf(const LayeredImage& band, Channel channel) {
     return {};
 }
 
-/// The index that a file has of a material.
+/// Returns a material's index in the file.
 std::uint32_t materialIn(const Scene& scene, int material) {
-    // The last material of a scene is glTF's default one, which is in no file.
+    // A scene's last material is glTF's default, which is in no file.
     const auto index = static_cast<std::size_t>(material);
     return index + 1 < scene.materials.size() ? static_cast<std::uint32_t>(index) : 0xFFFFFFFFU;
 }
@@ -83,7 +83,7 @@ void HitReader::readSome(const Bundle& bundle, const LayeredImage& band, std::si
     use(hits);
 }
 
-/// Finds what the keys stand for.
+/// Resolves the keys.
 void HitReader::place(std::span<const std::uint32_t> keys, Storage& storage, HitBatch& hits) const {
     const DrawList& list = posed_.drawList();
     storage.places.resize(hits.size);
@@ -96,7 +96,7 @@ void HitReader::place(std::span<const std::uint32_t> keys, Storage& storage, Hit
     hits.places = storage.places;
 }
 
-/// Finds how far along their rays the hits are, and where that is.
+/// Computes the distances and positions of the hits.
 void HitReader::measure(const Bundle& bundle, const LayeredImage& band, Storage& storage,
                         HitBatch& hits) const {
     hits.t = std::span(band.z).subspan(hits.first, hits.size);

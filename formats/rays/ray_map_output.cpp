@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks what maps are asked for, evaluates them, and writes them as OpenEXR or as arrays.
+// Evaluation of ray maps, checks of their settings, and writers to OpenEXR and arrays.
 #include "formats/rays/ray_map_output.h"
 
 #include <algorithm>
@@ -21,13 +21,13 @@ namespace {
 
 constexpr std::size_t kValuesAtOnce = std::size_t{1} << 22;
 
-/// The area that a parallel ray stands for, scene units squared.
+/// Returns the area that a parallel ray represents, scene units squared.
 double rayArea(const View& view) {
     return 4 * view.projection.half_width * view.projection.half_height /
            (double(view.width) * view.height);
 }
 
-/// The values of some rows as files hold them: whole numbers of maps that are such, else floats.
+/// Returns the values of some rows as file bits: integers for integer maps, else floats.
 std::span<const std::uint32_t> bitsOf(const RayMaps& maps, const Window& rows,
                                       std::span<const float> planes,
                                       std::vector<std::uint32_t>& numbers) {
@@ -43,7 +43,7 @@ std::span<const std::uint32_t> bitsOf(const RayMaps& maps, const Window& rows,
     return numbers;
 }
 
-/// Maps as OpenEXR: a part a bundle, a channel a map or a material.
+/// Maps as OpenEXR: one part per bundle, one channel per map or material.
 class RayMapFile : public RayMapOutput {
   public:
     RayMapFile(std::string path, const PosedScene& posed, const Solids* solids,
@@ -100,7 +100,7 @@ class RayMapFile : public RayMapOutput {
     std::vector<std::uint32_t> numbers_;  ///< bits, as in the file
 };
 
-/// Maps as arrays: one a map, or a material, of each bundle, then the bundles.
+/// Maps as arrays: one per map or material of each bundle, then the bundles.
 class RayMapArrays : public RayMapOutput {
   public:
     RayMapArrays(std::string path, const PosedScene& posed, const Solids* solids,
@@ -153,7 +153,7 @@ class RayMapArrays : public RayMapOutput {
     std::string path_;
     ArrayTexts texts_;
     std::optional<ArrayWriter> writer_;
-    std::size_t first_ = 0;               ///< of the arrays of the bundle at hand
+    std::size_t first_ = 0;               ///< first array of the current bundle
     std::vector<std::uint32_t> numbers_;  ///< bits, as in the file
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the two kinds of files of maps share: evaluating the maps, and their statistics.
+// Common base of the ray map writers: map evaluation and statistics.
 #pragma once
 
 #include <memory>
@@ -26,7 +26,7 @@ class RayMapOutput : public RayOutput {
   protected:
     /// Called before the first rows of a bundle.
     virtual void beginBundle(std::size_t bundle) = 0;
-    /// Called with the values of some rows of the bundle at hand: channel after channel, each
+    /// Called with the values of some rows of the current bundle: channel by channel, each
     /// row-major.
     virtual void writeRows(const Window& rows, std::span<const float> planes) = 0;
     virtual void finishBundle() = 0;
@@ -34,7 +34,7 @@ class RayMapOutput : public RayOutput {
 
     const RayMaps& maps() const { return maps_; }
     const std::vector<Bundle>& bundles() const { return bundles_; }
-    /// The statistics of a bundle so far, in the order of the channels.
+    /// Returns the statistics of a bundle so far, in channel order.
     const std::vector<RayMapStatistics>& statistics(std::size_t bundle) const {
         return statistics_[bundle];
     }
@@ -46,7 +46,7 @@ class RayMapOutput : public RayOutput {
     std::vector<float> planes_;
 };
 
-/// The output of makeRayMapOutput() for PNG, JPEG and TIFF: one map, a file a bundle.
+/// Returns the output of makeRayMapOutput() for PNG, JPEG and TIFF: one map, one file per bundle.
 std::unique_ptr<RayOutput> makeRayMapPictures(const std::string& path, const PosedScene& posed,
                                               const Solids* solids, const RayMapOptions& options);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes a map as PNG, JPEG or TIFF, its numbers as colours.
+// Writer of a map as PNG, JPEG or TIFF in false colours.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -14,12 +14,12 @@
 namespace peeler {
 namespace {
 
-constexpr int kRowsAtOnce = 64;  // that are painted
+constexpr int kRowsAtOnce = 64;  // painted per call
 
 using ValueRange = std::pair<double, double>;
 
-/// The colour of a transmission (0 to 1), like a film: black where all passes, white where nothing
-/// does; even to the eye, so that dense parts keep their details.
+/// Returns the colour of a transmission (0 to 1), like an X-ray film: black where all passes, white
+/// where nothing does. Perceptually uniform, so that dense parts keep their details.
 std::array<float, 3> film(float transmission) {
     const float grey = linearFromSrgb(std::clamp(1 - transmission, 0.0F, 1.0F));
     return {grey, grey, grey};
@@ -31,7 +31,7 @@ Ramp rampOf(RayMap map) {
     return map == RayMap::kTransmission ? film : inferno;
 }
 
-/// What the numbers of a map are, in the words of its legend.
+/// Legend titles of the maps.
 constexpr std::pair<RayMap, const char*> kTitles[] = {
     {RayMap::kFirst, "distance to the first hit"},
     {RayMap::kLast, "distance to the last hit"},
@@ -83,11 +83,11 @@ class RayMapPictures : public RayMapOutput {
     void finish() override {}
     SinkMemory memory(const Bundle& bundle) const override {
         SinkMemory memory = RayMapOutput::memory(bundle);
-        if (!given_) memory.bytes += bundle.rays() * sizeof(float);  // until their range is known
+        if (!given_) memory.bytes += bundle.rays() * sizeof(float);  // until the range is known
         Plan plan;
         plan.view = bundle.view;
         memory.bytes += ImageWriter(path_, output_).memory(plan).bytes;
-        // Rows that are painted: as one fragment a pixel, and composited.
+        // Painted rows: as one fragment per pixel, and composited.
         constexpr std::uint64_t kPainted = 2 * sizeof(std::uint32_t) +
                                            sizeof(std::array<float, 4>) +
                                            CompositeImage::pixelBytes(false);
@@ -131,7 +131,7 @@ class RayMapPictures : public RayMapOutput {
         throw Error(ErrorKind::kUsage, "the pictures of the bundles would have the same name",
                     path_, "put #### where the number of the bundle goes, or write .exr");
     }
-    /// Of the picture of a bundle, its legend included.
+    /// Returns the number of pixels in a bundle's picture, including its legend.
     std::uint64_t pixelsOf(const Bundle& bundle) const {
         if (!legend_) return bundle.rays();
         const auto size = colorBarSize(bar({}).title, bundle.view.crop.width());
@@ -139,7 +139,7 @@ class RayMapPictures : public RayMapOutput {
                static_cast<std::uint64_t>(bundle.view.crop.height() + size.height);
     }
 
-    /// The picture is wider if the legend is, and the legend's height higher.
+    /// Enlarges the picture for the legend: by its height, and to its width if that is larger.
     void makeRoom(View& view) {
         size_ = colorBarSize(bar({}).title, view.crop.width());
         view.crop.x1 = view.crop.x0 + size_.width;
@@ -148,7 +148,7 @@ class RayMapPictures : public RayMapOutput {
         view.height = std::max(view.height, view.crop.y1);
     }
 
-    /// Lengths are told in metres, or in millimetres if all are below a metre.
+    /// Returns the legend. Lengths are in metres, or in millimetres if all are below a metre.
     ColorBar bar(const ValueRange& range) const {
         const auto title = std::ranges::find(kTitles, map_, &std::pair<RayMap, const char*>::first);
         ColorBar bar{title->second, range.first, range.second, rampOf(map_)};
@@ -172,7 +172,7 @@ class RayMapPictures : public RayMapOutput {
 
     ValueRange foundRange() const {
         const RayMapStatistics& found = statistics(bundle_).front();
-        // Without a finite value nothing is shown, whatever the range.
+        // Without a finite value nothing is shown, at any range.
         return {isDistance(map_) ? found.least.value_or(0) : 0, found.greatest.value_or(0)};
     }
 
@@ -194,7 +194,7 @@ class RayMapPictures : public RayMapOutput {
         const auto wide = legend_ ? static_cast<std::size_t>(size_.width) : columns;
         const std::span<float> out =
             onePerPixel({rows.x0, rows.y0, rows.x0 + static_cast<int>(wide), rows.y1}, colors_);
-        if (wide > columns) std::ranges::fill(out, 1.0F);  // the legend's paper
+        if (wide > columns) std::ranges::fill(out, 1.0F);  // background of the legend
         for (std::size_t i = 0; i < values.size(); ++i) {
             const bool known = std::isfinite(values[i]);
             const double share = high > low ? (values[i] - low) / (high - low) : 0;
@@ -210,11 +210,11 @@ class RayMapPictures : public RayMapOutput {
     OutputOptions output_;
     std::optional<ValueRange> given_;
     bool legend_ = false;
-    LegendSize size_;  ///< of the legend below the bundle at hand
+    LegendSize size_;  ///< of the legend below the current bundle
     RayMap map_ = RayMap::kFirst;
-    std::size_t bundle_ = 0;  ///< the bundle at hand
+    std::size_t bundle_ = 0;  ///< index of the current bundle
     std::unique_ptr<Sink> picture_;
-    std::vector<float> values_;  ///< of that bundle so far, if their range is not known yet
+    std::vector<float> values_;  ///< of that bundle so far, if their range is not yet known
     LayeredImage colors_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes what is inside of solids, cell by cell, as arrays or as a grid.
+// Writer of voxelised solids, as arrays or an OpenVDB grid.
 
 #include <array>
 #include <optional>
@@ -39,7 +39,7 @@ class VoxelOutput final : public RayOutput {
     }
     void finish() override;
     RayResults results() const override;
-    /// OpenVDB's grid is about as large as the file at most.
+    /// Includes OpenVDB's grid, which is at most about as large as the file.
     SinkMemory memory(const Bundle&) const override {
         return {.bytes = VoxelVotes::bytesOf(lattice_) + (is_grid_ ? forecast({}, {}).bytes : 0)};
     }
@@ -67,15 +67,15 @@ std::vector<NamedArray> VoxelOutput::arrays() const {
             {"spacing", NumberType::kDouble, {}}};
 }
 
-/// A grid of OpenVDB has leaves of 8³ floats with two masks, nodes of 16³ and of 32³ (OpenVDB's
-/// FloatGrid), each only where something is, and packs what is in them.
+/// Returns the file size. An OpenVDB grid has leaves of 8³ floats with two masks, and nodes of 16³
+/// and of 32³ (OpenVDB's FloatGrid), only where there is content, and compresses them.
 SizeForecast VoxelOutput::forecast(std::span<const Bundle>, std::span<const std::uint64_t>) const {
     if (!is_grid_) return {ArrayWriter::fileBytes(path_, arrays())};
     constexpr std::uint64_t kFileBytes = 4096;
     SizeForecast size{kFileBytes, Certainty::kAtMost};
     struct Level {
-        int cells;            ///< of the lattice, along a side of a node
-        std::uint64_t bytes;  ///< that a node takes
+        int cells;            ///< of the lattice, per side of a node
+        std::uint64_t bytes;  ///< per node
     };
     for (const auto& [cells, bytes] :
          {Level{8, sizeof(float) * 512 + 192}, Level{128, sizeof(float) * 4096 + 1088},
