@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler bake: what surfaces see around them, at the vertices or texels of a scene.
+// peeler bake: ambient occlusion and related quantities at the vertices or texels of a scene.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -46,10 +46,10 @@ struct BakeCommand : CaptureJobOptions {
     BakeOptions bake;
 };
 
-constexpr int kTextureBits = 8;  // of an occlusion texture in a .glb: what every viewer takes
+constexpr int kTextureBits = 8;  // of an occlusion texture in a .glb, which every viewer supports
 constexpr const char* kSoftware = "peeler " PEELER_VERSION;
 
-/// One run. run() lists its stages.
+/// A run. run() lists its stages.
 class Bake {
   public:
     Bake(const BakeCommand& options, Session& session)
@@ -105,7 +105,7 @@ class Bake {
     const OpenedScene* scene_ = nullptr;  ///< owned by job_
     std::optional<PosedScene> posed_;
     std::optional<VertexReceivers> vertices_;
-    std::optional<TexelReceivers> texels_;  ///< if texels are the target
+    std::optional<TexelReceivers> texels_;  ///< if the target is texels
     std::vector<fs::path> outputs_;         ///< one file, or a .png for each texture
     Forecast forecast_;
     HitSource* source_ = nullptr;  ///< owned by job_
@@ -120,8 +120,8 @@ std::vector<fs::path> Bake::inputs() const {
     return files;
 }
 
-/// Throws Error (kUsage, kOutput) if anything that is written would replace what is read, or each
-/// other. Returns the outputs.
+/// Returns the outputs. Throws Error (kUsage) if an output would replace an input or another
+/// output, Error (kOutput) if one cannot be written.
 std::vector<fs::path> Bake::checkFiles(std::span<const int> materials) const {
     const std::vector<fs::path> read = inputs();
     OutputRequest output;
@@ -184,8 +184,7 @@ std::string Bake::materialName(int material) const {
     return name.empty() ? number : number + " (" + printable(name) + ")";
 }
 
-/// Names the outputs: only now is known how many textures there are, and which files the scene is
-/// made of.
+/// Names the outputs. Needs the scene, for the number of textures and the scene's files.
 void Bake::nameOutputs() {
     std::vector<int> materials;
     if (texels_)
@@ -203,7 +202,8 @@ void Bake::nameOutputs() {
     job_.checkOutputs(outputs_);
 }
 
-/// The sizes of the outputs. Values do not matter for them, so nothing need have been baked.
+/// Forecasts the sizes of the outputs. They do not depend on the values, so this works before
+/// baking.
 void Bake::forecast() {
     const std::string contents = countText(receivers().size(), "receiver");
     if (options_.bake.file() == BakeFile::kGltf) {
@@ -230,10 +230,10 @@ void Bake::forecast() {
         {outputs_.front(), {part * texels_->atlases().size(), Certainty::kAtMost}, contents}};
 }
 
-/// The scene again, and what is added to it. Its JSON is written anew, and what lay in text or in
-/// files of its own moves into the buffer, so that this is about it.
+/// Forecasts the size of the scene with the baked data. Approximate: the JSON is rewritten, and
+/// base64 data and separate files move into the buffer.
 SizeForecast Bake::sceneForecast() const {
-    std::vector<fs::path> files = scene().files;  // that the scene names
+    std::vector<fs::path> files = scene().files;  // referenced by the scene
     files.push_back(options_.scene.file);
     std::uint64_t bytes = 0;
     for (const fs::path& file : files) {
@@ -252,7 +252,7 @@ SizeForecast Bake::sceneForecast() const {
     return {bytes, Certainty::kAbout};
 }
 
-/// Opens what finds hits, and looks whether there is room for what is written once it is closed.
+/// Opens the hit source, and checks the memory for writing, which happens after it is closed.
 void Bake::openHits() {
     settings_ = options_.bake.settings;
     settings_.bounces = options_.bake.bounces.value_or(settings_.bounces);
@@ -268,12 +268,12 @@ void Bake::openHits() {
     checkMemory(budget, usedBytes(budget) + written, "to write what is baked");
 }
 
-/// The run takes so much at some time, and what it has taken once it may take again.
+/// Raises the memory forecast to `bytes`, and to the peak so far, which may recur.
 void Bake::takeMemory(std::uint64_t bytes) {
     memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()), bytes});
 }
 
-/// What would be done, for --dry-run.
+/// Reports the plan, for --dry-run.
 void Bake::describe() {
     {
         ProgressReport progress(reporter_, {"count", kCountEnd});
@@ -293,7 +293,7 @@ void Bake::describe() {
     reportForecast(forecast_, reporter_, true);
 }
 
-/// Bundles to come may have more hits than the first, by which a note tells.
+/// The note is based on the first bundle; later ones may have more hits.
 void Bake::gather() {
     bool told = false;
     const auto tell = [&](std::uint64_t bytes) {
@@ -309,13 +309,13 @@ void Bake::gather() {
             *source_, receivers(), settings_, capture_, lookup,
             [&](double share) { progress.update(share); }, tell);
     }
-    // The captures are booked under stages of their own; what is left of the time is "bake".
+    // Captures count under their own stages; the remaining time is "bake".
     const StageTimes captures = source_->takeTimes();
     for (const auto& [stage, milliseconds] : captures)
         job_.times()["bake"] -= milliseconds;
     add(job_.times(), captures);
     job_.releaseHits();
-    returnFreeMemory();  // for what is written
+    returnFreeMemory();  // for the output
 }
 
 void Bake::write() {
@@ -328,13 +328,14 @@ void Bake::write() {
         writeVertices();
 }
 
-/// The glTF that was read, or one of what was read.
+/// Returns a writer for the input glTF, or for a glTF made from another input format.
 std::unique_ptr<GlbWriter> Bake::openPackage() const {
     if (scene_->assumed()) return std::make_unique<GlbWriter>(options_.scene.file, scene());
     return std::make_unique<GlbWriter>(options_.scene.file, options_.scene.reading);
 }
 
-/// Makes the file open as it was baked: viewers show its default scene, and no variant.
+/// Makes the baked scene the default and applies the variant, because viewers show the default
+/// scene without a variant.
 void Bake::showWhatWasBaked(GlbWriter& package) const {
     if (options_.scene.scene) setDefaultScene(package, scene_->index());
     if (const auto variant = chosenVariant(scene(), options_.appearance))
@@ -403,7 +404,8 @@ void Bake::writeTextures() {
 void Bake::report() {
     RunResult result;
     job_.finish(result);
-    // The hash stands in the result alone: baked files have never had it, and keep their bytes.
+    // The hash is only in the result. Baked files have never contained it, and their bytes stay the
+    // same.
     result.settings_hash = job_.settingsHash(capture_, bakeSettings(options_.bake));
     result.setFiles(options_.bake.output, outputs_);
     result.forecast_bytes = forecast_.size().bytes;

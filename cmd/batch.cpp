@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler batch: the jobs of a file, each in a process of its own, several at a time.
+// peeler batch: runs a file of jobs, each in its own process, several in parallel.
 #include <poll.h>
 
 #include <algorithm>
@@ -50,8 +50,7 @@ struct BatchOptions {
     ReportOptions report;  ///< results are always JSON
 };
 
-/// One batch, from the file of jobs to the last result. No job runs before the whole file is
-/// checked.
+/// A batch, from the job file to the last result. No job runs before the whole file is checked.
 class Batch {
   public:
     Batch(const BatchOptions& options, Reporter& reporter)
@@ -84,25 +83,25 @@ class Batch {
     Reporter& reporter_;
     std::vector<Job> jobs_;
     std::optional<BatchReport> report_;
-    std::vector<std::optional<Json>> results_;  ///< one a job
+    std::vector<std::optional<Json>> results_;  ///< one per job
     std::size_t printed_ = 0, done_ = 0, next_ = 0;
     int worst_ = 0;
     int threads_ = 0;           ///< for each job without --threads; 0 = the job chooses
-    std::uint64_t memory_ = 0;  ///< bytes, likewise for --memory
+    std::uint64_t memory_ = 0;  ///< bytes, for each job without --memory
     std::optional<SignalFile> signals_;
     std::list<Running> running_;
     std::optional<ProgressReport> progress_;
 };
 
-/// Whether all that a job writes is there. (A name with a place for a number counts as there: how
-/// many files a job without frames makes of it is not known.)
+/// Whether all outputs of a job exist. (A name with a number pattern counts as existing: the number
+/// of its files is unknown without frames.)
 bool outputsExist(const Job& job) {
     return std::ranges::all_of(job.outputs, [](const fs::path& output) {
         return hasFrameToken(output.string()) || fileExists(output, ErrorKind::kOutput);
     });
 }
 
-/// Thrown when a signal has ended the jobs and is to end the batch.
+/// Thrown after a signal has ended the jobs, to end the batch.
 struct EndedBySignal {
     int number;
 };
@@ -158,8 +157,8 @@ void Batch::openReport() {
     takeEarlierResults(report_->lines());
 }
 
-/// Takes over the results of jobs that an earlier batch has done, so that they are not run again;
-/// what they have written has to be there still.
+/// Takes over the results of jobs done by an earlier batch, so that they do not run again. Their
+/// outputs must still exist.
 void Batch::takeEarlierResults(const std::vector<Json>& lines) {
     std::map<std::string, const Json*> last;
     std::set<std::string> ids;
@@ -194,8 +193,8 @@ void Batch::takeEarlierResults(const std::vector<Json>& lines) {
     }
 }
 
-/// Gives each of the jobs that run at a time an equal part of threads and memory. Throws Error
-/// (kMemory) if that is less than kLeastMemory.
+/// Divides threads and memory equally among concurrent jobs. Throws Error (kMemory) if a job gets
+/// less than kLeastMemory.
 void Batch::share() {
     const auto parts = static_cast<std::uint64_t>(std::clamp<std::size_t>(jobs_.size(), 1, 1024));
     const std::uint64_t jobs = std::min(parts, static_cast<std::uint64_t>(options_.jobs));
@@ -203,7 +202,7 @@ void Batch::share() {
                                               : allowedThreads().amount;
     if (jobs > 1 || options_.threads > 0)
         threads_ = static_cast<int>(std::max<std::uint64_t>(1, threads / jobs));
-    // A job that runs alone finds an inherited limit by itself, and can say whose it is.
+    // A single job reads an inherited limit itself, and can then report its source.
     if (jobs > 1 || options_.memory.source.empty()) memory_ = options_.memory / jobs;
     if (memory_ != 0 && memory_ < kLeastMemory) {
         throw Error(ErrorKind::kMemory,
@@ -255,7 +254,7 @@ void Batch::runJobs() {
     std::vector<Json> lines;
     for (const auto& result : results_)
         if (result) lines.push_back(*result);
-    // Results behind a job that --fail-fast left out are not printed yet.
+    // Results after a job skipped by --fail-fast are not printed yet.
     for (std::size_t i = printed_; i < results_.size(); ++i)
         if (results_[i]) reporter_.text(lineText(*results_[i]));
     if (report_) report_->finish(lines);
@@ -273,11 +272,11 @@ void Batch::startJobs() {
 void Batch::wait() {
     std::vector<pollfd> files{{signals_->file(), POLLIN, 0}};
     for (const Running& running : running_) {
-        // A file of −1 is left out by poll().
+        // poll() ignores a file descriptor of −1.
         files.push_back({running.process.outFile(), POLLIN, 0});
         files.push_back({running.process.errFile(), POLLIN, 0});
     }
-    // EINTR is as good as an event: all files are read in turn.
+    // EINTR needs no special case: all files are read in turn anyway.
     poll(files.data(), files.size(), -1);
 }
 
@@ -286,7 +285,7 @@ void Batch::takeSignals() {
         if (number != SIGCHLD) endBySignal(number);
 }
 
-/// Turns the running jobs that have ended into results.
+/// Collects the results of ended jobs.
 void Batch::takeEnded() {
     for (auto running = running_.begin(); running != running_.end();) {
         running->process.read();
@@ -299,8 +298,8 @@ void Batch::takeEnded() {
     }
 }
 
-/// Hands a signal on to the jobs, which remove their temporary files and end; those that take too
-/// long are killed.
+/// Forwards a signal to the jobs, which remove their temporary files and end. Kills those that take
+/// too long.
 void Batch::endBySignal(int number) {
     using namespace std::chrono_literals;
     takeEnded();
@@ -322,7 +321,7 @@ void Batch::endBySignal(int number) {
             std::erase_if(running_, [](Running& running) { return running.process.ended(); });
         }
     }
-    // What not even SIGKILL ends hangs in the system: that is no reason for the batch to hang, too.
+    // A process that survives SIGKILL hangs in the kernel. The batch must not wait for it.
     for (Running& running : running_)
         running.process.abandon();
     running_.clear();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler check: whether parts can be made of what a scene shows, and if not, why and where.
+// peeler check: printability of a scene's parts, with the faults and their places.
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -34,13 +34,13 @@ struct CheckOptions : CaptureJobOptions {
     OutputRequest output;
     CameraOptions camera;
     bool together = false;
-    double unit = 1;                   ///< of the scene, metres
+    double unit = 1;                   ///< scene unit, metres
     std::optional<double> least_wall;  ///< millimetres
 
     bool writesPicture() const { return !output.path.empty(); }
 };
 
-/// Keeps a composite as it comes, band after band.
+/// A sink that collects a composite band by band.
 class PlacesKeeper : public Sink {
   public:
     explicit PlacesKeeper(CompositeImage& picture) : picture_(picture) {}
@@ -57,7 +57,7 @@ class PlacesKeeper : public Sink {
     CompositeImage band_;
 };
 
-/// The picture with the legend below it.
+/// Returns the picture with the legend below it.
 CompositeImage withLegend(const CompositeImage& picture, const std::vector<LegendLine>& lines) {
     const int width = picture.window.width(), height = picture.window.height();
     const LegendSize size = legendSize(lines, width);
@@ -75,7 +75,7 @@ CompositeImage withLegend(const CompositeImage& picture, const std::vector<Legen
     return both;
 }
 
-/// One run. run() lists its stages.
+/// A run. run() lists its stages.
 class Check {
   public:
     Check(const CheckOptions& options, Session& session)
@@ -117,9 +117,9 @@ class Check {
         noteUnit();
     }
 
-    /// Files for printers often have millimetres and say metres.
+    /// Notes a suspicious unit: files for printers often use millimetres but declare metres.
     void noteUnit() {
-        constexpr double kLarge = 10;  // metres: larger than printers are
+        constexpr double kLarge = 10;  // metres; larger than any printer
         const glm::dvec3 size = report_.bounds.max - report_.bounds.min;
         const double largest = std::max({size.x, size.y, size.z});
         if (largest * report_.metres > kLarge && options_.unit == 1)

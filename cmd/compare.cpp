@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler compare: how far two pictures are apart, layer by layer, band by band.
+// peeler compare: differences between two pictures, by layer and by band.
 #include <algorithm>
 #include <filesystem>
 #include <limits>
@@ -38,7 +38,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Bytes that a band of each of the two files may take.
+/// Size limit of a band of each file, in bytes.
 constexpr std::uint64_t kComparedBandBytes = std::uint64_t{192} << 20;
 
 struct CompareOptions {
@@ -52,37 +52,38 @@ struct CompareOptions {
     ReportOptions report;
 };
 
-/// One of the two files that are compared: layered or flat, read in bands.
+/// One of the two compared files: layered or flat, read in bands.
 class ComparedImage {
   public:
-    /// Throws Error (kInput) for what is no image.
+    /// Throws Error (kInput) if the file is not an image.
     ComparedImage(const std::string& path, const LayeredReadOptions& reading, Reporter& reporter);
 
     const std::string& path() const { return path_; }
     bool layered() const { return layered_; }
     std::size_t layers() const { return layered_ ? reader_->info().plan.layers.size() : 0; }
     Window picture() const;  ///< the display window
-    /// The pixels of the picture: a crop, if the camera says that it is one.
+    /// Returns the pixels of the picture: the crop if the camera has one.
     Window pixels() const;
-    Window stored() const;  ///< those that the file has: no more than pixels()
-    /// Whether a camera says what of the picture was rendered.
+    Window stored() const;  ///< stored pixels, inside pixels()
+    /// Whether a camera specifies the rendered crop.
     bool isCrop() const { return reader_ && reader_->info().plan.view.known; }
-    /// Whether the file tells where the pixels lie in the display window (OpenEXR).
+    /// Whether the file places its pixels in the display window (OpenEXR).
     bool placed() const { return reader_ != nullptr; }
 
-    /// Chooses the pixels that are compared; those beyond pixels() have no fragment.
+    /// Sets the compared pixels; those outside pixels() have no fragment.
     void choose(const Window& window) { window_ = window; }
     const Window& window() const { return window_; }
-    /// How many rows read() can deliver at once in about `bytes`.
+    /// Returns the number of rows that read() can deliver at once in about `bytes`.
     int rowsFor(std::uint64_t bytes) const;
-    /// Reads `rows` rows from `first` on, counted from the top of window(). OpenEXR images only.
+    /// Reads `rows` rows starting at `first`, counted from the top of window(). OpenEXR images
+    /// only.
     void read(int first, int rows, LayeredImage& out);
-    /// The same rows composited over nothing, of any image.
+    /// Reads the same rows composited over nothing, from any image.
     void read(int first, int rows, CompositeImage& out);
 
   private:
     std::string path_;
-    std::unique_ptr<LayeredInput> reader_;  ///< of OpenEXR images
+    std::unique_ptr<LayeredInput> reader_;  ///< for OpenEXR images
     bool layered_ = false;
     FlatImage flat_;
     Window window_;
@@ -162,8 +163,8 @@ void ComparedImage::read(int first, int rows, CompositeImage& out) {
                 sizes + " pixels; compare images of one size");
 }
 
-/// Chooses the pixels of two OpenEXR images: those that both store, if they are the same, else all
-/// of both. Crops that cameras name have to be the same. Throws Error (kUsage).
+/// Sets the compared pixels of two OpenEXR images: the stored ones if both store the same, else all
+/// of both. Throws Error (kUsage) if their sizes or their cameras' crops differ.
 void choosePlaced(ComparedImage& a, ComparedImage& b) {
     if (a.picture() != b.picture())
         refuseSizes(
@@ -181,14 +182,13 @@ void choosePlaced(ComparedImage& a, ComparedImage& b) {
     b.choose(window);
 }
 
-/// Chooses the pixels that are laid on each other. Throws Error (kUsage) unless there are as many
-/// of both.
+/// Sets the compared pixels of both images. Throws Error (kUsage) if their sizes differ.
 void chooseWindows(ComparedImage& a, ComparedImage& b) {
     if (a.placed() && b.placed()) return choosePlaced(a, b);
     const auto is_like = [](const Window& one, const Window& other) {
         return one.width() == other.width() && one.height() == other.height();
     };
-    // A picture without a place is all of the display window, or what is stored.
+    // A picture without a placement covers the display window or the stored pixels.
     for (const Window& of_a : {a.picture(), a.stored()}) {
         for (const Window& of_b : {b.picture(), b.stored()}) {
             if (!is_like(of_a, of_b)) continue;
@@ -201,7 +201,7 @@ void chooseWindows(ComparedImage& a, ComparedImage& b) {
         a, b, "they hold " + comparedSizeText(a.stored()) + " and " + comparedSizeText(b.stored()));
 }
 
-/// One comparison. run() lists its stages.
+/// A comparison. run() lists its stages.
 class Compare {
   public:
     Compare(const CompareOptions& options, Reporter& reporter)
@@ -226,7 +226,7 @@ class Compare {
     Reporter& reporter_;
     std::unique_ptr<ComparedImage> a_, b_;
     Comparison comparison_;
-    std::vector<float> differences_;  ///< of every pixel; empty without a heat map
+    std::vector<float> differences_;  ///< per pixel; empty without a heat map
     std::optional<HeatmapResult> heatmap_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler convert: the layers of a file in another form, band by band, nothing lost.
+// peeler convert: lossless conversion of layered files, band by band.
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -29,7 +29,7 @@ struct ConvertOptions : LayeredRunOptions {
     bool cryptomatte = false;
 };
 
-/// Throws Error (kUsage) unless the output holds layers.
+/// Throws Error (kUsage) if the output format cannot hold layers.
 void checkHoldsLayers(const ConvertOptions& options) {
     const std::string path = options.output.path.string();
     const OutputFormat& format = findOutputFormat(path, options.output.options.as);
@@ -50,9 +50,9 @@ void checkHoldsLayers(const ConvertOptions& options) {
     }
 }
 
-/// Counts the fragments of every layer: the output's header comes before its pixels and says where
-/// each layer lies. Deep input comes with its counts; of other input the header promises windows
-/// that may be wider than what they hold.
+/// Counts the fragments of every layer, because the output's header precedes its pixels and has
+/// each layer's window. Deep input has counts; the windows in other headers may be larger than
+/// their content.
 void countLayers(LayeredInput& input, LayeredRun& run) {
     if (!input.info().deep.empty()) return;
     DepthComplexity complexity(run.plan.view.crop);

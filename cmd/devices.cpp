@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler devices: every GL backend and device, and why one cannot be used.
+// peeler devices: all GL backends and devices, with the reason if one is unusable.
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -75,7 +75,7 @@ std::string toText(const gl::Device& device) {
     return text;
 }
 
-/// The threads and the memory that a command takes unless its options say otherwise.
+/// Returns the default threads and memory of commands.
 nlohmann::ordered_json machineJson() {
     const Limit threads = allowedThreads();
     nlohmann::ordered_json json;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler extract: layers as files of their own, a point cloud, arrays, a map of fragment counts.
+// peeler extract: layers as separate files, a point cloud, arrays, a fragment-count map.
 #include <algorithm>
 #include <filesystem>
 #include <functional>
@@ -36,21 +36,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Bytes of a band, fewer than kBandBytes: the writer of each layer keeps a band of it, too.
+/// Size limit of a band, below kBandBytes because each layer's writer also keeps a band.
 constexpr std::uint64_t kExtractBandBytes = std::uint64_t{64} << 20;
 
-/// An output besides the layers: how the result calls it, its file, and what writes it.
+/// An output besides the layers: its kind in the result, its file and its sink.
 struct Product {
     std::string kind;
     fs::path path;
     std::unique_ptr<Sink> sink;
-    /// How large it will be, of a plan and of bands like this one.
+    /// Returns the forecast size for a plan and bands like this one.
     std::function<SizeForecast(const Plan&, const LayeredImage&)> forecast;
-    /// What the sink holds of a fragment of bands like this one, besides those, in bytes.
+    /// Returns the bytes per fragment that the sink holds besides bands like this one.
     std::function<std::uint64_t(const LayeredImage&)> fragment_bytes;
 };
 
-/// One run. run() lists its stages.
+/// A run. run() lists its stages.
 class Extract {
   public:
     Extract(const ExtractOptions& options, Reporter& reporter)
@@ -105,16 +105,16 @@ class Extract {
     std::unique_ptr<LayeredInput> reader_;
     Provenance provenance_;
     bool camera_known_ = false;
-    Plan whole_, chosen_;  ///< the picture as it is, and with the chosen layers only
+    Plan whole_, chosen_;  ///< the whole picture, and the chosen layers only
     LayerSelection selection_;
     std::optional<LayerFiles> layers_;
     std::vector<Product> products_;
     CountMap* counts_ = nullptr;  ///< the sink of one of products_; null = no counts
-    LayeredImage sample_;         ///< the first row: it says which channels there are
+    LayeredImage sample_;         ///< the first row, for the list of channels
     std::uint64_t band_bytes_ = 0;
-    bool counted_ = false;  ///< the plans are true of every pixel
+    bool counted_ = false;  ///< the plans' counts are exact
     Forecast forecast_;
-    std::optional<DepthComplexity> complexity_;  ///< once fragments are counted
+    std::optional<DepthComplexity> complexity_;  ///< set once fragments are counted
     std::uint64_t resident_ = 0, peak_ = 0;      ///< bytes, before the extraction
     std::uint64_t fragments_ = 0;
     RunResult result_;
@@ -182,7 +182,7 @@ void Extract::selectLayers() {
 void Extract::addProducts() {
     const std::string scene =
         provenance_.scene.empty() ? "the scene" : printable(provenance_.scene);
-    // The last name of materials is that of glTF's default one, which hits do not count as any.
+    // The last material name is glTF's default material, which hits report as no material.
     const auto default_material = static_cast<std::uint32_t>(provenance_.ids.materials.size());
     if (options_.counts) {
         auto map = std::make_unique<CountMap>(options_.counts->string(),
@@ -218,14 +218,14 @@ void Extract::addProducts() {
     }
 }
 
-/// Bands of a picture like this one, with the channels that products get.
+/// Returns a sample band with the channels that products get.
 LayeredImage Extract::bandLike() const {
     LayeredImage band = sample_;
     if (!products_.empty() && !findChannel(band, "layer")) addLayerIndices(band);
     return band;
 }
 
-/// The picture with what headers do not tell: what a fragment takes.
+/// Returns the plan with the bytes per fragment, which headers lack.
 Plan Extract::wholePlan() const {
     Plan whole = whole_;
     whole.color_type = sample_.color.type;
@@ -235,7 +235,7 @@ Plan Extract::wholePlan() const {
     return whole;
 }
 
-/// What is made of bands of so many rows.
+/// Returns the memory use of bands of `rows` rows.
 BandUse Extract::useOf(int rows) const {
     const LayeredImage band = bandLike();
     BandUse use = noUseOf(band);
@@ -249,17 +249,17 @@ BandUse Extract::useOf(int rows) const {
         add_memory(product.sink->memory(chosen_));
         use.made.fragment += product.fragment_bytes(band);
     }
-    // Then no array becomes larger, or there is room elsewhere.
+    // Arrays do not grow in a single band; otherwise other memory covers it.
     const bool alone = rows >= whole_.view.crop.height();
     if (products_.empty() && (alone || !options_.writesFragments())) use.array_bytes = 0;
-    if (products_.size() > 1) {  // the band itself goes to one of them
+    if (products_.size() > 1) {  // one of them gets the band itself
         use.made.fragment += use.list_bytes;
         use.made.pixel += sizeof(std::uint32_t);
     }
     return use;
 }
 
-/// Bands become smaller where memory is short.
+/// Chooses the band size, smaller under a tight budget.
 void Extract::chooseBands() {
     const Window& crop = whole_.view.crop;
     reader_->read({crop.x0, crop.y0, crop.x1, crop.y0 + 1}, sample_);
@@ -267,8 +267,7 @@ void Extract::chooseBands() {
                                   [this](int rows) { return useOf(rows); });
 }
 
-/// Counts first, where an output has a header: it says how many fragments follow, and comes before
-/// them.
+/// Counts fragments first if an output has a header, because the header contains the count.
 void Extract::count() {
     const bool partial_counts = options_.counts && !selection_.all();
     if (options_.arrays || options_.writesFragments() || partial_counts) countAll();
@@ -278,7 +277,7 @@ void Extract::countAll() {
     counted_ = true;
     DepthComplexity& complexity = complexity_.emplace(whole_.view.crop);
     forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { complexity.addBand(band); });
-    // In files of other programs a window may be larger than its layer.
+    // Windows in other programs' files may be larger than the layer.
     const std::vector<LayerPlan> found = complexity.layers();
     chosen_.fragments_stored = 0;
     for (std::size_t layer = 0; layer < found.size(); ++layer) {
@@ -288,8 +287,8 @@ void Extract::countAll() {
     whole_.fragments_counted = std::max(whole_.fragments_counted, complexity.counted());
 }
 
-/// The sizes of all files by the headers alone, or, if what is written may not find room then, by
-/// counting.
+/// Forecasts all file sizes from the headers, or by counting if the output might not fit on the
+/// disk.
 void Extract::forecast() {
     forecast_ = forecastOf();
     if (counted_ || !mayExceedDisk(forecast_)) return;
@@ -297,8 +296,8 @@ void Extract::forecast() {
     forecast_ = forecastOf();
 }
 
-/// How many fragments a band has at most is known once they are counted: for --dry-run they are,
-/// else as they are extracted. What counting has freed serves again.
+/// Forecasts the memory. The maximum fragments per band are known only after counting: --dry-run
+/// counts first, other runs while extracting. Memory freed after counting is reused.
 void Extract::forecastMemory() {
     if (options_.dry_run && !knowsBands()) countAll();
     returnFreeMemory();
@@ -311,12 +310,12 @@ bool Extract::isOneBand() const {
     return reader_->rowsFor(band_bytes_) >= whole_.view.crop.height();
 }
 
-/// Whether takes() is of the fragments as they are, and not of all that headers leave room for.
+/// Whether takes() is based on actual fragment counts instead of the headers' upper limit.
 bool Extract::knowsBands() const {
     return complexity_ || isOneBand() || reader_->mostOf(1).counted;
 }
 
-/// Bytes of memory that the run will have resident at most.
+/// Returns the maximum resident bytes of the run.
 std::uint64_t Extract::takes() const {
     const auto use = [this](int rows) { return useOf(rows); };
     return std::max(repeatedPeak(peak_),
@@ -336,7 +335,7 @@ Forecast Extract::forecastOf() const {
     const LayeredImage band = bandLike();
     Plan plan = chosen_;
     if (!counted_) {
-        // The header's number is of all layers, and other programs may have changed the picture.
+        // The header's count covers all layers, and other programs may have changed the picture.
         std::uint64_t most = 0;
         for (const LayerPlan& layer : chosen_.layers)
             most += layer.data_window.pixels();
@@ -354,7 +353,7 @@ Forecast Extract::forecastOf() const {
     return forecast;
 }
 
-/// What would be done, for --dry-run.
+/// Reports the plan, for --dry-run.
 void Extract::describe() {
     Json json;
     json["input"] = options_.input.string();
@@ -373,12 +372,12 @@ void Extract::extract() {
     LayeredImage copy;
     const bool counts = !knowsBands();
     if (counts) complexity_.emplace(whole_.view.crop);
-    // The first reading serves every output; later ones only layers that were too many for it.
+    // The first pass serves every output; later passes only the layers that exceeded it.
     for (bool first = true; first || (layers_ && layers_->left()); first = false) {
         if (layers_) layers_->begin(whole_);
         forEachBand("extract", [&](LayeredImage& band) {
             if (counts && first) complexity_->addBand(band);
-            if (isOneBand()) returnFreeMemory();  // what reading took serves what is written
+            if (isOneBand()) returnFreeMemory();  // reused for writing
             if (layers_) layers_->write(band);
             if (!first || products_.empty()) return;
             if (!findChannel(band, "layer")) addLayerIndices(band);

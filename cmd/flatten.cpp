@@ -31,14 +31,14 @@ struct FlattenOptions : LayeredRunOptions {
     fs::path input;
     ObjectOptions objects;
     std::uint32_t max_layers = 0;  ///< nearest layers; 0 = all
-    Tail tail = Tail::kDrop;       ///< of the layers behind them
+    Tail tail = Tail::kDrop;       ///< treatment of the layers behind them
     bool fxaa = false;
 
     bool blendsTail() const { return tail == Tail::kBlend; }
 };
 
-/// Limits the plan to the layers that are kept. The output's header says how many fragments the
-/// picture shows, and comes before them: counts them where the input's does not say.
+/// Limits the plan to the kept layers. The output's header contains the fragment count, so this
+/// counts fragments if the input's header lacks it.
 void limitLayers(const FlattenOptions& options, LayeredInput& input, LayeredRun& run) {
     Plan& plan = run.plan;
     const bool limited = options.max_layers != 0 && options.max_layers < plan.layers.size();
@@ -64,7 +64,7 @@ void flatten(const FlattenOptions& options, Reporter& reporter) {
 
     const std::string path = run.output.path.string();
     OutputOptions output = run.outputOptions(input->info().provenance);
-    // A hash made of the input's would not know of --layers and --fxaa.
+    // A hash derived from the input's would not cover --layers and --fxaa.
     if (options.max_layers == 0 && !options.fxaa)
         output.provenance.output_hash = outputHashFrom(input->info(), run.plan.view, path, output);
     auto sink = makeSink(path, output);

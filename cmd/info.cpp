@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler info: what is in a file. The kind is told by the content, not by the name.
+// peeler info: the content of a file. Detects the kind by content, not by name.
 #include <filesystem>
 #include <memory>
 
@@ -27,7 +27,8 @@ int printInfo(const InfoOptions& options, Reporter& reporter) {
         return 0;
     }
     refusePictureChoice(options.image);
-    // What should be a scene and does not begin like one: its reader knows best what it is instead.
+    // A file named like a scene without a scene's signature goes to the scene reader, which gives
+    // the best error.
     if (!sceneFormatOf(options.file) && !isSceneName(options.file))
         throw Error(ErrorKind::kInput, "neither a scene nor an OpenEXR image",
                     options.file.string(),

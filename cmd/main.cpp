@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The executable: locale, signals and streams around the command line.
+// The executable: locale, signals and streams.
 #include <unistd.h>
 
 #include <clocale>
@@ -22,7 +22,7 @@ namespace {
 
 extern "C" void endBySignal(int number) {
     peeler::removeTemporaryFiles();
-    // Not exit(): destructors and the GL driver's atexit code are not safe to run from here.
+    // Not exit(): destructors and the GL driver's atexit handlers are not safe here.
     _exit(128 + number);
 }
 
@@ -31,14 +31,14 @@ void catchUnlessIgnored(int number) {
     if (sigaction(number, nullptr, &before) == 0 && before.sa_handler == SIG_IGN) return;
     struct sigaction action {};
     action.sa_handler = endBySignal;
-    // A second signal must not interrupt the removal.
+    // A second signal must not interrupt the removal of temporary files.
     sigfillset(&action.sa_mask);
     sigaction(number, &action, nullptr);
 }
 
-/// SIGINT, SIGTERM and SIGHUP remove the temporary files and end the process with 128 + n; one that
-/// was ignored when the process started stays ignored. SIGPIPE and SIGXFSZ are ignored: the failed
-/// write is reported where it happens, and a reader that leaves stderr does not stop a render.
+/// Installs the signal actions. SIGINT, SIGTERM and SIGHUP remove the temporary files and end the
+/// process with 128 + n, unless they were ignored at its start. SIGPIPE and SIGXFSZ are ignored:
+/// the write itself fails and is reported, and a closed stderr does not stop a render.
 void installSignalActions() {
     for (const int number : {SIGINT, SIGTERM, SIGHUP})
         catchUnlessIgnored(number);
@@ -46,7 +46,7 @@ void installSignalActions() {
         std::signal(number, SIG_IGN);
 }
 
-/// Ends the process where no exception can, without memory, from any thread.
+/// Ends the process if no exception can, without allocating, from any thread.
 [[noreturn]] void endAtOnce(peeler::ErrorKind kind, std::string_view line) {
     peeler::removeTemporaryFiles();
     [[maybe_unused]] const auto written = write(STDERR_FILENO, line.data(), line.size());
@@ -59,19 +59,18 @@ void installSignalActions() {
               "peeler: hint: use a smaller --size, or fewer --threads; or raise the limit\n");
 }
 
-/// An allocation that fails throws as long as there is room for what an exception passes and for
-/// its report. Where there is none, it ends the process: destructors (nlohmann::json's), the
-/// standard library and drivers allocate where nothing may be thrown, and streams would pass over
-/// what they could not store.
+/// Handles a failed allocation. It throws if enough memory is left to unwind and report, else it
+/// ends the process: destructors (nlohmann::json's), the standard library and drivers allocate in
+/// noexcept code, and streams would silently drop data.
 void takeFailedAllocation() {
     constexpr std::size_t kRoom = std::size_t{64} << 10U;
-    void* const volatile room = std::malloc(kRoom);  // volatile: not to be optimised away
+    void* const volatile room = std::malloc(kRoom);  // volatile, so that it is not optimised away
     if (!room) endWithoutMemory();
     std::free(room);
     throw std::bad_alloc();
 }
 
-/// What is thrown where nothing may be.
+/// Handles std::terminate: an exception escaped from noexcept code.
 [[noreturn]] void takeTermination() {
     try {
         if (std::current_exception()) throw;
@@ -85,7 +84,7 @@ void takeFailedAllocation() {
               "shows it\n");
 }
 
-/// no-color.org, and terminals that say that they have none.
+/// Whether to use colours, per no-color.org and the terminal type.
 bool wantsColors() {
     const char* const refused = std::getenv("NO_COLOR");
     const char* const kind = std::getenv("TERM");
@@ -96,7 +95,7 @@ bool wantsColors() {
 
 int main(int argc, char** argv) {
     peeler::openStandardStreams();
-    // Numbers are read and written the same everywhere, whatever a library asks of the locale.
+    // Number formats must not depend on a locale that a library sets.
     std::setlocale(LC_ALL, "C");
     installSignalActions();
     std::set_new_handler(takeFailedAllocation);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler masks: of each object of a scene where it is and where it is seen, of one capture a view.
+// peeler masks: full and visible masks of every object, from one capture per view.
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -67,7 +67,7 @@ struct MasksOptions : CaptureJobOptions {
     bool no_clobber = false, no_mkdir = false;
 };
 
-/// The masks of all views of a scene, one capture each.
+/// The masks of all views of a scene, one capture per view.
 class Masks {
   public:
     Masks(const MasksOptions& options, Session& session)
@@ -78,9 +78,9 @@ class Masks {
           results_(views_.asked() ? "view" : "", session.reporter()),
           capture_(options.capture) {
         capture_.channels = {Channel::kId};
-        // Opacity is that of the material: light has no part in it.
+        // Opacity depends on the material, not on light.
         capture_.shading = Shading::kUnlit;
-        // Rounded to 16 bits, 0.1 would be less than 0.1.
+        // A half would round 0.1 to below 0.1.
         if (options.see_through > 0) capture_.color_type = PixelType::kFloat;
     }
 
@@ -88,7 +88,7 @@ class Masks {
     int run();
 
   private:
-    /// Hashes of what decides what a view's picture holds, and what its files hold.
+    /// Hashes of everything that determines a view's picture, and its files.
     struct ViewHashes {
         std::string settings, output;
     };
@@ -110,12 +110,12 @@ class Masks {
     Reporter& reporter_;
     CaptureJob job_;
     ViewList views_;
-    std::size_t first_ = 0, end_ = 1;  ///< of the views, which are this run's
+    std::size_t first_ = 0, end_ = 1;  ///< this run's views
     SequenceResults results_;
     CaptureSettings capture_;
     const OpenedScene* scene_ = nullptr;        ///< the job's
     std::vector<View> seen_;                    ///< of all views
-    std::map<std::size_t, ViewHashes> hashes_;  ///< of views that have been asked for
+    std::map<std::size_t, ViewHashes> hashes_;  ///< of requested views
     SceneObjects objects_;
     std::optional<MaskFolder> folder_;
     std::optional<ProgressReport> progress_;
@@ -159,7 +159,7 @@ void Masks::checkOptions() {
     job_.checkOptions();
 }
 
-/// Nothing that is read may be replaced, nor what has to stay.
+/// Throws if an output would replace an input or a file that must stay.
 void Masks::checkOutput(const OpenedScene& scene) const {
     std::vector<fs::path> inputs = scene.scene().files;
     inputs.push_back(options_.scene.file);
@@ -262,7 +262,7 @@ void Masks::ofView(std::size_t view) {
     const View canvas = canvasOf(seen_[view], options_.canvas, masks.picture);
     masks.see_through = static_cast<float>(options_.see_through);
     masks.layers = options_.formats.ids;
-    // Every thread writes a picture of its own: its pixels, and what the encoder holds of them.
+    // Each thread writes one picture and holds its pixels and the encoder's memory.
     constexpr std::uint64_t kEncoderBytes = std::uint64_t{24} << 20;
     const std::uint64_t pixels = seen_[view].crop.pixels();
     masks.more_bytes =
@@ -310,7 +310,7 @@ void Masks::ofView(std::size_t view) {
            countText(there, "object") + ", " + groupedText(visible) + " seen");
 }
 
-/// The files of all views, if every view is there as it is asked for. Says if not.
+/// Writes the files shared by all views if every view exists with this request; reports if not.
 bool Masks::writeShared() {
     std::size_t missing = 0;
     for (std::size_t view = 0; view < views_.size(); ++view)

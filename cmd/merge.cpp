@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler merge: tiles of one picture, rendered apart, put together band by band.
+// peeler merge: joins separately rendered tiles of a picture, band by band.
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -34,7 +34,7 @@ struct MergeOptions : LayeredRunOptions {
     bool allow_gaps = false;
 };
 
-/// One run: the tiles of a picture, joined band by band.
+/// A run: joins the tiles of a picture band by band.
 class Merge {
   public:
     Merge(const MergeOptions& options, Reporter& reporter)
@@ -91,8 +91,8 @@ void Merge::open() {
     });
 }
 
-/// Chooses the kind of the output: that of the tiles, unless another is asked for. Composites are
-/// merged as they are.
+/// Chooses the output kind: the tiles' kind unless another is requested. Composites are merged
+/// unchanged.
 void Merge::chooseKind() {
     OutputRequest& output = run_.output;
     std::string& as = output.options.as;
@@ -100,7 +100,7 @@ void Merge::chooseKind() {
         findOutputFormat(path(), "").holds(OutputContent::kLayers))
         as = "deep";
     if (composites() && as.empty()) as = "composite";
-    checkFormat(output);  // what suits layered files may not suit the chosen kind
+    checkFormat(output);  // options for layered files may not fit the chosen kind
     if (!composites()) return;
     if (output.isGiven("--background")) {
         throw Error(ErrorKind::kUsage, "composites are merged as they are, background and all",
@@ -137,7 +137,7 @@ void Merge::plan() {
     for (const PictureTile& tile : tiles_->all()) {
         const Plan& part = tile.info().plan;
         complete = complete && part.complete();
-        // Files of other programs do not say how many there were.
+        // Other programs' files lack the counted fragments.
         plan.fragments_counted += std::max(part.fragments_counted, part.fragments_stored);
         plan.fragments_stored += part.fragments_stored;
         plan.fragments_blended += part.fragments_blended;
@@ -173,8 +173,7 @@ void Merge::plan() {
     plan.fragments_counted = plan.fragments_stored;
 }
 
-/// Counts layers and fragments of the joined tiles, which the tiles' headers do not tell where
-/// tiles overlap.
+/// Counts layers and fragments of the joined tiles; the headers are not enough if tiles overlap.
 void Merge::countLayers() {
     DepthComplexity complexity(run_.plan.view.crop);
     forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { complexity.addBand(band); });

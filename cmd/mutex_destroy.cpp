@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program's pthread_mutex_destroy(), which mends a race of Mesa's llvmpipe from outside.
+// Override of pthread_mutex_destroy() that works around a race in Mesa's llvmpipe.
 //
-// lp_fence_signal() (lp_fence.c, Mesa 22.3.6 to 25.0.7 at least), in a rasteriser's thread, counts
-// under the fence's mutex. lp_fence_signalled() reads the count without it, and at each change of
-// the framebuffer lp_setup_get_empty_scene() destroys and frees a fence that is signalled. The
-// thread may still be about to unlock the mutex, and then writes into freed memory ("corrupted
-// unsorted chunks", or SIGSEGV in a later malloc). Locking the mutex before it is destroyed waits
-// for that thread; Mesa's util_queue_fence_destroy() does the same.
+// lp_fence_signal() (lp_fence.c, Mesa 22.3.6 to 25.0.7 at least) increments the count in a
+// rasteriser thread under the fence's mutex. lp_fence_signalled() reads the count without the
+// mutex. At each framebuffer change lp_setup_get_empty_scene() destroys and frees a signalled
+// fence. The rasteriser thread may not have unlocked the mutex yet, and then writes to freed memory
+// ("corrupted unsorted chunks", or SIGSEGV in a later malloc). Locking the mutex before it is
+// destroyed waits for that thread; Mesa's util_queue_fence_destroy() does the same.
 //
-// A definition in the program precedes the C library's for every library of the process
-// (CMakeLists.txt exports it). The library has none: that is for its host to decide
+// The program's definition overrides the C library's for every library of the process
+// (CMakeLists.txt exports it). The peeler library does not define it; its host decides
 // (examples/guide/library.md, "Threads and contexts").
 #include <dlfcn.h>
 #include <pthread.h>
@@ -22,7 +22,7 @@ extern "C" [[gnu::visibility("default")]] int pthread_mutex_destroy(
     using Function = int (*)(pthread_mutex_t*);
     static const auto destroy =
         reinterpret_cast<Function>(dlsym(RTLD_NEXT, "pthread_mutex_destroy"));
-    // Bounded, since a mutex may stay locked: by the caller, or by a thread that has ended.
+    // Bounded, because a mutex may stay locked by the caller or by an ended thread.
     timespec latest{};
     clock_gettime(CLOCK_REALTIME, &latest);
     ++latest.tv_sec;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler rays: all hits of bundles of rays, and what follows from them.
+// peeler rays: all hits of bundles of rays, and outputs derived from them.
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// One run: which bundles go into which outputs.
+/// A run: assigns bundles to outputs.
 class Rays {
   public:
     Rays(const RaysOptions& options, Session& session)
@@ -64,7 +64,7 @@ class Rays {
     Reporter& reporter_;
     CaptureJob job_;
     ViewList views_;
-    std::size_t first_ = 0, end_ = 1;     ///< of the views, which are this run's
+    std::size_t first_ = 0, end_ = 1;     ///< this run's views
     const OpenedScene* scene_ = nullptr;  ///< owned by job_
     SequenceResults results_;
     RayTracer tracer_;
@@ -84,7 +84,7 @@ fs::path Rays::outputOf(std::size_t view) const {
     return viewPath(options_.output.path.string(), static_cast<int>(view));
 }
 
-/// The names that are known before the bundles are.
+/// Returns the output names known before the bundles.
 std::vector<fs::path> Rays::outputs() const {
     std::vector<fs::path> files;
     if (eachAlone()) {
@@ -114,7 +114,7 @@ void Rays::checkFiles() const {
 
 void Rays::openScene() {
     scene_ = &job_.openScene();
-    // Only now is known which files the scene is made of.
+    // The scene's files are known only now.
     job_.checkOutputs(eachAlone() ? outputs() : std::vector<fs::path>());
     tracer_.setScene(*scene_, job_.pose());
     if (!views_.asked()) return;
@@ -164,7 +164,7 @@ int Rays::makeAll() {
 
 int Rays::makeViewFiles() {
     int code = 0;
-    job_.chooseEngine();  // hashes tell which
+    job_.chooseEngine();  // hashes include the engine
     try {
         makeEachView(
             first_, end_, options_.sequence, results_,

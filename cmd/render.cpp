@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler render: from a scene to the layers of one picture, or of each frame of a sequence.
+// peeler render: the layers of a picture, or of each frame of a sequence.
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -40,19 +40,19 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// A picture in the making.
+/// A picture in progress.
 struct Picture {
     PictureRequest asked{};
     Clock::time_point start{};
     CapturePlan plan{};
     PictureResult result{};
     std::unique_ptr<Sink> writer{};
-    OutputOptions written{};               ///< what the writer was told
-    BackgroundSink* background = nullptr;  ///< the writer, if it has a thread of its own; else null
+    OutputOptions written{};               ///< the writer's options
+    BackgroundSink* background = nullptr;  ///< the writer if it has its own thread, else null
 };
 
-/// The run of one request. Scene, shaders and context are there once for all pictures, and a
-/// picture is captured while the one before is being written.
+/// A run of one request. All pictures share scene, shaders and context. A picture is captured while
+/// the previous one is being written.
 class Render {
   public:
     Render(const RenderOptions& options, Session& session)
@@ -62,8 +62,8 @@ class Render {
           request_(options, job_, session.reporter()),
           results_(request_.pictureKind(), session.reporter()) {}
 
-    /// Returns the exit code. `result` is what becomes of it as JSON, or under --dry-run what
-    /// would; null if nothing does.
+    /// Returns the exit code. `result` is the result as JSON, or the plan under --dry-run; null if
+    /// there is neither.
     int run(Json& result) {
         request_.openScene();
         if (options_.sequence.dry_run) {
@@ -88,7 +88,7 @@ class Render {
         } catch (...) {
             code = reportError(reporter_, currentError());
         }
-        // The frames that are there should be known, whatever became of the others.
+        // Report the finished frames even if others failed.
         if (!results_.empty() || (code == 0 && request_.isSequence())) result = results_.json();
         results_.reportFailures();
         return std::max(code, results_.worst());
@@ -119,13 +119,13 @@ class Render {
     Reporter& reporter_;
     CaptureJob job_;
     RenderRequest request_;
-    std::optional<float> exposure_;   // that was metered, for all pictures
-    bool noted_ = false;              // how pictures are shown
-    std::optional<Picture> pending_;  // captured, and perhaps still being written
+    std::optional<float> exposure_;   // metered, for all pictures
+    bool noted_ = false;              // the display transform was noted
+    std::optional<Picture> pending_;  // captured, possibly still being written
     SequenceResults results_;
     std::optional<ProgressReport> progress_;
     std::optional<UsedCameras> cameras_;  ///< for --cameras-out
-    bool size_told_ = false;              ///< how large the pictures will be
+    bool size_told_ = false;              ///< the forecast size was reported
     std::uint64_t memory_forecast_ = 0;   ///< bytes
 };
 
@@ -136,7 +136,7 @@ void Render::renderAll() {
             render(i);
     } catch (...) {
         const Error error = currentError();
-        endPending(true);  // the picture before is not at fault
+        endPending(true);  // the previous picture is not at fault
         throw error;
     }
     endPending();
@@ -147,7 +147,7 @@ void Render::renderAll() {
 void Render::render(std::size_t index) {
     Picture picture;
     picture.start = index == 0 ? job_.start() : Clock::now();
-    if (index == 0) picture.result.milliseconds = job_.takeTimes();  // of opening the scene
+    if (index == 0) picture.result.milliseconds = job_.takeTimes();  // includes opening the scene
     try {
         if (!make(picture, index)) return;
     } catch (...) {
@@ -165,7 +165,7 @@ void Render::render(std::size_t index) {
     if (!pending_->background) endPending();
 }
 
-/// Captures a picture and begins to write it; false if its file was there already.
+/// Captures a picture and begins to write it. Returns false if its file already existed.
 bool Render::make(Picture& picture, std::size_t index) {
     pose(picture, index);
     if (request_.isSequence()) {
@@ -189,7 +189,7 @@ bool Render::make(Picture& picture, std::size_t index) {
         if (error.kind() != ErrorKind::kDevice || !job_.hasContext()) throw;
         reporter_.warning(error.whatText() + "; trying once more.");
     }
-    // A context that was lost takes everything that lives in it along.
+    // A lost context invalidates everything in it.
     picture.writer.reset();
     job_.closeContext();
     pose(picture, index);
@@ -209,7 +209,7 @@ void Render::pose(Picture& picture, std::size_t index) {
     picture.result.normalized = request_.normalized();
 }
 
-/// Counts what there is to capture, and makes what will write it, which has not begun to.
+/// Runs the count pass, and creates the writer without starting it.
 void Render::prepare(Picture& picture) {
     PictureRequest& asked = picture.asked;
     if (job_.renderer())
@@ -239,15 +239,15 @@ void Render::capture(Picture& picture) {
     picture.writer->finish();
 }
 
-/// Of the whole run, as far as it has come: pictures share what they take.
+/// Forecasts the memory of the whole run so far; pictures reuse memory.
 void Render::forecastMemory(const Picture& picture) {
     memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()),
                                  job_.renderer()->forecastMemory(picture.plan, *picture.writer)});
     reporter_.detail("takes " + bytesText(memory_forecast_) + " of memory at most");
 }
 
-/// Adds to the result of a dry run what the first picture would take that it would make. Null
-/// where there is none, or no device to count its fragments with.
+/// Adds to a dry run's result the forecast of the first picture to render. Null if there is no such
+/// picture, or no device to count its fragments.
 void Render::forecast(Json& result) {
     const std::optional<std::size_t> first = RenderRequest::firstOf(result);
     for (const char* const unknown : {"forecastBytes", "forecastMemory"})
@@ -267,7 +267,7 @@ void Render::forecast(Json& result) {
     reportMemory(memory_forecast_, reporter_);
 }
 
-/// Finds the exposure of all pictures before the first one.
+/// Meters the exposure of all pictures before the first one.
 void Render::meterExposure(const PictureRequest& asked) {
     if (!request_.metersExposure() || exposure_) return;
     exposure_ = job_.meterExposure(asked.capture, request_.views().cameras());
@@ -276,7 +276,7 @@ void Render::meterExposure(const PictureRequest& asked) {
 
 void Render::plan(Picture& picture) {
     const CaptureSettings& capture = picture.asked.capture;
-    // Two pictures at once only where there is plenty of room for both.
+    // Two pictures overlap only if there is plenty of memory for both.
     if (pending_ && capture.memory != 0 && usedBytes(capture.memory) > capture.memory / 4)
         endPending();
     picture.plan = job_.renderer()->plan(picture.asked.view, capture, progressOf(picture));
@@ -300,7 +300,7 @@ void Render::makeWriter(Picture& picture) {
     OutputOptions output = request_.writerOptions(picture.asked);
     if (exposure_) {
         output.exposure = *exposure_;
-        output.automatic_exposure = false;  // it is found
+        output.automatic_exposure = false;  // now resolved
     }
     picture.written = output;
     reportSize(picture, output);
@@ -315,14 +315,14 @@ void Render::makeWriter(Picture& picture) {
     if (cameras_) picture.writer = cameras_->watched(std::move(picture.writer));
 }
 
-/// Of all views, whichever of them this run makes.
+/// Writes the cameras of all views, including those this run does not render.
 void Render::writeCameras() {
     for (std::size_t view = 0; view < request_.views().size(); ++view)
         cameras_->add(request_.firstView(view), request_.firstFile(view));
     cameras_->write();
 }
 
-/// Of a sequence once, for all that are left of it if they are like this one.
+/// Reports the forecast size, once per sequence, as if all remaining pictures were like this one.
 void Render::reportSize(Picture& picture, const OutputOptions& output) {
     const std::filesystem::path& path = picture.asked.output.path;
     Forecast forecast;
@@ -335,17 +335,17 @@ void Render::reportSize(Picture& picture, const OutputOptions& output) {
     reportForecast(forecast, reporter_, options_.sequence.dry_run);
 }
 
-/// The last hundredth is for what follows the capture.
+/// The last hundredth is for the work after the capture.
 Progress Render::progressOf(const Picture& picture) {
-    if (!progress_) return {};  // of a dry run
+    if (!progress_) return {};  // a dry run
     const auto index = static_cast<double>(picture.asked.index);
     return [this, index](double share) {
         progress_->update((index + 0.99 * share) / static_cast<double>(request_.pictures()));
     };
 }
 
-/// Ends the picture that was captured last, if it has not been ended. Its failure is thrown, or
-/// listed if the run goes on.
+/// Finishes the last captured picture, if pending. Throws its failure, or lists it if the run
+/// continues.
 void Render::endPending(bool keep_going) {
     if (!pending_) return;
     Picture picture = std::move(*pending_);
@@ -390,7 +390,7 @@ void Render::addResult(const PictureResult& result) {
     results_.add(toJson(result), summary(result));
 }
 
-/// Prints and stores the result as it was asked for. Returns the exit code.
+/// Prints and stores the result as requested. Returns the exit code.
 int report(const RenderOptions& options, const Json& result, Reporter& reporter) {
     return runReported(reporter, [&] {
         if (options.sequence.dry_run)
@@ -409,8 +409,8 @@ int renderOne(const RenderOptions& options, Session& session) {
     return std::max(code, report(options, result, reporter));
 }
 
-/// One scene after the other; `scenes` has the options of each. {"scenes": [one result a scene]}
-/// and, if there are any, "failed".
+/// Renders the scenes one by one; `scenes` has the options of each. Reports {"scenes": [one result
+/// per scene]} and, if any failed, "failed".
 int renderEach(const RenderOptions& options, const std::vector<RenderOptions>& scenes,
                Session& session) {
     Reporter& reporter = session.reporter();

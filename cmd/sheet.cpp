@@ -54,7 +54,7 @@ struct SheetOptions {
     std::optional<int> shadow_size;
     int columns = 0;  ///< 0 = near-square
     OutputRequest output;
-    std::set<std::string> given;  ///< options for scenes that are on the command line
+    std::set<std::string> given;  ///< scene options on the command line
 };
 
 constexpr const char* kOutputHelp = "the file to write: .png, .jpg, .jpeg, .tif, .tiff";
@@ -92,7 +92,7 @@ class Sheets {
     Reporter& reporter_;
     CaptureJob job_;
     ViewList views_;
-    std::size_t first_ = 0, end_ = 1;  ///< of the views, which are this run's
+    std::size_t first_ = 0, end_ = 1;  ///< this run's views
     SequenceResults results_;
 };
 
@@ -205,11 +205,11 @@ void Sheets::ofView(SceneSheet& sheet, const OpenedScene& scene, std::size_t vie
     }
     if (options_.output.no_clobber) checkNotThere(path);
     SheetContent content = sheet.make(view);
-    writeSheet(content, path, views_.asked() ? hash : "");  // a lone one is as that of a file
+    writeSheet(content, path, views_.asked() ? hash : "");  // a single one is like that of a file
     report(content, view);
 }
 
-/// Of all that decides what is on the sheet of a view.
+/// Returns the hash of everything that determines the sheet of a view.
 std::string Sheets::hashOf(const SceneSheet& sheet, const OpenedScene& scene,
                            std::size_t view) const {
     const double time = request_.animation.time.value_or(0);
@@ -237,21 +237,21 @@ void Sheets::writeSheet(SheetContent& content, const fs::path& path,
     style.columns = options_.columns;
     const OutputOptions& asked = options_.output.options;
     if (options_.output.isGiven("--background")) style.background = asked.background;
-    // Grey means depth, so what lies behind the depths is not grey.
+    // Grey encodes depth, so the background is not grey.
     constexpr std::array<float, 4> kBehindDepth{0.42F, 0.55F, 0.74F, 1};
     const bool depth = request_.cells.show == SheetShow::kDepth;
     if (depth && !style.background) style.background = kBehindDepth;
     style.exposure = content.exposure.value_or(asked.exposure);
     if (options_.output.isGiven("--tone-map"))
         style.tone_map = asked.tone_map;
-    else if (!depth)  // greys that mean depths stay as they are
+    else if (!depth)  // greys that encode depth are not exposed
         style.tone_map = toneMaps().front().name;
     content.result.display = {style.tone_map, style.exposure, content.exposure.has_value(), 0};
     const CompositeImage page = layOut(content.cells, style);
     content.result.width = page.window.width();
     content.result.height = page.window.height();
     const StageTimer timer(content.result.milliseconds, "encode");
-    OutputOptions output;  // the page is finished: no exposure or tone map any more
+    OutputOptions output;  // the page is final: no exposure or tone map
     output.provenance.version = PEELER_VERSION;
     output.provenance.output_hash = hash;
     writePicture(path.string(), page, output);
@@ -317,7 +317,7 @@ void addCellOptions(VerbOptions& verb, SheetOptions& options) {
         .group(kGroup);
 }
 
-/// The options on the command line that have a meaning for scenes only.
+/// Returns the options on the command line that apply only to scenes.
 std::set<std::string> sceneOptionsGiven(const VerbOptions& verb) {
     const std::set<std::string> groups{"Scene",  "Animation", "Camera", "Views",  "Picture",
                                        "Layers", "Clipping",  "Light",  "Machine"};

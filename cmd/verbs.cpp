@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rows of the table of verbs.
+// The verb table.
 #include "cmd/verbs.h"
 
 namespace peeler::cmd {

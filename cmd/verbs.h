@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the verbs declare, for the table of verbs. A new verb is one new file, one row and one line
-// here.
+// The verbs' declare functions, for the verb table. A new verb needs a new file, a row in the table
+// and a line here.
 #pragma once
 
 #include "cmd/cli/command_line.h"
 
 namespace peeler::cmd {
 
-// One file each.
 VerbAction declareRender(VerbOptions& verb);
 VerbAction declareRays(VerbOptions& verb);
 VerbAction declareCheck(VerbOptions& verb);

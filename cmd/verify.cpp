@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler verify: whether files are whole, and whether they belong together.
+// peeler verify: integrity of files, and consistency of sequences.
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -38,7 +38,7 @@ bool isOurs(const VerifiedFile& file) {
     return file.kind == VerifiedKind::kLayered || file.kind == VerifiedKind::kFlat;
 }
 
-/// The files of one sequence have scene, settings and size in common; the camera may move.
+/// Checks that the files of a sequence share scene, settings and size; the camera may move.
 void checkSettings(std::vector<VerifiedFile>& files) {
     const auto first = std::ranges::find_if(files, isOurs);
     for (VerifiedFile& file : files) {
@@ -54,10 +54,9 @@ void checkSettings(std::vector<VerifiedFile>& files) {
     }
 }
 
-/// The frames of which there is no file: those between the first and the last, at the step that all
-/// files have in common.
+/// Returns the missing frames between the first and the last, at the common step of all files.
 std::vector<int> missingFrames(const std::vector<VerifiedFile>& files) {
-    constexpr std::int64_t kMost = 1000000;  // as many frames as --frames takes
+    constexpr std::int64_t kMost = 1000000;  // the limit of --frames
     std::set<std::int64_t> frames;
     for (const VerifiedFile& file : files) {
         if (isOurs(file)) frames.insert(file.provenance.frame);
@@ -74,7 +73,7 @@ std::vector<int> missingFrames(const std::vector<VerifiedFile>& files) {
     return missing;
 }
 
-/// "3, 5-8, 11"
+/// Returns "3, 5-8, 11".
 std::string framesText(const std::vector<int>& frames) {
     std::string text;
     for (std::size_t i = 0; i < frames.size();) {
@@ -122,7 +121,7 @@ std::string toText(const VerifiedFile& file) {
     text += file.kind == VerifiedKind::kFlat ? "good, without layers"
                                              : "good, " + countText(file.layers, "layer") + ", " +
                                                    countText(file.fragments, "fragment");
-    // Its pixels may have changed without anybody being able to tell.
+    // Without the hash, changes to pixels cannot be detected.
     return text + (proven ? "\n" : std::string("; without ") + kPixelHash + '\n');
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler view: the layers of a file as another camera sees them, or as a page to look around in.
+// peeler view: reprojects the layers of a file to another camera, or writes an interactive page.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -42,7 +42,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kMethod = "reprojection";
 
-/// The camera of the picture: the file's own, moved, or one of your own.
+/// The camera of the picture: the file's own, moved, or a new one.
 struct ViewCameraOptions {
     std::optional<glm::dvec3> eye, target, up;
     std::optional<glm::dvec2> orbit;     ///< to the right and upwards, degrees
@@ -60,7 +60,7 @@ struct ViewOptions : LayeredRunOptions {
     fs::path input;
     ObjectOptions objects;
     std::uint32_t max_layers = 0;                ///< nearest layers; 0 = all
-    std::optional<std::uint64_t> max_fragments;  ///< of a page; 0 = any number, none = the default
+    std::optional<std::uint64_t> max_fragments;  ///< for a page; 0 = no limit, none = the default
     ViewCameraOptions camera;
 };
 
@@ -69,7 +69,8 @@ glm::dvec2 parseAngles(std::string_view text) {
     return {numbers[0], numbers[1]};
 }
 
-/// Turns a camera about a point: to the right about `up`, then upwards about its own right.
+/// Returns a camera orbited about a point: to the right about `up`, then upwards about its own
+/// right axis.
 glm::dmat4 orbited(const glm::dmat4& camera, const glm::dvec3& center, const glm::dvec3& up,
                    const glm::dvec2& degrees) {
     const auto about = [&](double angle, const glm::dvec3& axis) {
@@ -81,7 +82,8 @@ glm::dmat4 orbited(const glm::dmat4& camera, const glm::dvec3& center, const glm
     return about(-degrees.y, glm::dvec3(yawed[0])) * yawed;
 }
 
-/// A distance from the camera of `view`, in scene units, that nothing in the file exceeds.
+/// Returns an upper limit of the distance from the camera of `view` to the file's content, in scene
+/// units.
 double farthest(const LayeredImage& image, const View& own, const View& view) {
     const double depth = image.z.empty() ? 1 : *std::max_element(image.z.begin(), image.z.end());
     const double scale = own.projection.perspective ? depth : 1;
@@ -124,7 +126,7 @@ void addViewCameraOptions(VerbOptions& verb, ViewCameraOptions& options) {
         "render this part of the picture only, in pixels from the upper left corner", "Picture");
 }
 
-/// Throws Error (kUsage) for what contradicts itself whatever the file is.
+/// Throws Error (kUsage) if the options contradict each other, regardless of the file.
 void checkViewCameraOptions(const ViewCameraOptions& options) {
     if (options.fov && options.ortho_height)
         refuse("a camera has a field of view or an orthographic height", "--fov, --ortho-height",
@@ -137,16 +139,16 @@ void checkViewCameraOptions(const ViewCameraOptions& options) {
                "--eye, --target", "move one of them");
 }
 
-/// What the picture is about: the point on the viewing axis at medianDepth(), or at 1 if there is
-/// none. World space.
+/// Returns the centre of interest in world space: the point on the viewing axis at medianDepth(),
+/// or at 1 if there are no fragments.
 glm::dvec3 centerOfInterest(const LayeredImage& image, const View& view) {
     const glm::dmat4& place = view.camera_to_world;
     return glm::dvec3(place[3]) - glm::dvec3(place[2]) * medianDepth(image, view).value_or(1);
 }
 
-/// The file's camera `own` with what the options change, its planes such that they clip nothing
-/// that the file holds. The file's crop stays only while its camera and size do. Throws Error
-/// (kUsage) for a camera that cannot be.
+/// Returns the file's camera `own` with the options applied, and near and far planes that clip none
+/// of the file's content. Keeps the file's crop only if camera and size are unchanged. Throws Error
+/// (kUsage) if the camera is invalid.
 View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOptions& options) {
     View view = own;
     Projection& projection = view.projection;
@@ -188,7 +190,7 @@ View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOption
                        projection.perspective != own.projection.perspective;
     if (moved) {
         view.camera_name.clear();
-        // The file's planes have clipped what it holds; moved, they would clip once more.
+        // The content is already clipped at the file's planes; moved planes would clip it again.
         const double distance = glm::length(target - glm::dvec3(view.camera_to_world[3]));
         projection.near = projection.perspective ? 1e-4 * distance : 0;
         projection.far = projection.perspective ? std::numeric_limits<double>::infinity()
@@ -204,8 +206,8 @@ View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOption
     return view;
 }
 
-/// Chooses what is written. Returns whether that is a page. Throws Error (kUsage) for options that
-/// do not go with it.
+/// Chooses the output kind. Returns whether it is a page. Throws Error (kUsage) if options do not
+/// apply to it.
 bool chooseKind(const ViewOptions& options, OutputRequest& output) {
     const OutputFormat& format = findOutputFormat(output.path.string(), "");
     const bool page = format.holds(OutputContent::kPage);
@@ -222,7 +224,7 @@ bool chooseKind(const ViewOptions& options, OutputRequest& output) {
     return page;
 }
 
-/// Returns all fragments of the input, or the nearest layers. The plan is theirs then.
+/// Returns all fragments of the input, or the nearest layers, and sets the plan accordingly.
 LayeredImage load(const ViewOptions& options, LayeredInput& input, Plan& plan) {
     if (!input.info().attributes().contains("peeler:cameraJson")) {
         throw Error(ErrorKind::kInput, "the file does not say which camera its layers come from",
@@ -236,12 +238,12 @@ LayeredImage load(const ViewOptions& options, LayeredInput& input, Plan& plan) {
         plan.layers.resize(std::min<std::size_t>(plan.layers.size(), options.max_layers));
     }
     plan.fragments_stored = image.fragments();
-    // Files of other programs do not say how many fragments there were.
+    // Other programs' files lack the counted fragments.
     plan.fragments_counted = std::max(plan.fragments_counted, plan.fragments_stored);
     return image;
 }
 
-/// Writes the picture from the plan's view, band by band, of an image from its own view.
+/// Reprojects an image from its own view to the plan's view, band by band.
 void reprojectInto(Sink& sink, const LayeredImage& image, const View& own, LayeredRun& run,
                    Reporter& reporter) {
     ProgressReport progress(reporter, "view");
@@ -254,7 +256,7 @@ void reprojectInto(Sink& sink, const LayeredImage& image, const View& own, Layer
             progress.update(share);
         });
     });
-    // The sink's times are those of bands that were written in between.
+    // The sink's times overlap the capture: bands were written in between.
     for (const auto& [stage, milliseconds] : sink.times())
         run.result.milliseconds["capture"] -= milliseconds;
 }
@@ -274,7 +276,7 @@ void view(const ViewOptions& options, Reporter& reporter) {
     const std::string path = run.output.path.string();
     Provenance provenance = info.provenance;
     provenance.method = kMethod;
-    provenance.settings_hash.clear();  // it is that of the input's settings
+    provenance.settings_hash.clear();  // it belongs to the input's settings
     provenance.settings.clear();
     OutputOptions output = run.outputOptions(provenance);
     if (page && options.max_layers == 0) {
@@ -294,7 +296,7 @@ void view(const ViewOptions& options, Reporter& reporter) {
         else
             reprojectInto(*sink, image, own, run, reporter);
     });
-    run.plan.samples = 1;  // a pixel of the view; the input's are in the file
+    run.plan.samples = 1;  // per pixel of the view; the file has the input's samples
     run.report(output, provenance);
 }
 

@@ -26,7 +26,7 @@ struct WorkerOptions {
     std::optional<std::uint64_t> keep;
 };
 
-/// An equal part of threads and memory for each process.
+/// Returns an equal share of threads and memory for each process.
 JobLimits shareOf(const WorkerOptions& options) {
     const auto jobs = static_cast<std::uint64_t>(options.jobs);
     JobLimits limits;

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of bake: what is baked, how finely, and where to.
 #include "cmd/bake/bake_options.h"
 
 #include <algorithm>
@@ -34,7 +33,7 @@ constexpr Choice<BakeFile> kFiles[] = {
 
 constexpr int kMostDirections = 1 << 20;
 constexpr int kMostResolution = 16384;
-constexpr int kMostTexels = 8192;  // a side; receivers of so many take some GiB
+constexpr int kMostTexels = 8192;  // per side; that many receivers take several GiB
 
 int evenNumber(const std::string& text) {
     const auto number = parseInteger(text, 2, kMostDirections);
@@ -50,7 +49,7 @@ auto integers(int least, int most) {
     };
 }
 
-/// Whether anything that is shown gives off light.
+/// Whether any shown surface emits light.
 bool showsEmission(const PosedScene& posed) {
     return std::ranges::any_of(posed.meshes(), [&](const MeshInstance& instance) {
         return std::ranges::any_of(posed.primitives(instance), [&](const Primitive& primitive) {
@@ -184,7 +183,7 @@ nlohmann::json bakeSettings(const BakeOptions& options) {
                         {"target", targetName(options.chosenTarget())},
                         {"directions", settings.directions},
                         {"resolution", settings.resolution},
-                        {"maxDistance", settings.max_distance}};  // an infinite one is null
+                        {"maxDistance", settings.max_distance}};  // null if infinite
     if (settings.quantity == BakeQuantity::kIrradiance)
         json["bounces"] = options.bounces.value_or(settings.bounces);
     if (options.values_alone) json["valuesAlone"] = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of peeler bake, and what files hold of the values.
+// The options of peeler bake.
 #pragma once
 
 #include <filesystem>
@@ -35,17 +35,17 @@ inline constexpr Choice<BakeQuantity> kBakeQuantities[] = {
 
 enum class BakeTarget { kVertices, kTexture };
 
-/// The kinds of files that are written, by their extensions.
+/// The output file kinds, by extension.
 enum class BakeFile { kGltf, kExr, kPng, kArrays };
 
 struct BakeOptions {
     std::filesystem::path output;
     bool no_clobber = false, no_mkdir = false;
     bool dry_run = false;
-    bool values_alone = false;  ///< a .glb that shows the values and no materials
+    bool values_alone = false;  ///< a .glb that shows the values without materials
     BakeSettings settings;
     std::optional<BakeTarget> target;  ///< none = texture for .exr and .png
-    /// The UV set, texels a side, texels of padding, and bounces of light; none = the default.
+    /// The UV set, texels per side, texels of padding, and light bounces; none = the default.
     std::optional<int> uv_set, size, padding, bounces;
     Faces faces = Faces::kBoth;
 
@@ -55,23 +55,22 @@ struct BakeOptions {
     int texelPadding() const { return padding.value_or(8); }
 };
 
-/// Declares -o, --no-clobber and the options of all that is in BakeOptions. `options` must outlive
-/// the parse.
+/// Declares all options in BakeOptions. `options` must outlive the parse.
 void addBakeOptions(VerbOptions& verb, BakeOptions& options);
 
-/// Throws Error (kUsage) for what contradicts itself whatever the scene is.
+/// Throws Error (kUsage) if the options contradict each other, regardless of the scene.
 void checkBakeOptions(const BakeOptions& options, const AppearanceOptions& appearance);
 
-/// What the command line calls a target: "vertices".
+/// Returns the command-line name of a target: "vertices".
 std::string_view targetName(BakeTarget target);
 
-/// What of the options changes values or the textures they go to, for the settings' hash.
+/// Returns the options that change values or their textures, for the settings hash.
 nlohmann::json bakeSettings(const BakeOptions& options);
 
-/// Throws Error (kUsage) if nothing gives off the light that irradiance is made of.
+/// Throws Error (kUsage) if the scene has no light source for irradiance.
 void checkBakedLight(const PosedScene& posed);
 
-/// Whether the quantity makes surfaces darker, and is what a material's occlusion texture means.
+/// Whether the quantity darkens surfaces and fits a material's occlusion texture.
 bool isOcclusion(BakeQuantity quantity);
 
 }  // namespace peeler::cmd

@@ -12,7 +12,7 @@ namespace peeler::cmd {
 namespace {
 
 std::uint16_t quantized(float value) {
-    const float clipped = value > 0 ? std::min(value, 1.0F) : 0.0F;  // NaN too
+    const float clipped = value > 0 ? std::min(value, 1.0F) : 0.0F;  // NaN becomes 0
     return static_cast<std::uint16_t>(std::lround(clipped * 65535));
 }
 
@@ -71,7 +71,7 @@ std::vector<BakedPrimitive> bakedPrimitives(const PosedScene& posed,
     };
     std::map<std::pair<int, std::size_t>, Shows> places;  // by node and primitive
     std::vector<BakedPrimitive> result;
-    std::vector<const std::vector<glm::vec4>*> colors;  // of each, its own
+    std::vector<const std::vector<glm::vec4>*> colors;  // original colours, per result
     for (const VertexRange& range : vertices.ranges()) {
         if (range.count == 0) continue;
         const MeshInstance& instance = posed.meshes()[range.instance];

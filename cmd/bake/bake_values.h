@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Baked values as they are shown and as a baked glTF has them.
+// Baked values for display and for glTF.
 #pragma once
 
 #include <span>
@@ -13,16 +13,16 @@
 
 namespace peeler::cmd {
 
-/// The least, mean and greatest component of values; all 0 if there are none.
+/// The minimum, mean and maximum component of values; all 0 if there are no values.
 struct ValueRange {
     double least = 0, mean = 0, greatest = 0;
 };
 
 ValueRange rangeOf(std::span<const float> values);
 
-/// Turns values of a quantity into what can be shown, 0 to 1: ao and sky visibility as they are,
-/// bent normals as n / 2 + 1 / 2, thickness as a share of the greatest, irradiance as the light
-/// that a white surface sends back, E / π (whoever stores it clips it at 1).
+/// A map from values to display values, 0 to 1: ao and sky visibility unchanged, bent normals as n
+/// / 2 + 1 / 2, thickness as a share of the maximum, irradiance as the radiance that a white
+/// diffuse surface reflects, E / π (clipped at 1 when stored).
 class ShownValues {
   public:
     ShownValues(BakeQuantity quantity, const ValueRange& range);
@@ -32,11 +32,11 @@ class ShownValues {
     float scale_ = 1, offset_ = 0;
 };
 
-/// What the values are called as an attribute of vertices: "_AO".
+/// Returns the vertex attribute name of the values: "_AO".
 std::string attributeOf(BakeQuantity quantity);
 
-/// The values of the receivers `vertices`, for every primitive of every node. COLOR_0 is what can
-/// be shown, linear; occlusion darkens the colour that is there. Instances that one node makes
+/// Returns the values of the receivers `vertices`, per primitive of every node. COLOR_0 holds the
+/// linear display value; occlusion multiplies an existing colour. Instances of one node
 /// (EXT_mesh_gpu_instancing) get their mean.
 std::vector<BakedPrimitive> bakedPrimitives(const PosedScene& posed,
                                             const VertexReceivers& vertices,

@@ -12,26 +12,28 @@ namespace peeler::cmd {
 
 namespace {
 
-// The buffer of the file, and code that is first touched while it is written.
+// The file's buffer, and code pages first touched while writing.
 constexpr std::uint64_t kWritingBytes = std::uint64_t{4} << 20;
 
-/// Of textures of so many texels and components, of which `kept` are there at a time.
+/// Memory for textures of `texels` texels and `components` components, with `kept` textures in
+/// memory at a time.
 struct Textures {
     std::uint64_t texels, components, kept;
 
     std::uint64_t numbers() const { return texels * components * sizeof(float); }
-    /// While a texture is filled (TexelReceivers::pixels()): which texels have values, how far the
-    /// nearest in their column is, and which it is.
+    /// Returns the bytes while filling a texture (TexelReceivers::pixels()): per texel a flag, and
+    /// the distance and index of the nearest filled texel in its column.
     std::uint64_t filling() const {
         return kept * numbers() + texels * (1 + 2 * sizeof(std::int32_t));
     }
-    /// While one is encoded, with so many bytes a number: as these, in rows, and packed, as it
-    /// grows and is taken.
+    /// Returns the bytes while encoding a PNG with `bytes` bytes per value: the values, the rows,
+    /// and the compressed data while its buffer grows and is copied.
     std::uint64_t png(std::uint64_t bytes) const {
         const std::uint64_t picture = texels * components * bytes;
         return numbers() + 3 * picture + imageEncoderBytes("png", picture);
     }
-    /// While all are written: a texture's chunks as they are packed, and those at hand.
+    /// Returns the bytes while writing an EXR: a texture's compressed chunks, and the chunks in
+    /// progress.
     std::uint64_t exr(std::uint64_t side) const {
         const std::uint64_t chunk = side * kExrRowsPerChunk * components * sizeof(float);
         return (kept + 1) * numbers() + 2 * chunk * static_cast<std::uint64_t>(threadCount());
@@ -51,7 +53,7 @@ std::uint64_t writeMemory(const BakeOptions& bake, const SceneOptions& options,
                       : GlbWriter::memory(options.file, options.reading, scene.scene().files);
     if (!texels && bake.file() == BakeFile::kArrays) return bytes;
     if (!texels) {
-        // COLOR_0 and the values, as they are made and as they are added.
+        // COLOR_0 and the values, when made and when added to the file.
         constexpr std::uint64_t kColorBytes = 4 * sizeof(std::uint16_t);
         return bytes + package + 2 * receivers * (kColorBytes + components * sizeof(float));
     }
@@ -65,7 +67,7 @@ std::uint64_t writeMemory(const BakeOptions& bake, const SceneOptions& options,
     if (bake.file() == BakeFile::kPng)
         return bytes + std::max(textures.filling(), textures.png(sizeof(std::uint16_t)));
     if (bake.file() == BakeFile::kArrays) return bytes + textures.filling();
-    const std::uint64_t encoded = atlases * textures.texels;  // a byte a texel, at most
+    const std::uint64_t encoded = atlases * textures.texels;  // at most one byte per texel
     bytes += encoded;
     return bytes + std::max({textures.filling(), textures.png(1), package});
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What writing baked values takes of memory.
+// Memory for writing baked values.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,8 @@
 
 namespace peeler::cmd {
 
-/// Most bytes that are made of the values of so many receivers while they are written, besides the
-/// values. `texels`: null if vertices are the target. May read the scene's file, throwing like
-/// GlbWriter.
+/// Returns the maximum bytes needed to write the values of `receivers` receivers, besides the
+/// values. `texels`: null for vertices. May read the scene's file. Throws like GlbWriter.
 std::uint64_t writeMemory(const BakeOptions& bake, const SceneOptions& options,
                           const OpenedScene& scene, std::uint64_t receivers,
                           const TexelReceivers* texels);

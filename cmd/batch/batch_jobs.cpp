@@ -34,7 +34,7 @@ constexpr const char* kHelp = "see peeler batch --help";
 
 constexpr std::string_view kMoreKeys[] = {"id"};
 
-/// An option that names a file that is written, of one verb or ("") of all.
+/// An option that names an output file, of one verb or ("") of all.
 struct WritingOption {
     std::string_view verb;
     const char* option;
@@ -49,8 +49,8 @@ bool isShards(const fs::path& output) {
     return lowerExtension(output) == ".tar";
 }
 
-/// Turns an output with a place for the frame's number into the outputs of all frames. The numbers
-/// of shards are not known.
+/// Expands an output with a frame-number pattern to the outputs of all frames. Shard numbers are
+/// unknown.
 void nameFrames(const std::string& list, const Shard& chunk, Job& job) {
     const std::vector<int> frames = parseFrames(list);
     const auto [first, end] = chunk.of(frames.size());
@@ -71,7 +71,7 @@ Shard chunkOf(const VerbOptions& options) {
     return given ? parseShard(options.value("--chunk")) : Shard();
 }
 
-/// Reads the arguments as the verb does, and fills in what the batch has to know of them.
+/// Parses the arguments like the verb, and fills in the fields that the batch needs.
 void readArguments(Job& job) {
     if (job.verb == "batch") refuseJob("a batch in a batch", job.verb, "put its jobs here");
     const ParsedVerb parsed(verbNamed(job.verb), job.arguments);

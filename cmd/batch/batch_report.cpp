@@ -39,7 +39,7 @@ bool isResult(const Json& line) {
            code->is_number_integer();
 }
 
-/// The lines of a job's stderr that begin with "peeler: WORD: ", without that beginning.
+/// Returns the lines of a job's stderr that begin with "peeler: WORD: ", without that prefix.
 std::vector<std::string> messagesOf(const std::string& err, const std::string& word) {
     std::vector<std::string> lines;
     std::istringstream stream(err);
@@ -96,7 +96,7 @@ std::vector<Json> readBatchReport(const fs::path& path, std::size_t* whole) {
     const std::string text = readRegularText(path);
     std::vector<Json> lines;
     std::size_t at = 0;
-    // What has no end of line is what a batch was writing when it was killed.
+    // Text without a line end is a partial line from a killed batch.
     for (std::size_t end; (end = text.find('\n', at)) != std::string::npos; at = end + 1) {
         Json line = parseOrderedJsonOrNull(std::string_view(text).substr(at, end - at));
         if (!isResult(line)) {
@@ -107,7 +107,7 @@ std::vector<Json> readBatchReport(const fs::path& path, std::size_t* whole) {
         }
         lines.push_back(std::move(line));
     }
-    // A result that was cut off begins so; anything else is another kind of file.
+    // A truncated result has this prefix; anything else is another kind of file.
     if (at < text.size() && lines.empty() && !text.starts_with("{\"job\":")) {
         throw Error(ErrorKind::kUsage, "this file holds no results of a batch",
                     "--report " + path.string(), "choose another name for the report");
@@ -141,7 +141,7 @@ void BatchReport::open() {
             throw Error(ErrorKind::kOutput, "another batch writes this report", path_.string(),
                         "wait for it, or choose another name");
         }
-        // A batch that has just ended may have put another file in the place of this one.
+        // A batch that just ended may have replaced this file.
     } while (fstat(file_, &locked) == 0 && stat(path_.c_str(), &named) == 0 &&
              locked.st_ino != named.st_ino);
 }
@@ -155,7 +155,7 @@ void BatchReport::readLines() {
 
 void BatchReport::add(const Json& line) {
     const std::string text = lineText(line);
-    // One write: a kill leaves the line or the beginning of it.
+    // A single write, so that a kill leaves at most a partial line.
     for (std::size_t done = 0; done < text.size();) {
         const ssize_t count = write(file_, text.data() + done, text.size() - done);
         if (count < 0 && errno == EINTR) continue;

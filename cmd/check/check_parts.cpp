@@ -14,10 +14,10 @@ namespace peeler::cmd {
 
 namespace {
 
-/// How many places of a kind are told and marked.
+/// The maximum number of places listed and marked per fault kind.
 constexpr std::size_t kPlaces = 100;
 
-/// Progress of a stage within that of the whole.
+/// Returns the progress of a stage within the whole.
 Progress between(const Progress& progress, double begin, double end) {
     return [=](double share) { progress(begin + (end - begin) * share); };
 }
@@ -55,7 +55,8 @@ class PartChecker {
             unionVolume(tree, topology, report_.crossings, between(progress_, 0.3, 0.6));
     }
 
-    /// Where so much crosses that the union is not determined, no wall is.
+    /// Finds the thinnest wall. With too many crossings to determine the union, the wall is
+    /// undetermined too.
     void findWall(const TriangleTree& tree) {
         FoundWall& found = report_.found_wall;
         found.certain = !report_.crossings.more && (report_.union_volume || !report_.volume);
@@ -86,7 +87,7 @@ class PartChecker {
             middles.push_back(report_.mesh.middle(t));
         return middles;
     }
-    /// One triangle of each shell that lies so.
+    /// Returns one triangle of each shell on this side.
     std::vector<std::uint32_t> shellsOf(ShellSide side) const {
         std::vector<std::uint32_t> found;
         for (std::size_t i = 0; i < report_.sides.size(); ++i)
@@ -113,14 +114,14 @@ class PartChecker {
 
     void addWall() {
         const std::optional<Wall>& wall = report_.wall();
-        // The thickness is certain to this share of itself.
+        // kWallTolerance is the relative uncertainty of the thickness.
         if (wall && wall->thickness < *least_wall_ * (1 - kWallTolerance))
             add(PartProblem::kThinWall, 1, {wall->from});
         else if (!report_.found_wall.certain)
             add(PartProblem::kUncertainWall, 1, {});
     }
 
-    /// What of the crossings is one shell through itself, and what are shells in each other.
+    /// Adds the crossings: self-intersections of a shell, and overlaps between shells.
     void addCrossings() {
         std::vector<std::uint32_t> own, others = shellsOf(ShellSide::kInside);
         std::uint64_t own_pairs = 0, overlapping = others.size();
@@ -146,7 +147,7 @@ class PartChecker {
     const Progress& progress_;
 };
 
-/// Where the triangles of each part begin in a joined mesh of them.
+/// Returns the first triangle of each part in their joined mesh.
 std::vector<std::size_t> firstTriangles(const std::vector<PartReport>& parts) {
     std::vector<std::size_t> first{0};
     for (const PartReport& part : parts)
@@ -154,7 +155,7 @@ std::vector<std::size_t> firstTriangles(const std::vector<PartReport>& parts) {
     return first;
 }
 
-/// The topology of parts side by side, as far as unionVolume() needs it.
+/// Returns the joint topology of separate parts, as far as unionVolume() needs it.
 PartTopology sideBySide(const std::vector<PartReport>& parts) {
     PartTopology all;
     for (const PartReport& part : parts) {
@@ -243,7 +244,7 @@ CheckReport checkParts(const PosedScene& posed, const CheckSettings& settings,
         part.node = instance.node;
         part.instance = ordinals[i];
         part.mesh = partMesh(posed, instance);
-        // Lines and points are no part.
+        // Lines and points are not parts.
         if (!part.mesh.triangles.empty() || part.mesh.degenerate > 0)
             parts.push_back(std::move(part));
     }
@@ -274,7 +275,7 @@ CheckReport checkParts(const PosedScene& posed, const CheckSettings& settings,
         report.bounds.min = glm::min(report.bounds.min, box.min);
         report.bounds.max = glm::max(report.bounds.max, box.max);
     }
-    // The parts, and then the same triangles once more, all together.
+    // Work units: the parts one by one, then all their triangles together.
     const double all = static_cast<double>(triangles + 1) * (report.parts.size() > 1 ? 2 : 1);
     for (PartReport& part : report.parts) {
         const double begin = static_cast<double>(done) / all;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks the parts of a scene.
+// Part checks.
 #pragma once
 
 #include <functional>
@@ -11,12 +11,12 @@
 namespace peeler::cmd {
 
 struct CheckSettings {
-    bool together = false;             ///< all parts are one, welded
-    double metres = 1;                 ///< a scene unit
+    bool together = false;             ///< weld all parts into one
+    double metres = 1;                 ///< per scene unit
     std::optional<double> least_wall;  ///< scene units
 };
 
-/// Checks all that a scene shows. `progress` is called with the share that is done.
+/// Checks the shown parts of a scene. Calls `progress` with the share done.
 CheckReport checkParts(const PosedScene& posed, const CheckSettings& settings,
                        const std::function<void(double)>& progress);
 

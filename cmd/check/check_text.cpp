@@ -14,12 +14,12 @@ namespace peeler::cmd {
 
 namespace {
 
-/// How many parts and problems are told one by one; JSON has them all.
+/// The maximum number of parts and problems listed; JSON has all.
 constexpr std::size_t kNamedParts = 10;
-/// Of each problem, JSON tells so many places.
+/// The maximum number of places per problem in JSON.
 constexpr std::size_t kToldPlaces = 8;
 
-/// A problem in words: "3 edges are open, around 1 hole".
+/// The wording of a problem: "3 edges are open, around 1 hole".
 struct ProblemWords {
     PartProblem kind;
     const char* key;
@@ -100,7 +100,7 @@ std::string number(double value, const char* format) {
     return text.data();
 }
 
-/// Numbers in the units that parts are made in, and in glTF's.
+/// Formatting of quantities in manufacturing units and in glTF's.
 class Units {
   public:
     explicit Units(double metres) : metres_(metres) {}
@@ -129,7 +129,7 @@ class Units {
         const double cubic = metres_ * metres_ * metres_ * volume;
         return number(1e9 * cubic, "%.6g") + " mm3 (" + number(cubic, "%.6g") + " m3)";
     }
-    /// Where something is: in the scene's own units, as other programs show them.
+    /// Returns a place in scene units, as other programs show it.
     static std::string place(const glm::dvec3& p) {
         const auto coordinate = [](double x) {
             return number(std::abs(x) < 1e-12 ? 0 : x, "%.6g");
@@ -188,7 +188,7 @@ std::string wallText(const PartReport& part, const Units& units) {
            (part.wall_crossed ? ", where surfaces cross" : "");
 }
 
-/// The volume, and the union's where that is another.
+/// Returns the volume, and the union's if it differs.
 std::string volumeText(const PartReport& part, const Units& units) {
     std::string sum = units.volume(*part.volume);
     if (part.union_volume &&
@@ -337,7 +337,7 @@ std::string toText(const CheckReport& report, const std::string& file) {
     const Units units(report.metres);
     std::string text = printable(file, kMostOfLine) + ": " + verdictText(report) + '\n';
     const bool several = report.parts.size() > 1;
-    // Of many parts those that are not good; of a few all.
+    // List only faulty parts if there are many, else all.
     std::size_t named = 0;
     for (const PartReport& part : report.parts) {
         if (report.parts.size() > kNamedParts && part.good()) continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The report of a check as text and as JSON.
+// Check reports as text and JSON.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -9,13 +9,13 @@
 
 namespace peeler::cmd {
 
-/// The verdict, and why, as lines of text.
+/// Returns the verdict and its reasons as lines of text.
 std::string toText(const CheckReport& report, const std::string& file);
 
-/// What the verdict is, in one line without the file's name.
+/// Returns the verdict in one line, without the file's name.
 std::string verdictText(const CheckReport& report);
 
-/// The keys that cmd/README.md lists.
+/// Returns the report with the keys listed in cmd/README.md.
 nlohmann::ordered_json toJson(const CheckReport& report);
 
 }  // namespace peeler::cmd

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The findings of a check: of each part of a scene, and of all of them.
+// Check findings, per part and for the whole scene.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@
 
 namespace peeler::cmd {
 
-/// What can be wrong with a part; the table in check_text.cpp names each.
+/// The faults of a part; the table in check_text.cpp names each.
 enum class PartProblem : std::uint8_t {
     kEmpty,
     kOpenEdges,
@@ -35,29 +35,29 @@ enum class PartProblem : std::uint8_t {
     kUncertainWall,
 };
 
-/// Something that is wrong, how often, and where.
+/// A fault, its count and its places.
 struct FoundProblem {
     PartProblem kind = PartProblem::kEmpty;
     std::uint64_t count = 0;
-    std::vector<glm::dvec3> places{};  ///< world space; the first few
-    bool more = false;                 ///< `count` is not all
+    std::vector<glm::dvec3> places{};  ///< world space; the first few only
+    bool more = false;                 ///< `count` is a lower bound
 };
 
-/// What is known of a part, or of all of them as one.
+/// The findings for a part, or for all parts as one.
 struct PartReport {
     std::string name;            ///< of its node
     int node = -1;               ///< index; -1 = all parts together
-    std::uint32_t instance = 0;  ///< which of its node
-    PartMesh mesh;               ///< as it is
-    PartMesh turned;             ///< facing outwards
+    std::uint32_t instance = 0;  ///< index among its node's instances
+    PartMesh mesh;               ///< unchanged
+    PartMesh turned;             ///< oriented outwards
     PartTopology topology;
     std::vector<ShellSide> sides;
     Crossings crossings;
     double area = 0;
-    std::optional<double> volume, union_volume;  ///< of closed ones
+    std::optional<double> volume, union_volume;  ///< for closed parts
     FoundWall found_wall;
-    bool wall_crossed = false;    ///< something goes through a face of the wall
-    std::vector<PartEdge> sharp;  ///< of less than kWallAngle
+    bool wall_crossed = false;    ///< a surface crosses a face of the wall
+    std::vector<PartEdge> sharp;  ///< edges below kWallAngle
     std::vector<FoundProblem> problems;
 
     bool good() const { return problems.empty(); }
@@ -66,26 +66,26 @@ struct PartReport {
     std::size_t shellsOf(ShellSide side) const;
 };
 
-/// Two parts whose surfaces go through each other.
+/// Two parts whose surfaces intersect.
 struct PartOverlap {
     std::size_t a = 0, b = 0;  ///< indices into CheckReport::parts
-    std::uint64_t pairs = 0;   ///< of triangles; at least, if CheckReport::more
+    std::uint64_t pairs = 0;   ///< triangle pairs; a lower bound if CheckReport::more
     glm::dvec3 place{0};
 };
 
-/// All that is known.
+/// The findings for the whole scene.
 struct CheckReport {
     std::vector<PartReport> parts;
-    double metres = 1;                 ///< a scene unit
-    std::optional<double> least_wall;  ///< asked for, scene units
-    /// Of several parts.
+    double metres = 1;                 ///< per scene unit
+    std::optional<double> least_wall;  ///< requested, scene units
+    /// Between parts.
     std::vector<PartOverlap> overlaps;
-    bool more = false;                           ///< overlaps
+    bool more = false;                           ///< `overlaps` is incomplete
     std::optional<double> volume, union_volume;  ///< if all are closed
     Bounds bounds;
 
     std::size_t faulty() const;
-    /// Index of the part with the thinnest wall.
+    /// Returns the index of the part with the thinnest wall.
     std::optional<std::size_t> thinnest() const;
 };
 

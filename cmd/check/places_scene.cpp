@@ -15,7 +15,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// What is marked, in which colour, and how the legend calls it.
+/// A kind of mark, with its colour and legend text.
 struct Mark {
     const char* text;
     std::array<float, 3> color;  ///< linear
@@ -40,7 +40,7 @@ const Mark& markOf(PartProblem kind) {
     return std::ranges::find(kMarks, kind, &std::pair<PartProblem, Mark>::first)->second;
 }
 
-/// Adds primitives of one colour each to a scene.
+/// A builder of scenes from single-colour primitives.
 class PlacesScene {
   public:
     PlacesScene() {
@@ -51,7 +51,7 @@ class PlacesScene {
         scene_.meshes.resize(1);
     }
 
-    /// A primitive of a new material. A reference is good until the next one.
+    /// Adds a primitive with a new material. The reference is valid until the next call.
     Primitive& add(const std::array<float, 3>& color, float alpha, Topology topology) {
         Material material;
         material.base_color = {color[0], color[1], color[2], alpha};
@@ -70,7 +70,7 @@ class PlacesScene {
     Scene finish() {
         auto& primitives = scene_.meshes[0].primitives;
         std::erase_if(primitives, [](const Primitive& p) { return p.positions.empty(); });
-        scene_.materials.emplace_back();  // glTF's default one is the last
+        scene_.materials.emplace_back();  // the last is glTF's default material
         return std::move(scene_);
     }
 
@@ -78,7 +78,7 @@ class PlacesScene {
     Scene scene_;
 };
 
-/// A ball of a few triangles.
+/// Adds a low-polygon sphere.
 void addBall(Primitive& primitive, const glm::dvec3& middle, double radius) {
     constexpr int kAround = 12, kAcross = 6;
     const auto at = [&](int i, int j) {
@@ -121,13 +121,13 @@ void addPart(PlacesScene& scene, const PartReport& part, double ball) {
     Primitive& crossed = scene.add(kCrossingMark.color, 1, Topology::kTriangles);
     for (const std::uint32_t t : crossing)
         addTriangle(crossed, mesh, t);
-    // The rest of it, like glass.
+    // The rest of the part, translucent.
     Primitive& body = scene.add({0.3F, 0.34F, 0.4F}, 0.25F, Topology::kTriangles);
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
         if (!crossing.contains(t) && !std::ranges::binary_search(part.topology.turned, t))
             addTriangle(body, mesh, t);
     for (const FoundProblem& problem : part.problems) {
-        if (problem.kind == PartProblem::kThinWall) continue;  // marked in any case
+        if (problem.kind == PartProblem::kThinWall) continue;  // always marked
         Primitive& balls = scene.add(markOf(problem.kind).color, 1, Topology::kTriangles);
         for (const glm::dvec3& place : problem.places)
             addBall(balls, place, ball);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A picture of the places where parts are faulty.
+// Visualisation of faulty places.
 #pragma once
 
 #include <vector>
@@ -10,10 +10,10 @@
 
 namespace peeler::cmd {
 
-/// The parts, pale, and all places where something is wrong, in bright colours: a scene of its own.
+/// Returns a new scene with the parts in pale and all faulty places in bright colours.
 Scene placesScene(const CheckReport& report);
 
-/// What the colours of placesScene() stand for.
+/// Returns the legend of placesScene().
 std::vector<LegendLine> placesLegend(const CheckReport& report);
 
 }  // namespace peeler::cmd

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// CLI11 under options and arguments, and its errors as ours.
+// Wrapper around CLI11 that converts its errors.
 #include "cmd/cli/arguments.h"
 
 #include <CLI/CLI.hpp>
@@ -18,7 +18,7 @@ namespace {
 
 using Texts = std::vector<std::string>;
 
-/// The help of an option in lines: choices that need no words stand in one.
+/// Returns an option's help in lines. Choices without a summary share one line.
 std::string helpLines(const OptionDescription& option) {
     std::string text = option.help;
     const char* between = "\n";
@@ -45,13 +45,13 @@ void complete(OptionDescription& description, const CLI::Option& option) {
     if (description.help.empty()) description.help = option.get_description();
 }
 
-/// Throws Error (kUsage) for an empty value, which a script passes for a variable that is not set.
+/// Throws Error (kUsage) for an empty value, which scripts pass if a variable is unset.
 void refuseEmpty(const std::string& name, bool is_file) {
     refuse(is_file ? "the name is empty" : "the value is empty", name,
            "give one; a variable of the script may be unset");
 }
 
-/// The hint for an existing file whose name looks like an option; "" if there is none.
+/// Returns a hint for an existing file whose name looks like an option; "" if there is none.
 std::string dashHint(const Texts& arguments) {
     for (const std::string& argument : arguments)
         if (argument.size() > 1 && argument.starts_with('-') && isSeen(argument))
@@ -59,7 +59,7 @@ std::string dashHint(const Texts& arguments) {
     return "";
 }
 
-/// The arguments that CLI11 could not place, as an error with the nearest name.
+/// Returns an error for the arguments CLI11 did not recognise, with the nearest name.
 Error unplaced(const CLI::App& app, std::string hint) {
     const auto chosen = app.get_subcommands();
     const CLI::App& verb = chosen.empty() ? app : *chosen.front();
@@ -159,7 +159,7 @@ Option VerbOptions::described(CLI::Option& option, const std::string& help) cons
 
 Option VerbOptions::addText(const std::string& name, const std::string& value_name,
                             const Take& take, const std::string& help) {
-    // "-o,--output" is shown as --output, "SCENE" as it is.
+    // "-o,--output" is shown as --output, "SCENE" unchanged.
     const std::size_t long_name = name.find("--");
     const std::string shown = long_name == std::string::npos ? name : name.substr(long_name);
     const Take assign = [take, shown, verb = *this](const std::string& text) {
@@ -268,12 +268,12 @@ VerbOptions ArgumentParser::addVerb(const std::string& name, const std::string& 
     examples_[name] = examples;
     CLI::App* verb = app_->add_subcommand(name, summary);
     verb->group("Verbs");
-    verb->footer("");  // not the program's, which CLI11 passes on
+    verb->footer("");  // instead of the program's, which CLI11 passes on
     return {*verb, descriptions_};
 }
 
 Asked ArgumentParser::parse(const std::vector<std::string>& arguments) {
-    // CLI11 would take the next argument for the value of "--report=".
+    // CLI11 would take the next argument as the value of "--report=".
     for (const std::string& argument : arguments)
         if (argument.starts_with("--") && argument.find('=') == argument.size() - 1)
             refuseEmpty(argument.substr(0, argument.size() - 1), false);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of verbs: how they are declared, and how arguments are read by them. CLI11 does the
-// work; it takes long to compile, so arguments.cpp alone includes it.
+// Option declaration and argument parsing, on top of CLI11. Only arguments.cpp includes CLI11,
+// which is slow to compile.
 #pragma once
 
 #include <filesystem>
@@ -21,36 +21,36 @@ class Option;
 
 namespace peeler::cmd {
 
-/// A value that an option knows by name.
+/// A named value of an option.
 struct ChoiceDescription {
-    std::string name;  ///< "": the summary is a line about those that follow
+    std::string name;  ///< "": the summary is a heading for the following choices
     std::string summary;
     bool is_default = false;
 };
 
-/// What --help, the manual and the completions of shells tell of an option.
+/// An option's description for --help, the manual and shell completions.
 struct OptionDescription {
-    std::vector<std::string> names;  ///< "-o", "--output"; none of an argument that needs no name
-    std::string value_name;          ///< what the argument is called, too; "" of a flag
+    std::vector<std::string> names;  ///< "-o", "--output"; empty for positional arguments
+    std::string value_name;          ///< also the name of a positional argument; "" for a flag
     std::string group;
-    std::string help;  ///< not broken into lines, without the choices
+    std::string help;  ///< unwrapped, without the choices
     std::vector<ChoiceDescription> choices;
-    bool takes_list = false;  ///< several choices, with commas between
+    bool takes_list = false;  ///< several choices, separated by commas
     bool required = false;
     bool repeated = false;
     bool is_file = false;
-    std::vector<std::string> endings;  ///< of the files that it means: ".glb"; none: any
+    std::vector<std::string> endings;  ///< file extensions: ".glb"; empty = any
 };
 
-/// The same of a verb, or of the program.
+/// The description of a verb or of the program.
 struct CommandDescription {
     std::string name, summary, examples;
-    std::string footer;  ///< broken into lines
+    std::string footer;  ///< wrapped
     std::vector<OptionDescription> options;
     std::vector<CommandDescription> verbs;
 };
 
-/// Returns the choices of a table whose rows have a name and a summary.
+/// Returns the rows of a table of names and summaries, with API names in summaries translated.
 template <class Rows>
 std::vector<ChoiceDescription> describeChoices(const Rows& rows, bool first_is_default = false) {
     std::vector<ChoiceDescription> choices;
@@ -61,29 +61,30 @@ std::vector<ChoiceDescription> describeChoices(const Rows& rows, bool first_is_d
     return choices;
 }
 
-/// `text` broken into lines, by default such that they fit beside the names of options.
+/// Returns `text` wrapped, by default to fit beside the option names.
 std::string wrapped(const std::string& text, std::size_t columns = 66);
 
-/// One option of a verb. A copy stands for the same option; none outlives the ArgumentParser.
+/// A handle to an option of a verb. Copies refer to the same option. The ArgumentParser must
+/// outlive all of them.
 class Option {
   public:
     Option(CLI::Option& option, OptionDescription& description)
         : option_(&option), description_(&description) {}
 
-    /// The heading under which the help lists it.
+    /// Sets the heading under which the help lists it.
     Option group(const std::string& heading);
-    /// Whether arguments that lack it are wrong.
+    /// Sets whether the option is required.
     Option required(bool is_required = true);
-    /// Replaces its help, but for its choices.
+    /// Replaces its help except the choices.
     Option description(const std::string& help);
-    /// The names that it takes, which its help lists.
+    /// Sets the accepted names, which the help lists.
     Option oneOf(std::vector<ChoiceDescription> choices);
-    /// The same, where several may be given with commas between.
+    /// Sets the accepted names of a comma-separated list.
     Option someOf(std::vector<ChoiceDescription> choices);
-    /// Its value is a file: endings with spaces between (".gltf .glb"), or "" for any.
+    /// Marks its value as a file: extensions separated by spaces (".gltf .glb"), or "" for any.
     Option files(const std::string& endings);
 
-    std::string name() const;  ///< "--output" of "-o,--output"
+    std::string name() const;  ///< "--output" for "-o,--output"
     std::string group() const;
 
   private:
@@ -91,14 +92,14 @@ class Option {
     OptionDescription* description_;
 };
 
-/// The options of one verb: declares them, and says which are given once arguments are parsed. A
-/// copy stands for the same verb; none outlives the ArgumentParser.
+/// A handle to the options of one verb: declares them, and after parsing reports which are given.
+/// Copies refer to the same verb. The ArgumentParser must outlive all of them.
 ///
-/// A name is "-o,--output", "SCENE" of an argument that needs no name, or "--refine,!--no-refine"
-/// of a flag and its opposite. `value_name` is what the help calls the value; help is broken into
-/// lines. Of alternatives ("NAME|INDEX|all") those in lower case are meant as they stand. Targets,
-/// and what callbacks refer to, must outlive the parse. Callbacks throw Error (kUsage), which the
-/// parse passes on. An empty text is refused before they are called.
+/// A name is "-o,--output", "SCENE" for a positional argument, or "--refine,!--no-refine" for a
+/// flag and its opposite. `value_name` is the value's name in the help; help is wrapped. Lower-case
+/// alternatives ("NAME|INDEX|all") are literal. Targets, and everything callbacks refer to, must
+/// outlive the parse. Callbacks may throw Error (kUsage), which the parse passes on. Empty text is
+/// refused before they are called.
 class VerbOptions {
   public:
     using Take = std::function<void(const std::string&)>;
@@ -108,33 +109,33 @@ class VerbOptions {
     VerbOptions(CLI::App& app, Descriptions& descriptions)
         : app_(&app), descriptions_(&descriptions) {}
 
-    /// An option; `take` gets its text, the last one if it is given several times. An Error that it
-    /// throws gets the option and its text as `where`.
+    /// Adds an option. `take` gets its text, the last one if the option is repeated. An Error from
+    /// `take` gets the option and its text as `where`.
     Option addText(const std::string& name, const std::string& value_name, const Take& take,
                    const std::string& help);
 
-    /// An option that may be given several times; `take` gets the text of each. An Error that it
-    /// throws gets the option and its text as `where`, unless it has one.
+    /// Adds a repeatable option. `take` gets each text. An Error from `take` gets the option and
+    /// its text as `where` unless it has one.
     Option addRepeated(const std::string& name, const std::string& value_name, const Take& take,
                        const std::string& help);
 
-    /// An option without a value.
+    /// Adds an option without a value.
     Option addFlag(const std::string& name, bool& target, const std::string& help);
 
-    /// An argument of one or more files, which is required.
+    /// Adds a required positional argument of one or more files.
     Option addFiles(const std::string& name, std::vector<std::filesystem::path>& files,
                     const std::string& help);
 
-    /// What the help ends with, in lines of its own.
+    /// Sets the end of the help, with its own line breaks.
     void footer(const std::string& text);
 
-    /// The option with this name ("--output"), which must have been declared.
+    /// Returns the option with this name ("--output"), which must have been declared.
     Option option(const std::string& name) const;
     bool knows(const std::string& name) const;
     bool given(const std::string& name) const;
-    /// The text of an option, the last one if it is given several times; "" if it is not given.
+    /// Returns an option's text, the last one if it is repeated; "" if it is not given.
     std::string value(const std::string& name) const;
-    /// The options that are given, in the order in which they are declared.
+    /// Returns the given options in declaration order.
     std::vector<Option> given() const;
 
   private:
@@ -145,7 +146,7 @@ class VerbOptions {
     Descriptions* descriptions_;
 };
 
-/// Adds an option whose text `parse` turns into a value of `target`'s type; else as addText().
+/// Adds an option whose text `parse` converts to `target`'s type; otherwise like addText().
 template <class T, class Parse>
 Option addValue(VerbOptions& verb, const std::string& name, const std::string& value_name,
                 T& target, Parse parse, const std::string& help) {
@@ -154,7 +155,7 @@ Option addValue(VerbOptions& verb, const std::string& name, const std::string& v
         help);
 }
 
-/// Adds an option that is a file, or a folder; `target` may be optional.
+/// Adds an option for a file or folder; `target` may be std::optional.
 template <class T>
 Option addFile(VerbOptions& verb, const std::string& name, const std::string& value_name, T& target,
                const std::string& help) {
@@ -165,7 +166,7 @@ Option addFile(VerbOptions& verb, const std::string& name, const std::string& va
 }
 
 /// Adds an option with a table of names; the help lists them, the first as the default. `kind` is
-/// what the error for an unknown one calls them.
+/// the noun in the error for an unknown name.
 template <class T>
 Option addChoice(VerbOptions& verb, const std::string& name, T& target,
                  std::span<const Choice<T>> choices, const std::string& kind,
@@ -177,35 +178,38 @@ Option addChoice(VerbOptions& verb, const std::string& name, T& target,
         .oneOf(describeChoices(choices, true));
 }
 
-/// What arguments ask for.
+/// The request made by the arguments.
 enum class Asked { kVerb, kHelp, kVersion, kNothing };
 
-/// Reads the arguments of the program: a verb, and what its options take.
+/// The parser of the program's arguments: a verb and its options.
 class ArgumentParser {
   public:
-    /// For arguments of a verb that are no command line: without --version, and without the limit
-    /// to one verb, so that its name among its own arguments is passed over.
+    /// Constructs a parser for a verb's arguments that do not come from a command line: without
+    /// --version, and without the limit to one verb, so that the verb's name among its own
+    /// arguments is skipped.
     ArgumentParser();
-    /// For the command line; `summary` and `footer` begin and end the help of the program.
+    /// Constructs the command line's parser. `summary` and `footer` begin and end the program's
+    /// help.
     ArgumentParser(const std::string& summary, const std::string& footer);
     ~ArgumentParser();
     ArgumentParser(const ArgumentParser&) = delete;
     ArgumentParser& operator=(const ArgumentParser&) = delete;
 
-    /// A verb that has --help and no other option yet. Its help begins with the summary and the
-    /// examples, commands of a line each.
+    /// Adds a verb with --help as its only option so far. Its help begins with the summary and the
+    /// examples, one command per line.
     VerbOptions addVerb(const std::string& name, const std::string& summary,
                         const std::string& examples = "");
 
-    /// Sets the targets of the options that are given; to be called once. Throws Error (kUsage) for
-    /// what is unknown, with the nearest name, for what is missing, and what callbacks throw.
+    /// Sets the targets of the given options. Must be called once. Throws Error (kUsage) if a name
+    /// is unknown (with the nearest name) or a required option is missing. Passes on exceptions
+    /// from callbacks.
     Asked parse(const std::vector<std::string>& arguments);
 
-    /// The verb among the parsed arguments; "" if there is none.
+    /// Returns the verb among the parsed arguments; "" if there is none.
     std::string verb() const;
-    /// The help of that verb, else of the program.
+    /// Returns the help of that verb, else of the program.
     std::string help() const;
-    /// What that help is made of, of the program and of all its verbs.
+    /// Returns the description of the program and all its verbs.
     CommandDescription describe() const;
 
   private:

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of verbs as a command line.
 #include "cmd/cli/command_line.h"
 
 #include <algorithm>
@@ -31,8 +30,7 @@ VerbOptions addTo(ArgumentParser& parser, const Verb& verb) {
                           std::string(verb.examples));
 }
 
-/// "help" and "help VERB" as the options that they stand for; "help" and no verb as what is no
-/// verb.
+/// Replaces "help" and "help VERB" by the equivalent options. Drops "help" before an unknown verb.
 std::vector<std::string> withoutHelpVerb(std::vector<std::string> arguments) {
     if (arguments.empty() || arguments.front() != "help") return arguments;
     arguments.erase(arguments.begin());
@@ -42,7 +40,7 @@ std::vector<std::string> withoutHelpVerb(std::vector<std::string> arguments) {
     return arguments;
 }
 
-/// A wrong use that has no better hint leads to the help of its verb.
+/// Runs `work`; a usage error without a hint gets one to the verb's help.
 template <class Work>
 auto hintingAt(const ArgumentParser& parser, const Work& work) {
     try {
@@ -62,7 +60,7 @@ int dispatch(const std::vector<std::string>& given, Console& console) {
     for (const Verb& verb : verbs()) {
         const std::string name(verb.name);
         VerbOptions options = addTo(parser, verb);
-        // The options of all verbs take longer to declare than some take to run.
+        // Declare only the options of named verbs: declaring all takes longer than some verbs run.
         if (std::ranges::find(arguments, name) != arguments.end())
             actions[name] = verb.declare(options);
     }
@@ -84,8 +82,8 @@ int dispatch(const std::vector<std::string>& given, Console& console) {
     return hintingAt(parser, [&] { return actions.at(parser.verb())(session); });
 }
 
-/// Whether a scheduler reads stderr (--progress openjd): it is told of wrong arguments, too, so
-/// this is known before they are parsed.
+/// Whether a scheduler reads stderr (--progress openjd). Determined before parsing, because it must
+/// also get errors in arguments.
 bool schedulerReads(const std::vector<std::string>& arguments) {
     constexpr std::string_view kTwoWords[] = {"--progress", "openjd"};
     const auto end = arguments.end();
@@ -97,7 +95,7 @@ bool schedulerReads(const std::vector<std::string>& arguments) {
 
 CommandDescription describeCommandLine() {
     ArgumentParser parser(kProgramSummary, programFooter());
-    std::vector<VerbAction> actions;  // which own what options are stored in
+    std::vector<VerbAction> actions;  // own the options' storage
     for (const Verb& verb : verbs()) {
         VerbOptions options = addTo(parser, verb);
         actions.push_back(verb.declare(options));

@@ -80,7 +80,7 @@ void Console::message(Severity severity, const Text& said) {
     if (!shows(severity)) return;
     const std::string text = inOptions(said);
     clearBar();
-    // The color is the parameter of a terminal's SGR sequence (ECMA-48, 8.3.117).
+    // The colour is an SGR parameter (ECMA-48, 8.3.117).
     if (severity == Severity::kHint) return sayHint(text);
     if (severity == Severity::kError)
         say(line("error: ", text, "1;31"));
@@ -101,8 +101,8 @@ std::string Console::line(std::string_view word, std::string_view text,
 }
 
 void Console::say(const std::string& text) {
-    // One write: lines of several processes in one log do not mix.
-    err_.clear();  // what could not be written before leaves no later message out
+    // A single write, so that lines of several processes do not mix in one log.
+    err_.clear();  // an earlier write error must not suppress later messages
     err_ << text << std::flush;
 }
 

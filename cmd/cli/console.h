@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two streams of a command: the result on stdout, whole lines of messages on stderr.
+// The console: the result on stdout, messages as whole lines on stderr.
 #pragma once
 
 #include <iosfwd>
@@ -12,26 +12,26 @@
 
 namespace peeler::cmd {
 
-/// The Reporter of the command line. Every message is a line that begins with "peeler: " and a word
-/// for its severity, printable() and cut: a file name may hold anything, a line feed, too. Only a
-/// hint may have several lines, each of which begins so.
+/// The Reporter of the command line. Every message is one line that begins with "peeler: " and the
+/// severity. Text is made printable() and cut, because file names may contain anything, even line
+/// feeds. Only a hint may have several lines; each begins with the same prefix.
 class Console final : public Reporter {
   public:
-    /// The streams must outlive the Console. `terminal`: a person reads `err`, so a bar may be
-    /// drawn. `colors`: the word for the severity may be coloured.
+    /// The streams must outlive the Console. `terminal`: `err` is a terminal, so a bar may be
+    /// drawn. `colors`: the severity may be coloured.
     Console(std::ostream& out, std::ostream& err, bool terminal, bool colors = false);
     ~Console() override;
 
     bool terminal() const { return terminal_; }
 
-    /// An error and a hint, on stderr.
+    /// Prints an error and its hint on stderr.
     void failure(const Error& error) override;
     /// Writes the result to stdout at once, as jsonText(). Throws like text().
     void result(const Json& result) override;
-    /// Throws ReaderGone if nobody reads stdout any more, and Error (kOutput) if it cannot be
-    /// written for another reason.
+    /// Writes the text to stdout. Throws ReaderGone if stdout is a pipe without a reader, Error
+    /// (kOutput) if writing fails for another reason.
     void text(std::string_view text) override;
-    /// Writes a line for programs to stderr as it is, even if quiet.
+    /// Writes a line for programs to stderr verbatim, even if quiet.
     void machineLine(std::string_view line);
 
     void beginStage(const RunProgress& progress) override { progress_.begin(progress); }
@@ -41,10 +41,10 @@ class Console final : public Reporter {
     void setProgress(ProgressStyle style) override { progress_.setStyle(style); }
     ProgressLines& progressLines() { return progress_; }
 
-    /// A prefix under which every error is written once more, for a scheduler; "" = it is not.
+    /// Sets a prefix under which every error is written a second time, for a scheduler; "" = off.
     void setFailurePrefix(std::string prefix) { failure_prefix_ = std::move(prefix); }
 
-    /// Draws `text` over the previous bar; does nothing unless `err` is a terminal. Any message
+    /// Draws `text` over the previous bar. Does nothing unless `err` is a terminal. Any message
     /// clears the bar first.
     void bar(std::string_view text);
     void clearBar();

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// From exceptions to lines and exit codes.
 #include "cmd/cli/errors.h"
 
 #include <csignal>
@@ -16,7 +15,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// What to try where the error itself does not know: nobody is left with a bare refusal.
+/// The fallback hint for errors without their own.
 struct DefaultHint {
     ErrorKind kind;
     const char* hint;

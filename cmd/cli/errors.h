@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one printer of errors: exceptions in, lines on stderr and an exit code out.
+// Error reporting: converts exceptions to stderr lines and exit codes.
 #pragma once
 
 #include <functional>
@@ -12,27 +12,27 @@
 
 namespace peeler::cmd {
 
-/// A row of the table of exit codes.
+/// A row of the exit-code table.
 struct ExitCode {
     std::string_view code;  ///< a number, or "128 + n"
     std::string_view meaning;
 };
 std::span<const ExitCode> exitCodes();
 
-/// The name of a kind of error: "usage", "input", "output", "device", "incomplete", "memory",
+/// Returns the name of an error kind: "usage", "input", "output", "device", "incomplete", "memory",
 /// "internal".
 std::string_view kindName(ErrorKind kind);
 
-/// Throws Error (kUsage), for what is asked for and cannot be.
+/// Throws Error (kUsage).
 [[noreturn]] void refuse(const Text& what, const Text& where = {}, const Text& hint = {});
 
-/// Runs `work` and returns its result as the exit code. What it throws becomes lines on stderr and
-/// the exit code that belongs to it: an Error its kind, std::bad_alloc 33, ReaderGone 141 (as
-/// SIGPIPE would have it) without a word, anything else 1.
+/// Runs `work` and returns its result as the exit code. Prints exceptions on stderr and returns
+/// their exit code: an Error's kind, 33 for std::bad_alloc, 141 for ReaderGone (as for SIGPIPE;
+/// prints nothing), 1 for anything else.
 int runReported(Reporter& reporter, const std::function<int()>& work);
 
-/// The exception that is being handled, as an Error that names options. To be called in a catch
-/// block. ReaderGone is thrown on.
+/// Returns the exception being handled as an Error that names options. Must be called in a catch
+/// block. Rethrows ReaderGone.
 Error currentError();
 
 /// Reports an error, with a hint, on stderr. Returns its exit code.

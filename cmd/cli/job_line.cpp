@@ -14,14 +14,13 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Its hint is filled in where it is empty.
+/// Throws Error (kUsage). The caller fills in an empty hint.
 [[noreturn]] void refuseLine(const std::string& what, const std::string& where = "",
                              const std::string& hint = "") {
     throw Error(ErrorKind::kUsage, what, where, hint);
 }
 
-/// Parses a line like nlohmann::json::parse, but refuses keys that are alike, of which that takes
-/// the last.
+/// Parses a line like nlohmann::json::parse, but refuses duplicate keys instead of taking the last.
 nlohmann::json parseLine(const std::string& line) {
     std::vector<std::set<std::string>> keys;
     const auto check = [&](int, nlohmann::json::parse_event_t event, nlohmann::json& parsed) {
@@ -45,7 +44,7 @@ nlohmann::json parseLine(const std::string& line) {
     }
 }
 
-/// Returns `text`. Throws Error (kUsage) if no process can be given it as an argument.
+/// Returns `text`. Throws Error (kUsage) if it cannot be a process argument.
 std::string argumentText(const std::string& text, const std::string& key) {
     if (text.find('\0') != std::string::npos)
         refuseLine("a null character cannot be passed on", key);
@@ -57,7 +56,7 @@ std::string takeString(const nlohmann::json& value, const std::string& key) {
     return argumentText(value, key);
 }
 
-// One reader for each key of a job.
+// The readers of a job's keys.
 void takeArguments(const nlohmann::json& value, JobLine& job) {
     if (!value.is_array()) refuseLine("expected an array of strings", "args");
     for (const nlohmann::json& argument : value)
@@ -77,7 +76,7 @@ void takeOption(const std::string& name, const nlohmann::json& value, JobLine& j
         if (value.get<bool>()) job.arguments.push_back(option);
     } else if (value.is_string() || value.is_number()) {
         const std::string text = value.is_string() ? value.get<std::string>() : dumpJson(value);
-        // In one piece: a value may begin with a dash.
+        // As one argument, because a value may begin with a dash.
         job.arguments.push_back(
             std::string(option).append("=").append(argumentText(text, "options/" + name)));
     } else {

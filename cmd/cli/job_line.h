@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A verb and its arguments as a line of JSON.
+// JSON job lines: a verb and its arguments.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -15,17 +15,17 @@ namespace peeler::cmd {
 ///     {"verb": "render", "args": ["scene.glb", "-o", "out.exr"],
 ///      "options": {"size": "640x360", "shadows": true}}
 ///
-/// `args` (strings) is what follows the verb on the command line. `options` is more of that: the
-/// name without its dashes; a string or number is its value, true gives it without one, false
-/// leaves it out, an array gives it several times.
+/// `args` (strings) are the arguments after the verb on the command line. `options` adds options by
+/// name without dashes: a string or number is the value, true gives the option without a value,
+/// false omits it, an array repeats it.
 struct JobLine {
-    /// Reads a line; the object may have `more_keys`, too, which are the caller's to read. `help`
-    /// is the hint of errors. Throws Error (kUsage) for a text that is not a JSON object, and for a
-    /// key that is unknown, missing, given twice or of the wrong type.
+    /// Parses a line. The object may also have `more_keys`, which the caller reads. `help` is the
+    /// hint of errors. Throws Error (kUsage) if the text is not a JSON object or a key is unknown,
+    /// missing, duplicate or of the wrong type.
     JobLine(const std::string& line, std::span<const std::string_view> more_keys,
             const std::string& help);
 
-    nlohmann::json json;  ///< all of it
+    nlohmann::json json;  ///< the whole object
     std::string verb;
     std::vector<std::string> arguments;
 };

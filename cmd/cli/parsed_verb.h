@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A verb whose arguments have been read, and that can be run.
+// A verb with parsed arguments, ready to run.
 #pragma once
 
 #include <string>
@@ -10,35 +10,35 @@
 
 namespace peeler::cmd {
 
-/// The row of the table with this name. Throws Error (kUsage) for an unknown one, with the nearest.
+/// Returns the verb with this name. Throws Error (kUsage), with the nearest name, if it is unknown.
 const Verb& verbNamed(const std::string& name);
 
-/// The arguments of a verb, read as the command line reads them.
+/// A verb and its arguments, parsed as on the command line.
 class ParsedVerb {
   public:
     /// Declares the verb's options.
     explicit ParsedVerb(const Verb& verb);
-    /// The same, and parse().
+    /// Declares the verb's options and calls parse().
     ParsedVerb(const Verb& verb, const std::vector<std::string>& arguments);
     ParsedVerb(const ParsedVerb&) = delete;
     ParsedVerb& operator=(const ParsedVerb&) = delete;
 
-    /// To be called once. Throws Error (kUsage) for arguments that the verb would refuse for their
-    /// form, and for --help: there is nothing to carry out. Files are not looked at.
+    /// Parses the arguments. Must be called once. Throws Error (kUsage) if the arguments are
+    /// malformed or contain --help, which leaves nothing to run. Does not access files.
     void parse(std::vector<std::string> arguments);
 
     const std::string& name() const { return name_; }
-    /// The options that the verb has, and, once they are parsed, which of them are given.
+    /// Returns the verb's options; after parse(), also which are given.
     const VerbOptions& options() const { return options_; }
 
-    /// Does what the verb does, once. Returns its exit code; throws what it throws.
+    /// Runs the verb. May be called once. Returns its exit code; passes on its exceptions.
     int run(Session& session) const { return action_(session); }
 
   private:
     std::string name_;
     ArgumentParser parser_;
     VerbOptions options_;
-    VerbAction action_;  ///< owns what the options are stored in
+    VerbAction action_;  ///< owns the options' storage
 };
 
 }  // namespace peeler::cmd

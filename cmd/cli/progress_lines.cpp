@@ -60,7 +60,7 @@ void ProgressLines::bar(const RunProgress& progress) {
                        std::string(static_cast<std::size_t>(full), '#') +
                        std::string(static_cast<std::size_t>(kCells - full), '.') + "] " +
                        std::to_string(percent) + " %";
-    // Two seconds of experience make an estimate.
+    // Estimate the rest only after two seconds.
     const double spent = secondsSince(start_);
     if (share > 0 && share < 1 && spent > 2) {
         text += ", " + std::to_string(std::lround(spent / share * (1 - share))) + " s left";
@@ -72,7 +72,7 @@ void ProgressLines::bar(const RunProgress& progress) {
 
 void ProgressLines::plain(const RunProgress& progress) {
     const double share = progress.of_stage;
-    // What comes after the stage tells its end.
+    // The next output shows the end of the stage.
     if (share >= 1 || secondsSince(last_) < kPlainSeconds ||
         share - last_share_ < kPlainShare - 1e-9)
         return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Progress on stderr: a bar, lines now and then, or lines for a scheduler.
+// Progress on stderr: a bar, occasional lines, or lines for a scheduler.
 #pragma once
 
 #include <chrono>
@@ -25,15 +25,15 @@ inline constexpr Choice<ProgressStyle> kProgressStyles[] = {
     {"json", ProgressStyle::kJson, "JSON lines, stage by stage"},
 };
 
-/// Writes the progress of stage after stage to the stderr of a Console.
+/// The progress of successive stages on a Console's stderr.
 /// - bar (auto on a terminal): redrawn at most 20 times a second, cleared at the end
-/// - plain: a line at most once for every 10 % and once a second, so a short stage says nothing
+/// - plain: a line at most every 10 % and every second, so a short stage prints nothing
 /// - json: {"stage":…,"progress":0–1,"seconds":…}: the first (0), the last (1), and between them
 ///   at most 10 a second
 /// - alf: "ALF_PROGRESS 42%", a line for every per cent (Pixar's Tractor; CGRU's Afanasy reads it)
 /// - openjd: "openjd_progress: 42.0" and "openjd_status: …" (Open Job Description, "How Jobs Are
 ///   Run", Stdout/Stderr Messages), at most 10 a second
-/// The last two show the whole run, and never fall.
+/// The last two show the whole run and never decrease.
 class ProgressLines {
   public:
     using Clock = std::function<std::chrono::steady_clock::time_point()>;
@@ -45,7 +45,7 @@ class ProgressLines {
 
     void begin(const RunProgress& progress);
     void update(const RunProgress& progress);
-    /// Shows what is being done in styles that have a place for it.
+    /// Shows the current activity in styles that support it.
     void status(std::string_view text);
 
   private:
@@ -60,9 +60,9 @@ class ProgressLines {
     ProgressStyle style_ = ProgressStyle::kAuto;
     Clock clock_ = std::chrono::steady_clock::now;
     std::chrono::steady_clock::time_point start_, last_;
-    bool shown_ = false;     ///< whether anything of the stage has been shown
+    bool shown_ = false;     ///< whether a line of the stage has been shown
     double last_share_ = 0;  ///< share of the stage in the last line
-    double shown_run_ = -1;  ///< share of the run that a scheduler has been shown; below 0: nothing
+    double shown_run_ = -1;  ///< share of the run last shown to a scheduler; negative: none
 };
 
 }  // namespace peeler::cmd

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// Results as JSON and as text for people.
 #include "cmd/cli/report.h"
 
 #include <cmath>
@@ -20,8 +19,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// In the order in which a picture passes them; the stages of a verb come after these, before the
-/// total.
+/// Stages in the order of the pipeline. A verb's own stages follow, then the total.
 constexpr const char* kStages[] = {"load", "context",   "upload", "count", "capture",
                                    "sort", "composite", "encode", "write"};
 constexpr const char* kTotal = "total";
@@ -44,12 +42,12 @@ Json stagesJson(const StageTimes& times) {
     return json;
 }
 
-/// A float as the shortest decimal that is the same float: −1.4, not −1.399999976.
+/// Returns the shortest decimal that rounds to the same float: −1.4, not −1.399999976.
 double stopsJson(float stops) {
     return std::stod(stopsText(stops));
 }
 
-/// The input, the files that were written, and what was forecast.
+/// Returns the inputs, the written files and the forecasts.
 Json filesJson(const RunResult& run) {
     Json json;
     if (run.inputs.size() == 1) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a command says of its work: the options that ask for it, the JSON result, the summary line.
+// Result reports: their options, the JSON result, the summary line.
 #pragma once
 
 #include <cstdint>
@@ -20,61 +20,61 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// Where a command reports its result and its progress.
+/// The destinations of a command's result and progress.
 struct ReportOptions {
     bool json = false;
     bool quiet = false, verbose = false;
     std::optional<std::filesystem::path> file;
     ProgressStyle progress = ProgressStyle::kAuto;
 
-    /// Makes the reporter as quiet or as wordy as was asked for. A quiet one shows progress in the
-    /// styles for programs alone.
+    /// Sets the reporter's verbosity and progress style. If quiet, shows progress only in styles
+    /// for programs.
     void applyTo(Reporter& reporter) const;
 };
 
 /// Declares --json, --report, --progress, --quiet and --verbose.
 void addReportOptions(VerbOptions& verb, ReportOptions& options);
 
-/// A file that is there, and its size.
+/// A written file and its size.
 struct WrittenFile {
     std::filesystem::path path;
     std::uint64_t bytes = 0;
     std::string kind{};  ///< for verbs that write several
 };
 
-/// What every verb reports of a run that reads something and writes something made of it.
+/// The result of a run, common to all verbs that read and write files.
 struct RunResult {
     std::vector<std::filesystem::path> inputs{};  ///< the scene, or images
-    /// The name that was asked for; "" = nothing was written, or files under several names.
+    /// The requested name; "" = nothing was written, or files under several names.
     std::filesystem::path output{};
-    std::uint64_t bytes = 0;  ///< of all files of that name together
-    /// How many bytes were forecast, exactly or at most, before the first one; of verbs that do.
+    std::uint64_t bytes = 0;  ///< of all files under that name
+    /// The forecast file size in bytes, exact or an upper limit, for verbs that make a forecast.
     std::optional<std::uint64_t> forecast_bytes{};
-    /// Likewise how many to be resident at most.
+    /// The forecast limit of resident bytes, for the same verbs.
     std::optional<std::uint64_t> forecast_memory{};
-    /// Each of the files, of verbs that write several under one name, or under several names.
+    /// Each file, for verbs that write several under one or more names.
     std::optional<std::vector<WrittenFile>> files{};
-    /// Of a scene whose format does not say it: the format, the axis that is up, and the unit.
+    /// Format, up axis and unit, for scenes whose format does not specify axis and unit.
     std::string format{}, up{};
     double metres_per_unit = 1;
-    std::string engine{};         ///< that has found the hits; "" = no rays were traced
-    std::string settings_hash{};  ///< peeler:settingsHash; "" = not known
-    /// GL_RENDERER; of a verb that renders nothing, what its input says; "" = no GL was used.
+    std::string engine{};         ///< that found the hits; "" = no rays were traced
+    std::string settings_hash{};  ///< peeler:settingsHash; "" = unknown
+    /// GL_RENDERER; taken from the input if the verb does not render; "" = no GL was used.
     std::string renderer{};
-    std::string backend{};          ///< "" = nothing was rendered by GL
+    std::string backend{};          ///< "" = no GL rendering
     std::uint64_t peak_memory = 0;  ///< bytes
     StageTimes milliseconds{};
 
-    /// Sets the one file that was written. Throws Error (kOutput) if it is not there.
+    /// Sets the one written file. Throws Error (kOutput) if it is missing.
     void setFile(const std::filesystem::path& file);
-    /// Sets the files that were written under one name. Throws Error (kOutput) if one is not there.
+    /// Sets the files written under one name. Throws Error (kOutput) if one is missing.
     void setFiles(const std::filesystem::path& name, const std::vector<std::filesystem::path>& all);
-    /// Adds a file to the list, which is there from then on. Throws Error (kOutput) if it is not
-    /// there.
+    /// Adds a file to the list, and creates the list if needed. Throws Error (kOutput) if the file
+    /// is missing.
     const WrittenFile& addFile(const std::filesystem::path& file, const std::string& kind = "");
 };
 
-/// How a picture for eyes is shown.
+/// The display transform of a display picture.
 struct DisplayedAs {
     std::string tone_map{};
     float exposure = 0;  ///< stops
@@ -82,82 +82,80 @@ struct DisplayedAs {
     std::uint64_t alpha_raised_pixels = 0;
 };
 
-/// What became of one picture.
+/// The result for one picture.
 struct PictureResult : RunResult {
-    std::string sample{};                     ///< its key, if `output` is a shard
-    std::optional<int> frame;                 ///< of a sequence
+    std::string sample{};                     ///< sample key, if `output` is a shard
+    std::optional<int> frame;                 ///< in a sequence
     double time = 0;                          ///< of the frame, seconds
-    std::optional<int> view{};                ///< of many views
-    std::string camera{};                     ///< what the view is called
-    std::optional<Normalizing> normalized{};  ///< what --normalize did
-    bool skipped = false;                     ///< it was there already; only its `bytes` are known
+    std::optional<int> view{};                ///< index among many views
+    std::string camera{};                     ///< name of the view
+    std::optional<Normalizing> normalized{};  ///< transform of --normalize
+    bool skipped = false;                     ///< it existed; only its `bytes` are known
     int width = 0, height = 0;                ///< display window
     std::uint64_t layers = 0;
     std::uint64_t fragments_counted = 0, fragments_stored = 0;
-    std::uint64_t fragments_blended = 0;  ///< of those not stored
-    int samples = 1;                      ///< a pixel
+    std::uint64_t fragments_blended = 0;  ///< among those not stored
+    int samples = 1;                      ///< per pixel
     std::string method;
     int passes = 0;
-    std::optional<DisplayedAs> display{};  ///< of pictures for eyes
+    std::optional<DisplayedAs> display{};  ///< for display pictures
 };
 
-/// Fills in size, layers and fragments of a picture, what it was made with, and the memory that it
-/// took.
+/// Fills in size, layers and fragments of a picture, its provenance, and the memory used.
 void describePicture(const Plan& plan, const Provenance& provenance, PictureResult& result);
 
-/// A run as JSON (cmd/README.md, "JSON"): `input` (`inputs` of several), `output`, `bytes` and what
-/// was forecast, then what the verb found, `format`, `up` and `metresPerUnit` of a scene that does
-/// not say the latter two, `engine` if it traced rays, then `settingsHash`, `renderer`, `backend`,
-/// `peakMemory` and `milliseconds`. Every stage is there, 0 where it did not happen.
+/// Returns a run as JSON (cmd/README.md, "JSON"): `input` (`inputs` if several), `output`, `bytes`
+/// and the forecasts; then `findings`; `format`, `up` and `metresPerUnit` for a scene whose format
+/// lacks the latter two; `engine` if it traced rays; then `settingsHash`, `renderer`, `backend`,
+/// `peakMemory` and `milliseconds`. Every stage is listed, with 0 if it did not run.
 Json toJson(const RunResult& run, const Json& findings);
 
-/// {"scale", "middle"}: points p of the file are at scale · (p − middle).
+/// Returns {"scale", "middle"}: a point p of the file is at scale · (p − middle).
 Json normalizingJson(const Normalizing& by);
 
-/// What toJson() says of a picture besides what it says of every run; `frame` and `time` only of a
-/// sequence.
+/// Returns the picture-specific part of toJson(); `frame` and `time` only for a sequence.
 Json findingsOf(const PictureResult& result);
 
-/// A picture as JSON; of one that was skipped only its file, frame and time.
+/// Returns a picture as JSON; for a skipped one, only its file, frame and time.
 Json toJson(const PictureResult& result);
 
-/// "out.exr: 24 layers, 7,123,456 fragments, 12.3 MB, 812 ms"
+/// Returns "out.exr: 24 layers, 7,123,456 fragments, 12.3 MB, 812 ms".
 std::string summary(const PictureResult& result);
 
-/// Milliseconds from the beginning to the end, rounded and grouped: "812 ms".
+/// Returns the total time, rounded and grouped: "812 ms".
 std::string totalText(const StageTimes& milliseconds);
 
-/// Reports a result as it was asked for: in the report's file, as lines on stderr and as JSON on
-/// stdout. Throws Error (kOutput).
+/// Reports a result as requested: in the report file, as lines on stderr and as JSON on stdout.
+/// Throws Error (kOutput) if writing fails.
 void reportResult(const ReportOptions& options, const Json& json,
                   const std::vector<std::string>& lines, Reporter& reporter);
 
-/// The same of a picture, with its summary.
+/// Reports a picture, with its summary.
 void reportResult(const ReportOptions& options, const PictureResult& result, Reporter& reporter);
 
-/// The text that --json prints and --report stores: indented, a newline at the end; bytes that are
-/// not UTF-8 (file names) replaced.
+/// Returns the text for --json and --report: indented, with a final newline; invalid UTF-8 (in file
+/// names) is replaced.
 std::string jsonText(const Json& json);
 
-/// Stores a result under `path`, whole or not at all. Throws Error (kOutput).
+/// Writes a result to `path` atomically. Throws Error (kOutput) if writing fails.
 void writeReport(const std::filesystem::path& path, const Json& json);
 
-/// The size in bytes of a file that has been written. Throws Error (kOutput) if it is gone.
+/// Returns the size in bytes of a written file. Throws Error (kOutput) if it is missing.
 std::uint64_t fileBytes(const std::filesystem::path& file);
 
-/// "640 x 480 at (0, 0)"
+/// Returns "640 x 480 at (0, 0)".
 std::string windowText(const Window& window);
 
-/// Stops as --exposure takes them back: "-1.4", "0".
+/// Returns stops in the form that --exposure accepts: "-1.4", "0".
 std::string stopsText(float stops);
 
-/// "7,123,456"
+/// Returns "7,123,456".
 std::string groupedText(std::uint64_t value);
 
-/// "12.3 MB"
+/// Returns "12.3 MB".
 std::string bytesText(std::uint64_t bytes);
 
-/// "1 layer", "2 layers"
+/// Returns "1 layer", "2 layers".
 std::string countText(std::uint64_t count, const std::string& noun);
 
 }  // namespace peeler::cmd

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an extract takes of memory, by how its picture is cut into bands.
+// Memory use of an extract, by band size.
 #pragma once
 
 #include <cstdint>
@@ -13,28 +13,28 @@
 
 namespace peeler::cmd {
 
-/// What the bands of a picture and what is made of them take, in bytes.
+/// Bytes used by bands and the arrays made from them.
 struct BandUse {
-    std::uint64_t list_bytes = 0;   ///< of a fragment in the lists
-    std::uint64_t array_bytes = 0;  ///< of a fragment in the widest of these
+    std::uint64_t list_bytes = 0;   ///< per fragment in the lists
+    std::uint64_t array_bytes = 0;  ///< per fragment in the widest array
     MemoryUse made{};
-    std::uint64_t layers = 0;  ///< that something is made of
+    std::uint64_t layers = 0;  ///< layers used
 };
 
-/// A use of bands like this one that makes nothing.
+/// Returns the use of bands like this one if nothing is made from them.
 BandUse noUseOf(const LayeredImage& band);
 
-/// What is made of bands of so many rows.
+/// The memory use for bands of `rows` rows.
 using BandUseOf = std::function<BandUse(int rows)>;
 
-/// How many bytes reading `input` in bands of so many rows takes at most, besides what is resident
-/// before. `counted`: the fragments of the picture, null if nobody has counted them.
+/// Returns the maximum bytes for reading `input` in bands of `rows` rows, besides those already
+/// resident. `counted`: the picture's fragments, null if they have not been counted.
 std::uint64_t bandMemory(const LayeredInput& input, int rows, const BandUseOf& use,
                          const DepthComplexity* counted = nullptr);
 
-/// As many bytes for LayeredInput::rowsFor(), up to `most`, as leave bandMemory() and what is
-/// resident within the budget. Throws Error (kMemory), with what is needed, if even the fewest rows
-/// do not.
+/// Returns the largest argument for LayeredInput::rowsFor(), up to `most`, that keeps bandMemory()
+/// and resident bytes within the budget. Throws Error (kMemory), with the bytes needed, if even the
+/// fewest rows exceed it.
 std::uint64_t bandBytesWithin(const MemoryBudget& budget, const LayeredInput& input,
                               std::uint64_t most, const BandUseOf& use);
 

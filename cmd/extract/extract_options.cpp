@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Adds layers to a list that is written like one of frames, but without negative numbers. Throws
-/// Error (kUsage).
+/// Adds layers from a list with the syntax of --frames. Throws Error (kUsage) if it is malformed or
+/// has negative numbers.
 void takeLayers(const std::string& text, std::vector<int>& layers) {
     std::vector<int> more;
     try {
@@ -38,7 +38,7 @@ void takeLayers(const std::string& text, std::vector<int>& layers) {
     layers.insert(layers.end(), more.begin(), more.end());
 }
 
-/// What the options say of a file besides the layers.
+/// Returns the output request for a file besides the layers.
 OutputRequest requestFor(const ExtractOptions& options, const fs::path& path) {
     OutputRequest output;
     output.path = path;
@@ -47,7 +47,8 @@ OutputRequest requestFor(const ExtractOptions& options, const fs::path& path) {
     return output;
 }
 
-/// Throws Error (kUsage, kOutput) unless the file has such a name, and may be written.
+/// Throws Error (kUsage) if the extension does not fit, Error (kOutput) if the file cannot be
+/// written.
 void checkFile(const ExtractOptions& options, const fs::path& path, bool fits,
                const char* extensions) {
     if (!fits) {

@@ -20,7 +20,7 @@ class VerbOptions;
 struct ExtractOptions {
     std::filesystem::path input;
     LayeredReadOptions reading;
-    OutputRequest output;  ///< of layers; an empty path = none
+    OutputRequest output;  ///< for layers; empty path = none
     std::optional<std::filesystem::path> counts, points, arrays;
     ObjectOptions objects;
     std::vector<int> layers;       ///< empty = all
@@ -38,8 +38,8 @@ struct ExtractOptions {
 /// Declares all options of the verb. `options` must outlive the parse.
 void addExtractOptions(VerbOptions& verb, ExtractOptions& options);
 
-/// Throws Error (kUsage) for what contradicts itself whatever the picture is, and (kOutput) for
-/// what cannot be written.
+/// Throws Error (kUsage) if the options contradict each other, regardless of the picture, and Error
+/// (kOutput) if a file cannot be written.
 void checkExtractOptions(const ExtractOptions& options);
 
 }  // namespace peeler::cmd

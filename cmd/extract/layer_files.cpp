@@ -20,7 +20,7 @@ namespace peeler::cmd {
 namespace {
 
 constexpr std::size_t kOpenAtOnce = 32;
-constexpr std::uint64_t kFileBuffer = std::uint64_t{1} << 20;  // of an AtomicFile
+constexpr std::uint64_t kFileBuffer = std::uint64_t{1} << 20;  // the buffer of an AtomicFile
 
 }  // namespace
 
@@ -75,7 +75,7 @@ SinkMemory LayerFiles::memory(const Plan& whole, int rows, std::uint64_t fragmen
         shared = sharedEncoderBytes(std::string(format->name), picture);
     }
     const std::uint64_t pixel = fragment_bytes + sizeof(std::uint32_t);
-    // Of a picture there is the composite: RGBA and Z, and the opacities of R, G and B.
+    // A display picture holds its composite: RGBA and Z, and the opacities of R, G and B if tinted.
     const std::uint64_t composite = (whole.tinted ? 8 : 5) * sizeof(float);
     SinkMemory most;
     for (std::size_t first = 0; first < layers_.size(); first += kOpenAtOnce) {
@@ -83,8 +83,8 @@ SinkMemory LayerFiles::memory(const Plan& whole, int rows, std::uint64_t fragmen
         const std::size_t end = std::min(first + kOpenAtOnce, layers_.size());
         for (std::size_t i = first; i < end; ++i) {
             Plan plan = planOf(whole, layers_[i]);
-            // No more is packed at once than a band completes, and where there are no fragments
-            // next to nothing: as if those that there are were all in full rows.
+            // At most one band's rows are compressed at a time, and empty pixels compress to almost
+            // nothing. So assume that all fragments are in full rows.
             Window& window = plan.layers.front().data_window;
             const std::uint64_t pixels = plan.layers.front().pixels;  // 0 = not counted yet
             const auto width = static_cast<std::uint64_t>(window.width());
@@ -102,7 +102,7 @@ SinkMemory LayerFiles::memory(const Plan& whole, int rows, std::uint64_t fragmen
         most.bytes = std::max(most.bytes, open.bytes + shared);
         most.pixel_bytes = std::max(most.pixel_bytes, open.pixel_bytes);
     }
-    // The layer at hand, and which fragments it has, as their list grows.
+    // The current layer, and its fragment indices while their list grows.
     most.pixel_bytes += pixel + 3 * sizeof(std::uint32_t);
     return most;
 }

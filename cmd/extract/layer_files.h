@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layers of a picture, each in a file of its own.
+// Layer files: one file per layer.
 #pragma once
 
 #include <cstddef>
@@ -13,35 +13,35 @@
 
 namespace peeler::cmd {
 
-/// Writes chosen layers of a picture: an .exr is a layered file of one layer with all its channels,
-/// cropped to the layer; a .png, .jpg or .tif shows the crop of the picture. Each open file keeps
-/// rows in memory, so many layers take several readings of the picture.
+/// A writer of selected layers. An .exr is a layered file of one layer with all its channels,
+/// cropped to the layer; a .png, .jpg or .tif covers the crop of the picture. Each open file keeps
+/// rows in memory, so many layers need several passes over the picture.
 class LayerFiles {
   public:
-    /// `output.path` is one name, or has a place for the layer's number. Throws Error (kUsage) if
-    /// two layers would have one name, and like checkOutput().
+    /// `output.path` is a name, possibly with a pattern for the layer's number. Throws Error
+    /// (kUsage) if two layers would share a name, and like checkOutput().
     LayerFiles(const OutputRequest& output, const Provenance& provenance,
                std::vector<std::size_t> layers, const std::filesystem::path& input);
 
-    /// Whether write() has to be told how many fragments each layer has.
+    /// Whether begin() needs the fragment count of each layer.
     static bool needCounts(const OutputRequest& output);
 
     /// Whether begin() has layers left to open.
     bool left() const { return next_ < layers_.size(); }
-    /// Opens the next files. `whole` is the plan of the picture, LayerPlan::pixels included if
-    /// counts are needed. Throws Error (kOutput).
+    /// Opens the next files. `whole` is the plan of the picture, with LayerPlan::pixels if counts
+    /// are needed. Throws Error (kOutput) if a file cannot be opened.
     void begin(const Plan& whole);
-    /// Takes the bands of all layers, as a Sink does.
+    /// Consumes a band with all layers, like a Sink.
     void write(const LayeredImage& band);
-    /// Ends the files that are open, and adds what they took to `times`. Throws Error (kOutput).
+    /// Finishes the open files and adds their times to `times`. Throws Error (kOutput) if writing
+    /// fails.
     void finish(StageTimes& times);
 
-    /// How large the file of a layer will be.
+    /// Returns the forecast size of a layer's file.
     SizeForecast forecast(const Plan& whole, std::size_t layer) const;
 
-    /// Most bytes that the files that are open at a time hold besides the bands that they take, and
-    /// bytes of every pixel of such a band (`pixel_bytes`): bands of so many rows, whose fragments
-    /// have `fragment_bytes`.
+    /// Returns the maximum memory of the files open at one time, besides the band, and their bytes
+    /// per pixel of a band (`pixel_bytes`). Bands have `rows` rows, fragments `fragment_bytes`.
     SinkMemory memory(const Plan& whole, int rows, std::uint64_t fragment_bytes) const;
 
     std::filesystem::path path(std::size_t layer) const;
@@ -53,7 +53,7 @@ class LayerFiles {
     OutputRequest output_;
     Provenance provenance_;
     std::vector<std::size_t> layers_;
-    std::size_t next_ = 0;  ///< index into layers_ of the next one to open
+    std::size_t next_ = 0;  ///< index into layers_ of the next file to open
     std::vector<std::pair<std::size_t, std::unique_ptr<Sink>>> open_;
     LayeredImage layer_;
 };

@@ -28,25 +28,24 @@ namespace {
 
 constexpr const char* kPixelTypes[] = {"half", "float", "uint"};
 
-/// What the headers say, and what reading the layers found.
+/// The headers' data, and the findings from reading the layers.
 struct ImageFacts {
     ExrInfo info;
     bool layered = false;
-    std::vector<LayerPlan> layers;         ///< windows as the file has them
+    std::vector<LayerPlan> layers;         ///< windows from the file
     std::vector<std::uint64_t> histogram;  ///< pixels by their number of fragments
     std::uint64_t fragments = 0;
     std::optional<PointStatistics> points;  ///< if the camera is known
 
     bool countsKnown() const { return info.attributes().contains("peeler:fragmentsStored"); }
     bool cameraKnown() const { return info.attributes().contains("peeler:cameraJson"); }
-    /// Whether as many fragments were found as the header says.
+    /// Whether the fragment count matches the header.
     bool agrees() const {
         return !layered || !countsKnown() || fragments == info.plan.fragments_stored;
     }
 };
 
-/// Reads every layer: a file that is damaged says so here, and not in the middle of somebody's
-/// work.
+/// Reads every layer, so that damage is found here and not in later work.
 void readLayers(OpenedPicture opened, ImageFacts& facts, Reporter& reporter) {
     const std::unique_ptr<LayeredInput> reader = openInput(std::move(opened), reporter);
     facts.info = reader->info();
@@ -60,7 +59,7 @@ void readLayers(OpenedPicture opened, ImageFacts& facts, Reporter& reporter) {
     facts.fragments = complexity.counted();
     facts.histogram = complexity.histogram();
     facts.layers = complexity.layers();
-    // Layers without a pixel are layers all the same.
+    // Layers without pixels count too.
     facts.layers.resize(std::max(facts.layers.size(), facts.info.plan.layers.size()));
     for (std::size_t k = 0; k < facts.info.plan.layers.size(); ++k)
         facts.layers[k].data_window = facts.info.plan.layers[k].data_window;
@@ -171,7 +170,8 @@ std::string layersText(const ImageFacts& facts) {
     return text;
 }
 
-/// Where the fragments lie. The programs in examples/readers print the same three lines.
+/// Returns the statistics of fragment positions. The programs in examples/readers print the same
+/// three lines.
 std::string pointsText(const PointStatistics& points) {
     std::string text = "points: " + std::to_string(points.points) + '\n';
     if (points.empty()) return text;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Prints what is in an image.
+// Image information.
 #pragma once
 
 #include "cmd/info/info_options.h"
@@ -7,8 +7,8 @@
 
 namespace peeler::cmd {
 
-/// Prints windows, layers with their pixels, completeness, where the picture comes from. Throws
-/// Error (kInput) if the file is damaged.
+/// Prints windows, layers with their pixels, completeness and provenance. Throws Error (kInput) if
+/// the file is damaged.
 void printImageInfo(const InfoOptions& options, Reporter& reporter);
 
 }  // namespace peeler::cmd

@@ -12,9 +12,9 @@ namespace peeler::cmd {
 struct InfoOptions {
     std::filesystem::path file;
     bool json = false;
-    SceneOptions scene;  ///< the part of a scene that is described, and how it is read
+    SceneOptions scene;  ///< scene selection and reading
     AppearanceOptions appearance;
-    LayeredReadOptions image;  ///< of an image; `strict` is that of the scene
+    LayeredReadOptions image;  ///< for an image; `strict` is in `scene`
 };
 
 }  // namespace peeler::cmd

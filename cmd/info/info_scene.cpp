@@ -27,7 +27,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// How many elements of each kind are drawn.
+/// The number of drawn elements of each kind.
 struct Elements {
     std::uint64_t triangles = 0, lines = 0, points = 0;
 
@@ -39,7 +39,7 @@ struct Elements {
     }
 };
 
-/// How many elements a primitive of n vertices has, in the order of Topology.
+/// The number of elements in a primitive of n vertices, in the order of Topology.
 struct TopologyRow {
     std::uint64_t Elements::*kind;
     std::uint64_t (*count)(std::uint64_t vertices);
@@ -98,7 +98,7 @@ std::vector<ExtensionUse> extensionsOf(const Scene& scene) {
     return uses;
 }
 
-/// All that is said of a scene beyond what the Scene itself holds.
+/// Facts about a scene that the Scene does not hold.
 struct SceneFacts {
     Scene scene;
     std::optional<Assumed> assumed;
@@ -106,7 +106,7 @@ struct SceneFacts {
     std::optional<Bounds> box;
     std::vector<CameraInstance> cameras;  ///< of the default scene, like the rest
     std::vector<std::string> camera_names;
-    std::vector<PlacedLight> lights;  ///< without the built-in one
+    std::vector<PlacedLight> lights;  ///< without the built-in light
     std::vector<ExtensionUse> extensions;
     std::array<std::uint64_t, 3> materials{};
 };
@@ -118,7 +118,7 @@ SceneFacts gather(const InfoOptions& options) {
     request.appearance = options.appearance;
     request.memory = inheritedBudget();
     request.scene.file = options.file;
-    // What a texture would look like is not told here, so that it cannot be read is no hindrance.
+    // The output does not depend on texture content, so undecodable textures are ignored.
     std::vector<std::string>& ignored = request.scene.reading.ignored_extensions;
     for (const std::string& extension : undecodedImageExtensions())
         ignored.push_back(extension);
@@ -306,7 +306,8 @@ std::string elementsText(const Elements& elements) {
     return text.empty() ? "nothing" : text;
 }
 
-/// The default scene's nodes, indented. Without recursion: a file may nest as deep as it likes.
+/// Returns the default scene's node tree, indented. Not recursive, because files may nest
+/// arbitrarily deep.
 std::string treeText(const Scene& scene) {
     std::string text;
     std::vector<std::pair<int, std::size_t>> open;  // node and depth, next one last
@@ -319,8 +320,7 @@ std::string treeText(const Scene& scene) {
         const auto [index, depth] = open.back();
         open.pop_back();
         const Node& node = scene.nodes[static_cast<std::size_t>(index)];
-        // Deeper levels stand below each other, or the text would grow with the square of the
-        // depth.
+        // Limits the indentation; otherwise the text would grow quadratically with depth.
         text += std::string(2 * std::min<std::size_t>(depth, 40), ' ');
         text += printable(nodeName(scene, static_cast<std::size_t>(index)));
         if (node.mesh >= 0) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Prints what is in a scene.
+// Scene information.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -10,11 +10,11 @@
 
 namespace peeler::cmd {
 
-/// Prints the node tree, what is drawn, materials, cameras, bounds, extensions, warnings. Throws
+/// Prints the node tree, drawn primitives, materials, cameras, bounds, extensions, warnings. Throws
 /// Error (kInput) like readSceneFile().
 void printSceneInfo(const InfoOptions& options, Reporter& reporter);
 
-/// To six significant digits, which other programs that add the same numbers print as well.
+/// Returns six significant digits, so that programs which sum in another order print the same.
 std::string vectorText(const glm::dvec3& v);
 
 Json vectorJson(const glm::dvec3& v);

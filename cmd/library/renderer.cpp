@@ -34,7 +34,7 @@ PosedScene posed(const Shown& shown) {
     return {scene, index, poseAt(scene, shown.animations, shown.time)};
 }
 
-/// Puts composited bands together.
+/// A sink that joins composited bands into one picture.
 class CompositeSink final : public Sink {
   public:
     void begin(const Plan& plan) override {
@@ -67,7 +67,7 @@ View viewOf(const Shown& shown, const CameraChoice& camera) {
     checkCamera(camera);
     const PosedScene scene = posed(shown);
     if (shown.animations.empty()) return makeView(scene, SceneExtent(scene), camera);
-    // What moves is framed once for all times.
+    // An animated scene is framed once for all times.
     return makeView(scene, SceneExtent(*shown.scene, indexOf(shown), shown.animations), camera);
 }
 
@@ -80,7 +80,7 @@ CaptureSettings raySettings() {
     return settings;
 }
 
-/// What lives on the worker's thread.
+/// The state owned by the worker thread.
 struct Renderer::State {
     explicit State(const RendererOptions& wanted)
         : options(wanted), gl(std::in_place, wanted.adopt), worker(!wanted.adopt) {}
@@ -88,19 +88,20 @@ struct Renderer::State {
         worker.run([this](const Progress&) { gl.reset(); }, {});
     }
 
-    /// Throws Error (kUsage) for a device that is named in no way there is.
+    /// Returns the options as a context request. Throws Error (kUsage) if the device name has no
+    /// known form.
     gl::ContextRequest request() const;
     GlRenderer& openRenderer(const Shown& shown, const PosedScene& posed);
     HitSource& openHits(const Shown& shown, const PosedScene& posed, RayEngine engine);
-    /// Does the work; what it throws may have left the scene's GL objects in any state.
+    /// Runs the work. After an exception, discards the scene's GL objects, whose state is unknown.
     void run(const Worker::Work& work, const Progress& progress);
     void capture(HitSource& source, const View& view, CaptureSettings settings, Sink& sink,
                  Plan& plan, const Progress& progress) const;
 
     RendererOptions options;
     std::optional<GlSession> gl;
-    std::unique_ptr<HitRasterizer> rasterizer;  ///< of the call at hand
-    Worker worker;                              // last: it ends first
+    std::unique_ptr<HitRasterizer> rasterizer;  ///< of the current call
+    Worker worker;                              // last, so that it is destroyed first
 };
 
 gl::ContextRequest Renderer::State::request() const {

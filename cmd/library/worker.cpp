@@ -10,10 +10,10 @@
 namespace peeler {
 namespace {
 
-/// Between two calls of a progress function.
+/// The interval between calls of a progress function.
 constexpr std::chrono::milliseconds kBetween{30};
 
-/// Thrown through work that was given up; whoever gave it up has an exception of its own.
+/// Thrown by a cancelled job. The caller rethrows its own exception instead.
 struct GivenUp {};
 
 }  // namespace

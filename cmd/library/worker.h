@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A thread that a Renderer's context is current on, so that nobody else's ever is touched.
+// The Renderer's worker thread. Its GL context is current here, so the caller's is never touched.
 #pragma once
 
 #include <condition_variable>
@@ -13,22 +13,21 @@
 
 namespace peeler {
 
-/// Does one work after the other, for any thread that asks: each waits for its own.
+/// A worker that runs jobs one after another, from any thread. Each caller waits for its own job.
 class Worker {
   public:
-    /// What is done; it tells its progress through the argument, which throws where the work was
-    /// given up.
+    /// A job. It reports progress through the argument, which throws if the job was cancelled.
     using Work = std::function<void(const Progress&)>;
 
-    /// `own_thread`: false = work is done on the thread that asks.
+    /// `own_thread`: false = jobs run on the calling thread.
     explicit Worker(bool own_thread);
     ~Worker();
     Worker(const Worker&) = delete;
     Worker& operator=(const Worker&) = delete;
 
-    /// Does the work and waits for it. `progress` is called on the calling thread, every few
-    /// hundredths of a second; what it throws gives the work up and is thrown on, and so is what
-    /// the work throws.
+    /// Runs the job and waits for it. Calls `progress` on the calling thread, every few hundredths
+    /// of a second; an exception it throws cancels the job. Rethrows exceptions of `progress` and
+    /// of the job.
     void run(const Work& work, const Progress& progress);
 
   private:
@@ -37,7 +36,7 @@ class Worker {
     std::mutex one_at_a_time_;
     std::mutex mutex_;
     std::condition_variable changed_;
-    const Work* work_ = nullptr;  ///< what is to be done or being done
+    const Work* work_ = nullptr;  ///< pending or running job
     double share_ = 0;
     bool given_up_ = false, end_ = false;
     std::exception_ptr failure_;

@@ -55,7 +55,7 @@ sigset_t watchedSignals() {
     return set;
 }
 
-/// What the child does between fork and exec: only calls that are safe there, and no return.
+/// Runs in the child between fork and exec: only async-signal-safe calls; does not return.
 [[noreturn]] void becomeProgram(char* const* arguments, pid_t parent, int out, int err) {
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) _exit(128 + SIGTERM);  // the parent ended before prctl()
@@ -113,7 +113,7 @@ ChildProcess::~ChildProcess() {
     out_.close();
     err_.close();
     if (process_ <= 0) return;
-    // Time to remove its temporary files.
+    // Gives it time to remove its temporary files.
     kill(process_, SIGTERM);
     for (int i = 0; i < 50; ++i) {
         if (waitpid(process_, nullptr, WNOHANG) == process_) return;
@@ -143,11 +143,11 @@ bool ChildProcess::ended() {
     if (process_ < 0) return true;
     int status = 0;
     pid_t found = 0;
-    do  // SIGCHLD has been taken note of, and does not come again.
+    do  // SIGCHLD was already consumed and will not come again
         found = waitpid(process_, &status, WNOHANG);
     while (found < 0 && errno == EINTR);
     if (found == 0) return false;
-    // Somebody else has waited for it: nothing is known of its end.
+    // Another waiter has reaped it, so its status is unknown.
     if (found < 0) status = static_cast<int>(ErrorKind::kInternal) << 8;
     process_ = -1;
     const std::chrono::duration<double, std::milli> passed =
@@ -170,7 +170,7 @@ void ChildProcess::signal(int number) const {
 }
 
 SignalFile::SignalFile() {
-    // Whoever has started us may have left SIGCHLD ignored, and then it would never come.
+    // The parent may have left SIGCHLD ignored; it would then never arrive.
     std::signal(SIGCHLD, SIG_DFL);
     const sigset_t set = watchedSignals();
     file_ = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Another run of this program, and the signals of the run that waits for it.
+// Child processes of this program, and signals for polling.
 #pragma once
 
 #include <sys/types.h>
@@ -10,8 +10,9 @@
 
 namespace peeler::cmd {
 
-/// The program itself with other arguments, nothing on its stdin, both streams read here. It gets a
-/// SIGTERM when this process ends, however it ends. The destructor ends it if it still runs.
+/// A run of this program with other arguments, an empty stdin, and both output streams read here.
+/// It gets a SIGTERM when this process ends for any reason. The destructor ends it if it is still
+/// running.
 class ChildProcess {
   public:
     /// Throws Error (kInternal) if the system has no process or pipe left.
@@ -20,27 +21,27 @@ class ChildProcess {
     ChildProcess(ChildProcess&& other) noexcept;
     ChildProcess& operator=(ChildProcess&&) = delete;
 
-    /// Takes what there is on the streams, without waiting.
+    /// Reads available output without blocking.
     void read();
-    /// Whether it has ended; then all that it wrote has been read.
+    /// Whether it has ended; all its output has then been read.
     bool ended();
-    /// Sends it a signal; does nothing once it has ended.
+    /// Sends a signal; does nothing once the process has ended.
     void signal(int number) const;
-    /// From here on nobody waits for it or ends it.
+    /// Detaches the process: it is neither awaited nor ended.
     void abandon();
 
-    /// Files to poll for input; −1 once they are at their end.
+    /// Return file descriptors to poll for input; −1 at end of file.
     int outFile() const { return out_.file; }
     int errFile() const { return err_.file; }
 
-    /// Once it has ended: the exit code, 128 + n if signal n ended it.
+    /// Returns the exit code after the end; 128 + n if signal n ended it.
     int exitCode() const { return exit_code_; }
-    /// The signal that ended it; 0 if it ended by itself.
+    /// Returns the signal that ended it; 0 if it exited.
     int endingSignal() const { return ending_signal_; }
     const std::string& out() const { return out_.text; }
-    /// The last 64 KiB of its stderr.
+    /// Returns the last 64 KiB of its stderr.
     const std::string& err() const { return err_.text; }
-    /// From its start to its end.
+    /// Returns its running time.
     double milliseconds() const { return milliseconds_; }
 
   private:
@@ -52,7 +53,7 @@ class ChildProcess {
         void close();
     };
 
-    pid_t process_ = -1;  ///< −1 = it has ended
+    pid_t process_ = -1;  ///< −1 = ended
     Stream out_, err_;
     std::chrono::steady_clock::time_point start_;
     double milliseconds_ = 0;
@@ -60,9 +61,9 @@ class ChildProcess {
     int ending_signal_ = 0;
 };
 
-/// Signals as something to poll for, while it lives: SIGCHLD, and those of SIGINT, SIGTERM and
-/// SIGHUP that are not ignored. They have no other effect meanwhile. Throws Error (kInternal) if
-/// the system has no file left.
+/// A pollable file of signals: SIGCHLD, and SIGINT, SIGTERM and SIGHUP unless ignored. They have no
+/// other effect during its lifetime. The constructor throws Error (kInternal) if the system has no
+/// file descriptor left.
 class SignalFile {
   public:
     SignalFile();
@@ -71,7 +72,7 @@ class SignalFile {
     SignalFile& operator=(const SignalFile&) = delete;
 
     int file() const { return file_; }
-    /// Takes the next signal that has come; 0 = none.
+    /// Returns the next pending signal; 0 = none.
     int take() const;
 
   private:

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether a list with commas between its words has this one.
+/// Whether a comma-separated list contains the word.
 bool lists(std::string_view list, std::string_view word) {
     while (true) {
         const std::size_t end = list.find(',');
@@ -29,7 +29,7 @@ bool lists(std::string_view list, std::string_view word) {
     }
 }
 
-/// mountinfo writes blanks and backslashes as \040 and \134.
+/// Decodes mountinfo escapes: blanks and backslashes are \040 and \134.
 std::string unescaped(const std::string& text) {
     std::string out;
     const auto octal = [&](std::size_t at) {
@@ -48,7 +48,7 @@ std::string unescaped(const std::string& text) {
     return out;
 }
 
-/// A group's path below what is mounted; "/" where the mount shows no such group.
+/// Returns a group's path below the mounted group; "/" if the mount does not contain it.
 fs::path below(const std::string& top, const std::string& path) {
     const fs::path relative = fs::path(path).lexically_normal().lexically_relative(top);
     if (relative.empty() || relative == "." || *relative.begin() == "..") return "/";
@@ -57,11 +57,10 @@ fs::path below(const std::string& top, const std::string& path) {
 
 constexpr std::uint64_t kKibi = 1024, kMebi = kKibi * 1024;
 
-/// Bytes of memory from here on mean no limit: version 1 then writes the largest whole page of 63
-/// bits.
+/// Values from here on mean no limit: version 1 then reports the largest whole page below 2^63.
 constexpr std::uint64_t kNoLimit = std::uint64_t{1} << 62;
 
-/// A whole number from 1; nothing for "max", −1, and what is no number.
+/// Parses a positive integer; nothing for "max", −1 and non-numbers.
 std::optional<std::uint64_t> positive(std::string_view text) {
     std::uint64_t value = 0;
     const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -70,7 +69,7 @@ std::optional<std::uint64_t> positive(std::string_view text) {
     return value;
 }
 
-/// The words of the first line of a file; none if it cannot be read.
+/// Returns the words of a file's first line; empty if it cannot be read.
 std::vector<std::string> wordsOf(const fs::path& path) {
     std::ifstream file(path);
     std::string line;
@@ -94,13 +93,13 @@ std::optional<std::uint64_t> roundedUp(std::optional<std::uint64_t> quota,
     return *quota / *period + (*quota % *period != 0 ? 1 : 0);
 }
 
-// One reader for each kind of file; `folder` is a cgroup's.
+// Readers, one per kind of file; `folder` is a cgroup's.
 std::optional<std::uint64_t> bytesIn(const fs::path& folder, const char* file) {
     const auto bytes = numberIn(wordsOf(folder / file), 0);
     return bytes && *bytes < kNoLimit ? bytes : std::nullopt;
 }
 
-/// "200000 100000": so many microseconds of every so many.
+/// Reads "200000 100000": quota and period in microseconds.
 std::optional<std::uint64_t> quotaAndPeriodIn(const fs::path& folder, const char* file) {
     const auto words = wordsOf(folder / file);
     return roundedUp(numberIn(words, 0), numberIn(words, 1));
@@ -131,10 +130,9 @@ constexpr LimitFile kMemoryFiles[] = {
 
 struct LimitVariable {
     const char* name;
-    /// What a value of 1 stands for, in processors or bytes.
+    /// The unit of the value, in processors or bytes.
     std::uint64_t unit;
-    /// The first of these variables that is set says how many times the limit is granted; none =
-    /// once.
+    /// Multiplies the limit by the first of these variables that is set; empty = once.
     std::span<const char* const> times;
 };
 
@@ -192,7 +190,7 @@ Cgroups::Cgroups(fs::path root) : root_(std::move(root)) {
         if (auto mount = mountIn(line)) mounts_.push_back(std::move(*mount));
 }
 
-/// A line has number, controllers and path with colons between; the path may hold more colons.
+/// A line has number, controllers and path, separated by colons; the path may contain colons.
 std::optional<Cgroups::Membership> Cgroups::membershipIn(const std::string& line) {
     const std::size_t first = line.find(':');
     if (first == std::string::npos) return std::nullopt;

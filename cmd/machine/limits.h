@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Limits of processors and memory that control groups and schedulers set.
+// Processor and memory limits of cgroups and schedulers.
 #pragma once
 
 #include <cstdint>
@@ -13,32 +13,31 @@ namespace peeler::cmd {
 
 struct Cgroup {
     std::string name;              ///< below its mount: "/", "/slurm/job_7"
-    std::filesystem::path folder;  ///< where its files are
+    std::filesystem::path folder;  ///< folder of its files
 };
 
-/// The groups of one process, as they were when it was made; what limits them may change.
-/// (cgroups(7), proc(5): mountinfo.)
+/// The cgroups of this process at construction; their limits may change later. (cgroups(7),
+/// proc(5): mountinfo.)
 class Cgroups {
   public:
-    /// Reads the groups of this process, and where groups are mounted, below `root`/proc/self.
+    /// Reads the groups of this process and their mount points below `root`/proc/self.
     explicit Cgroups(std::filesystem::path root);
 
-    /// The group of the process and those above it as far up as they are mounted, its own first.
-    /// `controller` is one of version 1 ("memory"), or "" for the hierarchy of version 2. Empty if
-    /// that is not mounted. A container may see its own group as the root; limits above it are not
-    /// to be seen then.
+    /// Returns the process's group and its mounted ancestors, its own first. `controller` is a
+    /// version 1 controller ("memory"), or "" for the version 2 hierarchy. Empty if that is not
+    /// mounted. A container may see its own group as the root; limits above it are then invisible.
     std::vector<Cgroup> of(const std::string& controller) const;
 
   private:
-    // Controllers are a list with commas; "" is the hierarchy of version 2.
+    // Controllers are a comma-separated list; "" is the version 2 hierarchy.
     struct Membership {
         std::string controllers;
-        std::string name;  ///< of the group that the process is in
+        std::string name;  ///< the process's group
     };
     struct Mount {
-        std::string controllers;  ///< among other options of the mount
-        std::string top;          ///< the group that is mounted
-        std::string point;        ///< where it is mounted
+        std::string controllers;  ///< among other mount options
+        std::string top;          ///< the mounted group
+        std::string point;        ///< the mount point
     };
     static std::optional<Membership> membershipIn(const std::string& line);
     static std::optional<Mount> mountIn(const std::string& line);
@@ -48,7 +47,7 @@ class Cgroups {
     std::vector<Mount> mounts_;
 };
 
-/// A number of processors or bytes, and who limits to it: "the cgroup /job_7 (memory.max)",
+/// A limit in processors or bytes, and its source: "the cgroup /job_7 (memory.max)",
 /// "SLURM_CPUS_PER_TASK".
 struct Limit {
     std::uint64_t amount = 0;
@@ -56,32 +55,31 @@ struct Limit {
     bool operator==(const Limit&) const = default;
 };
 
-/// Where limits are read: files of the system and variables of the environment. Tests make up their
-/// own.
+/// The sources of limits: system files and environment variables. Tests supply their own.
 struct LimitSources {
     Cgroups cgroups;
-    /// The value of an environment variable, null if it is not set.
+    /// Returns the value of an environment variable, null if it is not set.
     std::function<const char*(const char* name)> variable;
 };
 
-/// The files and variables of this process.
+/// Returns the files and variables of this process.
 const LimitSources& processLimitSources();
 
-/// Every limit of processors that there is, CPU affinity aside:
-/// - the quota of the process's cgroup and of those above it: cpu.max (v2), cpu.cfs_quota_us (v1),
+/// Returns every processor limit except CPU affinity:
+/// - the quota of the process's cgroup and its ancestors: cpu.max (v2), cpu.cfs_quota_us (v1),
 ///   each divided by its period and rounded up
 /// - SLURM_CPUS_PER_TASK (sbatch --cpus-per-task), CUE_THREADS (OpenCue)
-/// What is missing, says "max" or is no positive number limits nothing.
+/// A value that is missing, "max" or not a positive number is no limit.
 std::vector<Limit> processorLimits(const LimitSources& sources);
 
-/// Every limit of memory, in bytes:
-/// - of the process's cgroup and of those above it: memory.max and memory.high (v2),
+/// Returns every memory limit, in bytes:
+/// - of the process's cgroup and its ancestors: memory.max and memory.high (v2),
 ///   memory.limit_in_bytes (v1)
 /// - SLURM_MEM_PER_NODE (MiB; sbatch --mem), SLURM_MEM_PER_CPU times SLURM_CPUS_PER_TASK (or
 ///   SLURM_CPUS_ON_NODE), CUE_MEMORY (KiB; OpenCue's reservation)
 std::vector<Limit> memoryLimits(const LimitSources& sources);
 
-/// The least of some limits, of equal ones the first; nothing if there are none.
+/// Returns the smallest limit, the first of equal ones; nothing if the list is empty.
 std::optional<Limit> least(const std::vector<Limit>& limits);
 
 }  // namespace peeler::cmd

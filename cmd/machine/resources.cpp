@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What limits mean for a command, and the memory it used by /proc.
+// Resource limits of a command, and its memory use from /proc.
 #include "cmd/machine/resources.h"
 
 #include <sys/resource.h>
@@ -18,7 +18,7 @@
 namespace peeler::cmd {
 
 Limit allowedThreads() {
-    // Affinity comes first, so that it is named where another limit is the same.
+    // Affinity comes first, so that it is named if another limit is equal.
     std::vector<Limit> limits{{static_cast<std::uint64_t>(affinityCount()), "CPU affinity"}};
     for (const Limit& limit : processorLimits(processLimitSources()))
         limits.push_back(limit);
@@ -41,10 +41,11 @@ MemoryBudget inheritedBudget() {
 
 namespace {
 
-/// As many as `wanted`, or as many as can be started in each place that has threads: loops have one
-/// less, the image libraries and the rasteriser as many, writing and the driver's cache one each.
+/// Returns `wanted`, or the number of threads that every pool can start. Loops use one less, the
+/// image libraries and the rasteriser use that many, and writing and the driver's cache use one
+/// each.
 int startable(int wanted) {
-    static int started = 0;  // as many could be started before
+    static int started = 0;  // known to be startable
     if (wanted == started) return wanted;
     constexpr int kPlaces = 3, kOthers = 2;
     const int all = kPlaces * wanted - 1 + kOthers;
@@ -58,14 +59,14 @@ int startable(int wanted) {
 void setThreads(int threads) {
     setThreadCount(startable(threads > 0 ? threads : static_cast<int>(allowedThreads().amount)));
     setLibraryThreads(threadCount());
-    // OpenImageIO makes its pool at the first use, with as many threads as the variable CUE_THREADS
-    // says, be that a number or not; its own variable goes before that one.
+    // OpenImageIO creates its pool at first use, with the thread count of CUE_THREADS even if that
+    // is not a number. Its own variable takes precedence.
     setenv("OPENIMAGEIO_THREADS", std::to_string(threadCount()).c_str(), 1);
-    // llvmpipe: 0 rasterises in the calling thread, 1 would add a worker to it. Left to itself it
-    // counts the processors of the machine, not those that the process may run on.
+    // llvmpipe: 0 rasterises in the calling thread, 1 would add a worker thread. By default it
+    // counts the machine's processors, not those available to the process.
 #ifdef __SANITIZE_THREAD__
-    // Such a build sees nothing of what its threads wait for each other with, and its race, which
-    // is not mended there (cmd/mutex_destroy.cpp), as what it is.
+    // ThreadSanitizer cannot see llvmpipe's synchronisation, and would report its race, which such
+    // builds do not work around (cmd/mutex_destroy.cpp).
     const int workers = 0;
 #else
     const int workers = threadCount() == 1 ? 0 : threadCount();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The processors, threads and memory that a command may use, and the memory that it used.
+// Resource limits and usage: threads and memory.
 #pragma once
 
 #include <cstdint>
@@ -11,37 +11,36 @@
 
 namespace peeler::cmd {
 
-/// The least --memory, in bytes: below it the driver and the shader compiler alone are over the
-/// budget.
+/// The minimum of --memory, in bytes: the driver and the shader compiler alone need more than any
+/// smaller budget.
 inline constexpr std::uint64_t kLeastMemory = std::uint64_t{64} << 20;
 
-/// The least of CPU affinity and processorLimits(); at least 1.
+/// Returns the minimum of CPU affinity and processorLimits(), at least 1.
 Limit allowedThreads();
 
-/// The least of memoryLimits(), bytes; nothing if nobody limits it.
+/// Returns the minimum of memoryLimits(), in bytes; nothing if there is no limit.
 std::optional<Limit> allowedMemory();
 
-/// What a render holds to under a limit of memory unless --memory says otherwise: seven eighths of
-/// it. The rest is for what is charged to the process, or its job, and is not resident in it: pages
-/// of its files that are still to be written, page tables, the driver's own memory, the shell
-/// around it.
+/// Returns the default budget of a render under a memory limit: seven eighths of it. The rest is
+/// for memory charged to the process or its job but not resident in it: dirty file pages, page
+/// tables, the driver's own memory, the parent shell.
 MemoryBudget budgetUnder(const Limit& limit);
 
-/// budgetUnder() of allowedMemory(); no budget without a limit.
+/// Returns budgetUnder() of allowedMemory(); no budget without a limit.
 MemoryBudget inheritedBudget();
 
-/// Sets the threads of our own loops, of Mesa's software rasteriser and of the image libraries; 0 =
-/// allowedThreads(); fewer where the machine lets fewer be started. Call before the first GL call:
-/// llvmpipe reads its variable, LP_NUM_THREADS, once. One that the user has set is left alone
-/// unless `threads` says otherwise.
+/// Sets the number of threads for peeler's loops, Mesa's software rasteriser and the image
+/// libraries; 0 = allowedThreads(). Uses fewer if the system refuses to start that many. Call
+/// before the first GL call, because llvmpipe reads LP_NUM_THREADS once. Keeps a user-set
+/// LP_NUM_THREADS unless `threads` is given.
 void setThreads(int threads);
 
-/// Takes CUDA_VISIBLE_DEVICES out of the environment, if it is there, and hands it to
-/// gl::setCudaVisibleDevices(). For commands that use GL, before any driver is loaded; one that
-/// starts others leaves it to them.
+/// Moves CUDA_VISIBLE_DEVICES, if set, from the environment to gl::setCudaVisibleDevices(). For
+/// commands that use GL, before any driver is loaded. A command that starts child processes leaves
+/// it to them.
 void takeVisibleGpus();
 
-/// The most bytes that have been resident at once so far (VmHWM); 0 if the system does not say.
+/// Returns the peak resident bytes so far (VmHWM); 0 if unknown.
 std::uint64_t peakMemory();
 
 }  // namespace peeler::cmd

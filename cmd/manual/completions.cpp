@@ -12,7 +12,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// The files of one shell begin with this.
+/// The first line of every file.
 constexpr const char* kHead = "# Made of the options of peeler, as peeler --help is.\n";
 
 constexpr const char* kBashBegin = R"(
@@ -63,7 +63,7 @@ std::string joined(const std::vector<std::string>& words, const char* between) {
     return text;
 }
 
-/// `text` with a backslash before each of these characters.
+/// Returns `text` with a backslash before each of these characters.
 std::string escaped(const std::string& text, std::string_view characters) {
     std::string out;
     for (const char c : text) {
@@ -73,7 +73,7 @@ std::string escaped(const std::string& text, std::string_view characters) {
     return out;
 }
 
-/// What a help begins with, for a line in a list.
+/// Returns the beginning of a help text, for a line in a list.
 std::string brief(const std::string& help) {
     std::size_t end = help.size();
     for (const char* mark : {"; ", ": ", " (default", ". It "})
@@ -92,7 +92,7 @@ bool isNamed(const OptionDescription& option) {
     return !option.names.empty();
 }
 
-/// The lines of bash that say what may stand where the value of an option does.
+/// Returns the bash lines that complete an option's value.
 std::string bashValue(const OptionDescription& option) {
     std::string text;
     if (const auto words = namesOf(valuesOf(option)); !words.empty())
@@ -104,7 +104,7 @@ std::string bashValue(const OptionDescription& option) {
 
 std::string bashCase(const CommandDescription& command, const std::vector<std::string>& verbs) {
     std::vector<std::string> options;
-    std::map<std::string, std::string> names;  // by what may stand behind them
+    std::map<std::string, std::string> names;  // option names by completion
     std::string arguments = verbs.empty() ? "" : " words='" + joined(verbs, " ") + '\'';
     for (const OptionDescription& option : command.options) {
         options.insert(options.end(), option.names.begin(), option.names.end());
@@ -123,7 +123,7 @@ std::string bashCase(const CommandDescription& command, const std::vector<std::s
            "; fi ;;\n        esac\n        ;;\n";
 }
 
-/// In single quotes, of bash and zsh.
+/// Returns the text in single quotes, for bash and zsh.
 std::string shellQuoted(const std::string& text) {
     std::string out = "'";
     for (const char c : text)
@@ -131,7 +131,7 @@ std::string shellQuoted(const std::string& text) {
     return out + '\'';
 }
 
-/// What zsh's _arguments does for a value, or an argument: ":message:action".
+/// Returns zsh's _arguments spec of a value or positional argument: ":message:action".
 std::string zshValue(const OptionDescription& option) {
     const std::vector<ChoiceDescription> values = valuesOf(option);
     std::vector<std::string> patterns;
@@ -168,7 +168,7 @@ std::string zshOption(const OptionDescription& option) {
     }
     const std::string before = option.repeated ? "*" : "";
     if (names.size() == 1) return shellQuoted(before + names.front() + text);
-    // By default each may be given once, but the other one as well.
+    // By default zsh would still offer the other name after one is given.
     const std::string once = option.repeated ? "*" : '(' + joined(option.names, " ") + ')';
     return shellQuoted(once) + '{' + joined(names, ",") + '}' + shellQuoted(text);
 }
@@ -180,12 +180,12 @@ std::string zshArguments(const CommandDescription& command) {
     return text;
 }
 
-/// In single quotes of fish, whose backslash escapes within them.
+/// Returns the text in fish's single quotes, where a backslash escapes.
 std::string fishQuoted(const std::string& text) {
     return '\'' + escaped(text, "\\'") + '\'';
 }
 
-/// The arguments of fish's complete for a value.
+/// Returns the arguments of fish's `complete` for a value.
 std::string fishValue(const OptionDescription& option) {
     if (option.is_file && option.endings.empty()) return " -F";
     std::string words;

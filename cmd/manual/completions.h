@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Completions of shells, a file each, made of what --help is made of.
+// Shell completions, from the same descriptions as --help.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace peeler::cmd {
 
-// Completions, a file of a shell each.
+// Return the completion file of a shell.
 std::string bashCompletions(const CommandDescription& program);
 
 std::string zshCompletions(const CommandDescription& program);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of all verbs as JSON, for programs that call them.
+// JSON description of all verbs' options.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 namespace peeler::cmd {
 
 /// Returns an object with `version` and `verbs`: objects by name, each with `summary` and
-/// `options`: objects with `names` (with dashes, none of an argument), `value` (what it is called;
-/// "" of a flag), `group`, `help`, `choices` (names), and where they are true `list`, `required`,
+/// `options`: objects with `names` (with dashes; empty for a positional argument), `value` (its
+/// name; "" for a flag), `group`, `help`, `choices` (names), and, only if true, `list`, `required`,
 /// `repeated` and `file`.
 std::string describeAsJson(const CommandDescription& program);
 

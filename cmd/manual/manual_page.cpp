@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pages of the manual: the macros of man(7), as groff and mandoc read them.
+// Manual pages with man(7) macros, for groff and mandoc.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -47,8 +47,8 @@ std::string italic(std::string_view text) {
     return "\\fI" + roffText(text) + "\\fR";
 }
 
-/// Escaped text in lines of its own. A line that begins with a dot would be a request, one that
-/// ends with a dot the end of a sentence, behind which roff leaves more room.
+/// Returns escaped text on lines of its own. A line that begins with a dot would be a request; one
+/// that ends with a dot would end a sentence, after which roff adds space.
 std::string filled(const std::string& roff) {
     std::string text;
     std::istringstream lines(wrapped(roff, 76));
@@ -83,7 +83,7 @@ std::string optionText(const OptionDescription& option) {
     std::string text = tagged(tag, option.help);
     if (option.choices.empty()) return text;
     text += ".RS\n";
-    std::string bare;  // those that need no words
+    std::string bare;  // choices without a summary
     for (const ChoiceDescription& choice : option.choices) {
         const std::string name = bold(choice.name) + (choice.is_default ? " (default)" : "");
         if (choice.summary.empty())
@@ -113,7 +113,7 @@ std::string synopsis(const CommandDescription& program, const CommandDescription
     return text;
 }
 
-/// The options under the headings that --help has, in the same order.
+/// Returns the options under the headings of --help, in the same order.
 std::string optionSections(const CommandDescription& command) {
     std::string arguments, text;
     std::vector<std::string> groups;
@@ -131,8 +131,8 @@ std::string optionSections(const CommandDescription& command) {
     return (arguments.empty() ? "" : ".SH ARGUMENTS\n" + arguments) + text;
 }
 
-/// What ends the help: paragraphs; lines that begin with spaces are rows of a word and what it
-/// means, two spaces between, or stand as they are.
+/// Returns the end of the help: paragraphs, and lines that begin with spaces. These are rows of a
+/// term and its meaning separated by two spaces, or are kept verbatim.
 std::string notes(const std::string& footer) {
     std::string text, paragraph, row, meaning, fixed;
     const auto flush = [&] {
@@ -200,7 +200,7 @@ std::string roffText(std::string_view text) {
         } else if (byte < 0x80) {
             roff += text[i];
         } else {
-            // UTF-8; what does not begin with ASCII only is spelled \[u....].
+            // UTF-8: non-ASCII characters become \[u....].
             const int more = byte >= 0xF0 ? 3 : byte >= 0xE0 ? 2 : 1;
             std::uint32_t code = byte & (0x3FU >> more);
             for (int k = 0; k < more && i + 1 < text.size(); ++k)

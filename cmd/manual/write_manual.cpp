@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the manual, the completions of shells and the options as JSON as they are installed:
-// write_manual SHARE.
+// Build tool that writes the installed manual, shell completions and JSON options: write_manual
+// SHARE.
 #include <array>
 #include <cstdlib>
 #include <ctime>
@@ -27,7 +27,8 @@ void write(const fs::path& path, const std::string& text) {
     if (!file) throw std::runtime_error("cannot write " + path.string());
 }
 
-/// reproducible-builds.org/specs/source-date-epoch: a date, if it is the same for every build.
+/// Returns the date of SOURCE_DATE_EPOCH, if set, so that builds are reproducible
+/// (reproducible-builds.org/specs/source-date-epoch).
 std::string buildDate() {
     const char* const variable = std::getenv("SOURCE_DATE_EPOCH");
     if (!variable || !*variable) return "";

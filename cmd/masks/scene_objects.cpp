@@ -66,7 +66,7 @@ std::uint32_t addObject(std::string name, SceneObjects& found) {
 void findNodes(const PosedScene& posed, const ObjectsRequest& /*request*/, SceneObjects& found) {
     const Scene& scene = posed.scene();
     found.table.instances_apart = true;
-    std::map<int, int> instances;  // of each node, so far
+    std::map<int, int> instances;  // per node, so far
     for (const MeshInstance& mesh : posed.meshes()) {
         const auto node = static_cast<std::size_t>(mesh.node);
         const int ordinal = instances[mesh.node]++;
@@ -103,7 +103,7 @@ void findGlobs(const PosedScene& posed, const ObjectsRequest& request, SceneObje
     }
 }
 
-/// What the extras of a node have under a key.
+/// Returns the value of a key in a node's extras.
 const std::string* extraOf(const Node& node, const std::string& key) {
     for (const auto& [name, value] : node.extras)
         if (name == key) return &value;
@@ -129,7 +129,7 @@ void findExtras(const PosedScene& posed, const ObjectsRequest& request, SceneObj
         int node = 0;
         std::uint32_t inherited = 0;
     };
-    std::vector<Visit> ahead;  // the last one next: depth first, the order of drawing
+    std::vector<Visit> ahead;  // a stack: depth first, in draw order
     const std::vector<int> roots = rootsOf(scene.nodes);
     for (auto root = roots.rbegin(); root != roots.rend(); ++root)
         ahead.push_back({*root, 0});
@@ -196,7 +196,7 @@ std::vector<glm::dmat4> placesOf(const PosedScene& posed, const SceneObjects& ob
         const bool alone = ++meshes[number - 1] == 1;
         places[number - 1] = alone ? mesh.world : glm::dmat4(1);
     };
-    std::map<int, std::uint32_t> instances;  // of each node, so far
+    std::map<int, std::uint32_t> instances;  // per node, so far
     for (const MeshInstance& mesh : posed.meshes()) {
         const std::uint32_t ordinal = instances[mesh.node]++;
         if (!table.by_material) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the objects of a scene are that masks are made of.
+// Objects of a scene for masks.
 #pragma once
 
 #include <string>
@@ -18,29 +18,29 @@ enum class ObjectsBy { kNode, kMaterial, kGlob, kExtras };
 /// --by.
 struct ObjectsRequest {
     ObjectsBy by = ObjectsBy::kNode;
-    std::vector<std::string> globs{};  ///< of kGlob: each is an object
-    std::string key{};                 ///< of kExtras
+    std::vector<std::string> globs{};  ///< for kGlob: one object each
+    std::string key{};                 ///< for kExtras
     bool given = false;
 
-    /// As on the command line: "node", "glob:a,b", "extras:class".
+    /// Returns the command-line form: "node", "glob:a,b", "extras:class".
     std::string text() const;
 };
 
 /// Declares --by; `request` must outlive the parse.
 void addObjectsOption(VerbOptions& verb, ObjectsRequest& request);
 
-/// The objects of a scene, and which fragments are theirs.
+/// The objects of a scene, and the table that assigns fragments to them.
 struct SceneObjects {
     std::vector<MaskedObject> objects;
     ObjectTable table;
 };
 
-/// Finds them among what is shown. Throws Error (kUsage) for a glob that no node matches, and for a
-/// key that no node has.
+/// Finds the objects in the shown scene. Throws Error (kUsage) if no node matches a glob or has the
+/// key.
 SceneObjects objectsOf(const PosedScene& posed, const ObjectsRequest& request);
 
-/// Where the objects are in a pose: the matrix of what is one mesh in one place; anything else is
-/// the world's own, as it stands there.
+/// Returns the objects' transforms in a pose: the matrix of an object that is one mesh at one
+/// place, the identity for any other.
 std::vector<glm::dmat4> placesOf(const PosedScene& posed, const SceneObjects& objects);
 
 }  // namespace peeler::cmd

@@ -29,7 +29,7 @@ std::string channelsText(const LayeredImage& image) {
     return text.empty() ? "none" : text.substr(0, text.size() - 2);
 }
 
-/// What a header says besides scene, settings and camera, in words.
+/// A header property besides scene, settings and camera, as text.
 struct CommonAttribute {
     const char* name;
     std::string (*text)(const ExrInfo& info);
@@ -46,7 +46,7 @@ constexpr CommonAttribute kPrecision{
         return std::string(i.plan.color_type == PixelType::kHalf ? "half" : "float");
     }};
 
-/// What the tiles of one picture have in common.
+/// Properties that the tiles of a picture share.
 constexpr CommonAttribute kOfTiles[] = {
     kFrame,
     kTime,
@@ -58,20 +58,20 @@ constexpr CommonAttribute kOfTiles[] = {
     {"--deep-merge", [](const ExrInfo& i) { return i.provenance.deep_merge; }},
 };
 
-/// What the elements of one picture have in common.
+/// Properties that the elements of a picture share.
 constexpr CommonAttribute kOfElements[] = {kPrecision};
 
-/// What may differ between tiles: the first one's is kept, with a warning.
+/// Properties that may differ between tiles, with a warning; the first tile's is kept.
 constexpr CommonAttribute kLesserOfTiles[] = {
     {"method", [](const ExrInfo& i) { return i.provenance.method; }},
     {"renderer", [](const ExrInfo& i) { return i.provenance.renderer; }},
     {"version", [](const ExrInfo& i) { return i.provenance.version; }},
 };
 
-/// The same of elements, which are often of one moment, but need not be.
+/// Properties that may differ between elements, which often, but not always, share one moment.
 constexpr CommonAttribute kLesserOfElements[] = {kFrame, kTime, kSamples};
 
-/// What two headers say differently of these.
+/// Returns the differences between two headers in these properties.
 std::vector<Difference> attributeDifferences(std::span<const CommonAttribute> attributes,
                                              const ExrInfo& here, const ExrInfo& there) {
     const auto orNone = [](const std::string& text) { return text.empty() ? "none" : text; };
@@ -83,7 +83,7 @@ std::vector<Difference> attributeDifferences(std::span<const CommonAttribute> at
     return found;
 }
 
-/// What two headers that should be of one picture say differently, nothing twice.
+/// Returns the differences between two headers of one picture, without duplicates.
 std::vector<Difference> pictureDifferences(const ExrInfo& here, const ExrInfo& there) {
     std::vector<Difference> found = sceneDifferences(here.provenance, there.provenance);
     const auto add = [&](const std::vector<Difference>& more) {
@@ -99,7 +99,7 @@ std::vector<Difference> pictureDifferences(const ExrInfo& here, const ExrInfo& t
     return found;
 }
 
-/// The same of the elements of one picture.
+/// Returns the differences between two elements of one picture.
 std::vector<Difference> elementDifferences(const ExrInfo& here, const ExrInfo& there) {
     const View &a = here.plan.view, &b = there.plan.view;
     std::vector<Difference> found = sizeDifferences(a, b);
@@ -109,7 +109,7 @@ std::vector<Difference> elementDifferences(const ExrInfo& here, const ExrInfo& t
     return found;
 }
 
-/// "the frame" or "the frame and --channels" or "a, b and c"
+/// Returns "the frame" or "the frame and --channels" or "a, b and c".
 std::string namesText(const std::vector<Difference>& differences) {
     std::string text;
     for (std::size_t i = 0; i < differences.size(); ++i)
@@ -117,7 +117,7 @@ std::string namesText(const std::vector<Difference>& differences) {
     return text;
 }
 
-/// Makes the ids of a channel, where there are any, those behind others.
+/// Adds `first` to the ids of a channel, except 0.
 void addToIds(LayeredImage& image, const std::string& channel, std::uint32_t first) {
     if (first == 0) return;
     for (FragmentArray& array : image.extra) {
@@ -131,7 +131,7 @@ void addToIds(LayeredImage& image, const std::string& channel, std::uint32_t fir
     }
 }
 
-/// Gives colours an opacity in every channel, which is A.
+/// Adds channel opacities equal to A to colours.
 void addOpacities(LayeredImage& image) {
     FragmentArray colors{colorNames(true), image.color.type, {}};
     colors.data.resize(image.fragments() * colors.stride());
@@ -140,8 +140,8 @@ void addOpacities(LayeredImage& image) {
     image.color = std::move(colors);
 }
 
-/// Whether the tiles are merged as composites: all have one and none has layers, and not all of
-/// them are empty layered files, unless composites are wanted.
+/// Whether to merge the tiles as composites: all have one and none has layers. If all are empty
+/// layered files, only if composites are wanted.
 bool areComposites(const std::vector<OpenedPicture>& opened, bool wanted) {
     const auto flat = [](const OpenedPicture& tile) {
         return tile.info().composite >= 0 && tile.info().layers.empty() && tile.info().deep.empty();
@@ -166,7 +166,7 @@ void PictureTiles::open(const std::vector<fs::path>& paths, const LayeredReadOpt
     std::vector<OpenedPicture> opened;
     for (const fs::path& path : paths)
         opened.emplace_back(path.string(), reading);
-    // Layers in arrays are no deep samples.
+    // Layers in arrays are not deep samples.
     const auto deep = [](const OpenedPicture& tile) {
         return !tile.info().deep.empty() && !tile.isOfArrays();
     };
@@ -235,15 +235,15 @@ void PictureTiles::checkCommon(Reporter& reporter) {
         if (a != b) differ(*with_layers, tile, {{"channels", b, a}});
     }
     arrays_ = with_layers ? with_layers->arrays : LayeredImage();
-    // Elements without coloured opacity may stand beside those that have it.
+    // Elements with and without coloured opacity may be mixed.
     const bool tinted = std::ranges::any_of(
         tiles_, [](const PictureTile& tile) { return tile.info().plan.tinted; });
     arrays_.color.channels = colorNames(tinted);
     arrays_.color.type = first.info().plan.color_type;
 }
 
-/// Adds the names of an element's ids to those of all, unless they are there; where from is told by
-/// the ids that are added.
+/// Joins the id names of all elements, equal lists only once, and sets the id offsets of each
+/// element.
 void PictureTiles::joinProvenance() {
     provenance_ = info().provenance;
     if (parts_ == Parts::kTiles) return;
@@ -323,7 +323,7 @@ int PictureTiles::rowsFor(std::uint64_t bytes) const {
     }
     int rows = window_.height();
     for (const PictureTile& tile : tiles_) {
-        // A tile that fits as a whole says its height, which is no limit for higher ones beside it.
+        // A tile that fits completely reports its height, which must not limit taller neighbours.
         constexpr int kUsualRows = 128;
         const int fitting = tile.input->rowsFor(bytes / across);
         const bool all_of_it = fitting >= tile.window().height();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tiles of one picture, in files of their own.
+// Tiles of a picture, one file each.
 #pragma once
 
 #include <filesystem>
@@ -14,12 +14,12 @@
 
 namespace peeler::cmd {
 
-/// A file with a part of the picture, open for reading.
+/// An open file with a part of the picture.
 struct PictureTile {
     std::string path;
     std::unique_ptr<LayeredInput> input{};
-    LayeredImage arrays{};  ///< the first row: names and types of its arrays
-    /// What is added to its ids of objects and materials, so that no other element has them.
+    LayeredImage arrays{};  ///< the first row, for names and types of the arrays
+    /// Offsets added to its object and material ids to make them unique among elements.
     std::uint32_t first_object = 0, first_material = 0;
 
     const ExrInfo& info() const { return input->info(); }
@@ -30,43 +30,43 @@ struct PictureTile {
 /// The files that a picture is merged from.
 class PictureTiles {
   public:
-    /// What the files hold; composites are read as pixels (openComposite()).
+    /// The content of the files. Composites are read as pixels (openComposite()).
     enum class Kind { kLayered, kDeep, kComposite };
-    /// What they are to each other: parts of the picture's pixels, or of its fragments.
+    /// The division of the picture: by pixels or by fragments.
     enum class Parts { kTiles, kElements };
 
-    /// Opens the files. Tiles without any fragment are composites or layers as the others are, or,
-    /// if all are empty, as `composites_wanted` says. Throws Error (kInput) for what is no tile of
-    /// peeler's, and for tiles that are not of one picture; warns of lesser differences. Elements
-    /// may be of other scenes and settings, and of other programs, but not composites; they have
-    /// size, precision, channels and, where it is known, the camera in common. Their ids are made
-    /// those of provenance().
+    /// Opens the files. Tiles without fragments count as composites or layers like the others, or,
+    /// if all are empty, per `composites_wanted`. Throws Error (kInput) if a file is not a tile
+    /// written by peeler, or the tiles do not belong to one picture; warns about lesser
+    /// differences. Elements may come from different scenes, settings and programs, but may not be
+    /// composites. They must share size, precision, channels and, if known, the camera. Their ids
+    /// are renumbered for provenance().
     PictureTiles(const std::vector<std::filesystem::path>& paths, Parts parts,
                  const LayeredReadOptions& reading, bool composites_wanted, Reporter& reporter);
 
     Kind kind() const { return kind_; }
     const std::vector<PictureTile>& all() const { return tiles_; }
-    /// The headers of the first tile, which stand for those of all.
+    /// Returns the headers of the first tile, representative of all.
     const ExrInfo& info() const { return tiles_.front().info(); }
-    /// Where the picture comes from: what all say, where they may differ, and all names of ids.
+    /// Returns the joint provenance: fields that may differ only if all agree, and all id names.
     const Provenance& provenance() const { return provenance_; }
-    const Window& window() const { return window_; }  ///< the least that holds all tiles
-    /// Whether opacity is coloured: of elements, if it is in any of them.
+    const Window& window() const { return window_; }  ///< bounding window of all tiles
+    /// Whether opacity is coloured; for elements, in any of them.
     bool tinted() const { return arrays_.tinted(); }
     /// Whether two tiles share a pixel.
     bool overlap() const;
-    /// A rectangle of the window that no tile has; none if they cover it.
+    /// Returns a rectangle of the window that no tile covers, if any.
     std::optional<Window> gap() const;
-    /// The first of the strips "--tile I/N" that is missing, if all tiles are strips of the same N;
-    /// "" = none. (Where one is missing at the top or bottom, the window does not show it.) Throws
-    /// Error (kInput) for an attribute peeler:tile that names no strip.
+    /// Returns the first missing strip "--tile I/N" if all tiles are strips of the same N; "" =
+    /// none. (The window does not reveal a missing strip at the top or bottom.) Throws Error
+    /// (kInput) if an attribute peeler:tile is not a strip.
     std::string missingStrip() const;
 
-    /// Rows to read at once within `bytes`, whether the tiles lie side by side or not.
+    /// Returns the number of rows to read at once within `bytes`, for any arrangement of tiles.
     int rowsFor(std::uint64_t bytes) const;
     /// Reads the pixels of a window, with the arrays of the first tile that has layers. Returns a
-    /// pixel on which tiles do not agree, if there is one; then `band` is of no use. Elements
-    /// always agree: their fragments are sorted by Z. Throws Error (kInput) for a damaged file.
+    /// pixel where tiles disagree, if any; `band` is then invalid. Elements never disagree: their
+    /// fragments are merged by Z. Throws Error (kInput) if a file is damaged.
     std::optional<Window> read(const Window& window, LayeredImage& band);
 
   private:
@@ -81,7 +81,7 @@ class PictureTiles {
     std::vector<Window> windows_;
     Window window_;
     Provenance provenance_;
-    LayeredImage arrays_;               ///< names and types, of tiles with layers
+    LayeredImage arrays_;               ///< names and types, from tiles with layers
     std::vector<LayeredImage> images_;  ///< the tiles' parts of a band
 };
 

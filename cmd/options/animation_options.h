@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options that say when a scene is shown.
+// Animation options.
 #pragma once
 
 #include "cmd/session/scene_request.h"

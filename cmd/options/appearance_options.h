@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options that change how a scene looks: variants, transmission, environments.
+// Appearance options: variants, transmission, environments.
 #pragma once
 
 #include "cmd/session/scene_request.h"
@@ -12,8 +12,7 @@ class VerbOptions;
 void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance);
 /// Declares --variant, --transmission, --environment and --environment-rotation.
 void addAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance);
-/// Declares the options that can change what is baked: --variant, --environment and
-/// --environment-rotation.
+/// Declares the options that affect baking: --variant, --environment and --environment-rotation.
 void addBakedAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance);
 
 }  // namespace peeler::cmd

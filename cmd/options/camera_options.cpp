@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of camera and picture, and the View they make.
 #include "cmd/options/camera_options.h"
 
 #include <peeler/error.h>
@@ -37,8 +36,8 @@ Intrinsics parseIntrinsics(const std::string& text) {
 }
 
 /// Returns the camera-to-world matrix of glTF for the world-to-camera matrix of OpenCV: 12 or 16
-/// numbers, row by row. Throws Error (kUsage) for a scale, a mirror or a shear, which no camera
-/// shows.
+/// numbers, row by row. Throws Error (kUsage) if the matrix scales, mirrors or shears, which a
+/// camera cannot.
 glm::dmat4 parsePose(const std::string& text) {
     constexpr const char* kExpected = "r00,r01,r02,t0,r10,…, the rows of a 3 x 4 or 4 x 4 matrix";
     std::array<double, 16> rows{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};

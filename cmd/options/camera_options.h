@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which camera and which picture are asked for, and the View that follows.
+// Camera and picture options, and the resulting View.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -19,16 +19,16 @@ namespace peeler::cmd {
 class VerbOptions;
 
 struct CameraOptions : CameraChoice {
-    bool size_given = false;      ///< the size was asked for
-    std::optional<Shard> tile{};  ///< of the rows of the crop, or of the picture
+    bool size_given = false;      ///< --size is given
+    std::optional<Shard> tile{};  ///< a strip of the crop's rows, or of the picture's
 };
 
-/// Declares --camera, --eye, … --crop. --up of a verb that reads a scene may be an axis of the
-/// scene's file, too, for `reading`. What is referred to must outlive the parse.
+/// Declares --camera, --eye, … --crop. If the verb reads a scene, --up may also be an axis of the
+/// scene's file, stored in `reading`. All arguments must outlive the parse.
 void addCameraOptions(VerbOptions& verb, CameraOptions& options,
                       SceneReadOptions* reading = nullptr);
 
-/// Like the other makeView(), with the tile.
+/// Returns the view like the other makeView(), cropped to the tile.
 View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraOptions& options);
 
 }  // namespace peeler::cmd

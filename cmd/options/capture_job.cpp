@@ -24,7 +24,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Meters what is handed to it.
+/// A sink that meters the exposure.
 struct MeterSink : Sink {
     ExposureMeter meter;
 
@@ -47,7 +47,7 @@ bool hasPoints(const Scene& scene) {
     });
 }
 
-/// All of what the view's camera sees, in 256 pixels at most.
+/// Returns the uncropped view with at most 256 pixels per side.
 View small(View view) {
     constexpr int kSide = 256;
     const double scale =
@@ -61,7 +61,7 @@ View small(View view) {
     return view;
 }
 
-/// Whether somebody asked for this device, if only by the environment that Mesa reads.
+/// Whether the user chose this device, by options or by Mesa's environment variables.
 bool isChosen(const gl::ContextRequest& request) {
     if (request.backend != "auto" || request.device.given()) return true;
     constexpr const char* kMesas[] = {"LIBGL_ALWAYS_SOFTWARE", "GALLIUM_DRIVER"};
@@ -149,7 +149,7 @@ GlRenderer& CaptureJob::openRenderer(const PosedScene& posed) {
         const StageTimer timer(times_, "context");
         session_.context(options_.device);
     }
-    // The picture of another scene, such as the places of `check`, belongs to the run alone.
+    // A scene other than the opened one, such as the places of `check`, belongs to this run only.
     const bool is_opened = scene_ && &posed.scene() == &scene_->scene();
     renderer_ = &session_.renderer(options_.device, is_opened ? scene_ : nullptr, posed);
     device_ = session_.context(options_.device).device();

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What verbs that capture a scene have in common: the scene they open, the device they choose, the
-// time they take, and what they report of it.
+// Capture job: scene, device, timing and report of a verb that captures a scene.
 #pragma once
 
 #include <chrono>
@@ -25,112 +24,111 @@
 
 namespace peeler::cmd {
 
-/// What every verb that captures a scene is asked for.
+/// Options common to verbs that capture a scene.
 struct CaptureJobOptions {
     SceneOptions scene;
     AnimationOptions animation;
     AppearanceOptions appearance;
-    CaptureSettings capture;  ///< as options say it; a verb adjusts a copy
+    CaptureSettings capture;  ///< from the options; a verb adjusts a copy
     gl::ContextRequest device;
-    RayEngine engine = RayEngine::kAuto;  ///< of verbs that trace rays
+    RayEngine engine = RayEngine::kAuto;  ///< for verbs that trace rays
     int threads = 0;
     ReportOptions report;
 };
 
-/// Sets what pictures for eyes get, unless it is asked for otherwise on the command line: larger
-/// points, and the studio where nothing else would light the scene. Shadows, and what is seen from
-/// a light, need the built-in light.
+/// Sets defaults for display pictures that the command line does not override: larger points, and
+/// the studio if the scene has no light. Shadows and cameras at lights need the built-in light
+/// instead.
 void chooseForEyes(const VerbOptions& verb, const CameraOptions& camera,
                    CaptureJobOptions& options);
 
-/// Declares SCENE, an argument.
+/// Declares the positional argument SCENE.
 void addSceneArgument(VerbOptions& verb, CaptureJobOptions& options);
 /// Declares the options of addSceneOptions() and addTimeOptions().
 void addShownOptions(VerbOptions& verb, CaptureJobOptions& options);
-/// Declares the options of addMachineOptions() and addReportOptions(); `memory` says how a verb
-/// keeps to --memory.
+/// Declares the options of addMachineOptions() and addReportOptions(); `memory` describes how the
+/// verb stays within --memory.
 void addRunOptions(VerbOptions& verb, CaptureJobOptions& options,
                    const std::string& memory = "the picture is rendered in bands that fit");
 
-/// One run over one scene, from options to a result, stage after stage: checkOptions(),
-/// openScene(), checkOutputs(), openRenderer() or openHits(), finish().
+/// A run over one scene, in stages: checkOptions(), openScene(), checkOutputs(), openRenderer() or
+/// openHits(), finish().
 class CaptureJob {
   public:
     using Clock = std::chrono::steady_clock;
 
-    /// Begins the run; from here on the reporter is as quiet as it was asked to be. Options and
-    /// session must outlive the job.
+    /// Begins the run and sets the reporter's verbosity. Options and session must outlive the job.
     CaptureJob(const CaptureJobOptions& options, Session& session);
     ~CaptureJob();
     CaptureJob(const CaptureJob&) = delete;
     CaptureJob& operator=(const CaptureJob&) = delete;
 
-    /// Throws Error (kUsage) for what contradicts itself whatever the scene is; sets the threads.
+    /// Sets the threads. Throws Error (kUsage) if the options contradict each other, regardless of
+    /// the scene.
     void checkOptions() const;
 
-    /// Reads the scene, as OpenedScene does. It lives as long as the job.
+    /// Reads the scene like OpenedScene(). It lives as long as the job.
     const OpenedScene& openScene();
     /// Throws like checkSceneFiles() if `outputs`, or the report, would replace a file of the
     /// scene.
     void checkOutputs(std::vector<std::filesystem::path> outputs) const;
-    /// The scene at the time that was asked for.
+    /// Returns the scene at the requested time.
     PosedScene pose();
 
-    /// Opens a context as gl::createContext() does, throwing like it, and uploads the scene, unless
-    /// the session has both. Notes once that it renders in software, unless that was asked for.
+    /// Opens a context and uploads the scene unless the session has both. Throws like
+    /// gl::createContext(). Notes software rendering once, unless it was requested.
     GlRenderer& openRenderer(const PosedScene& posed);
-    /// The run needs it no longer; what the session does not keep is closed.
+    /// Releases the renderer; closes everything the session does not keep.
     void releaseRenderer();
-    /// Closes the context, which may be lost, and everything in it.
+    /// Closes the context, possibly lost, and everything in it.
     void closeContext();
-    /// The open GlRenderer, or null. The context may be there without it, if the scene had no room.
+    /// Returns the open GlRenderer, or null. There may be a context without a renderer if the scene
+    /// did not fit.
     GlRenderer* renderer() { return renderer_; }
     bool hasContext() const { return session_.hasContext(); }
     const gl::Device& device() const { return *device_; }  ///< of the GlRenderer opened last
 
-    /// The engine that finds the hits of this run, kCpu or kGl: the one that was asked for, or what
-    /// `auto` comes to here, which is found out once and noted for those who want to know.
+    /// Returns this run's ray engine, kCpu or kGl: the requested one, or the choice of `auto`,
+    /// which is made once and reported as a detail.
     RayEngine chooseEngine();
-    /// Opens what finds the hits of the scene by that engine: the rasteriser on the CPU, with
-    /// nothing of GL, or as openRenderer() does, throwing like it. What is open already is used
-    /// again.
+    /// Opens the hit source of that engine: the CPU rasteriser, without any GL, or openRenderer().
+    /// Throws like openRenderer(). Reuses an open source.
     HitSource& openHits(const PosedScene& posed);
-    /// releaseRenderer() of either engine.
+    /// Releases the hit source of either engine, like releaseRenderer().
     void releaseHits();
-    /// Closes what a failure may have left in any state, with the times that belong to no result.
+    /// Discards state that a failure may have corrupted, and times that belong to no result.
     void discard();
 
-    /// The exposure in stops that the light of the scene asks for (ExposureMeter), of the open
-    /// GlRenderer. It is metered on a small picture of all that the camera sees, whatever part is
-    /// asked for, with a sample a pixel and by the first method, so that tiles and crops agree; of
-    /// frames at the beginning, in the middle and at the end of what moves the scene, whichever
-    /// frames are asked for, so that they agree, too; of many cameras by the first, the middle and
-    /// the last. Leaves the GlRenderer in another pose. Throws
+    /// Meters the exposure in stops (ExposureMeter) with the open GlRenderer. Uses a small picture
+    /// of the whole view, regardless of crop and tile, with one sample per pixel and the first
+    /// method, so that tiles and crops agree. Meters an animated scene at the beginning, middle and
+    /// end of its animations, regardless of the requested frames, so that frames agree. Meters a
+    /// list of cameras at the first, middle and last. Leaves the GlRenderer in another pose. Throws
     /// like GlRenderer::capture().
     float meterExposure(const CaptureSettings& capture, std::span<const CameraOptions> cameras);
 
     Clock::time_point start() const { return start_; }
-    /// The time of the next result begins now.
+    /// Starts the time of the next result.
     void restartClock() { start_ = Clock::now(); }
-    /// What stages have taken, in milliseconds; a verb adds its own.
+    /// Returns the stage times in milliseconds; a verb adds its own.
     StageTimes& times() { return times_; }
-    /// The times and those of what is open, since the last call.
+    /// Returns times(), including those of the open sources, since the last call.
     StageTimes takeTimes();
 
-    /// wantsTint() of the options.
+    /// Returns wantsTint() for the options.
     bool wantsTint(const PosedScene& posed) const;
 
-    /// settingsText() of the opened scene, of how it looks, and of the engine that finds hits if it
-    /// is not GL (once it is chosen): at edges engines find others. `crop` and `frames_per_second`
-    /// are as in ShownScene.
+    /// Returns settingsText() for the opened scene, its appearance and, once chosen, a ray engine
+    /// other than GL, because engines differ at edges. `crop` and `frames_per_second` are as in
+    /// ShownScene.
     std::string settingsText(const CaptureSettings& capture, nlohmann::json more,
                              const Window& crop = {}, double frames_per_second = 0) const;
-    /// Likewise settingsHash().
+    /// Returns the settingsHash() of the same.
     std::string settingsHash(const CaptureSettings& capture, nlohmann::json more,
                              const Window& crop = {}) const;
 
-    /// Fills in what every verb reports alike: the input, the engine and the device if there was
-    /// one, the memory, and takeTimes() with the run's total, which ends here.
+    /// Fills in the results common to all verbs: input, engine, device if any, memory, and
+    /// takeTimes() with the run's total, which ends here.
     void finish(RunResult& result);
 
   private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of the groups Layers, Light and Machine.
+// The Layers, Light and Machine options.
 #include "cmd/options/capture_options.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What verbs that capture a scene share: which fragments, in which volume, and on which device.
+// Capture options shared by verbs: fragments, lights, memory, device.
 #pragma once
 
 #include <cstdint>
@@ -20,24 +20,25 @@ class VerbOptions;
 /// --shading, --point-size and --precision.
 void addLayerOptions(VerbOptions& verb, CaptureSettings& capture);
 
-/// Of those --method, --faces and --point-size, for verbs that take all layers as they are.
+/// Declares only --method, --faces and --point-size, for verbs that capture all layers.
 void addAllLayersOptions(VerbOptions& verb, CaptureSettings& capture);
 
-/// Declares --faces for rays; none = the default, which depends on what they are traced for.
+/// Declares --faces for rays; none = the default, which depends on the verb's other options.
 void addRayFacesOption(VerbOptions& verb, std::optional<Faces>& faces);
 
-/// Declares --shadows and --shadow-size (texels a side of a shadow map; none = not given).
+/// Declares --shadows and --shadow-size (texels per side; none = not given).
 void addLightOptions(VerbOptions& verb, CaptureSettings& capture, std::optional<int>& shadow_size);
 
-/// Sets the size of shadow maps if it is given. Throws Error (kUsage) for a size without shadows.
+/// Sets the size of shadow maps if it is given. Throws Error (kUsage) if a size is given without
+/// shadows.
 void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_size);
 
 /// Declares --memory (bytes), whose default is inheritedBudget() (cmd/machine/resources.h);
-/// `remark` says how a verb keeps to it.
+/// `remark` describes how the verb stays within it.
 void addMemoryOption(VerbOptions& verb, MemoryBudget& budget, const std::string& remark);
 
-/// Declares --backend, --device, --require-gpu, --threads and --memory; `memory` says how a verb
-/// keeps to that.
+/// Declares --backend, --device, --require-gpu, --threads and --memory; `memory` describes how the
+/// verb stays within --memory.
 void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threads,
                        CaptureSettings& capture, const std::string& memory);
 

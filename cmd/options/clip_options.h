@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of the group Clipping, and the volume that they make.
+// The Clipping options, and the resulting clip volume.
 #pragma once
 
 #include <string>
@@ -22,11 +22,11 @@ struct ClipOptions {
 /// Declares the options; `options` must outlive the parse.
 void addClipOptions(VerbOptions& verb, ClipOptions& options);
 
-/// Throws Error (kUsage) for what contradicts itself whatever the scene is.
+/// Throws Error (kUsage) if the options contradict each other, regardless of the scene.
 void checkClipOptions(const ClipOptions& options);
 
-/// The volume with the nodes that are shown under the named ones. Throws Error (kUsage) for a node
-/// that is not there, with the list, and for one without triangles.
+/// Returns the volume, with the named nodes and their visible descendants. Throws Error (kUsage) if
+/// a node does not exist (with the list) or has no triangles.
 ClipVolume clipVolume(const ClipOptions& options, const PosedScene& posed);
 
 }  // namespace peeler::cmd

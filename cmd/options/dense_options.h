@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of dense arrays: planes in place of lists.
+// Dense-array options: planes in place of fragment lists.
 #pragma once
 
 #include "cmd/options/output_options.h"
 
 namespace peeler::cmd {
 
-/// Declares --dense, which also chooses the kind "dense" unless --as says another, --fill and
-/// --dense-type.
+/// Declares --dense, --fill and --dense-type. --dense also selects the kind "dense" unless --as is
+/// given.
 void addDenseOptions(VerbOptions& verb, OutputRequest& output);
 
 /// Throws Error (kUsage) if one of them is given and the output has no planes.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of settings, and how their values are told.
+// The settings table, with the formatting of values.
 #include "cmd/options/differences.h"
 
 #include <cctype>
@@ -25,7 +25,7 @@ std::string plainText(const Value& value) {
     return dumpJson(value);
 }
 
-/// As it is given on the command line: lists with commas.
+/// Returns a value in command-line form: lists separated by commas.
 std::string listText(const Value& value) {
     if (!value.is_array()) return plainText(value);
     std::string text;
@@ -42,13 +42,13 @@ std::string firstText(const Value& value) {
     return value.is_array() && !value.empty() ? plainText(value.front()) : plainText(value);
 }
 
-/// A setting whose key is not simply the name of its option, or that needs more words.
+/// A setting whose key is not its option's name, or whose value needs explanation.
 struct Setting {
     std::string_view key;
     std::string_view option;
-    std::string_view absent = "none";              ///< what a picture has that does not mention it
-    std::string (*text)(const Value&) = listText;  ///< null: a value that tells nobody anything
-    std::string_view other = "another value";      ///< where two values cannot be told apart
+    std::string_view absent = "none";              ///< the value of a picture that lacks the key
+    std::string (*text)(const Value&) = listText;  ///< null = not meaningful to a user
+    std::string_view other = "another value";      ///< used if both values have the same text
 };
 
 constexpr Setting kSettings[] = {
@@ -77,7 +77,7 @@ const Setting* findSetting(const std::string& key) {
     return nullptr;
 }
 
-/// `here` and `there` are null where the key is absent.
+/// Returns the difference in a setting. `here` and `there` are null if the key is absent.
 Difference settingDifference(const std::string& key, const Value* here, const Value* there) {
     const Setting* known = findSetting(key);
     const Setting setting = known ? *known : Setting{};
@@ -175,7 +175,7 @@ std::vector<Difference> cameraDifferences(const View& here, const View& there) {
     std::vector<Difference> found;
     const auto add = [&](const char* what, bool same, std::string a, std::string b) {
         if (same) return;
-        // Digits that are not shown may be what differs.
+        // Only the digits not shown may differ.
         if (a == b) a = b = "";
         found.push_back({what, std::move(a), std::move(b)});
     };

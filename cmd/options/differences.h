@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the headers of two pictures say differently, in the words of the command line.
+// Differences between two pictures' headers, in command-line terms.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -11,35 +11,35 @@
 
 namespace peeler::cmd {
 
-/// One thing in which a picture differs from another.
+/// A difference between two pictures.
 struct Difference {
-    std::string what;         ///< an option ("--channels"), or words ("the camera")
-    std::string here, there;  ///< this picture's, the other's; both "" if `what` says it all
+    std::string what;         ///< an option ("--channels"), or a phrase ("the camera")
+    std::string here, there;  ///< this picture's value, the other's; both "" if `what` suffices
 
-    /// "--channels: normal, not none"
+    /// Returns "--channels: normal, not none".
     std::string text() const;
 };
 
-/// The texts of all, with semicolons between.
+/// Returns all texts, joined by semicolons.
 std::string differencesText(const std::vector<Difference>& differences);
 
-/// Whether two pictures are of one scene file that has not changed in between; at most one.
+/// Returns the difference between the scene files, by name or by content; at most one entry.
 std::vector<Difference> sceneDifferences(const Provenance& here, const Provenance& there);
 
-/// The options in which Provenance::settings differ, key by key. If their hashes differ and nobody
-/// says in what, the one difference is that.
+/// Returns the options in which Provenance::settings differ, key by key. If only the hashes are
+/// known to differ, returns one entry for that.
 std::vector<Difference> settingsDifferences(const Provenance& here, const Provenance& there);
 
-/// The size of the whole picture; at most one.
+/// Returns the difference in the size of the whole picture; at most one entry.
 std::vector<Difference> sizeDifferences(const View& here, const View& there);
-/// The camera: what it is called, what it sees and from where.
+/// Returns the differences of the cameras: name, projection and pose.
 std::vector<Difference> cameraDifferences(const View& here, const View& there);
 
-/// Provenance::settings as an object, null if it is none. What is nested deeper than settings are
-/// is left out: whoever walks through it would run out of stack.
+/// Returns Provenance::settings as an object, null if it is not one. Drops nesting deeper than
+/// settings have, which could overflow the stack of recursive code.
 nlohmann::json settingsJson(const Provenance& provenance);
 
-/// The option of peeler render that a key of Provenance::settings stands for.
+/// Returns the option of peeler render for a key of Provenance::settings.
 std::string optionOfSetting(const std::string& key);
 
 }  // namespace peeler::cmd

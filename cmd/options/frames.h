@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists of frames on the command line.
+// Frame lists on the command line.
 #pragma once
 
 #include <string_view>
@@ -7,10 +7,10 @@
 
 namespace peeler::cmd {
 
-/// Frames in the order in which they are given, each once: numbers and ranges "first-last" with an
-/// optional step after an 'x' or a colon, separated by commas, e.g. "1-100x2,150,200-180". Numbers
-/// may be negative, ranges may fall. Throws Error (kUsage) for anything else, and for more than
-/// 1,000,000 frames.
+/// Parses frames, in the given order and without duplicates: numbers and ranges "first-last" with
+/// an optional step after an 'x' or a colon, separated by commas, e.g. "1-100x2,150,200-180".
+/// Numbers may be negative, ranges may descend. Throws Error (kUsage) if the text has another form
+/// or more than 1,000,000 frames.
 std::vector<int> parseFrames(std::string_view text);
 
 }  // namespace peeler::cmd

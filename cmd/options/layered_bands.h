@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Going through a layered file band by band.
+// Band-by-band iteration over a layered file.
 #pragma once
 
 #include <algorithm>
@@ -12,11 +12,10 @@
 
 namespace peeler::cmd {
 
-/// Bytes that a band may take: enough for wide chunks of many layers, little beside what a render
-/// takes.
+/// Size limit of a band in bytes: enough for wide chunks of many layers, small next to a render.
 inline constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
 
-/// Reads the picture from top to bottom in bands of about `band_bytes`, and hands each to `take`,
+/// Reads the picture from top to bottom in bands of about `band_bytes` and passes each to `take`,
 /// which may move from it. Throws like LayeredInput::read().
 template <class Take>
 void forEachBand(LayeredInput& reader, std::uint64_t band_bytes, Take&& take) {
@@ -29,8 +28,8 @@ void forEachBand(LayeredInput& reader, std::uint64_t band_bytes, Take&& take) {
     }
 }
 
-/// Goes through a picture from top to bottom, with progress: `read(window, band)` fills each band,
-/// which counts as "load" among `times`, and `take(band)` may move from it.
+/// Iterates over a picture from top to bottom, with progress. `read(window, band)` fills each band,
+/// timed as "load" in `times`; `take(band)` may move from it.
 template <class Read, class Take>
 void forEachBand(const Window& crop, int rows, StageTimes& times, ProgressReport& progress,
                  Read&& read, Take&& take) {
@@ -43,7 +42,7 @@ void forEachBand(const Window& crop, int rows, StageTimes& times, ProgressReport
     }
 }
 
-/// The same for a file: the nearest `max_layers` fragments of every pixel (0 = all).
+/// Iterates over a file: the nearest `max_layers` fragments of every pixel (0 = all).
 template <class Take>
 void forEachBand(LayeredInput& reader, std::uint32_t max_layers, StageTimes& times,
                  ProgressReport& progress, Take&& take, std::uint64_t band_bytes = kBandBytes) {

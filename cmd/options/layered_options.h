@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which picture of an OpenEXR file a verb reads, and its warnings.
+// Options for reading OpenEXR files, and their warnings.
 #pragma once
 
 #include <filesystem>
@@ -18,15 +18,16 @@ class VerbOptions;
 /// parse.
 void addLayeredOptions(VerbOptions& verb, LayeredReadOptions& options);
 
-/// Throws Error (kUsage) if a picture is chosen, of what is a scene.
+/// Throws Error (kUsage) if a part or view is chosen but the input is a scene.
 void refusePictureChoice(const LayeredReadOptions& options);
 
-/// Returns the options for reading a picture that becomes these files: only pixels count unless all
-/// of them are OpenEXR's or .safetensors, which have a header and a data window. Skips empty paths.
+/// Returns the reading options for a picture written to these files: pixels_only unless all are
+/// OpenEXR or .safetensors, which have a header and a data window. Skips empty paths.
 LayeredReadOptions readingFor(const LayeredReadOptions& options,
                               std::span<const std::filesystem::path> outputs);
 
-/// openLayered() with its warnings printed as they come. The reporter must outlive what it returns.
+/// Calls openLayered() and reports its warnings as they occur. The reporter must outlive the
+/// returned input.
 std::unique_ptr<LayeredInput> openInput(const std::string& path, const LayeredReadOptions& options,
                                         Reporter& reporter);
 std::unique_ptr<LayeredInput> openInput(OpenedPicture opened, Reporter& reporter);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One run of a verb that makes one picture of layered files.
+// Run of a verb that makes one picture from layered files.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +18,7 @@
 
 namespace peeler::cmd {
 
-/// What every such verb declares, besides its inputs.
+/// Options of every such verb, besides its inputs.
 struct LayeredRunOptions {
     LayeredReadOptions reading{};
     int threads = 0;
@@ -26,34 +26,34 @@ struct LayeredRunOptions {
     ReportOptions report{};
 };
 
-/// The state of a run, and what all of these verbs do in each of its stages. A verb calls these in
-/// their order: checkFiles(), open() or openInput(), forEachBand(), write(), report().
+/// The state of a run, with the common part of each stage. A verb calls, in this order:
+/// checkFiles(), open() or openInput(), forEachBand(), write(), report().
 class LayeredRun {
   public:
-    /// Applies the report's options; the total time begins. `options` must outlive the run.
+    /// Applies the report options and starts the total time. `options` must outlive the run.
     LayeredRun(const LayeredRunOptions& options, std::vector<std::filesystem::path> inputs,
                Reporter& reporter);
 
-    /// Checks the names of the files that are written, and sets the threads. Throws Error (kUsage)
-    /// like checkOutput() and checkReport().
+    /// Checks the names of output files, and sets the threads. Throws Error (kUsage) like
+    /// checkOutput() and checkReport().
     void checkFiles() const;
 
-    /// Returns what `open_input(LayeredReadOptions)` does, for reading into the output.
+    /// Calls `open_input(LayeredReadOptions)` with options for the output, and returns its result.
     template <class OpenInput>
     auto open(OpenInput&& open_input) {
         return timed(result.milliseconds, "load",
                      [&] { return open_input(readingFor(options_.reading, {{output.path}})); });
     }
-    /// Opens the one input, with the fragments of these objects alone. Its plan is `plan` then.
+    /// Opens the only input, restricted to these objects. Sets `plan` to its plan.
     std::unique_ptr<LayeredInput> openInput(const ObjectOptions& objects);
 
-    /// Goes through `plan`, as forEachBand() of layered_bands.h does.
+    /// Iterates over `plan`, like forEachBand() of layered_bands.h.
     template <class Read, class Take>
     void forEachBand(const Stage& stage, int rows, Read&& read, Take&& take) {
         ProgressReport progress(reporter_, stage);
         cmd::forEachBand(plan.view.crop, rows, result.milliseconds, progress, read, take);
     }
-    /// Goes through the nearest `max_layers` layers of an input, 0 = all.
+    /// Iterates over the nearest `max_layers` layers of an input, 0 = all.
     template <class Take>
     void forEachBand(const Stage& stage, LayeredInput& input, std::uint32_t max_layers,
                      Take&& take) {
@@ -61,9 +61,9 @@ class LayeredRun {
         cmd::forEachBand(input, max_layers, result.milliseconds, progress, take);
     }
 
-    /// Options of the output, made of an input with this provenance by this version.
+    /// Returns the output options for an input with this provenance, with this version of peeler.
     OutputOptions outputOptions(Provenance provenance) const;
-    /// Writes `plan` to a sink, into which `fill()` writes the bands.
+    /// Writes `plan` to a sink; `fill()` writes the bands.
     template <class Fill>
     void write(Sink& sink, Fill&& fill) {
         sink.begin(plan);
@@ -72,10 +72,10 @@ class LayeredRun {
         add(result.milliseconds, sink.times());
     }
 
-    /// Ends the total time, and reports the picture. Throws Error (kOutput) if a file is gone.
+    /// Stops the total time and reports the picture. Throws Error (kOutput) if a file is missing.
     void report(const OutputOptions& written, const Provenance& provenance);
 
-    OutputRequest output;  ///< as it was asked for, and what the verb chooses of it
+    OutputRequest output;  ///< the request, with the verb's own choices
     Plan plan;             ///< of the output
     PictureResult result;
 

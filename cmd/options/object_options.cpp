@@ -21,7 +21,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// A layered file without the fragments that nobody has chosen.
+/// A layered file restricted to chosen fragments.
 class ChosenObjects final : public LayeredInput {
   public:
     ChosenObjects(std::unique_ptr<LayeredInput> input, ObjectSelection selection)
@@ -29,7 +29,7 @@ class ChosenObjects final : public LayeredInput {
         DepthComplexity complexity(info_.plan.view.crop);
         forEachBand(*this, kBandBytes, [&](const LayeredImage& band) { complexity.addBand(band); });
         Plan& plan = info_.plan;
-        // What the file lacks is lacking of any of its objects, as far as anybody knows.
+        // Fragments missing from the file may belong to any of its objects.
         const std::uint64_t lacking =
             std::max(plan.fragments_counted, plan.fragments_stored) - plan.fragments_stored;
         plan.layers = complexity.layers();
@@ -63,7 +63,7 @@ class ChosenObjects final : public LayeredInput {
     ExrInfo info_;
 };
 
-/// A kind of id: its channel, its names, and what a message calls those.
+/// A kind of id: its channel, its names, and their noun in messages.
 struct IdKind {
     const char* channel;
     const std::vector<std::string>& names;
@@ -84,7 +84,7 @@ void sortUnique(std::vector<std::uint32_t>& ids) {
     ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
 }
 
-/// The ids with names like these, and those given as numbers that are no name.
+/// Returns the ids whose names match the globs, and ids given as numbers that are not names.
 std::vector<std::uint32_t> idsLike(const std::vector<std::string>& globs, const IdKind& kind,
                                    const char* option, const std::string& path) {
     std::vector<std::uint32_t> ids;
@@ -112,7 +112,7 @@ std::vector<std::uint32_t> idsLike(const std::vector<std::string>& globs, const 
     return ids;
 }
 
-/// Adds whatever is below one of the ids, as far as the file knows what is below what.
+/// Adds all descendants of the ids, if the file has parents.
 void addBelow(const std::vector<std::uint32_t>& parents, std::vector<std::uint32_t>& ids) {
     std::vector<char> known(parents.size() + 1, 0), inside(parents.size() + 1, 0);
     known[0] = 1;
@@ -120,7 +120,7 @@ void addBelow(const std::vector<std::uint32_t>& parents, std::vector<std::uint32
         if (id < inside.size()) known[id] = inside[id] = 1;
     std::vector<std::uint32_t> way;
     for (std::uint32_t id = 1; id < known.size(); ++id) {
-        // Up to an ancestor of which it is known; what a damaged file closes to a ring is outside.
+        // Walks up to an ancestor with a known answer; a cycle in a damaged file counts as outside.
         for (std::uint32_t at = id; at < known.size() && !known[at]; at = parents[at - 1]) {
             known[at] = 1;
             way.push_back(at);
@@ -170,7 +170,7 @@ std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredR
                                          const ObjectOptions& options, Reporter& reporter) {
     std::unique_ptr<LayeredInput> input = openInput(path, reading, reporter);
     const ExrInfo& info = input->info();
-    // Of an empty picture there is nothing to choose.
+    // An empty picture has nothing to choose from.
     if (!options.any() || info.plan.layers.empty()) return input;
     const IdNames& names = info.provenance.ids;
     const IdKind objects{"id.object", names.objects, "object", "objects"};
@@ -197,7 +197,7 @@ std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredR
 
     auto chosen = std::make_unique<ChosenObjects>(std::move(input), std::move(selection));
     ExrInfo& chosen_info = chosen->info();
-    // It is no longer what one render would make, nor of the settings of that one.
+    // The result no longer corresponds to a single render or its settings.
     chosen_info.parts.front().attributes.erase("peeler:outputHash");
     Provenance& provenance = chosen_info.provenance;
     nlohmann::json settings = settingsJson(provenance);
@@ -208,7 +208,7 @@ std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredR
         provenance.settings_hash = hashText(provenance.settings_hash + dumpJson(selected));
     } else {
         nlohmann::json& all = settings["selected"];
-        if (!all.is_array()) all = nlohmann::json::array();  // the file may say anything
+        if (!all.is_array()) all = nlohmann::json::array();  // the file's value may be anything
         all.push_back(selected);
         provenance.settings = dumpJson(settings);
         provenance.settings_hash = hashText(provenance.settings);

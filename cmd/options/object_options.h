@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which objects and materials of a layered file count, by the ids and names that it carries.
+// Selection of objects and materials in a layered file, by id or name.
 #pragma once
 
 #include <memory>
@@ -13,9 +13,9 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// Globs of names, or ids as numbers.
+/// Name globs, or ids as numbers.
 struct ObjectOptions {
-    std::vector<std::string> include{}, exclude{};  ///< of objects: nodes of the scene
+    std::vector<std::string> include{}, exclude{};  ///< objects: nodes of the scene
     std::vector<std::string> materials{};
 
     bool any() const { return !include.empty() || !exclude.empty() || !materials.empty(); }
@@ -24,12 +24,13 @@ struct ObjectOptions {
 /// Declares --include, --exclude and --material. `options` must outlive the parse.
 void addObjectOptions(VerbOptions& verb, ObjectOptions& options);
 
-/// The file with the fragments of the chosen objects alone, as if nothing else had been rendered:
-/// of objects that are included (all, if none is named), or below one that is in the scene, unless
-/// they are excluded, or below one that is; and of the materials, if any are named. Layers are
-/// counted anew, which reads the file once; its composite is no more. Without any of the options it
-/// is openInput(). Throws like that and LayeredInput::read(), Error (kInput) if fragments have no
-/// ids, or these no names where names are given, and (kUsage) for a name that nothing has.
+/// Returns the file restricted to fragments of the chosen objects, as if nothing else had been
+/// rendered. Keeps objects that match `include` (all if it is empty) or are below such a node,
+/// except those that match `exclude` or are below such a node; then only the given materials, if
+/// any. Recounts layers, which reads the file once, and drops the composite. Without any of the
+/// options, same as openInput(). Throws like openInput() and LayeredInput::read(). Throws Error
+/// (kInput) if fragments have no ids, or the ids have no names where names are given; Error
+/// (kUsage) if nothing has a given name.
 std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredReadOptions& reading,
                                          const ObjectOptions& options, Reporter& reporter);
 

@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether both name one file, however they are spelt; a file that is not there yet has only its
-/// spelling, and the links that lead to it.
+/// Whether both paths refer to one file. Files that do not exist yet are compared by path, with
+/// links resolved.
 bool sameFile(const fs::path& a, const fs::path& b) {
     std::error_code failure;
     if (fs::equivalent(a, b, failure)) return true;
@@ -40,7 +40,7 @@ void checkFolderIsThere(const fs::path& folder, const fs::path& file) {
 
 namespace {
 
-/// Throws for the files that appear beside the output as checkTarget() does for the output.
+/// Checks the files beside the output like checkTarget().
 void checkFilesBeside(const OutputRequest& output, const std::vector<fs::path>& inputs) {
     const std::vector<std::string> beside = filesBeside(output.path.string(), output.options);
     if (!beside.empty() && isStandardOutput(output.path.string()))
@@ -55,8 +55,8 @@ void checkFilesBeside(const OutputRequest& output, const std::vector<fs::path>& 
     }
 }
 
-/// Throws Error (kUsage) if a file of a set would replace an input; (kOutput) under --no-clobber if
-/// a file of a set is there already.
+/// Throws Error (kUsage) if a file of a set would replace an input, Error (kOutput) if one exists
+/// under --no-clobber.
 void checkLayerFiles(const OutputRequest& output, const std::vector<fs::path>& inputs) {
     if (!output.hasFilePerLayer()) return;
     if (isStandardOutput(output.path.string()))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of output files before any work is done.
+// Output checks made before any work.
 #pragma once
 
 #include <filesystem>
@@ -13,39 +13,39 @@
 
 namespace peeler::cmd {
 
-/// Throws before any work is done: Error (kUsage) if the path names no format, an option does not
-/// apply to it or the output is one of the inputs; (kOutput) if the folder can neither be written
-/// to nor made, or the file is there and must stay.
+/// Throws Error (kUsage) if the path has no known format, an option does not apply to it, or the
+/// output is one of the inputs. Throws Error (kOutput) if the folder can neither be written nor
+/// created, or the file exists and must stay.
 void checkOutput(const OutputRequest& output, const std::vector<std::filesystem::path>& inputs);
 
-/// The part of checkOutput() that depends on the file's name: that nothing is replaced that must
-/// stay, in the layout "per-file" by no file of the set.
+/// Does the part of checkOutput() that depends on the file's name: no file that must stay is
+/// replaced, by any file of the set in the layout "per-file".
 void checkTarget(const OutputRequest& output, const std::vector<std::filesystem::path>& inputs);
 
-/// Throws Error (kOutput) if there is anything of that name, as --no-clobber asks.
+/// Throws Error (kOutput) if the file exists, for --no-clobber.
 void checkNotThere(const std::filesystem::path& file);
 
-/// Throws Error (kOutput) if there is no such folder for the file, as --no-mkdir asks.
+/// Throws Error (kOutput) if the file's folder does not exist, for --no-mkdir.
 void checkFolderIsThere(const std::filesystem::path& folder, const std::filesystem::path& file);
 
-/// The part of checkOutput() that depends on the folder: that it takes a new file, or could be
-/// made. Leaves nothing behind.
+/// Does the part of checkOutput() that depends on the folder: it accepts a new file or could be
+/// created. Leaves nothing behind.
 void checkFolder(const std::filesystem::path& file);
 
-/// checkTarget() for every file of a run, as `output` would have it under that name, and
-/// checkFolder() for the first unless a failure does not stop the others. What --no-clobber
-/// protects is no error yet where a file that is there may be the one that is wanted.
+/// Calls checkTarget() for every file of a run, with `output` under that name, and checkFolder()
+/// for the first one unless the run continues after failures. An existing file is not an error
+/// under --no-clobber if it may be the wanted one.
 void checkTargets(OutputRequest output, std::span<const std::filesystem::path> files,
                   const SequenceOptions& options, const std::vector<std::filesystem::path>& inputs);
 
-/// checkTarget() for every file of a series: `output.path` with each number in it, as framePath()
-/// does it, or itself if it has no place for one. Returns their names.
+/// Calls checkTarget() for every file of a series and returns their names: framePath() of
+/// `output.path` and each number, or the path itself if it has no number pattern.
 std::vector<std::filesystem::path> checkSeries(const OutputRequest& output,
                                                std::span<const int> numbers,
                                                const std::vector<std::filesystem::path>& inputs);
 
-/// Throws like checkOutput() if another file that a verb writes (`what`, by `option`) cannot be
-/// written, or would replace one of `others`.
+/// Throws like checkOutput() if an additional output file (`what`, given by `option`) cannot be
+/// written or would replace one of `others`.
 void checkExtraFile(const std::filesystem::path& file,
                     const std::vector<std::filesystem::path>& others, const std::string& what,
                     const std::string& option);
@@ -53,8 +53,8 @@ void checkExtraFile(const std::filesystem::path& file,
 /// Throws like checkOutput() if the report cannot be written, or would replace one of `others`.
 void checkReport(const ReportOptions& options, const std::vector<std::filesystem::path>& others);
 
-/// Throws Error (kUsage) if one of `outputs` (a report, too) is a file that the scene is made of:
-/// Scene::files, which are known only when it has been read. Nothing may have been written yet.
+/// Throws Error (kUsage) if one of `outputs` (including reports) is a file of the scene
+/// (Scene::files, known only once it has been read). Call before anything is written.
 void checkSceneFiles(const Scene& scene, const std::vector<std::filesystem::path>& outputs);
 
 }  // namespace peeler::cmd

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// Outputs: their options, whether these go with the format, and what the finished files tell.
 #include "cmd/options/output_options.h"
 
 #include <algorithm>
@@ -32,7 +31,7 @@ float parseExposure(const std::string& text) {
     return static_cast<float>(stops);
 }
 
-/// A background as OutputOptions has it: premultiplied.
+/// Parses a background to premultiplied colour, as in OutputOptions.
 std::array<float, 4> parseBackground(const std::string& text) {
     std::array<float, 4> color = parseColor(text);
     for (std::size_t i = 0; i < 3; ++i)
@@ -47,7 +46,7 @@ constexpr Choice<DeepMerge> kDeepMerges[] = {
     {"by-z", DeepMerge::kByZ, "those within --deep-z-tolerance"},
 };
 
-/// As addValue(), for an option that only some formats have a use for: notes that it is given.
+/// Like addValue(), for an option that only some formats use; records that it is given.
 template <class T, class Parse>
 Option addGiven(VerbOptions& verb, OutputRequest& output, const char* name, const char* value_name,
                 T& target, Parse parse, const std::string& help) {
@@ -60,7 +59,7 @@ Option addGiven(VerbOptions& verb, OutputRequest& output, const char* name, cons
         help);
 }
 
-/// As addGiven(), for a name of a table with `name` and `summary` in each row; the help lists it.
+/// Like addGiven(), for a table with `name` and `summary` in each row; the help lists it.
 template <class Row>
 Option addNamed(VerbOptions& verb, OutputRequest& output, const char* option, std::string& target,
                 std::span<const Row> rows, const std::string& kind, const std::string& help,
@@ -259,7 +258,7 @@ void noteDisplay(const PictureResult& result, Reporter& reporter) {
         reporter.note(file + "exposed by " + stopsText(display.exposure) +
                       " stops, found by metering; --exposure chooses");
     }
-    // A sparkle here and there is no news.
+    // A few isolated pixels are not worth a note.
     const auto pixels =
         static_cast<std::uint64_t>(result.width) * static_cast<std::uint64_t>(result.height);
     if (display.alpha_raised_pixels > pixels / 100) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of the group Scene: which file, which of its scenes and nodes, and how it is read.
+// The Scene options: scene, nodes, reading.
 #pragma once
 
 #include "cmd/session/scene_request.h"
@@ -9,10 +9,10 @@ namespace peeler::cmd {
 class VerbOptions;
 
 /// Declares --scene, --include, --exclude, --allow-outside, --strict, --ignore-extension,
-/// --smooth-normals and, unless the verb has one of its own, --unit. `options` must outlive the
-/// parse.
+/// --smooth-normals and, unless the verb has its own, --unit. `options` must outlive the parse.
 void addSceneOptions(VerbOptions& verb, SceneOptions& options);
-/// Declares --up of verbs that have no camera, whose --up takes axes, too (addCameraOptions()).
+/// Declares --up for verbs without a camera. The camera's --up accepts axes too
+/// (addCameraOptions()).
 void addUpOption(VerbOptions& verb, SceneReadOptions& reading);
 /// Declares --unit.
 void addUnitOption(VerbOptions& verb, SceneReadOptions& reading);
@@ -21,19 +21,19 @@ inline constexpr const char* kUpHelp =
     "(default: y)";
 /// Declares --allow-outside alone.
 void addSandboxOption(VerbOptions& verb, bool& allow_outside);
-/// Declares --strict: warnings about what is read become errors.
+/// Declares --strict: reading warnings become errors.
 void addStrictOption(VerbOptions& verb, bool& strict);
 /// Declares --normalize.
 void addNormalizeOption(VerbOptions& verb, SceneOptions& options);
 
-/// Lengths of a unit in metres.
+/// Named units, in metres.
 inline constexpr Choice<double> kLengthUnits[] = {
     {"m", 1, "metres, as glTF has it"}, {"mm", 1e-3, "millimetres, as some exporters leave them"},
     {"cm", 1e-2, "centimetres"},        {"inch", 0.0254, "inches"},
     {"in", 0.0254, "inches"},
 };
 
-/// The length of a unit in metres: one of these names, or a number of metres.
+/// Returns the length of a unit in metres, from one of these names or a number.
 double parseLengthUnit(const std::string& text);
 
 }  // namespace peeler::cmd

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs over many pictures, frames and views: how they meet what is there already and what fails,
-// and what becomes of each.
+// Runs over many frames or views: existing files, failures, results.
 #pragma once
 
 #include <filesystem>
@@ -20,7 +19,7 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// How a run over many pictures meets what is there already, and what fails.
+/// Options for existing files and failures in a run over many pictures.
 struct SequenceOptions {
     bool skip_existing = false;
     bool keep_going = false;
@@ -31,35 +30,35 @@ struct SequenceOptions {
 /// Declares --chunk, --skip-existing and --keep-going. `options` must outlive the parse.
 void addSequenceOptions(VerbOptions& verb, SequenceOptions& options);
 
-/// Which of many pictures one is.
+/// The frame and view of a picture.
 struct PictureNumber {
-    std::optional<int> frame{};  ///< of a sequence
-    std::optional<int> view{};   ///< of many views, from 0
+    std::optional<int> frame{};  ///< in a sequence
+    std::optional<int> view{};   ///< index among many views, from 0
 
-    /// "frame 12, view 3"; "" of a lone picture.
+    /// Returns "frame 12, view 3"; "" for a single picture.
     std::string text() const;
 };
 
-/// What became of the pictures of a run: reported as each ends, and together at the end.
+/// The results of a run's pictures, reported one by one and together at the end.
 class SequenceResults {
   public:
-    /// `pictures`: what each of several is called, "frame" or "view"; "" = there is one. The
+    /// `pictures`: the noun for one of several, "frame" or "view"; "" = a single picture. The
     /// reporter must outlive this object.
     SequenceResults(std::string pictures, Reporter& reporter)
         : pictures_(std::move(pictures)), reporter_(reporter) {}
 
-    /// `line` is what is told of it.
+    /// Adds a result; `line` is its summary.
     void add(Json result, const std::string& line);
-    /// Reports the failure of a picture that the others go on without.
+    /// Reports the failure of a picture; the run continues.
     void addFailure(const std::filesystem::path& output, const PictureNumber& number,
                     const Error& error);
 
     bool empty() const { return finished_.empty() && failed_.empty(); }
     int worst() const { return worst_; }  ///< the greatest exit code of a failure; 0 = none
-    /// {"frames": [one result a frame]}, or "views", and, if there are any, "failed"; of a lone
-    /// picture its result.
+    /// Returns {"frames": [one result per frame]}, or "views", and "failed" if any failed; for a
+    /// single picture, its result.
     Json json() const;
-    /// Says how many pictures have failed, if any.
+    /// Reports the number of failed pictures, if any.
     void reportFailures() const;
 
   private:
@@ -69,10 +68,10 @@ class SequenceResults {
     int worst_ = 0;
 };
 
-/// Calls `make` with the numbers of views from `first` to `end`, one after the other. Under
-/// --keep-going a failure is listed in `results`, unless it is one of the whole request (kUsage),
-/// and the next view follows; otherwise it is thrown. `discard` is called before: it leaves what
-/// the failure may have left in any state, and says which file is missing.
+/// Calls `make` for each view in [first, end). Under --keep-going a failure is added to `results`
+/// and the run continues, unless the whole request is at fault (kUsage); otherwise it is rethrown.
+/// Calls `discard` first: it discards state that the failure may have corrupted, and returns the
+/// missing file.
 void makeEachView(std::size_t first, std::size_t end, const SequenceOptions& options,
                   SequenceResults& results, const std::function<void(std::size_t)>& make,
                   const std::function<std::filesystem::path(std::size_t)>& discard);

@@ -23,7 +23,7 @@ namespace {
 
 constexpr const char* kViewsGroup = "Views";
 
-/// The id of an object that a node is called by: 12 of "obj_000012" and of "12".
+/// Returns the object id in a node's name: 12 for "obj_000012" and "12".
 std::optional<int> objectId(std::string_view name) {
     if (name.starts_with("obj_")) name.remove_prefix(4);
     int id = 0;
@@ -32,7 +32,7 @@ std::optional<int> objectId(std::string_view name) {
     return whole && id >= 0 ? std::optional(id) : std::nullopt;
 }
 
-/// What only a lone camera has.
+/// Throws Error (kUsage) if options are given that only a single camera has.
 void refuseLoneCamera(const CameraOptions& camera, const std::string& views) {
     const std::pair<bool, const char*> lone[] = {
         {camera.camera.has_value(), "--camera"},
@@ -49,7 +49,7 @@ void refuseLoneCamera(const CameraOptions& camera, const std::string& views) {
                    "leave one of them out");
 }
 
-/// Throws Error (kUsage) for what contradicts itself whatever the scene is.
+/// Throws Error (kUsage) if the options contradict each other, regardless of the scene.
 void checkViewOptions(const ViewListOptions& options, const CameraOptions& camera) {
     if (options.file && options.count)
         refuse("views are those of a file or around the scene", "--cameras, --views",
@@ -76,7 +76,7 @@ void checkViewOptions(const ViewListOptions& options, const CameraOptions& camer
                "--size " + std::to_string(camera.size.width), "give the height too: --size WxH");
 }
 
-/// What makes the picture of a view: its own choice, and what is the same for all.
+/// Returns the camera options of a view: its own choice and the settings common to all.
 CameraOptions cameraOf(const CameraChoice& view, const CameraOptions& camera) {
     CameraOptions result;
     static_cast<CameraChoice&>(result) = view;
@@ -200,7 +200,7 @@ void ViewList::place(const OpenedScene& scene) {
 void ViewList::placeObjects(const Scene& scene) {
     if (std::ranges::all_of(listed_, [](const FileCamera& view) { return view.objects.empty(); }))
         return;
-    std::map<int, int> nodes;  // by the id of their object
+    std::map<int, int> nodes;  // by object id
     for (std::size_t i = 0; i < scene.nodes.size(); ++i)
         if (const auto id = objectId(scene.nodes[i].name)) nodes.emplace(*id, static_cast<int>(i));
     std::set<int> ever_placed;
@@ -228,7 +228,7 @@ void ViewList::placeObjects(const Scene& scene) {
     warnOfUnplaced(ever_placed.size());
 }
 
-/// Warns of views that place fewer than `objects` objects.
+/// Warns about views that place fewer than `objects` objects.
 void ViewList::warnOfUnplaced(std::size_t objects) const {
     const auto lacks = [&](const auto& placed) { return placed.size() < objects; };
     const auto first = std::ranges::find_if(placed_, lacks);

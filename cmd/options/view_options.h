@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Many cameras of one scene, one picture or bundle each: of a file, or around the scene.
+// View lists: many cameras for one scene, from a file or around the scene.
 #pragma once
 
 #include <filesystem>
@@ -28,7 +28,7 @@ inline constexpr Choice<Around> kArounds[] = {
     {"random", Around::kRandom, "on all sides by chance, the same for a --seed"},
 };
 
-/// --cameras, --views and what belongs to them.
+/// --cameras, --views and related options.
 struct ViewListOptions {
     std::optional<std::filesystem::path> file;
     std::optional<CameraConvention> convention;
@@ -37,54 +37,56 @@ struct ViewListOptions {
     std::optional<std::uint64_t> seed;
     std::optional<double> distance;
     std::optional<std::filesystem::path> cameras_out;
-    bool through_corners = false;  ///< ViewsAround::through_corners, of presets
+    bool through_corners = false;  ///< ViewsAround::through_corners, set by presets
 
-    /// Whether there is a list of views, however short it is.
+    /// Whether a list of views is requested, even of one view.
     bool asked() const { return file || count; }
 };
 
 /// Declares the options; `options` must outlive the parse.
 void addViewOptions(VerbOptions& verb, ViewListOptions& options);
 
-/// The views of a run: of a file, around the scene, or the one of the camera's options.
+/// The views of a run: from a file, around the scene, or the single one of the camera options.
 class ViewList {
   public:
-    /// Checks the options, and reads the file. `camera` has what is the same for all views. All
-    /// must outlive it. Throws Error (kUsage) for what contradicts itself whatever the scene is,
-    /// and like readCameras(), whose warnings go to the reporter; with `strict` they are errors.
+    /// Checks the options and reads the file. `camera` holds the settings common to all views. All
+    /// arguments must outlive the list. Throws Error (kUsage) if the options contradict each other,
+    /// regardless of the scene, and like readCameras(). Reports its warnings, which are errors if
+    /// `strict`.
     ViewList(const ViewListOptions& options, const CameraOptions& camera, bool strict,
              Reporter& reporter);
 
     bool asked() const { return options_.asked(); }
     std::size_t size() const;  ///< at least 1
-    /// The first of the views that are this run's, and the one behind the last. Throws Error
-    /// (kUsage) for a part of a lone view.
+    /// Returns the half-open range of this run's views. Throws Error (kUsage) if there is a chunk
+    /// of a single view.
     std::pair<std::size_t, std::size_t> part(const std::optional<Shard>& chunk) const;
 
     /// Throws Error (kUsage) if the views would all have this name.
     void checkName(const std::filesystem::path& output) const;
 
-    /// Places what stands around the scene, and finds the objects that a file places; to be called
-    /// before what follows. Throws Error (kUsage), and (kInput) for an object that the scene lacks.
+    /// Places cameras around the scene and resolves the objects that a file places. Call before the
+    /// functions below. Throws Error (kUsage) if a camera cannot be placed, Error (kInput) if the
+    /// scene lacks an object.
     void place(const OpenedScene& scene);
 
-    /// The cameras of all views.
+    /// Returns the cameras of all views.
     const std::vector<CameraOptions>& cameras() const { return cameras_; }
-    /// What a view is called: as its file has it, else by its number; "" of a lone one.
+    /// Returns a view's name: from its file, else its number; "" for a single view.
     std::string name(std::size_t index) const { return asked() ? names_[index] : ""; }
-    /// Whether nodes stand elsewhere in some view than the scene's file says.
+    /// Whether some view moves nodes of the scene.
     bool placesObjects() const { return !placed_.empty(); }
-    /// Which, and where.
+    /// Returns a view's moved nodes and their poses.
     std::span<const PlacedNode> placed(std::size_t index) const {
         return placed_.empty() ? std::span<const PlacedNode>() : placed_[index];
     }
-    /// The same for the settings' hash of a view: adds "placed" if there are any.
+    /// Adds the moved nodes of a view, if any, to its settings as "placed".
     void addSettings(std::size_t index, nlohmann::json& settings) const;
-    /// The scene as a view shows it.
+    /// Returns the scene posed for a view.
     PosedScene pose(const OpenedScene& scene, double time, std::size_t index) const {
         return scene.at(time, placed(index));
     }
-    /// What a view sees of it, by its own name. Throws like makeView().
+    /// Returns the View, with the view's name. Throws like makeView().
     View view(const OpenedScene& scene, const PosedScene& posed, std::size_t index) const;
 
   private:
@@ -97,9 +99,9 @@ class ViewList {
     bool strict_;
     Reporter& reporter_;
     std::vector<FileCamera> listed_;               ///< of the file
-    std::vector<std::string> names_;               ///< none of a lone view
-    std::vector<CameraOptions> cameras_;           ///< once they are placed
-    std::vector<std::vector<PlacedNode>> placed_;  ///< of each view; empty if none has any
+    std::vector<std::string> names_;               ///< empty for a single view
+    std::vector<CameraOptions> cameras_;           ///< set by place()
+    std::vector<std::vector<PlacedNode>> placed_;  ///< per view; empty if no view has any
 };
 
 }  // namespace peeler::cmd

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of bundles of rays.
+// Bundle options.
 #pragma once
 
 #include <filesystem>
@@ -16,21 +16,21 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// Which bundles of rays.
+/// The requested bundles of rays.
 struct BundleOptions {
-    std::vector<glm::dvec3> directions;         ///< unit vectors, one by one
-    std::optional<int> count;                   ///< so many more, evenly over the sphere
-    bool hemisphere = false;                    ///< of those only the upper half
-    std::optional<std::filesystem::path> file;  ///< a text file of still more
+    std::vector<glm::dvec3> directions;  ///< unit vectors
+    std::optional<int> count;            ///< number of further directions, evenly over the sphere
+    bool hemisphere = false;             ///< those on the upper hemisphere only
+    std::optional<std::filesystem::path> file;  ///< a text file of further directions
     bool axes = false;                          ///< along X, Y and Z, on one lattice
-    CameraOptions camera;                       ///< if any of them is given: the rays of its pixels
-    ViewListOptions views;                      ///< likewise of many cameras, a bundle each
-    /// Rays along the longer side of a bundle, or scene units from ray to ray.
+    CameraOptions camera;                       ///< if any option is given: rays through its pixels
+    ViewListOptions views;                      ///< the same for many cameras, one bundle each
+    /// Rays along the longer side of a bundle, or scene units between rays.
     std::optional<int> resolution;
     std::optional<double> spacing;
     std::optional<Bounds> bounds;  ///< the box that bundles cover; none = the scene's
 
-    /// Whether any rays are asked for.
+    /// Whether any rays are requested.
     bool asksForRays() const {
         return usesCamera() || axes || count || file || !directions.empty();
     }
@@ -41,22 +41,22 @@ struct BundleOptions {
     RayGrid grid() const;
 };
 
-/// Declares --direction … --bounds and the options of addCameraOptions(). What is referred to must
+/// Declares --direction … --bounds and the options of addCameraOptions(). All arguments must
 /// outlive the parse.
 void addBundleOptions(VerbOptions& verb, BundleOptions& options,
                       SceneReadOptions* reading = nullptr);
 
-/// Throws Error (kUsage) for what contradicts itself whatever the scene is, and if there is nothing
-/// to trace.
+/// Throws Error (kUsage) if the options contradict each other, regardless of the scene, or if there
+/// is nothing to trace.
 void checkBundleOptions(const BundleOptions& options);
 
-/// The directions of a text file as unit vectors: three numbers a line, separated by blanks or
-/// commas, of any length but 0; empty lines and what follows # do not count. Throws Error (kInput)
-/// with the line.
+/// Reads directions from a text file as unit vectors. Each line has three numbers, separated by
+/// blanks or commas, of any length but 0. Skips empty lines and comments after #. Throws Error
+/// (kInput), with the line, if a line is invalid.
 std::vector<glm::dvec3> readDirections(const std::filesystem::path& file);
 
-/// All bundles but a camera's, in the order of the options, those of the axes last. `scene` bounds
-/// all that is to be hit. Throws like parallelBundle() and readDirections().
+/// Returns all bundles except the cameras', in the order of the options, axes last. `scene` bounds
+/// everything that can be hit. Throws like parallelBundle() and readDirections().
 std::vector<Bundle> parallelBundles(const BundleOptions& options, const Bounds& scene);
 
 }  // namespace peeler::cmd

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of maps of rays.
+// Ray map options.
 #pragma once
 
 #include <optional>
@@ -15,10 +15,10 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// Which maps of rays, and what they need to know.
+/// The requested ray maps and their parameters.
 struct RayMapFlags {
-    std::vector<RayMap> maps;  ///< none: hits are written
-    /// Of materials, per scene unit, by a glob of their names or an index.
+    std::vector<RayMap> maps;  ///< empty = write hits
+    /// Attenuation of materials per scene unit, by name glob or index.
     std::vector<std::pair<std::string, double>> attenuation;
     std::vector<std::string> parts;  ///< globs of node names
     std::optional<std::pair<double, double>> range;
@@ -28,11 +28,11 @@ struct RayMapFlags {
 /// Declares --map, --attenuation, --part and --range. `flags` must outlive the parse.
 void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags);
 
-/// Throws Error (kUsage) for what contradicts itself whatever the scene is.
+/// Throws Error (kUsage) if the flags contradict each other, regardless of the scene.
 void checkRayMapFlags(const RayMapFlags& flags);
 
-/// What the maps need, of this scene. Throws Error (kUsage) for a material or a node that the scene
-/// does not have.
+/// Returns the map options for this scene. Throws Error (kUsage) if the scene lacks a material or
+/// node.
 RayMapOptions rayMapOptions(const RayMapFlags& flags, const Scene& scene);
 
 }  // namespace peeler::cmd

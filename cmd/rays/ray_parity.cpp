@@ -12,17 +12,17 @@ namespace peeler::cmd {
 
 namespace {
 
-/// How many solids are named one by one on the reporter; JSON has them all.
+/// The maximum number of solids named in messages; JSON has all.
 constexpr std::size_t kNamed = 10;
 
-/// The direction of a ray in world space, a unit vector.
+/// Returns the direction of a ray in world space, a unit vector.
 glm::dvec3 directionOf(const Bundle& bundle, const OddRay& ray) {
     if (bundle.parallel()) return bundle.direction();
     const glm::dvec2 at = glm::dvec2(ray.x, ray.y) + bundle.view.sample;
     return glm::normalize(worldPosition(bundle.view, at.x, at.y, 1) - bundle.origin());
 }
 
-/// Where the ray hits the surface that it does not leave (or enter), world space.
+/// Returns the unmatched hit of the ray (an entry without exit, or the reverse), world space.
 glm::dvec3 placeOf(const Bundle& bundle, const OddRay& ray) {
     const glm::dvec2 at = glm::dvec2(ray.x, ray.y) + bundle.view.sample;
     return worldPosition(bundle.view, at.x, at.y, ray.z);
@@ -34,7 +34,7 @@ void RayParity::begin(std::span<const Bundle> bundles, std::span<const std::uint
     bundles_.assign(bundles.begin(), bundles.end());
 }
 
-/// "Lid", or "Lid, primitives 0, 2" where the mesh has more than this solid.
+/// Returns "Lid", or "Lid, primitives 0, 2" if the mesh has further solids.
 std::string RayParity::name(const Solid& solid) const {
     std::string text = nodeName(scene_, static_cast<std::size_t>(solid.node));
     const int mesh = scene_.nodes[static_cast<std::size_t>(solid.node)].mesh;
@@ -74,7 +74,7 @@ void RayParity::finish() {
     reporter_.note(verdict(odd));
 }
 
-/// One line on all rays: "closed: every one of 437,760 rays enters as often as it leaves".
+/// Returns a summary line: "closed: every one of 437,760 rays enters as often as it leaves".
 std::string RayParity::verdict(std::size_t odd_solids) const {
     std::uint64_t rays = 0;
     for (const Bundle& bundle : bundles_)

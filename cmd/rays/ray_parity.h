@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The solids that rays enter and do not leave (--parity).
+// Ray parity of solids (--parity).
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -12,9 +12,8 @@
 
 namespace peeler::cmd {
 
-/// Counts how often rays hit each solid. finish() warns of those that some ray hits an odd number
-/// of times, and notes whether all is closed. Writes no file. Everything referred to must outlive
-/// it.
+/// A counter of ray hits per solid. finish() warns about solids that some ray hits an odd number of
+/// times, and notes whether all are closed. Writes no file. All arguments must outlive it.
 class RayParity : public RayOutput {
   public:
     RayParity(const Scene& scene, const Solids& solids, Reporter& reporter)
@@ -24,9 +23,9 @@ class RayParity : public RayOutput {
     void take(std::size_t bundle, const LayeredImage& band) override { parity_.add(bundle, band); }
     void finish() override;
     bool holds() const { return parity_.holds(); }
-    /// Throws Error (kInput) that says what does not hold.
+    /// Throws Error (kInput) with the violated parity.
     [[noreturn]] void fail() const;
-    /// Adds "parity" to a result, with an entry for each solid that is hit (cmd/README.md, "JSON").
+    /// Adds "parity" to a result, with an entry for each hit solid (cmd/README.md, "JSON").
     void addTo(nlohmann::ordered_json& result) const;
 
   private:

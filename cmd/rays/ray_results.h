@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The results of outputs of rays as JSON.
+// JSON results of ray outputs.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,7 +8,7 @@
 
 namespace peeler::cmd {
 
-/// Adds "maps", "voxels" and "points" to a result, as far as there are any (cmd/README.md, "JSON").
+/// Adds "maps", "voxels" and "points" to a result if present (cmd/README.md, "JSON").
 void addRayResults(const RayResults& results, nlohmann::ordered_json& json);
 
 }  // namespace peeler::cmd

@@ -29,7 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Hands the bands of a bundle on to the outputs.
+/// A sink that passes the bands of a bundle to the outputs.
 class BundleSink final : public Sink {
   public:
     BundleSink(const RayTrace& trace, std::size_t bundle) : trace_(trace), bundle_(bundle) {}
@@ -40,7 +40,7 @@ class BundleSink final : public Sink {
             output->take(bundle_, band);
     }
     void finish() override {}
-    /// What the outputs take besides the band, which they go through some rows at a time.
+    /// Returns the outputs' memory besides the band, which they process a few rows at a time.
     SinkMemory memory(const Plan&) const override {
         SinkMemory all{.bytes = kBatchBytes * static_cast<std::uint64_t>(threadCount())};
         for (const auto& output : trace_.outputs) {
@@ -54,25 +54,25 @@ class BundleSink final : public Sink {
     }
 
   private:
-    // Of a thread that puts numbers of some hits (HitReader) side by side.
+    // Bytes per thread for collecting values of a batch of hits (HitReader).
     static constexpr std::uint64_t kBatchBytes = std::uint64_t{2} << 20;
 
     const RayTrace& trace_;
     std::size_t bundle_;
 };
 
-/// What a bundle leaves behind in the heap for those that come after it; measured, on the CPU.
+/// Heap bytes that a bundle leaves for later bundles; measured on the CPU.
 constexpr std::uint64_t kLeftBytes = std::uint64_t{4} << 20;
 
-/// How hits are captured for what the options ask for; the outputs add channels.
+/// Returns the capture settings for the options; the outputs add channels.
 CaptureSettings traceSettings(const RaysOptions& options) {
     CaptureSettings capture = options.capture;
     capture.faces = options.chosenFaces();
-    // Outputs of --points find t from the triangle anyway.
+    // Outputs of --points compute t from the triangle anyway.
     const bool refine = options.refine && !options.points;
     capture.hit_mode = refine ? HitMode::kRefined : HitMode::kRaw;
-    capture.color_type = PixelType::kFloat;  // normals, too
-    // A camera sees from its near to its far plane; other rays have no ends.
+    capture.color_type = PixelType::kFloat;  // for normals too
+    // Cameras clip at their near and far planes; other rays are unbounded.
     capture.depth_clamp = !options.bundles.usesCamera();
     return capture;
 }
@@ -110,13 +110,13 @@ void RayTracer::make(RayTrace& trace) {
     report(trace);
 }
 
-/// Names and checks the outputs of the bundles: only now is known how many pictures there are.
+/// Names and checks the outputs of the bundles, once the number of pictures is known.
 void RayTracer::nameFiles(RayTrace& trace) const {
     if (options_.writesPictures()) {
         std::vector<int> numbers(trace.bundles.size());
         std::iota(numbers.begin(), numbers.end(), 0);
         OutputRequest output = trace.output;
-        if (trace.view) output.no_clobber = false;  // whoever has asked for it has looked
+        if (trace.view) output.no_clobber = false;  // already checked by the caller
         trace.files = checkSeries(output, numbers, options_.inputs());
         checkReport(options_.report, trace.files);
     } else if (options_.writesFile()) {
@@ -149,7 +149,7 @@ std::string RayTracer::settingsHash(const RayTrace& trace, const CaptureSettings
 
 std::string RayTracer::hashOf(const RayTrace& trace) const {
     CaptureSettings settings = capture_;
-    settings.channels.clear();  // they follow from what is asked for
+    settings.channels.clear();  // they follow from the requested outputs
     const Json all = {
         {"scene", hexText(scene_->scene().content_hash)},
         {"settings", settingsHash(trace, settings)},
@@ -194,15 +194,15 @@ std::unique_ptr<RayOutput> RayTracer::makeOutput(const RayTrace& trace) {
     return makeHitOutput(path, hits);
 }
 
-/// What it takes to capture a bundle, besides `left`.
+/// Forecasts the memory for capturing a bundle, besides `left`.
 void RayTracer::forecastMemory(const RayTrace& trace, std::size_t bundle, const CapturePlan& plan,
                                std::uint64_t left) {
     memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()),
                                  source_->forecastMemory(plan, BundleSink(trace, bundle)) + left});
 }
 
-/// Counts first where an output needs it: its header or arrays say how many hits follow, and come
-/// before them. Then the sizes of the files are known.
+/// Counts hits first if an output needs it, because its header or arrays contain the count. File
+/// sizes are known afterwards.
 void RayTracer::count(RayTrace& trace) {
     const auto needsHits = [](const auto& output) { return output->needsHits(); };
     if (options_.sequence.dry_run || std::ranges::any_of(trace.outputs, needsHits)) {
@@ -226,7 +226,7 @@ void RayTracer::count(RayTrace& trace) {
                              std::move(contents)}};
 }
 
-/// What would be done, for --dry-run.
+/// Reports the plan, for --dry-run.
 void RayTracer::describe(const RayTrace& trace) {
     Json json;
     json["scene"] = options_.scene.file.string();
@@ -268,7 +268,8 @@ void RayTracer::traceBundles(RayTrace& trace) {
 void RayTracer::report(RayTrace& trace) {
     RunResult result;
     job_.finish(result);
-    // The hash stands in the result alone: files of rays have never had it, and keep their bytes.
+    // The hash is only in the result. Ray files have never contained it, and their bytes stay the
+    // same.
     result.settings_hash = settingsHash(trace, capture_);
     const std::uint64_t rays = raysOf(trace.bundles);
     result.forecast_memory = memory_forecast_;

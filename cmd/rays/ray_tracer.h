@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From bundles of rays to one output, and to what is told of it.
+// Ray tracer: from bundles to output files and their report.
 #pragma once
 
 #include <filesystem>
@@ -20,42 +20,41 @@
 
 namespace peeler::cmd {
 
-/// The bundles that go into one output, and what becomes of them.
+/// The bundles of one output, and their results.
 struct RayTrace {
     OutputRequest output;
-    std::optional<std::size_t> view{};  ///< of one output a view, which the bundle is called by
+    std::optional<std::size_t> view{};  ///< with one output per view; names the bundle
     std::vector<Bundle> bundles{};
-    nlohmann::json settings = nlohmann::json::object();  ///< that change hits, besides the options
+    nlohmann::json settings = nlohmann::json::object();  ///< that change hits, besides options
     std::vector<std::unique_ptr<RayOutput>> outputs{};
     const RayParity* parity = nullptr;           ///< one of outputs; null without --parity
-    std::vector<std::filesystem::path> files{};  ///< the files that are written
-    std::vector<CapturePlan> plans{};   ///< of each bundle; empty if no output needs hits first
-    std::vector<std::uint64_t> hits{};  ///< of each bundle; empty if no output needs them first
+    std::vector<std::filesystem::path> files{};  ///< written files
+    std::vector<CapturePlan> plans{};   ///< per bundle; empty unless an output needs them first
+    std::vector<std::uint64_t> hits{};  ///< per bundle; empty unless an output needs them first
     Forecast forecast{};
     std::uint64_t hits_found = 0;
     double largest_correction = 0;
-    bool failed = false;  ///< --parity fail found an odd ray: no file is written
+    bool failed = false;  ///< --parity fail found an odd count: no file is written
 };
 
-/// Traces one output after the other, in a scene that may be another one each time. make() lists
-/// the stages.
+/// A tracer of successive outputs; the scene may change between them. make() lists the stages.
 class RayTracer {
   public:
-    /// All of these must outlive it.
+    /// All arguments must outlive it.
     RayTracer(const RaysOptions& options, CaptureJob& job, SequenceResults& results,
               Reporter& reporter);
 
-    /// What is traced from here on. `scene` must outlive it.
+    /// Sets the scene for the following outputs. `scene` must outlive the tracer.
     void setScene(const OpenedScene& scene, const PosedScene& posed);
     const PosedScene& posed() const { return *posed_; }
-    /// The bundles are those of this lattice, for --voxels.
+    /// Sets the lattice of the bundles, for --voxels.
     void setLattice(const AxisBundles& lattice) { lattice_ = lattice; }
 
-    /// Of all that decides what is in the file of a view.
+    /// Returns the hash of everything that determines the content of a view's file.
     std::string hashOf(const RayTrace& trace) const;
-    /// Writes the output and reports it, or tells of it under --dry-run. Throws Error.
+    /// Writes and reports the output, or under --dry-run only reports it. Throws Error.
     void make(RayTrace& trace);
-    /// Leaves what a failure may have left in any state.
+    /// Discards state that a failure may have corrupted.
     void discard();
 
   private:
@@ -83,9 +82,9 @@ class RayTracer {
     const OpenedScene* scene_ = nullptr;
     std::optional<PosedScene> posed_;
     std::optional<AxisBundles> lattice_;
-    std::unique_ptr<Solids> solids_;     ///< if something needs them
+    std::unique_ptr<Solids> solids_;     ///< created on demand
     HitSource* source_ = nullptr;        ///< owned by job_; null before the first output
-    std::uint64_t memory_forecast_ = 0;  ///< bytes, of the run so far
+    std::uint64_t memory_forecast_ = 0;  ///< bytes, for the run so far
 };
 
 }  // namespace peeler::cmd

@@ -67,7 +67,7 @@ constexpr const char* kRaysFooter =
     "primitive_ids_before, ..._after (d, n; 0xFFFFFFFF = none), points (n, 3) and directions\n"
     "(d, 3). A surface that a point lies on is before it, at distance 0.";
 
-/// "t_hit,normals" or "all", which is no name; in the order of the table.
+/// Parses "t_hit,normals" or "all", which is not a column name. Returns the order of the table.
 std::vector<std::string> parseColumns(const std::string& text) {
     std::vector<std::string_view> names;
     for (const HitColumn& column : hitColumns())
@@ -144,14 +144,14 @@ nlohmann::json bundleJson(const Bundle& bundle) {
             {"right", numbers(bundle.right())},
             {"up", numbers(bundle.up())},
             {"size", {projection.half_width, projection.half_height}},
-            {"ends", {projection.near, projection.far}},  // an infinite one is null
+            {"ends", {projection.near, projection.far}},  // null if infinite
             {"resolution", {view.width, view.height}},
             {"crop", {crop.x0, crop.y0, crop.x1, crop.y1}},
             {"sample", {view.sample.x, view.sample.y}}};
 }
 
-/// Throws Error (kUsage) unless both sides count where solids matter: who enters one by a front
-/// face leaves it by a back face.
+/// Throws Error (kUsage) if an output needs solids but not both faces are captured: a ray enters a
+/// solid through a front face and leaves through a back face.
 void checkFaces(const RaysOptions& options) {
     if (options.asksForInside() && options.chosenFaces() != Faces::kBoth)
         refuse("what is inside is known by both sides of surfaces", "--faces",

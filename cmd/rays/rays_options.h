@@ -25,17 +25,17 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// What becomes of solids that rays enter and do not leave.
+/// The reaction to solids that rays enter but do not leave.
 enum class ParityUse : std::uint8_t { kReport, kFail };
 
-/// All options of peeler rays; of `appearance` the variant alone.
+/// All options of peeler rays. `appearance` uses only the variant.
 struct RaysOptions : CaptureJobOptions {
     BundleOptions bundles;
     std::optional<Faces> faces;  ///< none = chosenFaces()
     bool refine = true;
     bool double_points = false;
-    std::vector<std::string> columns;  ///< of hits, in the order of hitColumns(); none = all
-    /// A file of points of which the next hits are asked for, not all hits.
+    std::vector<std::string> columns;  ///< hit columns, in the order of hitColumns(); empty = all
+    /// A file of query points. Requests their next hits instead of all hits.
     std::optional<std::filesystem::path> points;
     /// Cells along the longest side of a lattice.
     std::optional<int> voxels;
@@ -44,29 +44,29 @@ struct RaysOptions : CaptureJobOptions {
     OutputRequest output;
     SequenceOptions sequence;
 
-    /// Whether something depends on what is inside of surfaces.
+    /// Whether an output needs the interior of solids.
     bool asksForInside() const;
-    /// The faces that are given; else both, but for the pixels of a camera, which have the hits
-    /// that a picture of the same camera has.
+    /// Returns the given faces, else both; for a camera's pixels, the default of pictures, so that
+    /// the hits match a picture from the same camera.
     Faces chosenFaces() const;
     bool writesFile() const { return !output.path.empty(); }
     bool writesPictures() const { return !maps.maps.empty(); }
-    /// The files that are read, besides those that the scene is made of.
+    /// Returns the input files besides the scene's.
     std::vector<std::filesystem::path> inputs() const;
 };
 
 /// Declares all options of the verb. `options` must outlive the parse.
 void addRaysOptions(VerbOptions& verb, RaysOptions& options);
 
-/// Throws Error (kUsage) for what contradicts itself whatever the scene is.
+/// Throws Error (kUsage) if the options contradict each other, regardless of the scene.
 void checkRaysOptions(const RaysOptions& options);
 
-/// What of the options changes hits or what is made of hits, for the settings' hash: `bundles` as
-/// they are traced, whichever options they come from. What is in the file of --points is input, as
-/// the scene is.
+/// Returns the options that change hits or their outputs, for the settings hash. `bundles` are the
+/// traced bundles, whichever options they come from. The content of the --points file counts as
+/// input, like the scene.
 nlohmann::json raySettings(const RaysOptions& options, std::span<const Bundle> bundles);
 
-/// Throws Error (kMemory) if what is kept of the cells of a lattice does not fit into the budget.
+/// Throws Error (kMemory) if the data kept for a lattice's cells exceed the budget.
 void checkVoxelMemory(const AxisBundles& lattice, const MemoryBudget& memory);
 
 }  // namespace peeler::cmd

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of channels, Cryptomatte and the manifest of ids.
+// Channel, Cryptomatte and id manifest options.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +14,7 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// What is stored of every fragment besides colour and Z, and how its ids are named.
+/// The stored channels besides colour and Z, and the naming of ids.
 struct ChannelOptions {
     std::vector<Channel> channels{};  ///< in the order of the table, each once
     bool cryptomatte = false;
@@ -26,15 +26,15 @@ struct ChannelOptions {
 /// Declares --channels, --cryptomatte and --manifest.
 void addChannelOptions(VerbOptions& verb, ChannelOptions& options);
 
-/// The channels that have to be captured: those that are asked for, and ids for Cryptomatte.
+/// Returns the channels to capture: the requested ones, and ids for Cryptomatte.
 std::vector<Channel> capturedChannels(const ChannelOptions& options);
 
-/// Throws Error (kUsage) if the output holds no channels, or no composite for Cryptomatte, or if a
-/// manifest would name ids that nothing asks for.
+/// Throws Error (kUsage) if the output cannot hold channels, has no composite for Cryptomatte, or a
+/// manifest is given without ids.
 void checkChannelOptions(const ChannelOptions& options, const OutputRequest& output);
 
-/// Writes the manifest: {"object": [{"id", "name", "cryptomatte"}], "material": [likewise]};
-/// "cryptomatte" is the hash in hexadecimal digits. Throws Error (kOutput).
+/// Writes the manifest: {"object": [{"id", "name", "cryptomatte"}], "material": [the same]};
+/// "cryptomatte" is the hash in hexadecimal digits. Throws Error (kOutput) if writing fails.
 void writeIdManifest(const std::filesystem::path& path, const IdNames& names);
 
 }  // namespace peeler::cmd

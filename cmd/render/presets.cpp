@@ -12,7 +12,8 @@ namespace peeler::cmd {
 
 namespace {
 
-/// The vertical field of view of a square picture, degrees, of a focal length in widths of it.
+/// Returns the vertical field of view in degrees of a square picture, from the focal length in
+/// picture widths.
 double fovOfFocalLength(double widths) {
     return 2 * std::atan(0.5 / widths) * 180 / std::numbers::pi;
 }
@@ -21,7 +22,7 @@ struct Preset {
     std::string_view name, summary;
     std::string_view as;
     Size size;
-    double focal_length;   ///< in widths of the picture; 0 = the usual field of view
+    double focal_length;   ///< in picture widths; 0 = the default field of view
     bool through_corners;  ///< ViewsAround::through_corners
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Presets: values of several options, for data sets whose loaders expect them.
+// Option presets for the loaders of common data sets.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@ namespace peeler::cmd {
 /// Declares --preset.
 void addPresetOption(VerbOptions& verb, std::optional<std::string>& preset);
 
-/// Sets what a preset says and nothing on the command line does.
+/// Applies a preset to options that are not on the command line.
 void applyPreset(const VerbOptions& verb, RenderOptions& options);
 
 }  // namespace peeler::cmd

@@ -18,7 +18,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Of all files that a picture can be, each once.
+/// Returns the extensions of all picture formats, without duplicates.
 std::string outputEndings() {
     std::string endings;
     for (const OutputFormat& format : outputFormats()) {
@@ -30,8 +30,8 @@ std::string outputEndings() {
     return endings;
 }
 
-/// Captures what casts shadows, for an output that shows nothing else. Throws Error (kUsage) for
-/// options that ask for other fragments.
+/// Restricts the capture to shadow casters, for an output that shows only these. Throws Error
+/// (kUsage) if options request other fragments.
 void chooseCasters(CaptureSettings& capture) {
     const CaptureSettings usual;
     if (capture.max_layers != usual.max_layers || capture.surfaces != usual.surfaces ||
@@ -47,8 +47,8 @@ void chooseCasters(CaptureSettings& capture) {
     capture.shading = Shading::kUnlit;
 }
 
-/// Chooses the channels to capture. A composite with channels is made of layers, by its writer.
-/// Throws Error (kUsage) where there can be no channels.
+/// Chooses the channels to capture. The writer makes a composite with channels from layers. Throws
+/// Error (kUsage) if the output cannot have channels.
 void chooseChannels(const RenderOptions& options, CaptureSettings& capture) {
     checkChannelOptions(options.channels, options.output);
     capture.channels = capturedChannels(options.channels);

@@ -24,7 +24,7 @@ class VerbOptions;
 /// All options of peeler render; captureSettings() adapts `capture` to the output.
 struct RenderOptions : CaptureJobOptions {
     std::vector<std::filesystem::path> scenes;  ///< files, folders and globs of files
-    CameraOptions camera;                       ///< of many views what is the same for all
+    CameraOptions camera;                       ///< with many views, the settings common to all
     ViewListOptions views;
     ChannelOptions channels;
     ClipOptions clip;
@@ -34,22 +34,22 @@ struct RenderOptions : CaptureJobOptions {
     std::optional<std::string> preset;
     OutputRequest output;
     ShardOptions shard;
-    std::shared_ptr<SampleShards> shards;  ///< if the output is one; it has the scenes of a run
+    std::shared_ptr<SampleShards> shards;  ///< if the output is a shard; shared by all scenes
     SequenceOptions sequence;
 
-    /// Whether `scenes` is one file, and so neither a folder nor a glob.
+    /// Whether `scenes` is a single file, not a folder or glob.
     bool isOneScene() const;
 };
 
 /// Declares all options of the verb. `options` must outlive the parse.
 void addRenderOptions(VerbOptions& verb, RenderOptions& options);
 
-/// Samples a pixel of composites for eyes.
+/// Samples per pixel of display composites.
 inline constexpr int kDisplaySamples = 4;
 
-/// What to capture for the output that was asked for: of composites for eyes kDisplaySamples unless
-/// the number is given, or FXAA smooths their edges. Throws Error (kUsage) for what contradicts
-/// itself whatever the scene is.
+/// Returns the capture settings for the requested output. Display composites get kDisplaySamples
+/// unless --samples is given or FXAA smooths the edges. Throws Error (kUsage) if the options
+/// contradict each other, regardless of the scene.
 CaptureSettings captureSettings(const RenderOptions& options);
 
 }  // namespace peeler::cmd

@@ -27,13 +27,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What an OpenEXR file of ours holds, as --as calls it.
+/// Returns the kind of a peeler OpenEXR file, as a value of --as.
 std::string kindOf(const ExrInfo& info) {
     if (isLayered(info)) return info.deep.empty() ? "ldi" : "deep";
     return info.parts.front().channel("R") ? "composite" : "midpoint-depth";
 }
 
-/// Whether an OpenEXR file has all its chunks, but is not what was written.
+/// Whether an OpenEXR file is complete but was modified after writing.
 bool hasChanged(const std::string& path) {
     try {
         const ExrFiles files(path);
@@ -45,7 +45,7 @@ bool hasChanged(const std::string& path) {
     }
 }
 
-/// In what a picture differs from the headers of the OpenEXR file at its name.
+/// Returns the differences between a picture and the headers of the existing OpenEXR file.
 std::vector<Difference> headerDifferences(const PictureRequest& picture,
                                           const OutputOptions& output) {
     const std::string path = picture.output.path.string();
@@ -110,7 +110,7 @@ void RenderRequest::openScene() {
                        capture_.shading != Shading::kUnlit && !scene_->at(0).lights().empty();
 }
 
-/// What the options and the file of cameras ask for, before anything is known of the scene.
+/// Chooses the pictures from the options and the camera file, before the scene is read.
 void RenderRequest::choosePictures() {
     const std::optional<Shard>& chunk = options_.sequence.chunk;
     if (chunk && !isSequence())
@@ -168,7 +168,7 @@ void RenderRequest::checkFiles() const {
     checkReport(options_.report, others);
 }
 
-/// Everything that is written but the report.
+/// Returns all output files except the report.
 std::vector<fs::path> RenderRequest::outputs() const {
     std::vector<fs::path> files;
     for (std::size_t i = 0; i < pictures(); ++i)
@@ -186,7 +186,7 @@ PictureNumber RenderRequest::number(std::size_t index) const {
     return number;
 }
 
-/// A lone picture keeps the name it is given, whatever is in it.
+/// A single picture keeps its given name, even with patterns in it.
 OutputRequest RenderRequest::outputOf(std::size_t index) const {
     OutputRequest output = options_.output;
     output.path = fileOf(number(index));
@@ -209,7 +209,7 @@ fs::path RenderRequest::firstFile(std::size_t view) const {
     if (hasFrames()) number.frame = moments_.front().frame;
     fs::path file = fileOf(number);
     if (!options_.shards) return file;
-    // A picture in a shard has no place on the disk; beside the cameras it is called by its name.
+    // A picture in a shard has no path of its own; the camera file uses its name.
     return options_.views.cameras_out->parent_path() / file.filename();
 }
 
@@ -224,7 +224,7 @@ PictureRequest RenderRequest::picture(std::size_t index) const {
     picture.view = views_.view(*scene_, *picture.posed, view(index));
     picture.capture = capture_;
     picture.capture.clip = clipVolume(options_.clip, *picture.posed);
-    // Nothing is coloured of shadow casters.
+    // Shadow casters have no tint.
     picture.capture.tinted = !picture.capture.opaque_only && job_.wantsTint(*picture.posed);
     if (options_.channels.wants(Channel::kMotion)) {
         const PosedScene next = views_.pose(*scene_, moment.next_time, view(index));
@@ -326,7 +326,7 @@ nlohmann::ordered_json RenderRequest::plan() const {
         entry["method"] = asked.provenance.method;
         entry["samples"] = asked.capture.samples;
         const OutputOptions output = writerOptions(asked);
-        if (output.outcome) {  // a picture for eyes
+        if (output.outcome) {  // a display picture
             entry["toneMap"] = output.tone_map;
             entry["exposure"] = meters_exposure_ ? nlohmann::ordered_json()
                                                  : nlohmann::ordered_json(output.exposure);

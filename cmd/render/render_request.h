@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pictures that peeler render is asked for, one by one: all that is known of each before there
-// is a GL context.
+// The requested pictures of peeler render, prepared without a GL context.
 #pragma once
 
 #include <filesystem>
@@ -18,69 +17,70 @@
 
 namespace peeler::cmd {
 
-/// One picture that is asked for.
+/// A requested picture.
 struct PictureRequest {
-    std::size_t index = 0;  ///< among all that are asked for
+    std::size_t index = 0;  ///< among all requested pictures
     PictureNumber number{};
     double time = 0;  ///< seconds
     OutputRequest output{};
     std::optional<PosedScene> posed{};
-    std::optional<NextFrame> next{};  ///< if motion is asked for
+    std::optional<NextFrame> next{};  ///< if motion is requested
     View view{};
     CaptureSettings capture{};
-    Provenance provenance{};  ///< without its renderer
+    Provenance provenance{};  ///< without renderer
 };
 
-/// All pictures of a run, one after the other: of each frame every view.
+/// All pictures of a run, in order: every view of each frame.
 class RenderRequest {
   public:
-    /// Checks the options. Nothing that is to be written may replace what must stay. All arguments
-    /// must outlive it. Throws Error (kUsage), (kOutput).
+    /// Checks the options. All arguments must outlive it. Throws Error (kUsage) if the options are
+    /// invalid, Error (kOutput) if an output cannot be written or would replace a file that must
+    /// stay.
     RenderRequest(const RenderOptions& options, CaptureJob& job, Reporter& reporter);
 
-    /// Opens the job's scene, and places the cameras in it. Nothing that is to be written may
-    /// replace what is read. Called first. Throws Error (kUsage), (kInput), (kOutput).
+    /// Opens the job's scene and places the cameras in it. Checks that no output replaces an input.
+    /// Must be called first. Throws Error (kUsage), (kInput), (kOutput).
     void openScene();
 
     const Scene& scene() const { return scene_->scene(); }
     bool hasFrames() const { return options_.animation.frames.has_value(); }
     bool hasViews() const { return views_.asked(); }
     bool isSequence() const { return hasFrames() || hasViews(); }
-    /// What each of several pictures is called; "" of a lone one.
+    /// Returns the noun for one of several pictures; "" for a single one.
     const char* pictureKind() const { return hasViews() ? "view" : hasFrames() ? "frame" : ""; }
-    std::size_t pictures() const { return end_ - first_; }  ///< may be 0, of a small chunk
+    std::size_t pictures() const { return end_ - first_; }  ///< may be 0 for a small chunk
 
     PictureNumber number(std::size_t index) const;
-    /// Of a view, whichever of them this run makes, its first picture: what it sees, and its file.
+    /// Return the view and file of a view's first picture, even if this run does not render it.
     View firstView(std::size_t view) const;
     std::filesystem::path firstFile(std::size_t view) const;
-    /// The file of a picture, or the name of the shards that it goes to.
+    /// Returns the file of a picture, or the name of its shards.
     std::filesystem::path outputFile(std::size_t index) const {
         return options_.shards ? options_.shards->name() : outputOf(index).path;
     }
     const std::optional<Normalizing>& normalized() const { return scene_->normalized(); }
-    /// The cameras of all views, whichever of them this run makes.
+    /// Returns the cameras of all views, including those this run does not render.
     const ViewList& views() const { return views_; }
-    /// The picture with this index, the scene posed at its time. Throws Error (kUsage) and (kInput)
-    /// like ViewList::view().
+    /// Returns the picture with this index, with the scene posed at its time. Throws Error (kUsage)
+    /// and (kInput) like ViewList::view().
     PictureRequest picture(std::size_t index) const;
-    /// Whether the exposure is to be metered: of pictures for eyes that the scene's own lights
-    /// light, unless it is given.
+    /// Whether to meter the exposure: for display pictures lit by the scene's own lights, unless it
+    /// is given.
     bool metersExposure() const { return meters_exposure_; }
-    /// The options of the writer of a picture, its provenance included; without the exposure, if
-    /// that is to be metered.
+    /// Returns a picture's writer options, including provenance; without the exposure if it is
+    /// metered.
     OutputOptions writerOptions(const PictureRequest& picture) const;
-    /// Whether the file of a picture is there, whole, and made of the same request. Never under
-    /// --strict if it may be incomplete: that is found out by counting.
+    /// Whether the picture's file exists, is whole, and has the same request. Always false under
+    /// --strict if it may be incomplete, which only counting shows.
     bool isUpToDate(const PictureRequest& picture) const;
 
-    /// In what the file that is there, and not up to date, differs from the picture, as far as it
-    /// tells: sentences with semicolons between, in the words of the command line.
+    /// Returns the known differences between an outdated file and the picture: clauses joined by
+    /// semicolons, in command-line terms.
     std::string differenceOf(const PictureRequest& picture) const;
 
-    /// What would be done, for --dry-run (cmd/README.md, "JSON").
+    /// Returns the plan for --dry-run (cmd/README.md, "JSON").
     nlohmann::ordered_json plan() const;
-    /// The first picture that would be rendered, of such a plan; none if none would.
+    /// Returns the first picture that such a plan would render, if any.
     static std::optional<std::size_t> firstOf(const nlohmann::ordered_json& plan);
 
   private:
@@ -97,7 +97,7 @@ class RenderRequest {
     const RenderOptions& options_;
     std::vector<Moment> moments_;
     ViewList views_;
-    std::size_t first_ = 0, end_ = 0;  ///< of the pictures, which are this run's
+    std::size_t first_ = 0, end_ = 0;  ///< this run's pictures
     CaptureSettings capture_;
     CaptureJob& job_;
     const OpenedScene* scene_ = nullptr;  ///< owned by job_

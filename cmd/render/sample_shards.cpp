@@ -27,15 +27,15 @@ namespace fs = std::filesystem;
 
 constexpr const char* kShardsGroup = "Shards";
 
-/// The extension that a kind of output has unless another is asked for: that of its first format.
+/// Returns the default extension of an output kind: that of its first format.
 std::string usualExtension(const std::string& kind) {
     for (const OutputFormat& format : outputFormats())
         if (kind.empty() || format.kind == kind)
             return std::string(format.extensions.front().substr(1));
-    return "exr";  // a kind that --as would have refused
+    return "exr";  // a kind that --as refuses
 }
 
-/// The name of a sample's file, with {stem} and {folder} in it.
+/// Returns the name of a sample's file, with {stem} and {folder}.
 std::string sampleName(const RenderOptions& options) {
     const std::string asked =
         options.shard.sample.value_or(usualExtension(options.output.options.as));
@@ -167,7 +167,7 @@ void SampleShards::add(const PictureRequest& picture, PictureResult& result) {
     result.sample = key(file);
     std::vector<SampleFile> members;
     for (const std::string& each : files) {
-        // What stands behind the key, be it ".npy" or "_ldi.npz".
+        // The suffix after the key, such as ".npy" or "_ldi.npz".
         const std::string name = fs::path(each).filename().string();
         members.push_back({name.substr(result.sample.size() + 1), each});
     }
@@ -185,7 +185,7 @@ void SampleShards::add(const PictureRequest& picture, PictureResult& result) {
     const TarShards::Stored stored = shards_->add(result.sample, about, members);
     result.output = stored.shard;
     result.bytes = stored.bytes;
-    std::error_code failure;  // else they go with the folder
+    std::error_code failure;  // otherwise removed with the folder
     for (const std::string& each : files)
         fs::remove(each, failure);
 }

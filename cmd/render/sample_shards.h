@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures as samples in tar shards: what -o OUT-%06d.tar asks for.
+// Tar shards of samples, for -o OUT-%06d.tar.
 #pragma once
 
 #include <cstdint>
@@ -27,28 +27,29 @@ struct ShardOptions {
 /// Declares the options; `options` must outlive the parse.
 void addShardOptions(VerbOptions& verb, ShardOptions& options);
 
-/// The shards of a run, which all its scenes share. The files of a sample are written as those of
-/// any picture, into a scratch folder beside the shards, and from there into a shard.
+/// The shards of a run, shared by all its scenes. A sample's files are first written like those of
+/// any picture, to a scratch folder beside the shards, and then moved into a shard.
 class SampleShards {
   public:
-    /// `options` ask for them: from here on their output is the file of a sample, with the places
-    /// for {stem}, {folder}, the numbers of frames and views. Under --dry-run nothing is made.
-    /// Notes what is there and cannot be kept. Throws Error (kUsage), (kOutput).
+    /// `options` must request shards. Changes their output to the file of a sample, with the
+    /// patterns for {stem}, {folder}, frame and view numbers. Creates nothing under --dry-run.
+    /// Notes existing shards that cannot be kept. Throws Error (kUsage) if the options are invalid,
+    /// Error (kOutput) if the shards cannot be written.
     SampleShards(RenderOptions& options, Reporter& reporter);
 
-    /// The name of all shards, with the place for their number.
+    /// Returns the name of all shards, with the pattern for their number.
     const std::filesystem::path& name() const { return name_; }
-    /// The key of the sample whose file this is.
+    /// Returns the key of a sample, from its file.
     static std::string key(const std::filesystem::path& sample) { return sample.stem().string(); }
     bool contains(const PictureRequest& picture) const;
-    /// Whether the sample is there from earlier, made of the same request.
+    /// Whether the sample exists from an earlier run with the same request.
     bool isUpToDate(const PictureRequest& picture) const;
 
-    /// Keeps it. Fills in where it is, and its bytes.
+    /// Keeps an existing sample. Fills in its location and bytes.
     void keep(const PictureRequest& picture, PictureResult& result);
-    /// Moves its files into a shard, and fills in the same.
+    /// Moves a sample's files into a shard. Fills in its location and bytes.
     void add(const PictureRequest& picture, PictureResult& result);
-    /// Ends the last shard. `all`: no sample is missing because the run was given up.
+    /// Finishes the last shard. `all`: the run was not aborted, so no sample is missing.
     void finish(bool all, Reporter& reporter);
 
   private:
@@ -57,14 +58,14 @@ class SampleShards {
     std::optional<TarShards> shards_;
 };
 
-/// Ends the shards of a run, if there are any, before they are told of. `all`: no sample is missing
-/// because the run was given up. Returns the exit code.
+/// Finishes the shards of a run, if any, before the report. `all`: the run was not aborted, so no
+/// sample is missing. Returns the exit code.
 int endShards(const RenderOptions& options, bool all, Reporter& reporter);
 
-/// Throws Error (kUsage) if one of the options is given, for an output without shards.
+/// Throws Error (kUsage) if one of the options is given. For outputs without shards.
 void refuseShardOptions(const VerbOptions& verb);
 
-/// Whether the name of an output is one of shards.
+/// Whether an output's name is that of shards.
 bool namesShards(const std::filesystem::path& output);
 
 }  // namespace peeler::cmd

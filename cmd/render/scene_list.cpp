@@ -63,8 +63,8 @@ std::vector<fs::path> scenesNamed(const fs::path& name) {
     return scenes;
 }
 
-/// The name of an output with {stem} and {folder} replaced; in the key of a sample with underscores
-/// for what would end it, or be taken for the place of a number.
+/// Returns an output's name with {stem} and {folder} replaced. In a sample key, underscores replace
+/// characters that would end it or look like a number pattern.
 fs::path named(const fs::path& output, const fs::path& scene, bool is_sample = false) {
     std::array<std::pair<std::string, std::string>, 2> places = {{
         {"{stem}", scene.stem().string()},
@@ -95,10 +95,10 @@ bool RenderOptions::isOneScene() const {
 
 std::vector<RenderOptions> eachScene(const RenderOptions& options) {
     std::vector<RenderOptions> each;
-    std::map<fs::path, fs::path> scene_of;  // by what is written of it
+    std::map<fs::path, fs::path> scene_of;  // scene by output
     const auto take = [&](const fs::path& file, const fs::path& scene, const std::string& option) {
         const auto [other, is_new] = scene_of.emplace(file, scene);
-        if (is_new || other->second == scene) return;  // its own are told apart later
+        if (is_new || other->second == scene) return;  // within a scene: checked later
         refuse("the files of " + other->second.string() + " and " + scene.string() +
                    " would have the same name",
                option, "put {stem}, the scene's name, into it, or {folder}, its folder's");
@@ -119,7 +119,7 @@ std::vector<RenderOptions> eachScene(const RenderOptions& options) {
                 cameras = named(*cameras, scene);
                 take(*cameras, scene, "--cameras-out " + options.views.cameras_out->string());
             }
-            if (!options.isOneScene()) {  // one report for all
+            if (!options.isOneScene()) {  // one report for all scenes
                 one.report.json = false;
                 one.report.file.reset();
             }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scenes that a run of peeler render names: files, folders, globs.
+// Scene lists of peeler render: files, folders, globs.
 #pragma once
 
 #include <vector>
@@ -8,12 +8,12 @@
 
 namespace peeler::cmd {
 
-/// The options of each scene that `options.scenes` names: of files themselves, of folders every
-/// isSceneName() in and below them, of globs what they match, each group by name. In the names of
-/// the output, the manifest and the cameras {stem} stands for the scene's name without its
-/// extension, {folder} for that of its folder; in keys of samples with underscores for dots. Of
-/// several scenes in shards those that a chunk has, which is none of their pictures then. Throws
-/// Error (kInput) if there is no scene, (kUsage) if two would write the same file.
+/// Returns the options of each scene in `options.scenes`: files, every isSceneName() in and below
+/// folders, and matches of globs; each group is sorted by name. In the names of the output, the
+/// manifest and the cameras, {stem} is the scene's name without extension and {folder} its folder's
+/// name; sample keys replace dots by underscores. With several scenes in shards, a chunk selects
+/// scenes instead of pictures. Throws Error (kInput) if there is no scene, Error (kUsage) if two
+/// would write the same file.
 std::vector<RenderOptions> eachScene(const RenderOptions& options);
 
 }  // namespace peeler::cmd

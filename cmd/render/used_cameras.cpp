@@ -10,8 +10,8 @@
 
 namespace peeler::cmd {
 
-/// Passes bands on. Of the fragments of a picture it keeps every n-th, so that the same picture
-/// leaves the same points.
+/// A sink that forwards bands and keeps every n-th fragment of a picture, so that the same picture
+/// gives the same points.
 class UsedCameras::PointTaker final : public Sink {
   public:
     PointTaker(std::unique_ptr<Sink> next, std::size_t most, std::vector<ScenePoint>& points)
@@ -67,7 +67,7 @@ UsedCameras::UsedCameras(std::filesystem::path path, std::size_t pictures)
 
 void UsedCameras::add(const View& view, const std::filesystem::path& picture) {
     FileCamera camera = fileCamera(view, view.camera_name);
-    // As files of cameras name pictures: seen from where they are.
+    // Camera files use picture paths relative to themselves.
     const std::filesystem::path folder = std::filesystem::absolute(path_).parent_path();
     camera.picture = std::filesystem::absolute(picture).lexically_relative(folder).string();
     cameras_.push_back(std::move(camera));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What --cameras-out writes: the cameras of all views, and of COLMAP points of what they see.
+// Output of --cameras-out: the cameras of all views and, for COLMAP, scene points.
 #pragma once
 
 #include <filesystem>
@@ -12,19 +12,19 @@
 
 namespace peeler::cmd {
 
-/// The most points of a model, shared alike by the pictures of a run.
+/// The maximum number of points of a model, shared equally by the pictures of a run.
 inline constexpr std::size_t kMostScenePoints = 100'000;
 
-/// Collects cameras, and, as layers pass by, points of their fragments.
+/// A collector of cameras and of points from the fragments of their pictures.
 class UsedCameras {
   public:
-    /// Throws like checkCameraOutput(). `pictures`: how many pass by.
+    /// Throws like checkCameraOutput(). `pictures`: the number of pictures.
     UsedCameras(std::filesystem::path path, std::size_t pictures);
 
-    /// A view and the file of its picture.
+    /// Adds a view and the file of its picture.
     void add(const View& view, const std::filesystem::path& picture);
-    /// `sink`, before which the points are taken; itself if the format has no place for them. This
-    /// object must outlive it.
+    /// Returns a sink that collects points and forwards to `sink`, or `sink` itself if the format
+    /// has no points. This object must outlive it.
     std::unique_ptr<Sink> watched(std::unique_ptr<Sink> sink);
     /// Throws like writeCameras().
     void write() const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The choices of a capture by their names: surfaces, faces, shading, precision, tail, engine.
+// Named choices of a capture: surfaces, faces, shading, precision, tail, engine.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ inline constexpr Choice<Faces> kFaces[] = {
     {"back", Faces::kBack, "back faces only"},
     {"both", Faces::kBoth, "both, whatever the material says"},
 };
-/// The same choices, with the default of rays first.
+/// The same choices, with the default for rays first.
 inline constexpr Choice<Faces> kRayFaces[] = {kFaces[3], kFaces[0], kFaces[1], kFaces[2]};
 inline constexpr Choice<Shading> kShading[] = {
     {"pbr", Shading::kPbr, "metallic-roughness under the scene's lights, or the built-in one"},
@@ -46,7 +46,7 @@ inline constexpr Choice<RayEngine> kEngines[] = {
      "the device that pictures are rendered by: the fragments of peeler render"},
 };
 
-/// Pixels a side of a point in pictures for eyes.
+/// Side of a point in display pictures, in pixels.
 inline constexpr int kDisplayPointSize = 3;
 
 }  // namespace peeler::cmd

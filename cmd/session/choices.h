@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Named choices of the command line: tables of them, and what to say to a name that is in none.
+// Tables of named choices, and the error for an unknown name.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@
 
 namespace peeler::cmd {
 
-/// One row: the name on the command line, what it stands for, a few words for --help.
+/// A row: the name on the command line, its value, a few words for --help.
 template <class T>
 struct Choice {
     std::string_view name;
@@ -29,16 +29,17 @@ std::vector<std::string_view> choiceNames(std::span<const Choice<T>> choices) {
     return names;
 }
 
-/// Throws Error (kUsage) for a name that is not among `names`. `kind` is what it names: "method".
+/// Throws Error (kUsage) for a name that is not among `names`. `kind` is the noun in the message:
+/// "method".
 [[noreturn]] void refuseName(const std::string& kind, std::string_view text,
                              std::span<const std::string_view> names);
 
-/// The names of a list with commas between, in its order. Throws like refuseName() for one that is
+/// Returns the names of a comma-separated list, in its order. Throws like refuseName() if one is
 /// not among `names`.
 std::vector<std::string_view> listedNames(const std::string& kind, std::string_view list,
                                           std::span<const std::string_view> names);
 
-/// The value with this name. Throws like refuseName() for an unknown one.
+/// Returns the value with this name. Throws like refuseName() if the name is unknown.
 template <class T>
 T choose(const std::string& kind, std::span<const Choice<T>> choices, std::string_view text) {
     for (const auto& choice : choices) {
@@ -47,7 +48,7 @@ T choose(const std::string& kind, std::span<const Choice<T>> choices, std::strin
     refuseName(kind, text, choiceNames(choices));
 }
 
-/// The name with this value. Throws Error (kInternal) if the table lacks it.
+/// Returns the name of this value. Throws Error (kInternal) if the table lacks it.
 template <class T>
 std::string_view nameOf(std::span<const Choice<T>> choices, T value) {
     for (const auto& choice : choices) {

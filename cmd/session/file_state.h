@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The state of a file, by which a later look tells whether it has changed.
+// File state, to detect changes.
 #pragma once
 
 #include <cstdint>
@@ -7,18 +7,18 @@
 
 namespace peeler::cmd {
 
-/// What the system says of a file without reading it.
+/// A file's metadata.
 struct FileState {
     std::filesystem::path path;
     bool exists = false;
     std::uint64_t device = 0, inode = 0, size = 0;
     std::int64_t modified = 0;  ///< nanoseconds of mtime
-    std::int64_t changed = 0;   ///< nanoseconds of ctime, which nobody can set
+    std::int64_t changed = 0;   ///< nanoseconds of ctime, which programs cannot set
 
     bool operator==(const FileState&) const = default;
 };
 
-/// The state of a file or folder now.
+/// Returns the current state of a file or folder.
 FileState fileState(const std::filesystem::path& path);
 
 }  // namespace peeler::cmd

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene file that has been read as a request wants it.
+// A scene read per request.
 #pragma once
 
 #include <optional>
@@ -15,31 +15,31 @@
 
 namespace peeler::cmd {
 
-/// A scene file as a run shows it: read once, seen at any time.
+/// A scene read once and posed at any time.
 class OpenedScene {
   public:
-    /// Reads the file, chooses what is shown of it, and reports the warnings of its readers. Throws
-    /// like loadScene(), chooseScene(), selectNodes() and chooseAnimations().
+    /// Reads the file, selects the scene, nodes and animations, and reports the readers' warnings.
+    /// Throws like loadScene(), chooseScene(), selectNodes() and chooseAnimations().
     OpenedScene(const SceneRequest& request, Reporter& reporter);
 
     const Scene& scene() const { return scene_; }
-    /// Index of the scene that is shown.
+    /// Returns the index of the shown scene.
     int index() const { return index_; }
-    /// Indices of the animations that move it.
+    /// Returns the indices of the playing animations.
     const std::vector<int>& animations() const { return playing_; }
-    /// What brought it to another size, if that was asked for.
+    /// Returns the transform of --normalize, if requested.
     const std::optional<Normalizing>& normalized() const { return normalized_; }
-    /// What the format of its file does not say, as it was understood.
+    /// Returns the values assumed for properties that the file's format does not specify.
     const std::optional<Assumed>& assumed() const { return assumed_; }
 
-    /// The scene at a time, in seconds; asked again for the same time, the same. It refers to this
-    /// object, which must outlive it. Not from several threads.
+    /// Returns the scene at a time in seconds; caches the latest. This object must outlive it. Not
+    /// thread-safe.
     PosedScene at(double time) const;
-    /// The same with nodes that stand elsewhere. Throws like placeNodes().
+    /// Returns the same with some nodes placed elsewhere. Throws like placeNodes().
     PosedScene at(double time, std::span<const PlacedNode> placed) const;
 
-    /// The extent that a camera without a place of its own frames: of all times, if the scene
-    /// moves. Not from several threads.
+    /// Returns the extent framed by a camera without a pose: over all times if the scene is
+    /// animated. Not thread-safe.
     const SceneExtent& extent() const;
 
   private:
@@ -48,8 +48,8 @@ class OpenedScene {
     std::vector<int> playing_;
     std::optional<Normalizing> normalized_;
     std::optional<Assumed> assumed_;
-    mutable std::optional<SceneExtent> extent_;                  ///< once it is asked for
-    mutable std::optional<std::pair<double, PosedScene>> last_;  ///< the latest of at(), and when
+    mutable std::optional<SceneExtent> extent_;                  ///< computed on first use
+    mutable std::optional<std::pair<double, PosedScene>> last_;  ///< the latest at()
 };
 
 }  // namespace peeler::cmd

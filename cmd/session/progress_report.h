@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The progress of one stage of a run.
+// Stage progress reports.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace peeler::cmd {
 
-/// A stage of a run that takes a while.
+/// A named stage of a run.
 struct Stage {
     Stage(std::string stage_name, double ends_at = 1) : name(std::move(stage_name)), end(ends_at) {}
     Stage(const char* stage_name) : Stage(std::string(stage_name)) {}
@@ -18,11 +18,11 @@ struct Stage {
     double end;  ///< share of the run that is done after it; 1 = all
 };
 
-/// Share of the run that is done after a count that comes before the work.
+/// The share of a run that a preceding count pass takes.
 inline constexpr double kCountEnd = 0.3;
 
-/// Reports one stage, from construction to destruction. Stages follow one another, and each goes on
-/// where the one before has ended.
+/// A report of one stage, from construction to destruction. Each stage continues from the end of
+/// the previous one.
 class ProgressReport {
   public:
     /// The reporter must outlive the report.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The messages, the progress and the result of a run, as each door takes them.
+// The reporter interface: messages, progress and result of a run.
 #pragma once
 
 #include <cstdint>
@@ -12,29 +12,29 @@
 
 namespace peeler::cmd {
 
-/// A result as JSON: keys stay in the order in which they are set.
+/// JSON that keeps keys in insertion order.
 using Json = nlohmann::ordered_json;
 
 enum class Severity : std::uint8_t {
-    kDetail,   ///< the course of the work, for those who ask for it
-    kNote,     ///< worth knowing for a person; a script does not need it
-    kHint,     ///< advice; may have several lines
-    kWarning,  ///< something was done differently than one might expect
+    kDetail,   ///< course of the work, for --verbose
+    kNote,     ///< of interest to a person, not to a script
+    kHint,     ///< advice, possibly of several lines
+    kWarning,  ///< a result may differ from the user's expectation
     kError,    ///< the run fails, or this part of it
 };
 
-/// How a door shows progress.
+/// The style of progress output.
 enum class ProgressStyle : std::uint8_t { kAuto, kNone, kPlain, kAlf, kOpenJd, kJson };
 
 /// The share of a run that is done.
 struct RunProgress {
     std::string_view stage;  ///< "render", "trace"
     double of_stage = 0;     ///< 0 to 1
-    double of_run = 0;       ///< 0 to 1, never falling
+    double of_run = 0;       ///< 0 to 1, never decreasing
 };
 
-/// Takes everything that a run reports: the command line prints it, the worker sends it on. Belongs
-/// to one thread.
+/// The receiver of everything a run reports. The command line prints it; the worker forwards it.
+/// Belongs to one thread.
 class Reporter {
   public:
     Reporter() = default;
@@ -47,41 +47,41 @@ class Reporter {
     void hint(const Text& text) { message(Severity::kHint, text); }
     void warning(const Text& text) { message(Severity::kWarning, text); }
     void error(const Text& text) { message(Severity::kError, text); }
-    /// A note about the whole run: the same text is reported once.
+    /// Reports a note about the whole run; the same text only once.
     void noteOnce(const std::string& text) {
         if (noted_.insert(text).second) note(text);
     }
 
-    /// An error that ends the run, or a picture of it, with its hint.
+    /// Reports an error that ends the run or one of its pictures, with its hint.
     virtual void failure(const Error& error) = 0;
-    /// The result that was asked for, as data. Throws Error (kOutput).
+    /// Reports the requested result as JSON. Throws Error (kOutput) if it cannot be written.
     virtual void result(const Json& result) = 0;
-    void result(std::string_view) = delete;  // which would become a string of JSON
-    /// The same as a text for people. Throws likewise.
+    void result(std::string_view) = delete;  // would convert to a JSON string
+    /// Reports the result as human-readable text. Throws like result().
     virtual void text(std::string_view text) = 0;
 
-    /// A stage begins; the calls of progress() that follow are of it until it ends. What progress()
-    /// throws gives the work up.
+    /// Begins a stage; progress() then refers to it until it ends. An exception from progress()
+    /// cancels the work.
     virtual void beginStage(const RunProgress& /*progress*/) {}
     virtual void progress(const RunProgress& /*progress*/) {}
-    /// What is being done, in a few words: "frame 3, 3 of 24".
+    /// Reports the current activity in a few words: "frame 3, 3 of 24".
     virtual void status(std::string_view /*text*/) {}
     virtual void endStage() {}
 
     virtual void setProgress(ProgressStyle /*style*/) {}
-    /// Leaves out notes and details.
+    /// Suppresses notes and details.
     void setQuiet(bool quiet) { quiet_ = quiet; }
     void setVerbose(bool verbose) { verbose_ = verbose; }
     bool quiet() const { return quiet_; }
 
-    /// The share of the run that is done, which its stages go on from.
+    /// Returns the share of the run done by earlier stages.
     double done() const { return done_; }
 
   protected:
     friend class ProgressReport;
 
     virtual void message(Severity severity, const Text& text) = 0;
-    /// Whether a message of this severity is asked for.
+    /// Whether messages of this severity are enabled.
     bool shows(Severity severity) const {
         if (severity >= Severity::kHint) return true;
         return !quiet_ && (severity == Severity::kNote || verbose_);

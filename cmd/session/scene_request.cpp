@@ -38,7 +38,7 @@ std::vector<char> matching(const Scene& scene, const std::vector<std::string>& g
     return result;
 }
 
-/// Marks what is below marked nodes, too.
+/// Also marks the descendants of marked nodes.
 void spread(const Scene& scene, std::vector<char>& marked) {
     std::vector<int> open;
     for (std::size_t i = 0; i < marked.size(); ++i)
@@ -66,14 +66,14 @@ std::size_t variantNamed(const Scene& scene, const std::string& text) {
     throw Error(ErrorKind::kUsage, "unknown variant", "--variant " + text, hint);
 }
 
-/// Of --environment: the scene's own lights alone, or the built-in ones.
+/// Values of --environment: only the scene's own lights, or the built-in environment.
 constexpr const char* kNoEnvironment = "none";
 
 bool hasEnvironment(const AppearanceOptions& appearance) {
     return appearance.environment && appearance.environment != kNoEnvironment;
 }
 
-/// The rotation of the environment in degrees, without whole turns, so that 360 is none.
+/// Returns the environment's rotation in degrees without whole turns, so that 360 is 0.
 double turn(const AppearanceOptions& appearance) {
     return std::remainder(appearance.environment_rotation.value_or(0), 360.0);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A request for a scene: which file, what of it is shown, how it looks, and when.
+// Scene requests: file, selection, appearance and time.
 #pragma once
 
 #include <cstdint>
@@ -18,132 +18,130 @@
 
 namespace peeler::cmd {
 
-/// What of a scene file is shown.
+/// The selection from a scene file.
 struct SceneOptions {
     std::filesystem::path file;
     std::optional<std::string> scene;           ///< name or index; none = the file's default
     std::vector<std::string> include, exclude;  ///< globs of node names
-    std::optional<Normalized> normalize;        ///< the size that it is brought to
+    std::optional<Normalized> normalize;        ///< target size
     SceneReadOptions reading;
 
     bool operator==(const SceneOptions&) const = default;
 };
 
-/// Sizes that a scene can be brought to.
+/// The choices of --normalize.
 inline constexpr Choice<Normalized> kNormalized[] = {
     {"unit-cube", Normalized::kUnitCube, "the longest side of its bounds is 1"},
     {"unit-sphere", Normalized::kUnitSphere, "its farthest vertex is at distance 1"},
 };
 
-/// The axis that a text names, x, y or z; nothing for any other text.
+/// Returns the axis named x, y or z; nothing for any other text.
 std::optional<Axis> axisNamed(std::string_view text);
 std::string axisName(Axis axis);
 
 /// Returns the reading options that change pixels, for the settings' hash: an empty object if none
-/// of those given does, as for a glTF.
+/// does, as for a glTF.
 nlohmann::json readingSettings(const SceneReadOptions& reading,
                                const std::optional<Assumed>& assumed);
 
-/// Returns the index of the scene to show. Throws Error (kUsage), with the list, for one that is
-/// not there.
+/// Returns the index of the scene to show. Throws Error (kUsage), with the list, if it does not
+/// exist.
 int chooseScene(const Scene& scene, const SceneOptions& options);
 
-/// For every name, whether it matches a glob: *, ? and [a-z] as in a shell.
+/// Returns for every name whether it matches a glob: *, ? and [a-z] as in a shell.
 std::vector<char> namesLike(const std::vector<std::string>& names, const std::string& glob);
 
-/// For every node, whether it has a name that matches one of the globs or is below one that has.
-/// Throws Error (kUsage) for a glob that no node matches; `option` is where it comes from.
+/// Returns for every node whether its name, or an ancestor's, matches one of the globs. Throws
+/// Error (kUsage) if no node matches a glob; `option` is the option it came from.
 std::vector<char> nodesMatching(const Scene& scene, const std::vector<std::string>& globs,
                                 const char* option);
 
-/// Takes away what is not to be seen: with `include` every mesh that neither is at a node of such a
-/// name nor below one, with `exclude` the nodes of such names and all below them, lights included.
-/// Cameras stay. Throws Error (kUsage) for a glob that no node matches.
+/// Removes hidden parts of the scene. `include` keeps only meshes at matching nodes or below them.
+/// `exclude` removes matching nodes and everything below them, including lights. Cameras stay.
+/// Throws Error (kUsage) if no node matches a glob.
 void selectNodes(Scene& scene, const SceneOptions& options);
 
-/// What layers hold of light that passes through glass and the like.
+/// The opacity of transmissive materials in layers.
 enum class Transmitted : std::uint8_t {
-    kColor,   ///< coloured opacity, if anything tints the light
+    kColor,   ///< coloured opacity, if any material tints light
     kAlpha,   ///< one alpha
-    kNothing  ///< no light passes
+    kNothing  ///< no transmission
 };
 
-/// What makes a scene look otherwise than its file says.
+/// Options that override the scene's appearance.
 struct AppearanceOptions {
     std::optional<std::string> variant;  ///< name or index
     Transmitted transmission = Transmitted::kColor;
     std::optional<std::filesystem::path> environment;  ///< a file, "studio" or "none"
     std::optional<double> environment_rotation;        ///< degrees
-    /// The studio lights what has no lights of its own, unless there is an environment: for
-    /// pictures for eyes.
+    /// For display pictures: lights the scene with the studio if it has neither lights nor an
+    /// environment.
     bool studio = false;
 
     bool operator==(const AppearanceOptions&) const = default;
 };
 
-/// The file that the environment is read from; none if it is built in, or there is none.
+/// Returns the environment's file; nothing if it is built in or absent.
 std::optional<std::filesystem::path> environmentFile(const AppearanceOptions& appearance);
 
-/// Throws Error (kUsage) for a rotation of no environment.
+/// Throws Error (kUsage) if a rotation is given without an environment.
 void checkAppearanceOptions(const AppearanceOptions& appearance);
 
-/// Puts the scene into the studio if `appearance` says so and nothing else lights what is shown of
-/// it.
+/// Lights the scene with the studio if `appearance` asks for it and the shown scene has no light.
 void addStudio(Scene& scene, int scene_index, const AppearanceOptions& appearance);
 
-/// Index of the variant that was chosen; nothing if none was. Throws Error (kUsage) for an unknown
-/// one, with the list.
+/// Returns the index of the chosen variant, if any. Throws Error (kUsage), with the list, if it is
+/// unknown.
 std::optional<std::size_t> chosenVariant(const Scene& scene, const AppearanceOptions& appearance);
 
-/// Whether opacity is to be coloured (CaptureSettings::tinted).
+/// Whether to capture coloured opacity (CaptureSettings::tinted).
 bool wantsTint(const AppearanceOptions& appearance, const PosedScene& posed);
 
 /// Returns the parts of the appearance that change pixels, for the settings' hash; an empty object
 /// if none was given.
 nlohmann::json appearanceSettings(const AppearanceOptions& appearance, const Scene& scene);
 
-/// When a scene is shown: at rest, at a time, at the times of frames.
+/// The time of a scene: at rest, at a time, or at the times of frames.
 struct AnimationOptions {
     std::optional<std::string> animation;    ///< name, index or "all"
     std::optional<double> time;              ///< seconds
     std::optional<std::vector<int>> frames;  ///< at least one
-    std::optional<double> fps;               ///< frames a second
+    std::optional<double> fps;               ///< frames per second
 
-    /// Whether other moments than the scene at rest are asked for.
+    /// Whether a time or frames are given.
     bool moves() const { return time || frames; }
 };
 
-/// A picture of a sequence, or the only one.
+/// A moment of a sequence, or the only one.
 struct Moment {
     int frame = 0;
     double time = 0;               ///< seconds
-    double next_time = 0;          ///< of the next frame, whether it is asked for or not
-    double frames_per_second = 0;  ///< 0 = it is not one of a sequence
-    double motion_rate = 0;        ///< frames a second by which motion is measured
+    double next_time = 0;          ///< of the next frame, requested or not
+    double frames_per_second = 0;  ///< 0 = not a sequence
+    double motion_rate = 0;        ///< frames per second, for motion vectors
 };
 
-/// Throws Error (kUsage) for what contradicts itself whatever the scene is.
+/// Throws Error (kUsage) if the options contradict each other, regardless of the scene.
 void checkAnimationOptions(const AnimationOptions& options);
 
-/// The animations to play, indices into Scene::animations: the one that is named, or all; the first
-/// if a time or frames are given; else none, and the scene is at rest. Throws Error (kUsage) with
-/// the list for one that is not there.
+/// Returns the animations to play, indices into Scene::animations: the named one, or all; the first
+/// if a time or frames are given; else none, and the scene is at rest. Throws Error (kUsage), with
+/// the list, if the named one does not exist.
 std::vector<int> chooseAnimations(const Scene& scene, const AnimationOptions& options);
 
-/// The moments to show, in the order asked for: frame N is at N / fps seconds.
+/// Returns the moments to show, in the given order: frame N is at N / fps seconds.
 std::vector<Moment> momentsOf(const AnimationOptions& options);
 
-/// The name of an animation: its own, else "animation N".
+/// Returns the name of an animation, else "animation N".
 std::string animationName(const Scene& scene, std::size_t animation);
 
-/// A scene file as a run wants it. Equal requests show the same, as long as the files stay as they
-/// are.
+/// A request for a scene. Equal requests give equal scenes as long as the files are unchanged.
 struct SceneRequest {
     SceneOptions scene;
     AppearanceOptions appearance;
     AnimationOptions animation;  ///< decides which animations play
-    bool shadows = false;        ///< a scene whose lights cast none gets a warning
-    /// Bytes that the reader may take; a refusal depends on it, the scene does not.
+    bool shadows = false;        ///< warns if no light of the scene casts shadows
+    /// Memory limit of the reader. It can cause an error but does not change the scene.
     MemoryBudget memory{};
 
     bool operator==(const SceneRequest& other) const {
@@ -153,9 +151,8 @@ struct SceneRequest {
     }
 };
 
-/// Reads the scene as the request wants it: its materials of the variant, its environment by its
-/// name or from the file. Throws Error (kUsage) for an unknown variant, with the list, and what
-/// readSceneFile() and environmentNamed() throw.
+/// Reads the scene, applies the material variant, and loads the environment. Throws Error (kUsage),
+/// with the list, if the variant is unknown, and like readSceneFile() and environmentNamed().
 Scene loadScene(const SceneRequest& request);
 
 }  // namespace peeler::cmd

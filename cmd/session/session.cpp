@@ -12,8 +12,8 @@ namespace peeler::cmd {
 
 namespace {
 
-/// The states of all files that decide what the scene is. Where readers warn, a file may have been
-/// missing, so the folder of the scene counts, too.
+/// Returns the states of all files that determine the scene. If readers warned, a file may have
+/// been missing, so this includes the scene's folder.
 std::vector<FileState> statesOf(const SceneRequest& request, const Scene& scene) {
     std::vector<FileState> states{fileState(request.scene.file)};
     for (const std::filesystem::path& file : scene.files)
@@ -31,8 +31,8 @@ bool areUnchanged(const std::vector<FileState>& files) {
                                [](const FileState& file) { return file == fileState(file.path); });
 }
 
-/// Whether all files had been as they are for a while when reading them began. The clock of a file
-/// system goes in steps, so one that has just been written may change again and look the same.
+/// Whether all files had been unchanged for a while when reading began. File-system clocks are
+/// coarse, so a file just written may change again with the same time stamp.
 bool areSettled(const std::vector<FileState>& files, std::chrono::system_clock::time_point begin) {
     constexpr std::chrono::milliseconds kWhile{100};
     const std::chrono::nanoseconds latest = (begin - kWhile).time_since_epoch();
@@ -84,14 +84,15 @@ SharedScene Session::open(const SceneRequest& request) {
 
 GlRenderer& Session::renderer(const gl::ContextRequest& device, const SharedScene& scene,
                               const PosedScene& posed) {
-    // It owns all that was opened.
+    // Shares ownership with the opened scene.
     const std::shared_ptr<const Scene> shown(scene, scene ? &scene->scene() : nullptr);
     GlRenderer& renderer = gl_.renderer(device, shown, scene ? scene->index() : 0, posed);
     evict();
     return renderer;
 }
 
-/// The scene and the renderer that were used last always stay: a run is using them.
+/// Evicts scenes over the limit. The most recent scene and renderer always stay: a run is using
+/// them.
 void Session::evict() {
     const auto bytes = [this] {
         std::uint64_t sum = gl_.uploadedBytes();

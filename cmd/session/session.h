@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one place that opens scenes and devices for runs, and keeps them for those that follow.
+// Session: opens scenes and GL contexts for runs, and caches both.
 #pragma once
 
 #include <cstdint>
@@ -20,53 +20,52 @@ namespace peeler::cmd {
 
 using SharedScene = std::shared_ptr<const OpenedScene>;
 
-/// Throws Error (kUsage) if an engine without GL is asked for as well as a device of GL.
+/// Throws Error (kUsage) if the engine does not use GL but a GL device is chosen.
 void checkEngine(RayEngine engine, const gl::ContextRequest& device);
 
-/// Opens scenes and contexts for runs, one run after the other, and keeps both. Runs that show the
-/// same file in the same way get the scene that was read before, uploaded as it was, as long as the
-/// file is as it was then, and had not been written just before. Belongs to one thread, which its
-/// contexts are current on.
+/// A cache of scenes and contexts for successive runs. A run with an equal request reuses the
+/// scene, still uploaded, if the file is unchanged and had not been written just before it was
+/// read. Belongs to one thread, where its contexts are current.
 class Session {
   public:
-    /// `keep`: most bytes that scenes and what is uploaded of them may take between runs; 0 =
-    /// nothing is kept, contexts included. The reporter must outlive the session, or be replaced.
+    /// `keep`: limit on the bytes of scenes and their uploads kept between runs; 0 = keep nothing,
+    /// contexts included. The reporter must outlive the session or be replaced.
     explicit Session(Reporter& reporter, std::uint64_t keep = 0);
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
 
     Reporter& reporter() const { return *reporter_; }
-    /// Of the runs that follow.
+    /// Sets the reporter of the following runs.
     void setReporter(Reporter& reporter) { reporter_ = &reporter; }
 
-    /// The scene; the warnings of its readers are reported, whether it is read now or was before.
-    /// Throws like OpenedScene().
+    /// Returns the scene, read or cached. Reports its readers' warnings in both cases. Throws like
+    /// OpenedScene().
     SharedScene open(const SceneRequest& request);
 
-    /// As GlSession has them.
+    /// Returns the context for a device, like GlSession::context().
     gl::Context& context(const gl::ContextRequest& device) { return gl_.context(device); }
     bool hasContext() const { return gl_.hasContext(); }
     bool findGpu(std::string& reasons) { return gl_.findGpu(reasons); }
 
-    /// The scene uploaded to the context of such a device, in this pose, which must be one of it. A
-    /// scene that is null, which the session does not own, has to outlive the run. Throws like
-    /// GlSession::renderer().
+    /// Returns a renderer with the scene uploaded to the device's context, in a pose of that scene.
+    /// If `scene` is null, the session does not own the scene, which must outlive the run. Throws
+    /// like GlSession::renderer().
     GlRenderer& renderer(const gl::ContextRequest& device, const SharedScene& scene,
                          const PosedScene& posed);
 
-    /// A run needs its renderer no longer: closes what is not kept.
+    /// Ends a run's use of its renderer; closes everything that is not cached.
     void release();
-    /// Closes the context and what is uploaded to it. For a context that was lost, and after a run
-    /// that failed: what it has drawn with may be in any state.
+    /// Closes the context and its uploads. For a lost context, and after a failed run, which may
+    /// leave GL objects in any state.
     void close() { gl_.close(); }
-    /// Forgets everything that is kept; whether there was anything.
+    /// Empties the cache. Returns whether it held anything.
     bool forget();
 
   private:
     struct KeptScene {
         SceneRequest request;
         SharedScene scene;
-        std::vector<FileState> files;  ///< as they were when they were read
+        std::vector<FileState> files;  ///< state when they were read
         std::uint64_t bytes = 0;       ///< resident, roughly
     };
 
@@ -74,7 +73,7 @@ class Session {
 
     Reporter* reporter_;
     std::uint64_t keep_;
-    std::list<KeptScene> scenes_;  ///< used last comes first
+    std::list<KeptScene> scenes_;  ///< most recently used first
     GlSession gl_;
 };
 

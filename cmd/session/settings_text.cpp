@@ -22,7 +22,7 @@ nlohmann::json clipJson(const ClipVolume& clip) {
 
 std::string settingsText(const ShownScene& shown, const CaptureSettings& capture,
                          const nlohmann::json& more) {
-    // nlohmann::json sorts its keys and prints the shortest digits that read back: the text is
+    // nlohmann::json sorts keys and prints the shortest round-trip digits, so the text is
     // canonical.
     nlohmann::json settings = {
         {"scene", shown.scene},
@@ -32,7 +32,7 @@ std::string settingsText(const ShownScene& shown, const CaptureSettings& capture
         {"shading", nameOf<Shading>(kShading, capture.shading)},
         {"precision", nameOf<PixelType>(kPrecisions, capture.color_type)},
     };
-    // Only where they are on, so that a picture without them keeps its hash.
+    // Added only if set, so that a picture without them keeps its hash.
     if (!shown.animations.empty()) settings["animations"] = shown.animations;
     if (!shown.include.empty()) settings["include"] = shown.include;
     if (!shown.exclude.empty()) settings["exclude"] = shown.exclude;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The settings of a capture as canonical text, and their hash: what provenance records.
+// Canonical text and hash of capture settings, for provenance.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,26 +11,26 @@
 
 namespace peeler::cmd {
 
-/// What is shown of the scene's file.
+/// The shown part of the scene's file.
 struct ShownScene {
     int scene = 0;                  ///< index
     std::vector<int> animations{};  ///< indices
     std::vector<std::string> include{}, exclude{};
-    double frames_per_second = 0;  ///< by which motion is measured; 0 = it is not
-    /// The pixels of which --occlusion-ratio takes a share: tiles keep other layers than the whole.
+    double frames_per_second = 0;  ///< for motion vectors; 0 = none
+    /// The pixels that --occlusion-ratio refers to: a tile may keep other layers than the whole.
     Window crop{};
 };
 
-/// Everything that was asked for and changes pixels (peeler:settings), as the text of a JSON object
-/// with sorted keys, most of them the names of options (differences.h tells which). Two renders of
-/// the same scene file with the same settings, time and camera (peeler:cameraJson) have the same
-/// layers. What the header says elsewhere in full is left out, so that the tiles of a picture and
-/// the frames of a sequence share their settings: camera, size, crop and time; and so is what
-/// changes nothing: threads, memory, backend, and which of the exact methods it is. `more`: an
-/// object of what else there is, such as appearanceSettings().
+/// Returns all settings that change pixels (peeler:settings), as the text of a JSON object with
+/// sorted keys. Most keys are option names (see differences.h). Two renders of the same scene file
+/// with the same settings, time and camera (peeler:cameraJson) have the same layers. Omits camera,
+/// size, crop and time, which the header has elsewhere, so that the tiles of a picture and the
+/// frames of a sequence share their settings. Also omits settings that change nothing: threads,
+/// memory, backend, and the choice among exact methods. `more`: an object of further settings, such
+/// as appearanceSettings().
 std::string settingsText(const ShownScene& shown, const CaptureSettings& capture,
                          const nlohmann::json& more = nlohmann::json::object());
-/// The hash of that text (peeler:settingsHash), 16 hexadecimal digits.
+/// Returns the hash of settingsText() (peeler:settingsHash), 16 hexadecimal digits.
 std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture,
                          const nlohmann::json& more = nlohmann::json::object());
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pictures of a contact sheet, made small while the layers pass by.
+// Contact sheet cells, downsampled as bands arrive.
 #pragma once
 
 #include <cstdint>
@@ -18,44 +18,44 @@
 
 namespace peeler::cmd {
 
-/// What the cells of layers show.
+/// The content of layer cells.
 enum class SheetShow {
     kColor,
     kDepth  ///< grey, near = white
 };
 
-/// One picture with what is written over it.
+/// A picture with its label.
 struct SheetCell {
     std::string label, detail;  ///< one line each
     CompositeImage picture;     ///< linear, premultiplied; window from (0, 0)
-    /// How far a cell that shows another composite than the exact one is from that.
+    /// The error of an approximate composite against the exact one.
     DifferenceStatistics error;
     bool has_error = false;
-    int passes = 0;  ///< geometry passes, for cells that show a method; else 0
+    int passes = 0;  ///< geometry passes of a method's cell; else 0
 };
 
 struct SheetSettings {
     SheetShow show = SheetShow::kColor;
     bool progression = false;  ///< composites of the nearest layers, not the layers
     int most_cells = 24;
-    int cell_width = 320;  ///< pixels; a picture that is smaller stays as it is
-    bool meters = false;   ///< the exposure is to be found
+    int cell_width = 320;  ///< pixels; smaller pictures are not scaled
+    bool meters = false;   ///< meter the exposure
 };
 
-/// Width and height in pixels of a cell that shows this crop.
+/// Returns the width and height in pixels of a cell for this crop.
 std::pair<int, int> cellSize(const Window& crop, int cell_width);
 
-/// "RMSE 0.0123, 38.2 dB"
+/// Returns "RMSE 0.0123, 38.2 dB".
 std::string errorText(const DifferenceStatistics& error);
 
 /// Adds a band's rows to a filter.
 void addRows(const CompositeImage& band, BoxFilter& filter);
-/// The colours of a filtered picture, whose window is set.
+/// Sets the colours of a picture, whose window is set, from filtered pixels.
 void setColors(const std::vector<BoxFilter::Pixel>& pixels, CompositeImage& picture);
 
-/// Takes layers and makes cells of them: the composite and every layer, front to back; or the
-/// composites of the nearest 1, 2, … layers. Cells above the limit are left out: the deepest
-/// layers, or those of the progression before the last.
+/// A sink that makes cells from layers: the composite and every layer, front to back; or the
+/// composites of the nearest 1, 2, … layers. Omits cells over the limit: the deepest layers, or, in
+/// a progression, those before the last.
 class SheetCells : public Sink {
   public:
     explicit SheetCells(const SheetSettings& settings) : settings_(settings) {}
@@ -66,25 +66,25 @@ class SheetCells : public Sink {
     SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override { return times_; }
 
-    /// After finish().
+    /// Returns the cells; valid after finish().
     std::vector<SheetCell>& cells() { return finished_; }
     std::uint32_t omitted() const { return omitted_; }  ///< cells over the limit
-    /// Of the composite, if the settings ask for it.
+    /// Returns the meter of the composite, if the settings request it.
     const ExposureMeter& meter() const { return meter_; }
 
   private:
-    /// What a cell shows, and its pixels so far.
+    /// A cell in progress.
     struct Pending {
-        std::uint32_t layer = 0;  ///< which one; of composites, how many of the nearest
+        std::uint32_t layer = 0;  ///< layer index; for composites, the number of nearest layers
         bool composites = false;
-        std::uint64_t fragments = 0;  ///< that it shows
+        std::uint64_t fragments = 0;  ///< fragments shown
         BoxFilter filter;
         DifferenceStatistics error;
     };
 
     void addCell(std::uint32_t layer, bool composites);
     bool hasComposite(const Plan& plan) const;
-    /// How many cells there would be without a limit.
+    /// Returns the number of cells without the limit.
     std::uint32_t cellsOf(const Plan& plan) const;
     void addComposite(const LayeredImage& band, Pending& cell);
     void addLayer(const LayeredImage& band, Pending& cell) const;

@@ -19,7 +19,7 @@ namespace {
 
 using Pixel = std::array<float, 4>;
 
-/// Opaque grey in linear light, from an sRGB byte.
+/// Returns opaque linear grey from an sRGB byte.
 Pixel grey(int byte) {
     const float value = linearFromSrgb(static_cast<float>(byte) / 255);
     return {value, value, value, 1};
@@ -32,7 +32,7 @@ const Pixel kLightSquare = grey(238), kDarkSquare = grey(218);
 struct Layout {
     int columns = 1, rows = 1;
     int cell_width = 0, cell_height = 0;
-    int scale = 1;  ///< pixels a dot of the font
+    int scale = 1;  ///< pixels per dot of the font
     int gap = 0, caption = 0;
 
     int x(int column) const { return gap + column * (cell_width + gap); }
@@ -56,7 +56,7 @@ Layout plan(const std::vector<SheetCell>& cells, int columns) {
     layout.rows = (count + layout.columns - 1) / layout.columns;
     layout.cell_width = cells.front().picture.window.width();
     layout.cell_height = cells.front().picture.window.height();
-    // About 27 characters a line; smaller if a line is longer than that, never illegibly small.
+    // About 27 characters per line; smaller for longer lines, but never illegible.
     const int dots = static_cast<int>(longestLine(cells)) * kTextAdvance;
     layout.scale = std::max(1, std::min(layout.cell_width / 160, layout.cell_width / dots));
     layout.gap = 4 * std::max(1, layout.cell_width / 160);
@@ -87,7 +87,7 @@ void drawPicture(const SheetCell& cell, const SheetStyle& style, const Window& p
     });
 }
 
-/// `text`, or as much of it as is not wider than the cell.
+/// Returns `text`, cut to the width of the cell.
 std::string_view fitting(std::string_view text, const Layout& layout) {
     const int room = layout.cell_width / (kTextAdvance * layout.scale);
     return text.substr(0, static_cast<std::size_t>(std::max(0, room)));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cells of a contact sheet side by side on a page, each under its label.
+// Contact sheet layout.
 #pragma once
 
 #include <array>
@@ -12,16 +12,16 @@
 
 namespace peeler::cmd {
 
-/// What a page looks like.
+/// The style of a page.
 struct SheetStyle {
-    int columns = 0;                                 ///< 0 = as many as rows, or one more
+    int columns = 0;                                 ///< 0 = equal to the rows, or one more
     std::optional<std::array<float, 4>> background;  ///< straight linear; none = a checkerboard
     float exposure = 0;                              ///< stops; of the cells
     std::string tone_map = "none";
 };
 
-/// The page: linear, opaque, window from (0, 0). The cells are of one size. Throws Error (kUsage)
-/// if it would be larger than a picture may be.
+/// Returns the page: linear, opaque, window from (0, 0). The cells have one size. Throws Error
+/// (kUsage) if the page would exceed the maximum picture size.
 CompositeImage layOut(const std::vector<SheetCell>& cells, const SheetStyle& style);
 
 }  // namespace peeler::cmd

@@ -19,8 +19,8 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Keeps the composite of all bands that pass through it at full size, 20 bytes a pixel, or 32 with
-/// coloured opacity.
+/// A sink that forwards bands and keeps their composite at full size, 20 bytes per pixel, or 32
+/// with coloured opacity.
 class CompositeKeeper : public Sink {
   public:
     /// Composite and sink must outlive it.
@@ -39,10 +39,10 @@ class CompositeKeeper : public Sink {
     CompositeImage band_;
 };
 
-/// Makes one cell of composited bands, with their difference from the exact composite.
+/// A sink that makes a cell from composited bands, with its error against the exact composite.
 class CompositeCell : public Sink {
   public:
-    /// `exact` must outlive the cell. If it is empty when a band comes, the error is not known.
+    /// `exact` must outlive the cell. If it is empty when a band arrives, the error is unknown.
     CompositeCell(int cell_width, const CompositeImage& exact)
         : cell_width_(cell_width), exact_(exact) {}
 
@@ -51,7 +51,7 @@ class CompositeCell : public Sink {
     void finish() override;
     StageTimes times() const override { return times_; }
 
-    /// After finish(); without labels.
+    /// Returns the cell, without labels; valid after finish().
     SheetCell& cell() { return cell_; }
 
   private:
@@ -107,8 +107,8 @@ void CompositeCell::finish() {
     filter_.reset();
 }
 
-/// Captures the composite of one method and hands it to `sink`, which is the cell or ends in it.
-/// The labels say its name, its geometry passes and its error.
+/// Captures the composite of a method into `sink`, which is the cell or forwards to it. The labels
+/// are the method's name, geometry passes and error.
 SheetCell captureMethod(GlRenderer& renderer, const View& view, CaptureSettings settings,
                         const MethodInfo& method, CompositeCell& cell, Sink& sink,
                         const Progress& progress) {
@@ -175,7 +175,7 @@ SheetContent SceneSheet::make(std::size_t view) {
     return std::move(content_);
 }
 
-/// Opens it for the first view, which meters the exposure of all.
+/// Opens the renderer for the first view, which meters the exposure for all views.
 void SceneSheet::openRenderer() {
     renderer_ = job_.renderer();
     if (renderer_) return renderer_->setPose(posed_);
@@ -186,7 +186,7 @@ void SceneSheet::openRenderer() {
     renderer_->setPose(posed_);
 }
 
-/// Whether a cell of unsorted blending is shown: it blends everything, in colour, so it stands only
+/// Whether to show a cell of unsorted blending. It blends all fragments in colour, so it only fits
 /// beside the colour composite of all layers.
 bool SceneSheet::showsUnsorted() const {
     return request_.methods == SheetMethods::kUnsorted && capture_.max_layers == 0 &&
@@ -205,7 +205,7 @@ void SceneSheet::describePlan(const Plan& plan, int passes) {
 
 void SceneSheet::showLayers() {
     SheetSettings settings = request_.cells;
-    settings.meters = false;  // what lights the scene is known, and metered
+    settings.meters = false;  // already metered
     const bool unsorted = showsUnsorted();
     if (unsorted) --settings.most_cells;
     SheetCells cells(settings);
@@ -245,17 +245,17 @@ void SceneSheet::compareMethods() {
     }
 }
 
-/// The cell of a method. If `exact`, its composite is kept as the reference; else the cell has its
-/// difference from that.
+/// Captures the cell of a method. If `exact`, keeps its composite as the reference; else measures
+/// the error against the reference.
 SheetCell SceneSheet::capture(const MethodInfo& method, bool exact) {
     const CompositeImage nothing;
     CompositeCell cell(request_.cells.cell_width, exact ? nothing : exact_);
     CompositeKeeper keeper(exact_, cell);
     Sink& sink = exact ? static_cast<Sink&>(keeper) : cell;
     CaptureSettings settings = capture_;
-    // Colours of 32 bits, so that differences are those of methods, not of rounding.
+    // 32-bit colours, so that differences come from the methods, not from rounding.
     if (request_.methods == SheetMethods::kAll) settings.color_type = PixelType::kFloat;
-    // Of `all` cells that will be made, `cells` are done with this one.
+    // `cells` counts finished cells including this one, `all` the total.
     const auto cells = static_cast<double>(content_.cells.size() + 1);
     const bool last = request_.methods != SheetMethods::kAll;
     const auto all = static_cast<double>(peelMethods().size() - content_.omitted);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a scene or a layered file to the cells of a contact sheet.
+// Sources of contact sheet cells: scenes and layered files.
 #pragma once
 
 #include <filesystem>
@@ -21,15 +21,16 @@
 
 namespace peeler::cmd {
 
-/// Which composites of methods the sheet of a scene shows.
+/// The method composites on a scene's sheet.
 enum class SheetMethods {
-    kUnsorted,  ///< blending in draw order, beside the composite; where there is one of all layers
-    kAll,       ///< every method's, and nothing else
+    kUnsorted,  ///< blending in draw order, beside the composite of all layers if there is one
+    kAll,       ///< every method, and nothing else
     kNone
 };
 
-/// What is asked for. Of a layered file only the name in `scene`, `file`, `capture.max_layers` and
-/// `cells` count; of a scene all but `file`. The clip volume is in `clip`, not in `capture`.
+/// The request for a sheet. A layered file uses only the name in `scene`, `file`,
+/// `capture.max_layers` and `cells`; a scene uses all but `file`. The clip volume is in `clip`, not
+/// in `capture`.
 struct SheetRequest : CaptureJobOptions {
     LayeredReadOptions file;
     CameraOptions camera;
@@ -43,22 +44,22 @@ struct SheetRequest : CaptureJobOptions {
 struct SheetContent {
     std::vector<SheetCell> cells;
     std::size_t omitted = 0;        ///< cells over the limit
-    std::optional<float> exposure;  ///< stops; none = it was not to be found
-    PictureResult result;           ///< what the cells were made of, and with
+    std::optional<float> exposure;  ///< stops; none = not metered
+    PictureResult result;           ///< source and settings of the cells
 };
 
-/// The sheets of a scene, one view after the other.
+/// The sheets of a scene, view by view.
 class SceneSheet {
   public:
-    /// `views` are placed; all arguments must outlive it.
+    /// `views` must be placed. All arguments must outlive it.
     SceneSheet(const SheetRequest& request, CaptureJob& job, const OpenedScene& scene,
                const ViewList& views, Reporter& reporter);
 
-    /// What a view sees, and the hash of what decides how that is shown, before it is made. Throw
-    /// like ViewList::view() and clipVolume().
+    /// Return a view, and the hash of its settings, before it is captured. Throw like
+    /// ViewList::view() and clipVolume().
     View view(std::size_t index) const;
     std::string settingsHash(std::size_t view) const;
-    /// Captures a view. Throws like these, CaptureJob::openRenderer() and GlRenderer::capture().
+    /// Captures a view. Throws like view(), CaptureJob::openRenderer() and GlRenderer::capture().
     SheetContent make(std::size_t view);
 
   private:
@@ -78,14 +79,15 @@ class SceneSheet {
     CaptureSettings capture_;
     const OpenedScene& scene_;
     PosedScene posed_;
-    View view_;                       ///< that is captured
+    View view_;                       ///< being captured
     GlRenderer* renderer_ = nullptr;  ///< the job's
-    std::optional<float> exposure_;   ///< that was metered, for all views
+    std::optional<float> exposure_;   ///< metered, for all views
     CompositeImage exact_;
     SheetContent content_;
 };
 
-/// Reads a layered file; `job` keeps the times. Throws Error (kInput) like openLayered().
+/// Makes the sheet of a layered file; `job` keeps the times. Throws Error (kInput) like
+/// openLayered().
 SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Reporter& reporter);
 
 }  // namespace peeler::cmd

@@ -21,7 +21,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Bytes of a band; its composite is read beside it.
+/// Size limit of a band; its composite is read in addition.
 constexpr std::uint64_t kVerifiedBytes = std::uint64_t{128} << 20;
 
 std::string at(const std::map<std::string, std::string>& attributes, const std::string& name) {
@@ -38,7 +38,7 @@ void checkFragments(LayeredInput& input, VerifiedFile& file) {
     if (info.composite >= 0) {
         const ExrInputPart& part = info.parts[static_cast<std::size_t>(info.composite)];
         if (const auto* red = part.channel("R")) composite_type = red->type;
-        // What was converted from a file by others may have had a smaller data window.
+        // Files converted from other programs' may have had a smaller data window.
         if (part.data_window != crop && info.plan.view.known) {
             file.blame(Verdict::kBad, "the composite does not cover the pixels of the picture");
         }
@@ -65,12 +65,11 @@ void checkFragments(LayeredInput& input, VerifiedFile& file) {
 
 void checkCompleteness(const ExrInfo& info, VerifiedFile& file) {
     const Plan& plan = info.plan;
-    // The file of one layer has the numbers of the whole picture, whose other fragments are in
-    // other files.
+    // A per-layer file has the counts of the whole picture; the other fragments are in other files.
     if (at(info.attributes(), "peeler:layout") == kPerFileLayout &&
         !at(info.attributes(), "peeler:layer").empty())
         return;
-    // Hits of bundles of rays, and pictures without layers, have no numbers of fragments.
+    // Hits of bundles, and pictures without layers, have no fragment counts.
     if (holdsBundles(info)) return;
     if (info.layers.empty() && info.deep.empty() && at(info.attributes(), "peeler:layers").empty())
         return;
@@ -84,13 +83,13 @@ void checkCompleteness(const ExrInfo& info, VerifiedFile& file) {
                                          " of " + countText(plan.fragments_counted, "fragment"));
 }
 
-/// A problem and where it is, unless that is just the file.
+/// Returns a problem with its location, unless that is just the file.
 std::string sentence(const Text& problem, const Text& where, const VerifiedFile& file) {
     return inOptions(problem +
                      (where == file.path ? Text() : ": " + printableText(where, kMostOfName)));
 }
 
-/// Of OpenEXR alone: arrays have no hash of their bytes, and say no number twice.
+/// Checks the bytes of OpenEXR files only: arrays have neither hashes nor redundant counts.
 void checkBytes(VerifiedFile& file) {
     const ExrIntegrity proof = exrIntegrity(file.path);
     file.proof = proof.state;
@@ -100,7 +99,7 @@ void checkBytes(VerifiedFile& file) {
         file.blame(Verdict::kBad, problem);
 }
 
-/// Arrays of another program, or of a composite.
+/// Reads arrays of another program, or of a composite.
 void readToEnd(OpenedPicture opened, VerifiedFile& file) {
     const bool composite = isLoneComposite(opened.info());
     const std::unique_ptr<LayeredInput> input =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Everything about one OpenEXR file that can be wrong without anybody noticing.
+// Verification of an OpenEXR file against silent faults.
 #pragma once
 
 #include <cstdint>
@@ -14,15 +14,15 @@
 
 namespace peeler::cmd {
 
-/// How much of a file there is to check.
+/// The extent of the checks for a file.
 enum class VerifiedKind {
-    kUnknown,  ///< it cannot be opened
-    kForeign,  ///< not written by peeler: only whether every chunk can be decoded
-    kFlat,     ///< peeler's, without layers: its chunks, and its completeness
-    kLayered,  ///< peeler's, with layers: everything
+    kUnknown,  ///< cannot be opened
+    kForeign,  ///< not written by peeler: chunks must decode
+    kFlat,     ///< written by peeler, without layers: chunks and completeness
+    kLayered,  ///< written by peeler, with layers: all checks
 };
 
-/// What was found, worst last.
+/// The result of the checks, worst last.
 enum class Verdict { kGood, kIncomplete, kBad };
 
 struct VerifiedFile {
@@ -30,25 +30,24 @@ struct VerifiedFile {
     VerifiedKind kind = VerifiedKind::kUnknown;
     Verdict verdict = Verdict::kGood;
     std::vector<std::string> problems;         ///< one sentence each
-    std::optional<ExrIntegrity::State> proof;  ///< nothing if that was not found out
-    Provenance provenance;                     ///< of peeler's files
-    View view;                                 ///< of peeler's files
+    std::optional<ExrIntegrity::State> proof;  ///< nothing if not determined
+    Provenance provenance;                     ///< peeler files only
+    View view;                                 ///< peeler files only
     std::size_t layers = 0;
-    std::uint64_t fragments = 0;  ///< as many as were found
+    std::uint64_t fragments = 0;  ///< number found
 
-    /// Adds a problem; the verdict becomes `found` unless it is worse already.
+    /// Adds a problem; raises the verdict to `found` if that is worse.
     void blame(Verdict found, const std::string& problem);
-    /// Adds a problem of these pixels, which is bad; does nothing if no pixel is broken.
+    /// Adds a kBad problem with these pixels. Does nothing if no pixel is broken.
     void blame(const BrokenPixels& broken, const std::string& what);
 };
 
-/// Reads the file from beginning to end: whether its bytes are those that its hashes are of, and
-/// where they are or it has none, whether OpenEXR's classes open it, too, and its camera does not
-/// contradict itself. Then in bands, of layers: Z is a number wherever there is a
-/// fragment and never decreases within a pixel; no pixel has a layer without the one before;
-/// everything is 0 where there is no fragment (of layers in parts of their own); as many fragments
-/// as the header says; the part `composite` is what the layers make, bit for bit. Throws only what
-/// is no fault of the file (kMemory, kInternal).
+/// Reads and checks the whole file. Its bytes match its hashes. If they match or there are none,
+/// OpenEXR's classes can open it and its camera is consistent. Then, band by band, its layers are
+/// checked: Z is a number for every fragment and never decreases within a pixel; no pixel skips a
+/// layer; pixels without a fragment are 0 (for layers in separate parts); the fragment count
+/// matches the header; the part `composite` equals the composited layers bit for bit. Throws Error
+/// only for causes outside the file (kMemory, kInternal).
 VerifiedFile verifyFile(const std::string& path);
 
 }  // namespace peeler::cmd

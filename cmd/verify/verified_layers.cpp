@@ -19,23 +19,23 @@ constexpr int kRowsAtOnce = 128;
 /// Some rows of a layer, all channels.
 class PartRows {
   public:
-    /// `prefix` is that of the layer's channels in the part.
+    /// Reads a window. `prefix` is the prefix of the layer's channels in the part.
     void read(const ExrInput& input, std::size_t part, const std::string& prefix,
               const Window& window);
 
     const Window& window() const { return window_; }
     bool hasFragment(std::size_t pixel) const { return depth(pixel) < kNone; }
-    /// Whether Z is +infinity to the bit, as it has to be in a pixel without a fragment.
+    /// Whether Z is bitwise +infinity, as required in a pixel without a fragment.
     bool hasNoDepth(std::size_t pixel) const {
         return std::bit_cast<std::uint32_t>(depth(pixel)) == std::bit_cast<std::uint32_t>(kNone);
     }
-    /// Whether any channel but Z has a bit that is not 0.
+    /// Whether any channel except Z has a bit set.
     bool hasColor(std::size_t pixel) const;
 
   private:
     static constexpr float kNone = std::numeric_limits<float>::infinity();
     struct Plane {
-        std::size_t size = 0;  ///< bytes of a value
+        std::size_t size = 0;  ///< bytes per value
         std::vector<std::byte> values;
     };
     float depth(std::size_t pixel) const {
@@ -46,7 +46,7 @@ class PartRows {
 
     Window window_;
     std::vector<Plane> planes_;  ///< in the order of the part's channels
-    std::size_t depth_ = 0;      ///< which of them is Z
+    std::size_t depth_ = 0;      ///< index of Z
 };
 
 void PartRows::read(const ExrInput& input, std::size_t part, const std::string& prefix,
@@ -54,7 +54,7 @@ void PartRows::read(const ExrInput& input, std::size_t part, const std::string& 
     const ExrInputPart& info = input.parts()[part];
     window_ = window;
     if (window.empty()) return;
-    planes_.resize(info.channels.size());  // those of other layers stay empty
+    planes_.resize(info.channels.size());  // channels of other layers stay empty
     std::vector<ExrTarget> targets;
     for (std::size_t c = 0; c < info.channels.size(); ++c) {
         Plane& plane = planes_[c];
@@ -85,14 +85,14 @@ bool PartRows::hasColor(std::size_t pixel) const {
     return false;
 }
 
-/// Pixels without a fragment whose Z is not +infinity, those that have colour, and fragments
-/// without one in the layer before.
+/// Pixels without a fragment whose Z is not +infinity or that have colour, and fragments without
+/// one in the previous layer.
 struct LayerFindings {
     BrokenPixels no_number, colored, orphaned;
 };
 
-/// `before` and `now` say of every pixel of the band whether the layer before and this one have a
-/// fragment.
+/// Checks rows of a layer. `before` and `now` hold per pixel of the band whether the previous layer
+/// and this one have a fragment.
 void checkRows(const PartRows& rows, const Window& band, const std::vector<bool>& before,
                std::vector<bool>& now, LayerFindings& findings) {
     const Window& window = rows.window();
@@ -114,8 +114,8 @@ void checkRows(const PartRows& rows, const Window& band, const std::vector<bool>
     }
 }
 
-/// Whether every layer has a scan-line part of this file. Deep layers have no pixels without a
-/// fragment, and those in other files are not looked at.
+/// Whether every layer is a scan-line part of this file. Deep layers have no pixels without a
+/// fragment; layers in other files are not checked.
 bool hasPartsOfLayers(const ExrInput& input, const ExrInfo& info) {
     for (std::size_t k = 0; k < info.layers.size(); ++k) {
         if (info.layers[k] >= input.parts().size()) return false;

@@ -27,12 +27,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kLongestLine = std::size_t{4} << 20;
-/// Of all clients; with more than this waiting nothing further is read.
+/// Limit on waiting jobs of all clients; nothing is read beyond it.
 constexpr std::size_t kMostWaiting = 10'000;
-/// Bytes that a client has not taken: then no more of its lines are read, and no progress is sent.
+/// Limit on a client's unsent bytes. Beyond it, its lines are not read and no progress is sent.
 constexpr std::size_t kMostUnsent = std::size_t{8} << 20;
-/// A job that was cancelled has its answer by then, though its process may still be giving memory
-/// back.
+/// Deadline for answering a cancelled job, even if its process is still freeing memory.
 constexpr std::chrono::milliseconds kAnswered{75};
 
 [[noreturn]] void fail(const std::string& what, const std::filesystem::path& path) {
@@ -50,7 +49,7 @@ sockaddr_un addressOf(const std::filesystem::path& path) {
     return address;
 }
 
-/// Whether a worker listens there.
+/// Whether a worker listens on the address.
 bool isAnswered(const sockaddr_un& address) {
     const int probe = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
     const bool answered =
@@ -112,12 +111,12 @@ void Dispatcher::listen() {
             throw Error(ErrorKind::kOutput, "another worker listens on this socket", path.string(),
                         "connect to it, or choose another name");
     }
-    // It gets its name once it listens: a client may connect as soon as the name is there.
+    // Renamed only once it listens, because a client may connect as soon as the name exists.
     const std::filesystem::path unnamed = path.string() + "~";
     const sockaddr_un address = addressOf(unnamed);
     unlink(unnamed.c_str());
     listening_ = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    const mode_t mask = umask(0177);  // for its user alone from the first moment on
+    const mode_t mask = umask(0177);  // accessible only to its user from the start
     const int bound = bind(listening_, reinterpret_cast<const sockaddr*>(&address), sizeof address);
     umask(mask);
     if (bound != 0 || ::listen(listening_, 64) != 0 ||
@@ -154,7 +153,7 @@ bool Dispatcher::isDone() const {
     return listening_ < 0 && clients_.empty();
 }
 
-/// Waits for something to happen and takes it; returns the signal that ends the worker, if it came.
+/// Waits for events and handles them. Returns the signal that ends the worker, if one arrived.
 int Dispatcher::wait() {
     std::vector<pollfd> files{{signals_.file(), POLLIN, 0}, {listening_, POLLIN, 0}};
     for (const Slot& slot : slots_)
@@ -163,7 +162,7 @@ int Dispatcher::wait() {
         const bool listens =
             client.reads && waiting_.size() < kMostWaiting && client.unsent.size() < kMostUnsent;
         files.push_back({listens ? client.in : -1, POLLIN, 0});
-        // Without an event it is still told when nobody reads the other end any more.
+        // Even without a requested event, poll() reports a closed reader.
         const short wanted = client.unsent.empty() ? 0 : POLLOUT;
         files.push_back({client.out, wanted, 0});
     }
@@ -191,7 +190,7 @@ int Dispatcher::wait() {
     return 0;
 }
 
-/// Milliseconds until a cancelled job has to have its answer; −1 if there is none.
+/// Returns the milliseconds until a cancelled job must be answered; −1 if there is no such job.
 int Dispatcher::untilDeadline() const {
     int least = -1;
     for (const Slot& slot : slots_) {
@@ -212,7 +211,7 @@ void Dispatcher::receive(Client& client) {
         client.reads = false;
         if (!client.received.empty() && !client.skips_line) take(client, client.received);
         client.received.clear();
-        // A socket that is closed is closed both ways; behind a pipe somebody may read on.
+        // A closed socket is closed in both directions; stdout of a pipe client may still be read.
         if (client.in == client.out) client.gone = true;
         return;
     }
@@ -243,7 +242,7 @@ void Dispatcher::take(Client& client, const std::string& line) {
                                return slot.job && same(*slot.job);
                            });
         if (known) {
-            // The id is that of the job, so the line of this failure must not have it.
+            // The id belongs to the running job, so this failure's line must not use it.
             sendTo(client, failedLine(nullptr,
                                       Error(ErrorKind::kUsage, "a job with this id is not done yet",
                                             dumpJson(request.id), "choose another")));
@@ -272,7 +271,7 @@ void Dispatcher::cancel(Client& client, const nlohmann::json& id) {
         slot.cancelled_at = Clock::now();
         slot.process->cancel();
     }
-    // A job that is done already has its result: there is nothing to say.
+    // A finished job already has its result, so there is no answer.
 }
 
 void Dispatcher::startJobs() {
@@ -319,7 +318,7 @@ void Dispatcher::readProcess(Slot& slot) {
     slot.scene.clear();
 }
 
-/// What becomes of a job whose process has ended before it.
+/// Returns the result line of a job whose process ended prematurely.
 std::string Dispatcher::brokenLine(const Slot& slot) const {
     if (slot.cancelled) return cancelledLine(slot.job->id);
     WorkerResult result;
@@ -359,7 +358,7 @@ void Dispatcher::answerLateJobs() {
     }
 }
 
-/// Ends the slot's process, and waits for it later.
+/// Terminates the slot's process; it is reaped later.
 void Dispatcher::giveUp(Slot& slot) {
     slot.process->terminate();
     ending_.push_back(std::move(slot.process));
@@ -374,7 +373,7 @@ void Dispatcher::sendTo(Client& client, std::string_view text) {
 
 void Dispatcher::flush(Client& client) {
     while (!client.unsent.empty()) {
-        // A pipe to stdout may block: what poll() has room for is at least PIPE_BUF bytes.
+        // A pipe on stdout may block. If poll() reports it writable, PIPE_BUF bytes fit.
         pollfd room{client.out, POLLOUT, 0};
         if (poll(&room, 1, 0) <= 0 || (room.revents & POLLOUT) == 0) {
             client.gone = client.gone || (room.revents & (POLLERR | POLLNVAL)) != 0;
@@ -391,7 +390,7 @@ void Dispatcher::flush(Client& client) {
     }
 }
 
-/// Forgets what the client has asked for.
+/// Drops the client's jobs.
 void Dispatcher::leave(Client& client) {
     std::erase_if(waiting_, [&](const Waiting& job) { return job.client == &client; });
     for (Slot& slot : slots_) {

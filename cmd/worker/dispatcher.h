@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes jobs from clients, hands them to processes, and passes results back.
+// Job dispatcher of the worker.
 #pragma once
 
 #include <chrono>
@@ -19,13 +19,14 @@
 namespace peeler::cmd {
 
 struct DispatcherOptions {
-    int jobs = 1;  ///< at a time, a process each
+    int jobs = 1;  ///< concurrent jobs, one process each
     JobLimits process{};
-    /// Where clients connect; none: the one client is on stdin and stdout.
+    /// The socket for clients; none = a single client on stdin and stdout.
     std::optional<std::filesystem::path> socket{};
 };
 
-/// A worker: one thread that never waits for anything but its clients, its processes and signals.
+/// A worker that takes jobs from clients, runs them in processes and returns results. Its single
+/// thread waits only for clients, processes and signals.
 class Dispatcher {
   public:
     /// Throws Error (kOutput) if the socket cannot be made or another worker listens on it.
@@ -34,32 +35,32 @@ class Dispatcher {
     Dispatcher(const Dispatcher&) = delete;
     Dispatcher& operator=(const Dispatcher&) = delete;
 
-    /// Works until the client on stdin has gone and its jobs are done, or a signal comes. Returns
+    /// Runs until the client on stdin is gone and its jobs are done, or a signal arrives. Returns
     /// the exit code: 0, or 128 + n for signal n.
     int run();
 
   private:
     struct Client {
         int in = -1, out = -1;
-        std::string received;     ///< of a line that has not come to its end
-        bool skips_line = false;  ///< the line was too long; the rest of it is passed over
+        std::string received;     ///< an incomplete line
+        bool skips_line = false;  ///< skip the rest of a line that is too long
         bool reads = true;        ///< more lines may come
-        bool gone = false;        ///< nobody takes what is written
+        bool gone = false;        ///< writes have no reader
         std::string unsent;
         std::size_t jobs = 0;  ///< waiting or running
     };
     struct Waiting {
         Client* client;
-        std::string line;  ///< with its line feed
+        std::string line;  ///< including its line feed
         nlohmann::json id;
-        std::string scene;  ///< the first argument: a process that had it last may have it open
+        std::string scene;  ///< the first argument; the process that last used it may have it open
     };
     struct Slot {
-        std::unique_ptr<JobProcess> process{};  ///< null until it is needed
+        std::unique_ptr<JobProcess> process{};  ///< created on demand
         std::optional<Waiting> job{};
         bool cancelled = false;
         std::chrono::steady_clock::time_point start{}, cancelled_at{};
-        std::string scene{};  ///< of the job before
+        std::string scene{};  ///< of the previous job
     };
 
     void listen();
@@ -87,7 +88,7 @@ class Dispatcher {
     std::list<Client> clients_;
     std::list<Waiting> waiting_;
     std::vector<Slot> slots_;
-    std::list<std::unique_ptr<JobProcess>> ending_;  ///< nobody waits for them
+    std::list<std::unique_ptr<JobProcess>> ending_;  ///< no longer awaited
 };
 
 }  // namespace peeler::cmd

@@ -31,12 +31,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// The first character of a line of a process says what it is.
+/// The line type, the first character of each line from a process.
 constexpr char kProgress = 'p', kEnd = 'e';
 
-/// Between two lines of progress.
+/// The minimum interval between progress lines.
 constexpr std::chrono::milliseconds kBetween{100};
-/// A cancelled job has so long to end by itself; then its process ends.
+/// The time for a cancelled job to end by itself before its process ends.
 constexpr suseconds_t kPatience = 60'000;  // microseconds
 
 volatile std::sig_atomic_t running = 0, cancelled = 0;
@@ -65,12 +65,12 @@ void send(int file, std::string_view text) {
     while (!text.empty()) {
         const ssize_t count = ::send(file, text.data(), text.size(), MSG_NOSIGNAL);
         if (count < 0 && errno == EINTR) continue;
-        if (count < 0) endProcess(0);  // the worker has gone
+        if (count < 0) endProcess(0);  // the worker is gone
         text.remove_prefix(static_cast<std::size_t>(count));
     }
 }
 
-/// Collects what a job reports, and sends its progress.
+/// A reporter that collects a job's messages and sends its progress.
 class JobReporter final : public Reporter {
   public:
     JobReporter(int file, WorkerRequest request) : file_(file), request_(std::move(request)) {}
@@ -102,8 +102,8 @@ class JobReporter final : public Reporter {
     Clock::time_point last_{};
 };
 
-/// The arguments of the job, behind what the worker decides where the job does not: JSON results,
-/// threads, memory. Of an option that is given twice the last one counts.
+/// Returns the worker's defaults (JSON results, threads, memory) followed by the job's arguments.
+/// The last value of a repeated option wins.
 std::vector<std::string> completed(const WorkerRequest& request, const VerbOptions& options,
                                    const JobLimits& limits) {
     std::vector<std::string> arguments;
@@ -128,14 +128,14 @@ void checkOutput(const VerbOptions& options) {
                     "name a file");
 }
 
-/// A verb whose options are declared, for the next job.
+/// A verb with declared options, prepared for the next job.
 using DeclaredVerb = std::unique_ptr<ParsedVerb>;
 
 DeclaredVerb declaredLike(const std::string& verb) {
     try {
         return std::make_unique<ParsedVerb>(verbNamed(verb));
     } catch (const Error&) {
-        return nullptr;  // there is no such verb
+        return nullptr;  // unknown verb
     }
 }
 
@@ -150,7 +150,7 @@ int runJob(const WorkerRequest& request, const JobLimits& limits, Session& sessi
     return parsed->run(session);
 }
 
-/// One run of a job. `found` is what it comes to.
+/// Runs a job once. `found` receives the result.
 void tryJob(const WorkerRequest& request, const JobLimits& limits, Session& session,
             DeclaredVerb& declared, WorkerResult& found) {
     const auto start = Clock::now();
@@ -166,7 +166,7 @@ void tryJob(const WorkerRequest& request, const JobLimits& limits, Session& sess
     found.milliseconds = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// Whether what the job has drawn with may be in any state.
+/// Whether the job may have left GL objects in an undefined state.
 bool mayHaveBroken(const WorkerResult& found) {
     if (!found.error_kind.empty()) return true;
     return found.error && found.error->kind() != ErrorKind::kUsage &&
@@ -180,7 +180,7 @@ std::string finished(int file, const WorkerRequest& request, const JobLimits& li
         session.setReporter(reporter);
         tryJob(request, limits, session, declared, reporter.found);
         if (mayHaveBroken(reporter.found)) session.close();
-        // What is kept of other jobs may be what there was no room for.
+        // Cached data of other jobs may have caused the lack of memory.
         const bool full = reporter.found.error &&
                           reporter.found.error->kind() == ErrorKind::kMemory &&
                           reporter.found.error_kind.empty();
@@ -194,7 +194,7 @@ std::string finished(int file, const WorkerRequest& request, const JobLimits& li
 void JobProcess::serve(int file, const JobLimits& limits, pid_t parent) {
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) _exit(128 + SIGTERM);  // the worker ended before prctl()
-    // Of the worker's files it keeps stderr alone.
+    // Keeps only stderr of the worker's files.
     const int nothing = open("/dev/null", O_RDWR);
     dup2(nothing, STDIN_FILENO);
     dup2(STDERR_FILENO, STDOUT_FILENO);
@@ -232,7 +232,7 @@ void JobProcess::serve(int file, const JobLimits& limits, pid_t parent) {
             setitimer(ITIMER_REAL, &kNever, nullptr);
             session.setReporter(idle);
             send(kOwn, kEnd + line);
-            // While the client reads that: the next job is mostly of the same verb.
+            // Prepares the next job, usually of the same verb, while the client reads the result.
             declared = declaredLike(request.verb);
         }
     }
@@ -273,7 +273,7 @@ JobProcess::~JobProcess() {
 }
 
 void JobProcess::start(const std::string& line) {
-    // The process reads when it has no job, so this waits for it at most as long as it reads.
+    // An idle process is always reading, so this blocks only while it reads.
     std::string_view rest = line;
     while (!rest.empty()) {
         const ssize_t count = ::send(file_, rest.data(), rest.size(), MSG_NOSIGNAL);
@@ -282,7 +282,7 @@ void JobProcess::start(const std::string& line) {
         } else if (errno == EAGAIN) {
             usleep(100);
         } else if (errno != EINTR) {
-            return;  // it has ended, which read() finds
+            return;  // it has ended; read() detects that
         }
     }
 }

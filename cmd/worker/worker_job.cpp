@@ -19,7 +19,7 @@ bool isId(const nlohmann::json& value) {
     return value.is_string() || value.is_number_integer();
 }
 
-/// Throws Error (kUsage) for a line that is nested too deep.
+/// Throws Error (kUsage) if a line is nested too deep.
 void checkJson(const std::string& line) {
     try {
         checkJsonDepth(line, "");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lines that a worker and its client exchange (cmd/README.md, "The worker").
+// The worker protocol's lines (cmd/README.md, "The worker").
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,16 +11,15 @@
 
 namespace peeler::cmd {
 
-/// The version of the protocol, which the first line of a worker says. It grows where a client of
-/// the version before would go wrong.
+/// The protocol version, sent in a worker's first line. Incremented by incompatible changes.
 inline constexpr int kWorkerProtocol = 1;
 
-/// The exit code of a job that was cancelled: that of a command that Ctrl-C ends.
+/// The exit code of a cancelled job, as for a command ended by Ctrl-C.
 inline constexpr int kCancelledCode = 130;
 
-/// A line of a client: a job, or a request to cancel one.
+/// A client's line: a job, or a request to cancel one.
 struct WorkerRequest {
-    /// Throws Error (kUsage) for a line that is neither; the options of the verb are not looked at.
+    /// Parses a line. Throws Error (kUsage) if it is neither. Does not check the verb's options.
     explicit WorkerRequest(const std::string& line);
 
     nlohmann::json id;  ///< a string or an integer
@@ -30,28 +29,28 @@ struct WorkerRequest {
     std::vector<std::string> arguments{};
 };
 
-/// Returns the id in a line that is no good request, as far as one can be read; else null.
+/// Returns the id in an invalid request if it can be read, else null.
 nlohmann::json requestId(const std::string& line);
 
-/// The first line of a worker: {"worker": 1, "version": "0.1.0", "jobs": 2}
+/// Returns a worker's first line: {"worker": 1, "version": "0.1.0", "jobs": 2}
 std::string helloLine(int jobs);
 
-/// How a job ended.
+/// The result of a job.
 // NOLINTNEXTLINE(bugprone-exception-escape): moving JSON does not throw
 struct WorkerResult {
     int exit_code = 0;
-    Json result{};  ///< of the verb; null if there is none
+    Json result{};  ///< the verb's; null if absent
     std::vector<std::string> warnings{};
-    std::optional<Error> error{};  ///< the first one
-    std::string error_kind{};      ///< in place of that of `error`: "cancelled", "crash"
+    std::optional<Error> error{};  ///< the first error
+    std::string error_kind{};      ///< replaces the kind of `error`: "cancelled", "crash"
     double milliseconds = 0;
 };
 
-/// {"id": 7, "exitCode": 0, "milliseconds": 812, "warnings": […], "result": {…}}, or with "error"
-/// (`kind`, `what`, `where`, `hint`) and "retry".
+/// Returns {"id": 7, "exitCode": 0, "milliseconds": 812, "warnings": […], "result": {…}}, or with
+/// "error" (`kind`, `what`, `where`, `hint`) and "retry".
 std::string resultLine(const nlohmann::json& id, const WorkerResult& result);
 
-/// {"id": 7, "progress": 0.42, "stage": "render"}
+/// Returns {"id": 7, "progress": 0.42, "stage": "render"}.
 std::string progressLine(const nlohmann::json& id, const RunProgress& progress);
 
 }  // namespace peeler::cmd

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The choice of a camera: one of the scene, one of a light, or one built from numbers.
+// Camera selection: a scene camera, a light, or a camera built from numbers.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -13,42 +13,43 @@
 
 namespace peeler::inline v0 {
 
-/// Pixels of a picture.
+/// The size of a picture in pixels.
 struct Size {
     int width = 0;
     int height = 0;  ///< 0: from the width and the camera's aspect ratio
     bool operator==(const Size&) const = default;
 };
 
-/// A pinhole camera as it was calibrated, in pixels: what lies at (x, y, z) in front of it (x to
-/// the right, y down, z forward) is seen at (fx · x / z + cx, fy · y / z + cy), where (0, 0) is the
-/// centre of the upper left pixel (OpenCV's convention; add 0.5 to cx and cy of programs that have
-/// that pixel's upper left corner at (0, 0)).
+/// The intrinsics of a calibrated pinhole camera, in pixels. The point (x, y, z) in camera space (x
+/// right, y down, z forward) projects to (fx · x / z + cx, fy · y / z + cy), where (0, 0) is the
+/// centre of the upper left pixel (OpenCV's convention). Programs that put (0, 0) at that pixel's
+/// upper left corner have cx and cy larger by 0.5.
 struct Intrinsics {
     double fx = 1, fy = 1, cx = 0, cy = 0;
     bool operator==(const Intrinsics&) const = default;
 };
 
-/// The intrinsics of what a view renders, its crop as a picture of its own: those that
-/// CameraChoice::intrinsics made it of, or, where several make the same view to the last bit, the
-/// ones with the fewest digits. A view that was made of a field of view may have half widths that
-/// no focal length leads to; then they are of the nearest one. Throws Error (kUsage) for an
-/// orthographic view.
+/// Returns the intrinsics of a view whose crop is a picture of its own: those it was made from
+/// (CameraChoice::intrinsics), or, if several give the same view to the last bit, those with the
+/// fewest digits. If no focal length gives exactly the view's half widths (a view made from a field
+/// of view), returns the nearest. Throws Error (kUsage) if the view is orthographic.
 Intrinsics intrinsicsOf(const View& view);
 
-/// A camera of the scene, or one built from numbers. Without either it is the scene's first camera.
-/// If the scene has none, and for each number that a built camera lacks, the whole scene is framed.
+/// A scene camera, or a camera built from numbers. The default is the scene's first camera. A scene
+/// without cameras is framed as a whole; so is each number that a built camera lacks.
 struct CameraChoice {
-    std::optional<std::string> camera{};  ///< name, or index in draw order; "light:" and a light's
+    /// A name, or an index in draw order. "light:" with a light's name or index selects a light.
+    std::optional<std::string> camera{};
     /// World space; `up` is not 0.
     std::optional<glm::dvec3> eye{}, target{}, up{};
-    /// Camera to world: it looks along −Z with +Y up, as cameras of glTF do. In place of the three.
+    /// Camera to world, looking along −Z with +Y up (glTF's convention). Replaces eye, target and
+    /// up.
     std::optional<glm::dmat4> pose{};
     std::optional<double> fov{};           ///< vertical, degrees
     std::optional<double> ortho_height{};  ///< scene units
-    /// In place of a field of view, of whichever camera; `size` has a height then. The picture is a
-    /// crop of a larger one whose middle is on the axis (View::width), and View::sample says where
-    /// the axis goes through its pixel.
+    /// Replaces the field of view of any camera; `size` must have a height. The picture becomes a
+    /// crop of a larger one centred on the axis (View::width); View::sample is the point where the
+    /// axis crosses its pixel.
     std::optional<Intrinsics> intrinsics{};
     std::optional<double> near{}, far{};  ///< scene units
     Size size{1280, 720};
@@ -58,7 +59,7 @@ struct CameraChoice {
     bool buildsCamera() const { return eye || target || up || pose || fov || ortho_height; }
 };
 
-/// Throws Error (kUsage) for what contradicts itself whatever the scene is.
+/// Throws Error (kUsage) if the choice contradicts itself, regardless of the scene.
 void checkCamera(const CameraChoice& choice);
 
 }  // namespace peeler::inline v0

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The settings of a capture: method, surfaces, shading, channels, samples, memory.
+// Capture settings: method, surfaces, shading, channels, samples, memory.
 #pragma once
 
 #include <cstdint>
@@ -16,75 +16,76 @@
 
 namespace peeler::inline v0 {
 
-/// Which fragments are captured (core/README.md, "What a fragment is").
+/// The fragments to capture (core/README.md, "What a fragment is").
 enum class Surfaces : std::uint8_t {
-    kAll,         ///< every one; opaque surfaces hide nothing
-    kVisible,     ///< none behind the nearest opaque one: OPAQUE or MASK, not transmissive
-    kTransparent  ///< like kVisible, without the opaque fragments themselves
+    kAll,         ///< all; opaque surfaces hide nothing
+    kVisible,     ///< up to the nearest opaque one: OPAQUE or MASK, not transmissive
+    kTransparent  ///< as kVisible, without the opaque fragments
 };
 
-/// Which side of a triangle is rasterised.
+/// The sides of triangles to rasterise.
 enum class Faces : std::uint8_t {
-    kGltf,   ///< as the material's doubleSided says
+    kGltf,   ///< per the material's doubleSided
     kFront,  ///< front faces only
     kBack,   ///< back faces only
     kBoth
 };
 
-/// Colours of fragments: the lights of the scene on its materials, or the base colour alone.
+/// Fragment colour: lit by the scene's lights, or the base colour alone.
 enum class Shading : std::uint8_t { kPbr, kUnlit };
 
-/// Rays instead of a picture: fragments have no colour, and their keys (kKeyChannel) are the first
-/// extra array. Lines and points, which have no area, are not hit.
+/// Ray hits instead of a picture. Fragments have no colour; their keys (kKeyChannel) are the first
+/// extra array. Lines and points have no area and are never hit.
 enum class HitMode : std::uint8_t {
     kNone,     ///< a picture
-    kRefined,  ///< Z is found anew in double precision from the primitive, and sorted by
-    kRaw,      ///< as the rasteriser has them
-    kSloped    ///< likewise; in place of colours, how depth changes (LayeredImage::color)
+    kRefined,  ///< Z recomputed from the primitive in double precision, then sorted
+    kRaw,      ///< Z as rasterised
+    kSloped    ///< Z as rasterised; depth slopes in place of colour (LayeredImage::color)
 };
 
-/// How many components a colour has while it is captured (shaders/packed_color.glsl): of coloured
-/// opacity the last says nothing.
+/// Returns the number of colour components stored during a capture (shaders/packed_color.glsl). The
+/// eighth component of coloured opacity is padding.
 inline constexpr std::size_t storedComponents(bool tinted) {
     return tinted ? 8 : 4;
 }
 
-/// The settings of a capture; the defaults capture every fragment of a picture.
+/// The settings of a capture. The defaults capture every fragment of a picture.
 struct CaptureSettings {
-    std::string method = "a-buffer";  ///< as `peeler render --method` takes it
+    std::string method = "a-buffer";  ///< a value of `peeler render --method`
     Surfaces surfaces = Surfaces::kAll;
     Faces faces = Faces::kGltf;
     Shading shading = Shading::kPbr;
-    bool shadows = false;      ///< directional and spot lights, the built-in one too, cast them
-    int shadow_size = 2048;    ///< texels a side of each light's shadow map
-    bool opaque_only = false;  ///< nothing that is BLEND or transmits light
-    /// Pixels a side of the square that a point is shown as, around where it is. A raster tile of
-    /// 4096 x 4096 pixels (and the picture) shows the points whose middle it has.
+    bool shadows = false;      ///< from directional and spot lights, including the built-in light
+    int shadow_size = 2048;    ///< texels per side of each light's shadow map
+    bool opaque_only = false;  ///< skip materials that are BLEND or transmit light
+    /// Side, in pixels, of the square drawn around a point. Points whose centre is outside the
+    /// picture, or outside a raster tile of 4096 x 4096 pixels, are not drawn there.
     int point_size = 1;
-    ClipVolume clip{};                        ///< fragments on the wrong side do not count
+    ClipVolume clip{};                        ///< fragments on the wrong side are discarded
     PixelType color_type = PixelType::kHalf;  ///< or kFloat
-    /// Opacity is coloured: glass filters every channel by itself (LayeredImage::tinted). Worth its
-    /// memory where hasTintedGlass(); without it glass has one alpha.
+    /// Coloured opacity: glass filters each colour channel separately (LayeredImage::tinted). Worth
+    /// its memory only if hasTintedGlass(). If false, glass has one alpha.
     bool tinted = false;
     HitMode hit_mode = HitMode::kNone;
-    bool depth_clamp = false;  ///< nothing is cut off before the near or behind the far plane
-    /// Of every fragment, in the order of the table; not of composites.
+    bool depth_clamp = false;  ///< no clipping at the near and far planes
+    /// Extra channels of every fragment, in the table's order. Composites have none.
     std::vector<Channel> channels{};
     std::uint32_t max_layers = 0;  ///< nearest layers to keep; 0 = all
-    double occlusion_ratio = 0;  ///< the first layer on fewer than this share of the pixels is last
+    double occlusion_ratio = 0;    ///< last layer: the first that covers less of the pixels
     Tail tail = Tail::kDrop;
-    int samples = 1;  ///< sub-pixel positions a pixel, merged into one picture
-    /// Bands are handed over composited: one fragment in every pixel that has any, in 32-bit float.
+    int samples = 1;  ///< sub-pixel samples per pixel, merged into one picture
+    /// Composites each band before the sink gets it: at most one fragment per pixel, in 32-bit
+    /// float.
     bool composite = false;
-    MemoryBudget memory{};                    ///< of the process, less the budget's base
-    std::uint64_t band_bytes = 384ULL << 20;  ///< most bytes of a band; less under a tight budget
+    MemoryBudget memory{};                    ///< of the process, minus the budget's base
+    std::uint64_t band_bytes = 384ULL << 20;  ///< maximum per band; less if memory is tight
 
-    /// Bytes of what a fragment has in the place of its colour.
+    /// Returns the bytes per fragment of LayeredImage::color.
     std::size_t colorBytes() const {
         if (hit_mode != HitMode::kNone) return storedColorBytes();
         return colorComponents(tinted) * pixelTypeSize(color_type);
     }
-    /// The same while it is captured.
+    /// Returns the same during the capture.
     std::size_t storedColorBytes() const {
         if (hit_mode == HitMode::kNone) return storedComponents(tinted) * pixelTypeSize(color_type);
         return hit_mode == HitMode::kSloped ? 2 * sizeof(float) : 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of channels: quantities of a fragment besides colour and Z.
+// The channel table: fragment quantities besides colour and Z.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace peeler::inline v0 {
 
-/// A channel; the table has its components and a sentence on each.
+/// A channel. channelTable() has its components and a summary.
 enum class Channel : std::uint8_t {
     kNormal,
     kGeometricNormal,
@@ -30,20 +30,20 @@ enum class Channel : std::uint8_t {
     kDistance
 };
 
-/// One row of the table. Components have the names of the channels in files.
+/// A row of the table. `components` are EXR channel names.
 struct ChannelInfo {
     Channel channel;
     std::string_view name;  ///< as on the command line
     std::span<const std::string_view> components;
-    /// kHalf: as precise as the colour. kFloat and kUint: always.
+    /// kHalf: the precision of the colour. kFloat and kUint: fixed.
     PixelType type;
-    /// The definition with which channels.frag yields it, a float a component; "" = it follows from
-    /// the fragment's Z and primitive (core/fragments/depth_sort.h).
+    /// The macro that makes channels.frag output it, one float per component; "" = derived from the
+    /// fragment's Z and primitive (core/fragments/depth_sort.h).
     std::string_view definition;
     std::string_view summary;
 };
 
-/// In the order of the enumeration, which is that of the arrays in a LayeredImage.
+/// Returns the table in the order of the enumeration, also the order of LayeredImage::extra.
 std::span<const ChannelInfo> channelTable();
 
 inline const ChannelInfo& infoOf(Channel channel) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Clip volumes: half-spaces and closed meshes that decide which fragments count.
+// Clip volumes: half-spaces and closed meshes.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,9 @@
 
 namespace peeler::inline v0 {
 
-/// Everitt 2001: the second depth test of peeling "can have an arbitrary location". The volume is
-/// what lies in all half-spaces and in the closed meshes, their surfaces included.
+/// A clip volume: the intersection of all half-spaces and the interior of the closed meshes,
+/// surfaces included. After Everitt 2001: the second depth test of peeling "can have an arbitrary
+/// location".
 struct ClipVolume {
     /// Points p in world space with dot(normal, p) >= offset.
     struct HalfSpace {
@@ -23,14 +24,14 @@ struct ClipVolume {
     static constexpr std::size_t kMaxHalfSpaces = 32;
 
     std::vector<HalfSpace> half_spaces;
-    /// Nodes whose meshes bound the volume together and are not drawn themselves. A point is inside
-    /// if its winding number is not 0.
+    /// Nodes whose meshes together bound the volume; they are not drawn. A point is inside if its
+    /// winding number is not 0.
     std::vector<int> nodes;
     bool keep_inside = true;
 
     bool operator==(const ClipVolume&) const = default;
     bool active() const { return !half_spaces.empty() || !nodes.empty(); }
-    /// The box between two corners, whichever is the lower.
+    /// Adds the box between two corners, in either order.
     void addBox(const glm::dvec3& a, const glm::dvec3& b) {
         for (int axis = 0; axis < 3; ++axis) {
             glm::dvec3 normal{0};

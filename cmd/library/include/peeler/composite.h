@@ -13,37 +13,37 @@
 
 namespace peeler::inline v0 {
 
-/// What becomes of fragments behind the layers that a limit keeps.
+/// The treatment of fragments beyond the layer limit.
 enum class Tail : std::uint8_t {
     kDrop,
-    kBlend  ///< composites: blended behind them as a weighted average
+    kBlend  ///< composites only: blended behind the kept layers as a weighted average
 };
 
-/// A colour with coloured opacity: R, G, B, A, AR, AG, AB, premultiplied. Light of channel c that
-/// comes from behind is multiplied by 1 − A_c. A is the mean of the three, for readers that expect
-/// one opacity; compositing ignores it.
+/// A colour with coloured opacity: R, G, B, A, AR, AG, AB, premultiplied. Light from behind is
+/// multiplied by 1 − A_c in channel c. A is the mean of the three, for readers that expect a single
+/// alpha; compositing ignores it.
 using TintedColor = std::array<float, kTintedComponents>;
 
-/// An ordinary colour as one whose channels are all as opaque as it is.
+/// Returns a plain colour with its alpha as the opacity of every channel.
 inline TintedColor tinted(const std::array<float, 4>& c) {
     return {c[0], c[1], c[2], c[3], c[3], c[3], c[3]};
 }
-/// Without the opacities of single channels.
+/// Returns R, G, B, A alone.
 inline std::array<float, 4> untinted(const TintedColor& c) {
     return {c[0], c[1], c[2], c[3]};
 }
 
 /// A flattened band: premultiplied linear RGBA in 32-bit float, and the camera Z of each pixel's
-/// first fragment (+inf in empty pixels). Row-major inside `window`.
+/// first fragment (+inf if the pixel is empty). Row-major inside `window`.
 struct CompositeImage {
     Window window;
     std::vector<std::array<float, 4>> rgba;
     std::vector<float> z;
-    /// AR, AG, AB of every pixel where opacity is coloured; else empty, and A holds for all.
+    /// AR, AG, AB per pixel for coloured opacity; else empty, and A applies to every channel.
     std::vector<std::array<float, 3>> opacity{};
-    std::vector<FragmentArray> extra{};  ///< other quantities, a record a pixel
+    std::vector<FragmentArray> extra{};  ///< other quantities, one record per pixel
 
-    /// Bytes of a pixel's colour and Z.
+    /// Returns the bytes per pixel of colour and Z.
     static constexpr std::size_t pixelBytes(bool is_tinted) {
         return (colorComponents(is_tinted) + 1) * sizeof(float);
     }
@@ -58,49 +58,49 @@ struct CompositeImage {
         const auto& [r, g, b, a] = rgba[pixel];
         return {r, g, b, a, opacity[pixel][0], opacity[pixel][1], opacity[pixel][2]};
     }
-    /// Of opacity what the picture has.
+    /// Sets the colour; drops the channel opacities unless the picture is tinted.
     void setColor(std::size_t pixel, const TintedColor& color) {
         rgba[pixel] = untinted(color);
         if (tinted()) opacity[pixel] = {color[4], color[5], color[6]};
     }
-    /// Of a picture whose opacity is not coloured.
+    /// Sets the colour of a pixel in an untinted picture.
     void setColor(std::size_t pixel, const std::array<float, 4>& color) { rgba[pixel] = color; }
-    /// Room for the colours of the window.
+    /// Resizes the colours to the window.
     void resizeColors(bool is_tinted) {
         rgba.resize(window.pixels());
         opacity.resize(is_tinted ? window.pixels() : 0);
     }
-    /// Adds the colours of the pixels [first, last) of another picture.
+    /// Appends the colours of the pixels [first, last) of another picture.
     void appendColors(const CompositeImage& from, std::size_t first, std::size_t last) {
         rgba.insert(rgba.end(), from.rgba.data() + first, from.rgba.data() + last);
         if (from.tinted())
             opacity.insert(opacity.end(), from.opacity.data() + first, from.opacity.data() + last);
     }
     void appendColors(const CompositeImage& from) { appendColors(from, 0, from.rgba.size()); }
-    /// Adds colours and Z of the rows [y0, y1) of another picture; the window stays as it is.
+    /// Appends colours and Z of the rows [y0, y1) of another picture. The window is unchanged.
     void appendRows(const CompositeImage& from, int y0, int y1);
-    /// Colours, Z and window become those of these rows of another picture.
+    /// Replaces colours, Z and window by those of the rows [y0, y1) of another picture.
     void setRows(const CompositeImage& from, int y0, int y1);
     /// Removes colours and Z.
     void clear();
 };
 
-/// Front to back "over" of premultiplied colours (Porter & Duff 1984): C += (1 − A)·c, A += (1 −
-/// A)·a, in 32-bit float, in list order; with coloured opacity in every channel by its own. The
-/// order of operations is the same, so where a pixel's opacities are all equal it has the same
-/// bits. `background` (premultiplied) goes last; all zero adds nothing. `out` is overwritten; its
-/// storage is reused.
+/// Composites front to back with "over" on premultiplied colours (Porter & Duff 1984): C += (1 −
+/// A)·c, A += (1 − A)·a, in 32-bit float, in list order. With coloured opacity each channel uses
+/// its own alpha, in the same order of operations, so a pixel with equal opacities has the same
+/// bits. `background` (premultiplied) goes last; all zero adds nothing. Overwrites `out` and reuses
+/// its storage.
 void compositeOver(const LayeredImage& image, const std::array<float, 4>& background,
                    CompositeImage& out);
 
-/// a in front of b, premultiplied: a + (1 − a.a)·b.
+/// Returns a over b, premultiplied: a + (1 − a.a)·b.
 std::array<float, 4> over(const std::array<float, 4>& a, const std::array<float, 4>& b);
-/// The same in every channel by a's opacity there.
+/// Returns a over b with a's opacity per channel.
 TintedColor over(const TintedColor& a, const TintedColor& b);
 
-/// The colour of one fragment, without the opacities of single channels.
+/// Returns R, G, B, A of a fragment.
 std::array<float, 4> colorOf(const LayeredImage& image, std::size_t fragment);
-/// The same with them; all are A where the image has none.
+/// Returns a fragment's colour with channel opacities; these are A if the image is untinted.
 TintedColor tintedColorOf(const LayeredImage& image, std::size_t fragment);
 }  // namespace peeler::inline v0
 

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which samples of a deep image become one.
+// Merging of deep samples.
 #pragma once
 
 #pragma GCC visibility push(default)
 
 namespace peeler::inline v0 {
 
-/// Which neighbours in a pixel's list become one sample.
+/// The criterion for merging neighbouring samples of a pixel.
 enum class DeepMerge {
     kOff,
-    kExact,  ///< those at the very same Z
-    kById,   ///< those of one object and material, near in Z and alike in alpha
-    kByZ     ///< those near in Z, whatever they are of
+    kExact,  ///< equal Z
+    kById,   ///< same object and material, near in Z, similar alpha
+    kByZ     ///< near in Z
 };
 
-/// How much may differ from the nearest sample of a group: Z in scene units, alpha in 0–1. A group
-/// is never deeper than `z_tolerance`: near is measured from its first sample, not from the last.
+/// The merge mode and its tolerances: Z in scene units, alpha in 0–1. Both are measured from a
+/// group's nearest sample, so a group is never deeper than `z_tolerance`.
 struct DeepMergeSettings {
     DeepMerge mode = DeepMerge::kOff;
     float z_tolerance = 0;      ///< by-id, by-z

@@ -14,17 +14,17 @@ namespace peeler::inline v0 {
 /// The cause of a failure. The values are the exit codes of the command line.
 enum class ErrorKind : int {
     kInternal = 1,    ///< a bug of ours: an invariant did not hold
-    kUsage = 2,       ///< the caller asks for something that does not exist
+    kUsage = 2,       ///< the caller asked for something that does not exist
     kInput = 3,       ///< an input file is unreadable or invalid
     kOutput = 4,      ///< an output could not be written
     kDevice = 5,      ///< no usable GL device, or it was lost
-    kIncomplete = 6,  ///< fragments were left out and the caller forbids that
+    kIncomplete = 6,  ///< fragments were dropped and the caller forbids that
     kMemory = 33,     ///< out of memory, or over the budget
 };
 
 /// Thrown by every layer. `what` is a sentence without a full stop; `where` is a path, a JSON
-/// pointer into the glTF ("/meshes/0/primitives/1"), a part name, or empty; `hint` says what to
-/// try, or is empty. Names from files stand in them unchanged; after 8,000 bytes a text ends in
+/// pointer into the glTF ("/meshes/0/primitives/1"), a part name, or empty; `hint` is a suggestion,
+/// or empty. They contain names from files verbatim, so each is cut after 8,000 bytes and ends in
 /// "…".
 class Error : public std::runtime_error {
   public:

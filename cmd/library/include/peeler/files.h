@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads and writes scenes, layers and pictures in files.
+// Scene, layer and picture files.
 #pragma once
 
 #include <filesystem>
@@ -23,25 +23,26 @@ namespace peeler::inline v0 {
 std::shared_ptr<const Scene> readScene(const std::filesystem::path& path,
                                        const SceneReadOptions& options = {});
 
-/// A sink that writes a file, by its extension and `options.as`: layers as .exr (plain, or
+/// Returns a sink that writes a file, by its extension and `options.as`: layers as .exr (plain, or
 /// `options.layout`), "deep" .exr, composites as .exr, .png, .jpg, .tif, pages as .html. The file
-/// has its name when finish() returns, and there is none if the sink ends before. Throws Error
-/// (kUsage) that lists what there is; begin() and write() throw Error (kOutput).
+/// gets its name when finish() returns; no file is left if the sink is destroyed earlier. Throws
+/// Error (kUsage), with the list of choices, if a name is unknown. begin() and write() throw Error
+/// (kOutput).
 std::unique_ptr<Sink> openFile(const std::string& path, const OutputOptions& options = {});
 
-/// A picture that is held in memory.
+/// A layered picture in memory.
 struct StoredLayers {
-    Plan plan;  ///< view, layers, how many fragments there were
+    Plan plan;  ///< view, layers, fragment counts
     LayeredImage image;
     Provenance provenance;
     std::vector<Text> warnings{};  ///< what was read otherwise than the file says
 };
 
 /// Reads layered files in any layout, deep files, and flat pictures as one layer. Throws Error
-/// (kInput), and (kUsage) for a part or view that is not there.
+/// (kInput) if the file is invalid, Error (kUsage) if it lacks the part or view.
 StoredLayers readLayers(const std::string& path, const LayeredReadOptions& options = {});
 
-/// Writes them as openFile() does.
+/// Writes layers as openFile() does.
 void writeLayers(const std::string& path, const StoredLayers& layers, OutputOptions options = {});
 
 }  // namespace peeler::inline v0

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A sink that keeps the whole picture.
+// In-memory sink.
 #pragma once
 
 #include <peeler/layered_image.h>
@@ -9,10 +9,10 @@
 
 namespace peeler::inline v0 {
 
-/// Puts the bands of a picture together: after finish() `image` has its crop as window.
+/// A sink that joins all bands into `image`. After finish() its window is the crop.
 class ImageSink final : public Sink {
   public:
-    /// Throws Error (kMemory) if the picture has 2^32 fragments or more: offsets are of 32 bits.
+    /// Throws Error (kMemory) if the picture has 2^32 fragments or more: offsets have 32 bits.
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
     void finish() override {}
@@ -21,7 +21,7 @@ class ImageSink final : public Sink {
     LayeredImage image;
 
   private:
-    std::size_t fragments_ = 0, pixels_ = 0;  // that there will be
+    std::size_t fragments_ = 0, pixels_ = 0;  // expected
 };
 
 }  // namespace peeler::inline v0

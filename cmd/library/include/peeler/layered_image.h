@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one hand-over type: depth-sorted fragment lists of a rectangle of pixels.
+// Depth-sorted fragment lists of a window: the data type shared by all stages.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace peeler::inline v0 {
 
-/// How one component of a fragment is stored.
+/// The storage type of a fragment component.
 enum class PixelType : std::uint8_t { kHalf, kFloat, kUint };
 
 inline constexpr std::size_t pixelTypeSize(PixelType type) {
@@ -42,41 +42,40 @@ struct FragmentArray {
     }
 };
 
-/// What a colour consists of, as channels are called in files: premultiplied colour, its opacity,
-/// and, where glass may filter colour by colour, the opacity in each of them (OpenEXR's names; A is
-/// their mean then).
+/// The channel names of a colour (OpenEXR's): premultiplied colour, alpha, and for coloured opacity
+/// the alpha of each channel; A is then their mean.
 inline constexpr std::array kColorNames = {"R", "G", "B", "A", "AR", "AG", "AB"};
 inline constexpr std::size_t kPlainComponents = 4, kTintedComponents = 7;
 
-/// How many of these a colour has: `tinted`, with the opacity of each channel.
+/// Returns the number of colour components; `tinted`: including the alpha of each channel.
 inline constexpr std::size_t colorComponents(bool tinted) {
     return tinted ? kTintedComponents : kPlainComponents;
 }
 
-/// The channels of a colour.
+/// Returns the channel names of a colour.
 inline std::vector<std::string> colorNames(bool tinted) {
     return {kColorNames.begin(), kColorNames.begin() + colorComponents(tinted)};
 }
 
-/// No index of a fragment: where a pixel has none.
+/// The fragment index that means "no fragment".
 inline constexpr std::uint32_t kNoFragment = 0xFFFFFFFFU;
 
 /// Per-pixel fragment lists in CSR form: pixel p (row-major inside `window`) owns the fragments
-/// [offsets[p], offsets[p + 1]), front to back, coincident ones in draw order. It is at once a deep
-/// image, a layered depth image (layer k is the k-th entry of every pixel that has one) and a set
-/// of ray hits. A band of rows is a LayeredImage too.
+/// [offsets[p], offsets[p + 1]), front to back, coincident ones in draw order. Serves as a deep
+/// image, as a layered depth image (layer k is the k-th fragment of every pixel that has one), as a
+/// set of ray hits, and as a band of rows.
 struct LayeredImage {
     Window window;
     std::vector<std::uint32_t> offsets;  ///< window.pixels() + 1 entries, offsets[0] = 0
     std::vector<float> z;                ///< camera Z, positive in front, scene units
     /// R,G,B,A, or with coloured opacity R,G,B,A,AR,AG,AB (colorNames); linear Rec. 709,
-    /// premultiplied; half or float. Of hits nothing, or dDepth.X and dDepth.Y (float): by how much
-    /// buffer depth grows to the next pixel's ray, y up.
+    /// premultiplied; half or float. Ray hits have no colour, or dDepth.X and dDepth.Y (float): the
+    /// change of buffer depth to the next pixel's ray, y up.
     FragmentArray color;
-    std::vector<FragmentArray> extra;  ///< the other channels that were asked for
+    std::vector<FragmentArray> extra;  ///< the other requested channels
 
     std::size_t fragments() const { return z.size(); }
-    /// Whether opacity is coloured: AR, AG, AB are there beside A.
+    /// Whether opacity is coloured: AR, AG, AB besides A.
     bool tinted() const { return color.components() == kTintedComponents; }
     std::size_t pixelIndex(int x, int y) const {
         return static_cast<std::size_t>(y - window.y0) * static_cast<std::size_t>(window.width()) +
@@ -85,7 +84,7 @@ struct LayeredImage {
     std::uint32_t count(std::size_t pixel) const { return offsets[pixel + 1] - offsets[pixel]; }
 };
 
-/// One component of one of `LayeredImage::extra`. Refers to the image, which must outlive it.
+/// A view of one component of `LayeredImage::extra`. The image must outlive it.
 class FragmentChannel {
   public:
     FragmentChannel() = default;
@@ -94,11 +93,11 @@ class FragmentChannel {
 
     explicit operator bool() const { return array_ != nullptr; }
     PixelType type() const { return array_->type; }
-    /// The stored bytes of a fragment's value, pixelTypeSize(type()) of them.
+    /// Returns the pixelTypeSize(type()) stored bytes of a fragment's value.
     const std::byte* data(std::size_t fragment) const;
-    /// The value of a channel of type uint.
+    /// Returns the value of a uint channel.
     std::uint32_t id(std::size_t fragment) const;
-    /// The value, uint rounded to float.
+    /// Returns the value; uint is rounded to float.
     float value(std::size_t fragment) const;
 
   private:
@@ -106,9 +105,9 @@ class FragmentChannel {
     std::size_t component_ = 0;
 };
 
-/// False if the image has no such channel.
+/// Returns the channel, or an empty FragmentChannel if the image lacks it.
 FragmentChannel findChannel(const LayeredImage& image, std::string_view name);
-/// The same of a channel of type uint; false also if it is of another.
+/// Returns the channel if it exists and its type is uint, else an empty FragmentChannel.
 FragmentChannel findIds(const LayeredImage& image, std::string_view name);
 
 }  // namespace peeler::inline v0

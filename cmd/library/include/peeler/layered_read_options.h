@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of reading an OpenEXR file.
+// OpenEXR reading options.
 #pragma once
 
 #include <string>
@@ -8,15 +8,15 @@
 
 namespace peeler::inline v0 {
 
-/// Chooses the picture that is read of an OpenEXR file. Peeler's own files are one picture; files
-/// of other programs may hold several, in parts, in layers of channels (beauty.R, beauty.G, …) and
-/// as views (left, right).
+/// The picture to read from an OpenEXR file. Peeler's own files hold one picture. Other files may
+/// hold several, as parts, channel layers (beauty.R, beauty.G, …) and views (left, right).
 struct LayeredReadOptions {
-    bool strict = false;  ///< a warning is an Error (kInput)
-    std::string part{};   ///< the name of a part, or of a layer; "" = the first that has colours
+    bool strict = false;  ///< warnings become an Error (kInput)
+    std::string part{};   ///< name of a part or layer; "" = the first with colours
     std::string view{};   ///< "" = the file's default
-    /// The result has neither a header nor pixels outside the display window: those pixels are not
-    /// read, and what the header says of the others is a warning.
+    /// The output has neither a header nor pixels outside the display window: such pixels are not
+    /// read, and header attributes that matter for the others (chromaticities, pixelAspectRatio)
+    /// cause a warning.
     bool pixels_only = false;
 
     bool choosesPicture() const { return !part.empty() || !view.empty(); }

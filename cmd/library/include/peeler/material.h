@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A material as plain data: glTF 2.0 §3.9 and the KHR_materials extensions. Factors are linear.
+// Material parameters: glTF 2.0 §3.9 and the KHR_materials extensions. Factors are linear.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace peeler::inline v0 {
 
 enum class AlphaMode : std::uint8_t { kOpaque, kMask, kBlend };
 
-/// Filters and wraps carry OpenGL's (and glTF's) numbers, e.g. 9729 = GL_LINEAR, 10497 = GL_REPEAT.
+/// A texture sampler with OpenGL's (and glTF's) enum values: 9729 = GL_LINEAR, 10497 = GL_REPEAT.
 struct Sampler {
     int mag_filter = 9729;
     int min_filter = 9987;
@@ -32,7 +32,7 @@ struct TextureRef {
     explicit operator bool() const { return image >= 0; }
 };
 
-/// KHR_materials_specular: scales and tints what a dielectric reflects.
+/// KHR_materials_specular: strength and tint of dielectric reflection.
 struct Specular {
     float factor = 1;
     TextureRef texture;  ///< linear; A
@@ -72,25 +72,25 @@ struct Iridescence {
     TextureRef thickness_texture;                    ///< linear; G from min to max
 };
 
-/// KHR_materials_transmission and KHR_materials_volume: light that passes, and what it loses.
+/// KHR_materials_transmission and KHR_materials_volume: transmitted light and its attenuation.
 struct Transmission {
     float factor = 0;
     TextureRef texture;            ///< linear; R
     float thickness = 0;           ///< of the volume behind the surface, in mesh space; 0 = a sheet
     TextureRef thickness_texture;  ///< linear; G
     float attenuation_distance = 0;  ///< world units; 0 = infinite
-    glm::vec3 attenuation_color{1};  ///< what white light has become after that distance
+    glm::vec3 attenuation_color{1};  ///< the colour of white light after that distance
 };
 
 /// KHR_materials_pbrSpecularGlossiness, in place of metallic-roughness. Its diffuse colour, texture
-/// and alpha stand in base_color and base_color_texture.
+/// and alpha are in base_color and base_color_texture.
 struct SpecularGlossiness {
     glm::vec3 specular{1};
     float glossiness = 1;
     TextureRef texture;  ///< RGB sRGB specular, A linear glossiness
 };
 
-/// glTF 2.0 §3.9: metallic-roughness. What an extension adds does nothing at its default.
+/// A metallic-roughness material (glTF 2.0 §3.9). Extensions have no effect at their defaults.
 struct Material {
     std::string name;
     glm::vec4 base_color{1};

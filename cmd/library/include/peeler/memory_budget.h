@@ -12,8 +12,8 @@
 
 namespace peeler::inline v0 {
 
-/// The most resident bytes that peeler adds to the process. Converts from and to a number of bytes;
-/// 0 = no budget.
+/// The limit on resident bytes that peeler adds to the process. Converts from and to a number of
+/// bytes; 0 = no limit.
 struct MemoryBudget {
     // NOLINTNEXTLINE(google-explicit-constructor): a budget without a source is a number
     MemoryBudget(std::uint64_t most = 0, std::string from = {})
@@ -22,16 +22,15 @@ struct MemoryBudget {
     // NOLINTNEXTLINE(google-explicit-constructor)
     operator std::uint64_t() const { return bytes; }
 
-    /// Where an Error happens that is over the budget: "`memory` 512M", or the source.
+    /// Returns Error::where() of an exceeded budget: "`memory` 512M", or the source.
     Text where() const;
-    /// What to do where `needed` bytes would do.
+    /// Returns the hint of an Error if `needed` bytes would suffice.
     Text hint(std::uint64_t needed) const;
 
     std::uint64_t bytes;
-    /// Of the process, resident before and held by somebody else: they do not count. 0 where the
-    /// process is ours.
+    /// Resident bytes that belong to the host process and do not count. 0 in peeler's own process.
     std::uint64_t base = 0;
-    /// A sentence: "the cgroup /job_7 (memory.max) allows 2048M"; empty = the caller.
+    /// A clause: "the cgroup /job_7 (memory.max) allows 2048M"; empty = set by the caller.
     std::string source;
 };
 

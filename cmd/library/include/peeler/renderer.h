@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Captures layers, composites and hits of scenes into memory or into sinks.
+// The renderer: captures layers, composites and ray hits into memory or sinks.
 #pragma once
 
 #include <cstdint>
@@ -22,70 +22,68 @@
 
 namespace peeler::inline v0 {
 
-/// A scene as it is to be seen. The scene must not change any more once it has been seen by a
-/// Renderer, which keeps it: what is changed is another scene.
+/// A scene and its pose. The scene must not change once a Renderer has used it: the Renderer keeps
+/// it. Make a new Scene for every change.
 struct Shown {
     std::shared_ptr<const Scene> scene;
     int index = -1;                 ///< into Scene::scenes; −1 = Scene::default_scene
-    std::vector<int> animations{};  ///< that play, indices into Scene::animations; none = at rest
+    std::vector<int> animations{};  ///< to play; indices into Scene::animations; empty = at rest
     double time = 0;                ///< seconds
-    /// Glass filters every channel of what is behind it by itself (LayeredImage::tinted), where
-    /// there is coloured glass; else it has one alpha.
+    /// Coloured opacity (LayeredImage::tinted) if the scene has coloured glass. If false, glass has
+    /// one alpha.
     bool colored_glass = true;
 };
 
-/// The box around what it shows; nothing if there is no vertex.
+/// Returns the bounding box of the visible geometry; nothing if there is no vertex.
 std::optional<Bounds> boundsOf(const Shown& shown);
 
-/// How a camera sees it. Throws Error (kUsage) for a camera that is not there, with the list, for a
-/// crop outside the picture, and for a camera that cannot be; (kInput) for one that the scene gives
-/// no direction or no extent.
+/// Returns the view of a camera. Throws Error (kUsage) if the scene lacks the camera (with the
+/// list), the crop is outside the picture, or the choice is invalid. Throws Error (kInput) if the
+/// scene gives the camera no direction or no extent.
 View viewOf(const Shown& shown, const CameraChoice& camera = {});
 
-/// Settings that capture hits: refined, of both faces, without ends.
+/// Returns settings for ray hits: refined Z, both faces, no near and far clipping.
 CaptureSettings raySettings();
 
-/// Where a Renderer captures.
+/// The device of a Renderer, and its memory limit.
 struct RendererOptions {
-    std::string backend = "auto";  ///< "egl", "osmesa", or whichever works first
-    /// A GPU of several, as `peeler devices` lists them: "3", "cuda:1", "uuid:8932f937"; "" = the
-    /// first that works, the CPU if none does.
+    std::string backend = "auto";  ///< "egl", "osmesa", or "auto": the first that works
+    /// A GPU from the list of `peeler devices`: "3", "cuda:1", "uuid:8932f937"; "" = the first that
+    /// works, or the CPU if no GPU does.
     std::string device;
-    bool require_gpu = false;  ///< never the CPU
-    /// Most bytes that a call takes beyond what the process holds when it begins; 0 = no limit.
+    bool require_gpu = false;  ///< do not fall back to the CPU
+    /// Limit on the bytes a call adds to those the process holds when it begins; 0 = no limit.
     std::uint64_t memory = 0;
-    /// The context that is current where the Renderer is made is borrowed instead of making one:
-    /// OpenGL 4.5 core, with functions that this gives by name (eglGetProcAddress,
-    /// glfwGetProcAddress). The constructor throws Error (kUsage) if no context is current,
-    /// (kDevice) if it cannot be used. It has to be current in every call, on whichever thread:
-    /// calls that render throw Error (kUsage) if another context is current, or none. The
-    /// destructor then leaves its GL objects in the context.
+    /// Borrows the context that is current in the constructor instead of creating one. It must be
+    /// OpenGL 4.5 core; this function returns GL functions by name (eglGetProcAddress,
+    /// glfwGetProcAddress). The constructor throws Error (kUsage) if no context is current, and
+    /// Error (kDevice) if it cannot be used. The context must be current in every call, on any
+    /// thread: calls that render throw Error (kUsage) if it is not. If it is not current in the
+    /// destructor, its GL objects stay in the context.
     ///
-    /// A call sets all state that its pictures depend on, and puts back what was there, also if it
-    /// throws. Within sinks and progress functions the state is peeler's, and has to be left or put
-    /// back. Calls throw Error (kUsage) while a query that counts or measures time, conditional
-    /// rendering, or transform feedback that is not paused is begun: none of them can be put back.
-    /// Nor can these: a program or pipeline that was deleted while it was in use, and a texture or
-    /// buffer that another context deleted while it was bound here, are gone after a call; errors
-    /// that are pending are taken (takePendingErrors()). The owner's debug callback gets the
-    /// messages of peeler's calls. State of extensions that peeler does not know has to be as it is
-    /// initially.
+    /// A call sets all GL state it depends on and restores the previous state, also if it throws.
+    /// Sinks and progress functions run with peeler's state and must leave or restore it. Calls
+    /// throw Error (kUsage) while an occlusion, counting or timer query, conditional rendering, or
+    /// unpaused transform feedback is active, because these cannot be restored. Some state is lost
+    /// after a call: a program or pipeline that was deleted while in use, and a texture or buffer
+    /// that another context deleted while it was bound here. Pending GL errors move to
+    /// takePendingErrors(). The owner's debug callback gets the messages of peeler's calls. State
+    /// of extensions that peeler does not know must have its initial value.
     void* (*adopt)(const char* function) = nullptr;
 };
 
-/// Which rasteriser finds the hits of rays.
+/// The rasteriser that finds ray hits.
 enum class RayEngine : std::uint8_t {
-    kAuto,  ///< GL on a GPU, or where RendererOptions choose a device; else the CPU
+    kAuto,  ///< GL if there is a GPU or RendererOptions choose a device; else the CPU
     kCpu,   ///< needs no GL
     kGl
 };
 
-/// Captures any number of pictures of any number of scenes, one call at a time; calls of several
-/// threads wait for each other. What is needed of GL is made when it is first needed, and the scene
-/// that was captured last stays uploaded. Its context is current on a thread of its own, so that
-/// the caller's is never touched, and it may be used from any thread. A call waits for its work and
-/// tells its progress on the caller's thread, every few hundredths of a second. After an error, or
-/// work that was given up, it can be used on.
+/// Captures pictures of scenes, one call at a time. May be used from any thread; concurrent calls
+/// wait for each other. GL objects are created on first use, and the last captured scene stays
+/// uploaded. The GL context is current on a thread of its own, so the caller's context is never
+/// touched. A call blocks until its work is done and reports progress on the caller's thread, every
+/// few hundredths of a second. The Renderer stays usable after an error or a cancelled call.
 class Renderer {
   public:
     explicit Renderer(const RendererOptions& options = {});
@@ -93,31 +91,33 @@ class Renderer {
     Renderer(Renderer&&) noexcept;
     Renderer& operator=(Renderer&&) noexcept;
 
-    /// GL_RENDERER of the device. Throws Error (kDevice) if there is none.
+    /// Returns GL_RENDERER of the device. Throws Error (kDevice) if there is no device.
     std::string device();
 
-    /// The GL errors that were pending in a borrowed context when calls began: each code once,
-    /// oldest first. GL cannot put errors back, so a call takes them from the context, keeps them
-    /// here for its owner, and works on. Empty afterwards, and without RendererOptions::adopt.
+    /// Returns and clears the GL errors that were pending in a borrowed context when calls began:
+    /// each code once, oldest first. GL cannot restore errors, so a call takes them from the
+    /// context and keeps them here for its owner. Empty without RendererOptions::adopt.
     std::vector<unsigned> takePendingErrors();
 
-    /// All fragments of the view's crop, in memory. Throws Error: (kUsage) for settings that
-    /// contradict themselves, (kDevice), (kMemory) over the budget or for 2^32 fragments and more.
+    /// Returns all fragments of the view's crop. Throws Error (kUsage) if the settings contradict
+    /// each other, Error (kDevice) if the device fails, Error (kMemory) if the call exceeds the
+    /// budget or there are 2^32 fragments or more.
     LayeredImage layers(const Shown& shown, const View& view, const CaptureSettings& settings = {},
                         const Progress& progress = {});
 
-    /// Their composite, front to back, in linear light over nothing; by any method, the
-    /// approximations too. Throws likewise.
+    /// Returns the composite, front to back, in linear light over nothing. Any method works,
+    /// including the approximations. Throws like layers().
     CompositeImage composite(const Shown& shown, const View& view,
                              const CaptureSettings& settings = {}, const Progress& progress = {});
 
-    /// Band after band into a sink, whose begin() and finish() are called, too, all on the
-    /// Renderer's thread. Throws likewise, and what the sink throws.
+    /// Writes the picture band by band into a sink. Calls the sink's begin(), write() and finish()
+    /// on the Renderer's thread. Throws like layers(), and passes on the sink's exceptions.
     Plan capture(const Shown& shown, const View& view, const CaptureSettings& settings, Sink& sink,
                  const Progress& progress = {});
 
-    /// All hits of a bundle of rays: Z is the distance from where parallel rays start, the first
-    /// extra array the keys of what was hit. `settings` as raySettings() gives them.
+    /// Returns all hits of a bundle of rays. Z is the distance from the plane where parallel rays
+    /// start; the first extra array holds the keys of the hit primitives. Base `settings` on
+    /// raySettings().
     LayeredImage rays(const Shown& shown, const Bundle& bundle, const CaptureSettings& settings,
                       RayEngine engine = RayEngine::kAuto, const Progress& progress = {});
 

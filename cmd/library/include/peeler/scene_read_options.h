@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of reading a scene in any format.
+// Scene reading options for all formats.
 #pragma once
 
 #include <cstdint>
@@ -13,13 +13,14 @@ namespace peeler::inline v0 {
 
 enum class Axis : std::uint8_t { kX, kY, kZ };
 
-/// GltfOptions hold for every format, where it has such things. The rest is for PLY, STL and OBJ,
-/// which do not say it; a glTF, which does, is read as it is, with a warning.
+/// GltfOptions apply to every format that has the feature. The other options are for PLY, STL and
+/// OBJ, which do not specify axes, units and smoothing. glTF does, so it ignores them with a
+/// warning.
 struct SceneReadOptions : GltfOptions {
-    std::optional<Axis> up;                 ///< which axis of the file is +Y of the scene; none: y
-    std::optional<double> metres_per_unit;  ///< the scene has metres then; none: 1, as they stand
-    /// Where the file has no normals: surfaces are smooth across edges whose triangles are turned
-    /// against each other by so many degrees at most, from 0 to 180; none: all triangles are flat.
+    std::optional<Axis> up;                 ///< the file's axis that becomes +Y; none: y
+    std::optional<double> metres_per_unit;  ///< scales the scene to metres; none: 1
+    /// For files without normals: smooths edges with a dihedral angle of at most this many degrees,
+    /// 0 to 180; none: flat triangles.
     std::optional<double> smooth_normals;
 
     bool operator==(const SceneReadOptions&) const = default;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times of the stages of a run.
+// Stage timings.
 #pragma once
 
 #include <map>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A camera and its picture: pose, projection, windows.
+// Camera views: pose, projection, display window, crop.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -14,17 +14,17 @@
 
 namespace peeler::inline v0 {
 
-/// Camera to world of a camera or light at `eye` that looks along `forward` with `up` upwards in
-/// the picture. Nothing if the two are parallel or one of them has no length.
+/// Returns camera to world of a camera or light at `eye` that looks along `forward` with `up`
+/// upwards in the picture. Nothing if `forward` and `up` are parallel or one of them has length 0.
 std::optional<glm::dmat4> lookAlong(const glm::dvec3& eye, const glm::dvec3& forward,
                                     const glm::dvec3& up);
 
-/// Rotation and translation of a node's matrix, which may also scale, mirror and shear. The viewing
-/// axis (−Z) keeps its direction and +Y its side of it; the picture is never mirrored. Nothing if
-/// the matrix leaves no direction to look along.
+/// Returns the rotation and translation of a node's matrix, which may also scale, mirror and shear.
+/// The viewing axis (−Z) keeps its direction, +Y stays on its side of it, and the picture is never
+/// mirrored. Nothing if the matrix collapses the viewing direction.
 std::optional<glm::dmat4> rigid(const glm::dmat4& world);
 
-/// The frustum or box of a camera that looks along −Z of its own space (glTF's convention).
+/// The frustum or box of a camera that looks along −Z in camera space (glTF's convention).
 /// `half_width` and `half_height` are measured at distance 1 for a perspective camera (tan of half
 /// the field of view) and in scene units for an orthographic one.
 struct Projection {
@@ -33,31 +33,31 @@ struct Projection {
     double near = 0.01;
     double far = std::numeric_limits<double>::infinity();  ///< finite if orthographic
 
-    /// Clip-space matrix (column vectors, reversed Z in [0, 1]: 1 at near, 0 at far) of the
-    /// sub-rectangle [u0, u1] × [v0, v1] of the picture, u right and v down, both 0–1.
+    /// Returns the clip-space matrix (column vectors, reversed Z in [0, 1]: 1 at near, 0 at far) of
+    /// the sub-rectangle [u0, u1] × [v0, v1] of the picture, u right and v down, both 0–1.
     glm::dmat4 matrix(double u0 = 0, double v0 = 0, double u1 = 1, double v1 = 1) const;
 
-    /// Camera Z (positive in front, scene units) of a buffer depth. Monotone: never grows with
-    /// depth.
+    /// Returns the camera Z (positive in front, scene units) of a buffer depth. Monotone: never
+    /// increases with depth.
     double linearZ(double depth) const;
-    /// The same of many at once, in place, rounded to float.
+    /// Converts many depths in place, rounded to float.
     void toLinearZ(std::span<float> depths) const;
 };
 
-/// A camera in its place and the picture that it takes: which ray goes through which pixel.
+/// A posed camera and its picture: the mapping from pixels to rays.
 struct View {
     std::string camera_name;        ///< "" if the camera is not from the scene
     glm::dmat4 camera_to_world{1};  ///< rigid: rotation and translation only
     Projection projection;
     int width = 1280, height = 720;  ///< display window
-    Window crop;                     ///< the pixels that are rendered, inside the display window
-    glm::dvec2 sample{0.5};          ///< where in a pixel its sample lies, 0–1, y down
-    bool known = true;               ///< false: from a file that tells the windows alone
+    Window crop;                     ///< the rendered pixels, inside the display window
+    glm::dvec2 sample{0.5};          ///< position of the sample in a pixel, 0–1, y down
+    bool known = true;               ///< false: from a file that has only the windows
 };
 
-/// The point in world space at camera Z `z` (scene units) on the ray through (x, y) of the picture:
-/// pixels from the upper left corner of the display window, y down, so that the centre of pixel
-/// (i, j) is (i + 0.5, j + 0.5). For a pixel's sample add `view.sample` instead.
+/// Returns the world-space point at camera Z `z` (scene units) on the ray through (x, y): pixels
+/// from the upper left corner of the display window, y down, so that the centre of pixel (i, j) is
+/// (i + 0.5, j + 0.5). For a pixel's sample add `view.sample` instead.
 glm::dvec3 worldPosition(const View& view, double x, double y, double z);
 
 }  // namespace peeler::inline v0

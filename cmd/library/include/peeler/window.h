@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A rectangle of pixels.
+// Pixel windows.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace peeler::inline v0 {
 
-/// Half-open rectangle [x0, x1) × [y0, y1) of pixels. The origin is the upper left corner of the
+/// A half-open rectangle [x0, x1) × [y0, y1) of pixels. The origin is the upper left corner of the
 /// display window, y points down (OpenEXR's convention).
 struct Window {
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
@@ -23,12 +23,12 @@ struct Window {
     bool operator==(const Window&) const = default;
 };
 
-/// The pixels that lie in both windows; possibly empty.
+/// Returns the intersection, possibly empty.
 inline Window intersect(const Window& a, const Window& b) {
     return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
 }
 
-/// The smallest window that holds both; an empty one counts as nothing.
+/// Returns the bounding window of both; empty windows do not count.
 inline Window unite(const Window& a, const Window& b) {
     if (a.empty()) return b;
     if (b.empty()) return a;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Progress, cancellation and threads of work.
+// Progress, cancellation and thread count.
 #pragma once
 
 #include <functional>
@@ -8,16 +8,15 @@
 
 namespace peeler::inline v0 {
 
-/// Thrown through work that was cancelled. Not an Error: nothing went wrong, and the rest is not to
-/// be done.
+/// Thrown by cancelled work. Not an Error: nothing went wrong.
 struct Cancelled {};
 
-/// Called with the share of the work that is done, 0 to 1, never falling within a picture. An
-/// exception that it throws ends the work and is passed on.
+/// A progress callback. Gets the share of work done, 0 to 1, never decreasing within a picture. An
+/// exception it throws ends the work and is passed on.
 using Progress = std::function<void(double)>;
 
-/// Sets how many threads all work of this process uses together; 0 = as many as it may run on. No
-/// result depends on it. Not while there is work being done.
+/// Sets the number of threads for all work of this process; 0 = all available. No result depends on
+/// it. Must not be called while work is running.
 void setThreadCount(int threads);
 
 }  // namespace peeler::inline v0
