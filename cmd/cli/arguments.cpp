@@ -87,6 +87,35 @@ Error unplaced(const CLI::App& app, std::string hint) {
     return Error(ErrorKind::kUsage, what, argument, hint);
 }
 
+/// Removes the "all" behind --help. Returns whether it was there.
+bool takeAll(Texts& arguments) {
+    for (std::size_t i = 0; i + 1 < arguments.size(); ++i) {
+        if (arguments[i] != "--help" && arguments[i] != "-h") continue;
+        if (arguments[i + 1] != "all") continue;
+        arguments.erase(arguments.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+        return true;
+    }
+    return false;
+}
+
+/// Leaves only these options in a verb's help.
+void showOnly(CLI::App& verb, const std::string& common) {
+    std::istringstream words(common);
+    const Texts names(std::istream_iterator<std::string>(words), {});
+    std::size_t count = 0;
+    for (CLI::Option* option : verb.get_options()) {
+        if (option->get_positional()) continue;
+        ++count;
+        const Texts& known = option->get_lnames();
+        const bool shown = std::ranges::any_of(names, [&](const std::string& name) {
+            return std::ranges::find(known, name) != known.end();
+        });
+        option->group(shown ? "Options" : "");
+    }
+    verb.footer("`peeler " + verb.get_name() + " --help all` shows all " + std::to_string(count) +
+                " options.");
+}
+
 }  // namespace
 
 std::string wrapped(const std::string& text, std::size_t columns) {
@@ -251,10 +280,11 @@ std::vector<Option> VerbOptions::given() const {
 
 ArgumentParser::ArgumentParser() : app_(std::make_unique<CLI::App>()) {}
 
-ArgumentParser::ArgumentParser(const std::string& summary, const std::string& footer)
-    : app_(std::make_unique<CLI::App>(summary, "peeler")) {
-    app_->set_version_flag("-V,--version", "", "Print the version and exit");
-    app_->set_help_flag("-h,--help", "Print this help and exit");
+ArgumentParser::ArgumentParser(const VerbHelp& help, const std::string& footer)
+    : app_(std::make_unique<CLI::App>(help.summary, "peeler")) {
+    helps_[""] = help;
+    app_->set_version_flag("-V,--version", "", "print the version and exit");
+    app_->set_help_flag("-h,--help", "print help and exit; --help all: with every option");
     app_->get_formatter()->column_width(30);
     app_->get_formatter()->label("SUBCOMMAND", "VERB");
     app_->require_subcommand(0, 1);
@@ -263,16 +293,17 @@ ArgumentParser::ArgumentParser(const std::string& summary, const std::string& fo
 
 ArgumentParser::~ArgumentParser() = default;
 
-VerbOptions ArgumentParser::addVerb(const std::string& name, const std::string& summary,
-                                    const std::string& examples) {
-    examples_[name] = examples;
-    CLI::App* verb = app_->add_subcommand(name, summary);
-    verb->group("Verbs");
-    verb->footer("");  // instead of the program's, which CLI11 passes on
+VerbOptions ArgumentParser::addVerb(const std::string& name, VerbHelp help) {
+    CLI::App* verb = app_->add_subcommand(name, help.summary);
+    verb->group(help.purpose);
+    verb->footer("");  // CLI11 passes on the program's
+    helps_[name] = std::move(help);
     return {*verb, descriptions_};
 }
 
-Asked ArgumentParser::parse(const std::vector<std::string>& arguments) {
+Asked ArgumentParser::parse(const std::vector<std::string>& given) {
+    Texts arguments = given;
+    help_of_all_ = takeAll(arguments);
     // CLI11 would take the next argument as the value of "--report=".
     for (const std::string& argument : arguments)
         if (argument.starts_with("--") && argument.find('=') == argument.size() - 1)
@@ -301,13 +332,17 @@ std::string ArgumentParser::verb() const {
 std::string ArgumentParser::help() const {
     for (const auto& [option, description] : descriptions_)
         option->description(helpLines(description));
+    const auto found = helps_.find(verb());
+    if (found == helps_.end()) return app_->help();
+    const bool is_short = !help_of_all_ && !found->second.common.empty();
+    if (is_short) showOnly(*app_->get_subcommand(verb()), found->second.common);
     std::string text = app_->help();
-    const auto found = examples_.find(verb());
-    if (found == examples_.end() || found->second.empty()) return text;
-    std::string shown = "\nExamples:\n  ";
-    for (const char c : found->second)
-        shown += c == '\n' ? "\n  " : std::string(1, c);
-    return text.insert(text.find('\n') + 1, shown + "\n\n");
+    if (found->second.examples.empty()) return text;
+    std::istringstream examples(found->second.examples);
+    std::string shown = "\nExamples:\n", line;
+    for (int i = 0; (i < 2 || !is_short) && std::getline(examples, line); ++i)
+        shown += "  " + line + '\n';
+    return text.insert(text.find('\n') + 1, shown + '\n');
 }
 
 CommandDescription ArgumentParser::describe() const {
@@ -315,10 +350,10 @@ CommandDescription ArgumentParser::describe() const {
 }
 
 CommandDescription ArgumentParser::describe(const CLI::App& app) const {
-    const auto examples = examples_.find(app.get_name());
+    const auto help = helps_.find(&app == app_.get() ? "" : app.get_name());
     CommandDescription command{app.get_name(),
                                app.get_description(),
-                               examples == examples_.end() ? "" : examples->second,
+                               help == helps_.end() ? "" : help->second.examples,
                                app.get_footer(),
                                {},
                                {}};

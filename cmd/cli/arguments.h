@@ -178,6 +178,14 @@ Option addChoice(VerbOptions& verb, const std::string& name, T& target,
         .oneOf(describeChoices(choices, true));
 }
 
+/// A verb's help besides its options.
+struct VerbHelp {
+    std::string summary;
+    std::string purpose = "Verbs";  ///< heading above the verb in the program's help
+    std::string examples{};         ///< one command per line
+    std::string common{};           ///< options of the short help: "output size"; empty = all
+};
+
 /// The request made by the arguments.
 enum class Asked { kVerb, kHelp, kVersion, kNothing };
 
@@ -188,26 +196,24 @@ class ArgumentParser {
     /// --version, and without the limit to one verb, so that the verb's name among its own
     /// arguments is skipped.
     ArgumentParser();
-    /// Constructs the command line's parser. `summary` and `footer` begin and end the program's
-    /// help.
-    ArgumentParser(const std::string& summary, const std::string& footer);
+    /// Constructs the command line's parser. `help` begins and `footer` ends the program's help.
+    ArgumentParser(const VerbHelp& help, const std::string& footer);
     ~ArgumentParser();
     ArgumentParser(const ArgumentParser&) = delete;
     ArgumentParser& operator=(const ArgumentParser&) = delete;
 
-    /// Adds a verb with --help as its only option so far. Its help begins with the summary and the
-    /// examples, one command per line.
-    VerbOptions addVerb(const std::string& name, const std::string& summary,
-                        const std::string& examples = "");
+    /// Adds a verb with --help as its only option so far.
+    VerbOptions addVerb(const std::string& name, VerbHelp help);
 
     /// Sets the targets of the given options. Must be called once. Throws Error (kUsage) if a name
     /// is unknown (with the nearest name) or a required option is missing. Passes on exceptions
     /// from callbacks.
-    Asked parse(const std::vector<std::string>& arguments);
+    Asked parse(const std::vector<std::string>& given);
 
     /// Returns the verb among the parsed arguments; "" if there is none.
     std::string verb() const;
-    /// Returns the help of that verb, else of the program.
+    /// Returns the help of that verb, else of the program. A verb's has its common options, and
+    /// all of them if the arguments are "--help all".
     std::string help() const;
     /// Returns the description of the program and all its verbs.
     CommandDescription describe() const;
@@ -216,7 +222,8 @@ class ArgumentParser {
     CommandDescription describe(const CLI::App& app) const;
 
     std::unique_ptr<CLI::App> app_;
-    std::map<std::string, std::string> examples_;  ///< by verb
+    std::map<std::string, VerbHelp> helps_;  ///< by verb; "" is the program
+    bool help_of_all_ = false;
     VerbOptions::Descriptions descriptions_;
 };
 

@@ -10,11 +10,21 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 
+#ifndef PEELER_COMMIT
+#define PEELER_COMMIT ""  // the sources are no clone
+#endif
+
 namespace peeler::cmd {
 
 namespace {
 
-constexpr const char* kProgramSummary = "Every layer of a glTF scene, headless.";
+VerbHelp programHelp() {
+    return {.summary = "Render every layer of a glTF, PLY, STL or OBJ scene, without a display",
+            .examples =
+                "peeler render model.glb -o picture.png\n"
+                "peeler render model.glb -o layers.exr --size 1920x1080\n"
+                "peeler view layers.exr -o layers.html"};
+}
 
 std::string programFooter() {
     std::string codes;
@@ -22,12 +32,16 @@ std::string programFooter() {
         codes += (codes.empty() ? "Exit codes: " : ", ") + std::string(row.code) + ' ' +
                  std::string(row.meaning);
     }
-    return "`peeler VERB --help` explains one verb.\n\n" + wrapped(codes + '.', 88);
+    return "`peeler VERB --help` shows the options that most people need, --help all every "
+           "one.\n\n" +
+           wrapped(codes + '.', 88);
 }
 
 VerbOptions addTo(ArgumentParser& parser, const Verb& verb) {
-    return parser.addVerb(std::string(verb.name), std::string(verb.summary),
-                          std::string(verb.examples));
+    return parser.addVerb(std::string(verb.name), {.summary = std::string(verb.summary),
+                                                   .purpose = std::string(verb.purpose),
+                                                   .examples = std::string(verb.examples),
+                                                   .common = std::string(verb.common)});
 }
 
 /// Replaces "help" and "help VERB" by the equivalent options. Drops "help" before an unknown verb.
@@ -36,7 +50,7 @@ std::vector<std::string> withoutHelpVerb(std::vector<std::string> arguments) {
     arguments.erase(arguments.begin());
     const auto is_named = [&](const Verb& verb) { return verb.name == arguments.front(); };
     if (arguments.empty() || std::ranges::any_of(verbs(), is_named))
-        arguments.emplace_back("--help");
+        arguments.insert(arguments.begin() + (arguments.empty() ? 0 : 1), "--help");
     return arguments;
 }
 
@@ -55,7 +69,7 @@ auto hintingAt(const ArgumentParser& parser, const Work& work) {
 
 int dispatch(const std::vector<std::string>& given, Console& console) {
     const std::vector<std::string> arguments = withoutHelpVerb(given);
-    ArgumentParser parser(kProgramSummary, programFooter());
+    ArgumentParser parser(programHelp(), programFooter());
     std::map<std::string, VerbAction> actions;
     for (const Verb& verb : verbs()) {
         const std::string name(verb.name);
@@ -70,7 +84,7 @@ int dispatch(const std::vector<std::string>& given, Console& console) {
             console.text(parser.help());
             return 0;
         case Asked::kVersion:
-            console.text("peeler " PEELER_VERSION "\n");
+            console.text("peeler " PEELER_VERSION PEELER_COMMIT "\n");
             return 0;
         case Asked::kNothing:
             console.machineLine(parser.help());
@@ -94,7 +108,7 @@ bool schedulerReads(const std::vector<std::string>& arguments) {
 }  // namespace
 
 CommandDescription describeCommandLine() {
-    ArgumentParser parser(kProgramSummary, programFooter());
+    ArgumentParser parser(programHelp(), programFooter());
     std::vector<VerbAction> actions;  // own the options' storage
     for (const Verb& verb : verbs()) {
         VerbOptions options = addTo(parser, verb);

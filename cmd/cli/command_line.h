@@ -21,9 +21,12 @@ using VerbAction = std::function<int(Session&)>;
 
 struct Verb {
     std::string_view name;
+    std::string_view purpose;  ///< heading of `peeler --help`
     std::string_view summary;  ///< one line for --help
     /// Three example commands for --help, one per line.
     std::string_view examples;
+    /// Options of the short help, separated by spaces: "output size"; empty = all.
+    std::string_view common;
     /// Declares the verb's options. The action owns their storage.
     VerbAction (*declare)(VerbOptions&);
 };

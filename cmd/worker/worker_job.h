@@ -32,7 +32,7 @@ struct WorkerRequest {
 /// Returns the id in an invalid request if it can be read, else null.
 nlohmann::json requestId(const std::string& line);
 
-/// Returns a worker's first line: {"worker": 1, "version": "0.1.0", "jobs": 2}
+/// Returns a worker's first line: {"worker": 1, "version": "0.2.0", "jobs": 2}
 std::string helloLine(int jobs);
 
 /// The result of a job.

@@ -4,10 +4,10 @@
 
     apt-get install python3-numpy
     peeler render scene.glb -o out.exr
-    peeler extract out.exr --npz out.npz            # `peeler extract --help` lists the arrays
+    peeler extract out.exr --npz out.npz            # `peeler extract --help all` lists the arrays
     python3 layers_with_numpy.py out.npz            # the numbers of `peeler info out.exr`
 
-    peeler rays scene.glb -o hits.npz --axes        # `peeler rays --help` lists the arrays
+    peeler rays scene.glb -o hits.npz --axes        # `peeler rays --help all` lists the arrays
     python3 layers_with_numpy.py hits.npz           # likewise, of the hits
 
 Files from before arrays_version 2 are read, too.

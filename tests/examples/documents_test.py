@@ -128,7 +128,7 @@ class Documents(unittest.TestCase):
     def test_options_are_the_programs(self):
         known = set(FOREIGN)
         for verb in self.verbs():
-            known.update(re.findall(r"--[a-z][a-z-]*", peeler(verb, "--help").stdout))
+            known.update(re.findall(r"--[a-z][a-z-]*", peeler(verb, "--help", "all").stdout))
         guides = [*(SOURCE / "examples" / "guide").glob("*.md"), SOURCE / "README.md"]
         rooms = [SOURCE / name / "README.md" for name in ("core", "formats", "cmd")]
         for path in [*guides, *rooms]:

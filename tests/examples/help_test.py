@@ -34,7 +34,7 @@ def verbs():
 
 
 def examples(verb):
-    text = peeler(verb, "--help").stdout
+    text = peeler(verb, "--help", "all").stdout
     found = re.search(r"^Examples:\n((?:  .*\n)+)", text, re.M)
     return found.group(1).replace("\n  ", "\n").strip().splitlines() if found else []
 

@@ -19,7 +19,7 @@ namespace {
 /// Reads the words as the options of a camera, and finds its view.
 void takeCameraWords(const std::string& text) {
     cmd::ArgumentParser parser;
-    cmd::VerbOptions verb = parser.addVerb("render", "");
+    cmd::VerbOptions verb = parser.addVerb("render", {});
     cmd::CameraOptions options;
     cmd::addCameraOptions(verb, options);
     std::vector<std::string> words{"render"};

@@ -23,7 +23,7 @@ ELSEWHERE = set(
 
 def options(verb):
     """The keywords of a verb's options."""
-    names = re.findall(r"^ +(?:-\w,)?--([a-z][a-z-]*)", command(verb, "--help"), re.MULTILINE)
+    names = re.findall(r"^ +(?:-\w,)?--([a-z][a-z-]*)", command(verb, "--help", "all"), re.MULTILINE)
     return {n.replace("-", "_") + ("_" if n == "as" else "") for n in names}
 
 

@@ -25,7 +25,7 @@ class AllVerbs {
     AllVerbs() {
         for (const Verb& verb : verbs()) {
             const auto at =
-                options_.emplace(verb.name, parser_.addVerb(std::string(verb.name), "")).first;
+                options_.emplace(verb.name, parser_.addVerb(std::string(verb.name), {})).first;
             actions_.push_back(verb.declare(at->second));
         }
     }

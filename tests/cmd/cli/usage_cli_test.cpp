@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <regex>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -29,7 +31,7 @@ TEST(Help, ListsEveryVerbWithItsSummary) {
 
 TEST(Help, OfEveryVerbFitsATerminal) {
     for (const cmd::Verb& verb : cmd::verbs()) {
-        const Outcome result = runPeeler({std::string(verb.name), "--help"});
+        const Outcome result = runPeeler({std::string(verb.name), "--help", "all"});
         EXPECT_EQ(result.exit_code, 0) << verb.name;
         EXPECT_EQ(result.err, "") << verb.name;
         EXPECT_TRUE(contains(result.out, std::string(verb.summary))) << result.out;
@@ -46,7 +48,7 @@ TEST(Help, OfEveryVerbFitsATerminal) {
 }
 
 TEST(Help, ListsTheChoicesOfTheTables) {
-    const std::string help = runPeeler({"render", "--help"}).out;
+    const std::string help = runPeeler({"render", "--help", "all"}).out;
     for (const char* part :
          {"a-buffer (default)", "front-to-back", "visible", "transparent", "unlit", "osmesa",
           "Camera:", "Picture:", "Layers:", "Output:", "Machine:", "Messages:"}) {
@@ -57,16 +59,41 @@ TEST(Help, ListsTheChoicesOfTheTables) {
 TEST(Help, IsAVerbToo) {
     EXPECT_EQ(runPeeler({"help"}).out, runPeeler({"--help"}).out);
     EXPECT_EQ(runPeeler({"help", "render"}).out, runPeeler({"render", "--help"}).out);
+    EXPECT_EQ(runPeeler({"help", "render", "all"}).out, runPeeler({"render", "-h", "all"}).out);
     EXPECT_EQ(runPeeler({"help", "rendre"}).exit_code, 2);
 }
 
 TEST(Help, BeginsWithThreeExamples) {
     for (const cmd::Verb& verb : cmd::verbs()) {
-        const std::string help = runPeeler({std::string(verb.name), "--help"}).out;
+        const std::string help = runPeeler({std::string(verb.name), "--help", "all"}).out;
         EXPECT_EQ(std::ranges::count(verb.examples, '\n'), 2) << verb.name;
         const std::size_t first = help.find("Examples:\n  " + std::string(verb.examples, 0, 10));
         EXPECT_LT(first, help.find("Usage:")) << help;
         EXPECT_TRUE(contains(std::string(verb.examples), "peeler " + std::string(verb.name)));
+    }
+}
+
+TEST(Help, IsShortUnlessAllIsAskedFor) {
+    for (const cmd::Verb& verb : cmd::verbs()) {
+        const std::string name(verb.name);
+        const std::string some = runPeeler({name, "--help"}).out;
+        const std::string all = runPeeler({name, "--help", "all"}).out;
+        EXPECT_EQ(runPeeler({"help", name}).out, some);
+        if (verb.common.empty()) {
+            EXPECT_EQ(some, all);
+            continue;
+        }
+        std::istringstream words{std::string(verb.common)};
+        std::size_t count = 0;
+        for (std::string word; words >> word; ++count)
+            EXPECT_TRUE(contains(some, "--" + word + " ")) << some;
+        EXPECT_LE(count, 13U) << name;
+        EXPECT_EQ(std::ranges::count(some, '\n') < std::ranges::count(all, '\n'), true) << name;
+        EXPECT_FALSE(contains(some, "--verbose")) << some;
+        EXPECT_TRUE(contains(some, "`peeler " + name + " --help all` shows all ")) << some;
+        const std::string last = std::string(verb.examples.substr(verb.examples.rfind('\n') + 1));
+        EXPECT_FALSE(contains(some, last)) << some;
+        EXPECT_TRUE(contains(all, last)) << all;
     }
 }
 
@@ -80,7 +107,9 @@ TEST(Version, IsOneLineOnStdout) {
     EXPECT_EQ(runPeeler({"-V"}).out, runPeeler({"--version"}).out);
     const Outcome result = runPeeler({"--version"});
     EXPECT_EQ(result.exit_code, 0);
-    EXPECT_TRUE(result.out.starts_with("peeler ")) << result.out;
+    EXPECT_TRUE(std::regex_match(
+        result.out, std::regex(R"(peeler \d+\.\d+\.\d+( \([0-9a-f]{10,}\))?\n)")))
+        << result.out;
     EXPECT_EQ(result.out.find('\n'), result.out.size() - 1);
     EXPECT_EQ(result.err, "");
 }

@@ -38,7 +38,7 @@ std::vector<const cmd::CommandDescription*> commands() {
 
 std::string helpOf(const cmd::CommandDescription& command) {
     return &command == &program() ? runPeeler({"--help"}).out
-                                  : runPeeler({command.name, "--help"}).out;
+                                  : runPeeler({command.name, "--help", "all"}).out;
 }
 
 std::string pageOf(const cmd::CommandDescription& command) {

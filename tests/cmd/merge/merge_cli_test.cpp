@@ -40,7 +40,7 @@ class MergeCommand : public testing::Test {
     /// What merge will say of its result.
     static std::string version() {
         const std::string text = runPeeler({"--version"}).out;
-        return text.substr(7, text.size() - 8);  // "peeler 1.2.3\n"
+        return text.substr(7, text.find_first_of(" \n", 7) - 7);  // "peeler 1.2.3 (commit)\n"
     }
     Outcome merge(std::vector<std::string> tiles,
                   const std::vector<std::string>& options = {}) const {
