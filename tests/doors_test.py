@@ -106,6 +106,7 @@ DOORS = (
             "cmd/main.cpp": "it makes the console",
             "core/gl/context.cpp": "GL's own messages, for developers",
             "core/shading/write_constants.cpp": "a program of the build",
+            "formats/image/write_font.cpp": "a program of the build",
             "cmd/manual/write_manual.cpp": "a program of the build",
         },
     ),

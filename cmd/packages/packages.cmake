@@ -20,7 +20,7 @@ set(packages ${PROJECT_BINARY_DIR}/packages)
 set(packing ${PROJECT_BINARY_DIR}/packing)  # what they are made with
 set(portable_name ${PROJECT_NAME}-${PROJECT_VERSION}-linux-${CMAKE_SYSTEM_PROCESSOR})
 # What is compiled in of others: their licences go with the archive, too.
-set(portable_sources ${GLM_INCLUDE_DIR}/glm/glm.hpp ${XXHASH_INCLUDE_DIR}/xxhash.h
+set(portable_sources ${PEELER_FONT} ${GLM_INCLUDE_DIR}/glm/glm.hpp ${XXHASH_INCLUDE_DIR}/xxhash.h
     ${TINYGLTF_INCLUDE_DIR}/tiny_gltf.h)
 foreach(package nlohmann_json CLI11 draco)
     list(APPEND portable_sources ${${package}_DIR})

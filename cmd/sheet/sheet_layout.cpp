@@ -11,7 +11,7 @@
 #include "core/base/parallel.h"
 #include "core/scene/camera_choice.h"
 #include "formats/image/display.h"
-#include "formats/image/legend.h"
+#include "formats/image/font.h"
 
 namespace peeler::cmd {
 
@@ -58,7 +58,7 @@ Layout plan(const std::vector<SheetCell>& cells, int columns) {
     layout.cell_height = cells.front().picture.window.height();
     // About 27 characters per line; smaller for longer lines, but never illegible.
     const int dots = static_cast<int>(longestLine(cells)) * kTextAdvance;
-    layout.scale = std::max(1, std::min(layout.cell_width / 160, layout.cell_width / dots));
+    layout.scale = std::clamp(std::min(layout.cell_width / 160, layout.cell_width / dots), 1, kMostTextScale);
     layout.gap = 4 * std::max(1, layout.cell_width / 160);
     layout.caption = (2 * kTextHeight + 7) * layout.scale;
     return layout;

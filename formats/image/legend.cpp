@@ -7,6 +7,8 @@
 #include <cmath>
 #include <system_error>
 
+#include "formats/image/font.h"
+
 namespace peeler {
 namespace {
 
@@ -20,7 +22,7 @@ constexpr int kNumberWidth = 10 * kTextAdvance;  // one value and the gap to the
 constexpr int kLeastWidth = 2 * kNumberWidth;
 
 int scaleFor(int width) {
-    return std::clamp(width / 400, 1, 8);
+    return std::clamp(width / 400, 1, kMostTextScale);
 }
 
 CompositeImage paper(const LegendSize& size) {

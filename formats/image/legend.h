@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bitmap text without a font file (render farm machines have none), and legends of pictures with
-// false colours.
+// Legends of pictures with false colours.
 #pragma once
 
 #include <array>
@@ -11,14 +10,6 @@
 #include <peeler/composite.h>
 
 namespace peeler {
-
-/// Height of a printable ASCII glyph, and the distance to the next one, in dots.
-inline constexpr int kTextHeight = 7, kTextAdvance = 6;
-
-/// Draws one line with its upper left corner at (x, y) of the picture's window; a dot is `scale`
-/// pixels wide and high. Clips to the window; characters outside printable ASCII become '?'.
-void drawText(CompositeImage& picture, int x, int y, int scale, const std::array<float, 4>& color,
-              std::string_view text);
 
 /// The size of a white strip below a picture.
 struct LegendSize {

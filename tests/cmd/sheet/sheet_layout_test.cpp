@@ -1,72 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Glyphs and cells in their places.
+// Cells of a sheet in their places.
 #include "cmd/sheet/sheet_cells.h"
 
 #include <gtest/gtest.h>
 
-#include <set>
-
 #include <peeler/error.h>
 #include "cmd/sheet/sheet_layout.h"
-#include "formats/image/legend.h"
 
 namespace peeler::cmd {
 namespace {
 
 using Pixel = std::array<float, 4>;
-constexpr Pixel kInk{1, 1, 1, 1};
 
 CompositeImage blank(int width, int height) {
     CompositeImage picture;
     picture.window = {0, 0, width, height};
     picture.rgba.resize(picture.window.pixels());
     return picture;
-}
-
-std::string drawn(const CompositeImage& picture) {
-    std::string text;
-    for (int y = 0; y < picture.window.height(); ++y) {
-        for (int x = 0; x < picture.window.width(); ++x) {
-            const auto pixel = static_cast<std::size_t>(y * picture.window.width() + x);
-            text += picture.rgba[pixel] == kInk ? '#' : '.';
-        }
-        text += '\n';
-    }
-    return text;
-}
-
-TEST(BitmapFont, DrawsGlyphs) {
-    CompositeImage picture = blank(12, 7);
-    drawText(picture, 0, 0, 1, kInk, "E7");
-    EXPECT_EQ(drawn(picture),
-              "#####.#####.\n"
-              "#.........#.\n"
-              "#........#..\n"
-              "####....#...\n"
-              "#......#....\n"
-              "#......#....\n"
-              "#####..#....\n");
-}
-
-TEST(BitmapFont, ScalesAndClips) {
-    CompositeImage picture = blank(4, 4);
-    drawText(picture, -2, -2, 2, kInk, "L");  // the corner of dots 1-2, 1-2 holds no ink
-    EXPECT_EQ(drawn(picture), "....\n....\n....\n....\n");
-    drawText(picture, 0, 0, 2, kInk, "L");
-    EXPECT_EQ(drawn(picture), "##..\n##..\n##..\n##..\n");
-}
-
-TEST(BitmapFont, EveryCharacterHasItsOwnGlyph) {
-    std::set<std::string> glyphs;
-    for (char c = ' '; c <= '~'; ++c) {
-        CompositeImage picture = blank(kTextAdvance, kTextHeight);
-        drawText(picture, 0, 0, 1, kInk, std::string(1, c));
-        EXPECT_TRUE(glyphs.insert(drawn(picture)).second) << c;
-    }
-    CompositeImage known = blank(6, 7), unknown = blank(6, 7);
-    drawText(known, 0, 0, 1, kInk, "?");
-    drawText(unknown, 0, 0, 1, kInk, "\xc3");
-    EXPECT_EQ(drawn(known), drawn(unknown));
 }
 
 std::vector<SheetCell> cells(int count, int width, int height) {
