@@ -224,7 +224,8 @@ void SceneSheet::showLayers() {
     content_.omitted = cells.omitted();
     if (unsorted) {
         SheetCell cell = capture(*findPeelMethod("unsorted"), false);
-        cell.label = "unsorted";
+        cell.label = "plain blending";
+        cell.detail = "wrong on purpose";
         content_.cells.insert(content_.cells.begin() + 1, std::move(cell));
     }
     add(job_.times(), cells.times());

@@ -202,7 +202,7 @@ TEST_F(SheetOfAScene, ShowsUnsortedBlendingBesideTheComposite) {
     const Json all = cells({});
     ASSERT_EQ(all.size(), 4U);
     EXPECT_EQ(all.at(0).at("label"), "composite");
-    EXPECT_EQ(all.at(1).at("label"), "unsorted");
+    EXPECT_EQ(all.at(1).at("label"), "plain blending");
     EXPECT_EQ(all.at(2).at("label"), "layer 0");
     EXPECT_NEAR(all.at(1).at("max"), 0.25, 1e-3);
     EXPECT_NEAR(all.at(1).at("rmse"), kUnsortedRmse, 1e-3);
@@ -217,7 +217,7 @@ TEST_F(SheetOfAScene, ShowsUnsortedBlendingBesideTheComposite) {
     EXPECT_EQ(cells({"--methods", "none"}).size(), 3U);
     EXPECT_EQ(cells({"--layers", "1"}).size(), 2U);
     EXPECT_EQ(cells({"--occlusion-ratio", "0.1"}).size(), 3U);  // nothing to limit, but a limit
-    EXPECT_EQ(cells({"--cells", "2"}).at(1).at("label"), "unsorted");
+    EXPECT_EQ(cells({"--cells", "2"}).at(1).at("label"), "plain blending");
     EXPECT_EQ(cells({"--cells", "1"}).at(0).at("label"), "composite");
 }
 
