@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Installs the Debian packages peeler needs, if any is missing (12 and 13 name them alike).
+# Installs the Debian packages peeler needs, if any is missing (the names are the same on 12 and 13).
 #   sh examples/install_dependencies.sh [build] [test] [datasets] [packages] [coverage] [mutations] [fuzz] [bench]
 set -eu
 
@@ -14,20 +14,20 @@ test="libgtest-dev libembree-dev openexr libopenvdb-tools python3 python3-numpy 
     python3-openimageio python3-openvdb python3-meshio clang-format clang-tidy chromium
     chromium-driver python3-selenium python3-yaml locales slurmctld slurmd slurm-client munge parallel
     debootstrap faketime python3-distributed glslang-tools spirv-tools groff-base mandoc fish zsh dpkg-dev file lintian"
-# Programs that read what is made for training, and write meshes; `sh tests/run.sh all` tries them.
+# Programs that read training data and write meshes; `sh tests/run.sh all` tries them.
 datasets="python3-opencv python3-torch python3-imageio python3-png colmap meshlab python3-open3d xvfb xauth"
-# What the target `packages` packs with.
+# Needed by the target `packages`.
 pack="dpkg-dev file"
-# What `sh tests/run.sh coverage` counts with.
+# Needed by `sh tests/run.sh coverage`, to count lines.
 coverage="gcovr"
-# What `sh tests/run.sh mutations` parses with.
+# Needed by `sh tests/run.sh mutations`, to parse.
 mutations="python3-clang"
-# What `sh tests/run.sh fuzz` builds with, and has the lines of findings named by.
+# Needed by `sh tests/run.sh fuzz`, to build and to symbolise findings.
 fuzz="clang libclang-rt-dev llvm"
-# What `sh tests/run.sh bench` builds with and compares with.
+# Needed by `sh tests/run.sh bench`, to build and to compare with.
 bench="libgtest-dev libembree-dev git f3d xvfb python3 python3-vtk9 openimageio-tools linux-perf python3-numpy
     python3-openimageio chromium chromium-driver python3-selenium"
-# It fetches three.js; Node.js of other sources than Debian brings its own, beside which Debian's cannot be.
+# npm fetches three.js. Node.js from other sources than Debian includes npm, and conflicts with Debian's package.
 command -v npm >/dev/null || bench="$bench npm"
 
 packages=$run

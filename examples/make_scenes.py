@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the example scenes: python3 examples/make_scenes.py [--check] [NAME ...]
 
-Everything is computed, with fixed seeds, by the standard library alone: the same bytes every time.
-`--check` writes nothing and exits with 1 if a scene differs from the committed file. (Textures are
-compressed by Python's zlib; one linked to another deflate, zlib-ng say, makes other, equal PNGs.)
+Everything is computed with fixed seeds by the standard library alone, so the bytes are the same every time. `--check`
+writes nothing and exits with 1 if a scene differs from the committed file. (Python's zlib compresses the textures; one
+linked to another deflate, e.g. zlib-ng, writes other bytes for the same pixels.)
 """
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# From a fresh Debian 12 or 13 to the first layered picture: installs what is missing, builds, renders a scene.
+# From a fresh Debian 12 or 13 to the first layered picture: installs missing packages, builds, renders a scene.
 set -eu
 cd "$(dirname "$0")/.."
 

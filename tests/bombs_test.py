@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Small files that promise, or unpack to, much: every verb that reads them stays quick and small.
+"""Decompression bombs, small files that promise or unpack to much data: every verb that reads them stays fast and
+small.
 
-Each row makes its files itself. A run may take SECONDS of processor time, besides what the machine takes to hand out
-the memory, and MEBIBYTES, or as many as its --memory, whatever it ends with; the table is printed. PEELER is the
-program. PEELER_SANITIZE says that it is built with sanitizers: what it takes is then theirs, and not looked at; nor are
-its seconds where PEELER_COVERAGE says that lines are counted.
+Each row makes its own files. A run may take SECONDS of processor time, besides the machine's time to hand out the
+memory, and MEBIBYTES, or its --memory, with any exit code; the table is printed. PEELER is the program. With
+PEELER_SANITIZE (a sanitizer build) nothing is limited, because the sanitizer takes most of it; with PEELER_COVERAGE
+(line counts) seconds are not limited.
 """
 
 import base64
@@ -26,10 +27,10 @@ ALL = os.environ.get("PEELER_TEST_ALL") is not None
 SANITIZED = bool(os.environ.get("PEELER_SANITIZE"))
 SLOWED = SANITIZED or bool(os.environ.get("PEELER_COVERAGE"))
 SECONDS, MEBIBYTES = 2, 512
-ENDLESS = 600 if SANITIZED else 60  # seconds after which a run is killed: it waits for something
+ENDLESS = 600 if SANITIZED else 60  # seconds after which a run is killed: it hangs
 
-# A bomb: its name, `make(folder)`, the verb and its words with {} for the folder, the exit codes it may end with,
-# what its messages have to say (one of these), and whether the short run has it.
+# A bomb: its name, `make(folder)`, the verb and its words with {} for the folder, the allowed exit codes, the expected
+# message (one of these), and whether the short run includes it.
 Bomb = collections.namedtuple("Bomb", "name make command codes words short")
 BOMBS = []
 
@@ -51,7 +52,7 @@ TRIANGLE = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
 
 
 def triangle():
-    """A scene of one triangle, its bytes in a data URI."""
+    """Returns a scene of one triangle, with its bytes in a data URI."""
     uri = "data:application/octet-stream;base64," + base64.b64encode(TRIANGLE).decode()
     return {
         "asset": {"version": "2.0"},
@@ -68,7 +69,7 @@ def triangle():
 
 
 def write(folder, scene, **texts):
-    """Writes scene.gltf. TEXTS stand for the strings "@NAME" in it, as the pieces of text that they yield."""
+    """Writes scene.gltf. TEXTS replace the strings "@NAME" in it; each yields pieces of text."""
     with open(folder / "scene.gltf", "w", encoding="utf-8") as file:
         rest = json.dumps(scene)
         for name, pieces in texts.items():
@@ -80,7 +81,7 @@ def write(folder, scene, **texts):
 
 
 def repeated(piece, count, separator=","):
-    """PIECE so often, in blocks."""
+    """Yields `piece` `count` times, in blocks."""
     block = 10000
     for done in range(0, count, block):
         yield (separator if done else "") + separator.join([piece] * min(block, count - done))
@@ -236,14 +237,14 @@ def chunk(kind, data):
 
 
 def packed(size):
-    """So many zeros by DEFLATE, which makes a thousandth of them: the same MiB again and again."""
+    """Returns `size` zeros deflated to a thousandth: the same MiB again and again."""
     packer = zlib.compressobj(9, zlib.DEFLATED, -15)
     mebibyte = packer.compress(bytes(1 << 20)) + packer.flush(zlib.Z_FULL_FLUSH)
     return mebibyte * (size >> 20) + packer.compress(bytes(size % (1 << 20))) + packer.flush()
 
 
 def deflated(size):
-    """The same as zlib has it."""
+    """Returns the same in zlib's format."""
     return b"\x78\xda" + packed(size) + struct.pack(">I", size % 65521 << 16 | 1)
 
 
@@ -295,9 +296,9 @@ def segment(marker, data):
 
 
 def jpeg(width, height, scans):
-    """A progressive JPEG of grey zeros: its scans are runs of blocks that have ended."""
+    """Returns a progressive JPEG of grey zeros: its scans are end-of-band runs."""
     counts = bytes(16)
-    dc = segment(0xC4, b"\0" + bytes([1] + [0] * 15) + b"\0")  # one code, "0": a difference of no bits
+    dc = segment(0xC4, b"\0" + bytes([1] + [0] * 15) + b"\0")  # one code, "0": a difference of 0 bits
     # Codes of AC: 15 runs of blocks, EOB0 to EOB14, at 5 bits each.
     ac = segment(0xC4, b"\x10" + bytes([0] * 4 + [15] + [0] * 11) + bytes(i << 4 for i in range(15)))
     blocks = -(-width // 8) * -(-height // 8)
@@ -336,7 +337,7 @@ def a_WebP_of_16000_square(folder):
 
 
 def ktx2(side, scheme, model, level, unpacked, channels=(3,), data=b""):
-    """A KTX2 of one level."""
+    """Returns a KTX2 file of one level."""
     samples = b"".join(struct.pack("<IIII", 127 << 16 | channel << 24, 0, 0, 0xFFFFFFFF) for channel in channels)
     block = struct.pack("<IHHIIII", 0, 2, 24 + len(samples), model | 0x020100, 0x0303, 16, 0) + samples
     described = 80 + 24
@@ -354,7 +355,7 @@ def ktx2(side, scheme, model, level, unpacked, channels=(3,), data=b""):
 
 
 def zstandard(count):
-    """A frame of COUNT blocks that each repeat a byte for 128 KiB, which is as much as there can be."""
+    """Returns a frame of `count` blocks that each repeat a byte for 128 KiB, the maximum."""
     blocks = [struct.pack("<I", (i == count - 1) | 1 << 1 | 0x20000 << 3)[:3] + b"\0" for i in range(count)]
     return b"\x28\xb5\x2f\xfd\xa0" + struct.pack("<I", count << 17) + b"".join(blocks)
 
@@ -401,8 +402,8 @@ def varint(number):
     return out + bytes([number])
 
 
-# Draco (https://google.github.io/draco/spec/): of its decoders for symbols, rANS is told that there is one symbol of
-# probability 1, so that every symbol takes no bits at all.
+# Draco (https://google.github.io/draco/spec/): rANS, one of its symbol decoders, gets a single symbol of probability 1,
+# so that every symbol takes no bits at all.
 NOTHING = bytes([1, 1]) + varint(1) + bytes([1, 64]) + varint(1) + b"\0"
 
 
@@ -411,7 +412,7 @@ def draco_header(method, flags=0):
 
 
 def draco(folder, data, count, primitives=1, fallback=False):
-    """A scene of primitives that have their own accessors each, of so many triangles, and the same Draco data."""
+    """Writes a scene of primitives with `count` triangles each, their own accessors, and the same Draco data."""
     scene = triangle()
     (folder / "mesh.drc").write_bytes(data)
     scene["extensionsUsed"] = ["KHR_draco_mesh_compression"]
@@ -436,7 +437,7 @@ def draco(folder, data, count, primitives=1, fallback=False):
 
 
 def edgebreaker(symbols):
-    """Connectivity of these symbols, in the order in which they are decoded, with nothing behind it."""
+    """Returns connectivity of these symbols, in decoding order, with nothing behind it."""
     codes = {"C": "0", "S": "100", "L": "110", "R": "101", "E": "111"}
     bits = "".join(codes[symbol] for symbol in symbols)
     bits += "0" * (-len(bits) % 8)
@@ -448,12 +449,14 @@ def edgebreaker(symbols):
 
 
 def quadratic(count):
-    """Triangles that are merged one by one with a vertex whose triangles are all visited each time: 4 COUNT of them."""
+    """Returns triangles that merge one by one with a vertex and visit all its triangles each time: 4 `count` of
+    them."""
     return edgebreaker("E" * count + "SCC" * (count - 1))
 
 
 def values_without_bits(faces, attributes):
-    """Of every attribute four numbers for each of three vertices a triangle, in seven bytes and what describes it."""
+    """Returns attributes with four numbers for each of three vertices per triangle, in seven bytes plus the
+    description."""
     described = b"".join(b"\0\5\4\0" + varint(i) for i in range(attributes)) + b"\1" * attributes
     counts = varint(faces) + varint(3 * faces) + b"\0" + NOTHING + b"\1" + varint(attributes)
     return draco_header(0) + counts + described + (b"\xfe\1" + NOTHING) * attributes + bytes(3 * faces)
@@ -473,7 +476,7 @@ def Draco_of_100_million_triangles(folder):
 
 @bomb("info {}/scene.gltf", words="damaged")
 def Draco_of_endless_metadata(folder):
-    # Metadata in metadata, each with one more inside.
+    # Nested metadata, each with one more inside.
     inner = varint(0) + varint(1) + b"\x01a"
     draco(folder, draco_header(1, 0x8000) + varint(0) + inner * 2000000, 1 << 20)
 
@@ -485,7 +488,7 @@ def Draco_of_faces_without_data(folder):
     draco(folder, data + bytes(1 << 20), faces)
 
 
-# Its time is over first where there is no limit of memory, or the machine is slow to hand it out.
+# The time limit applies first without a memory limit, or if the machine is slow to hand out memory.
 @bomb("info {}/scene.gltf", words=("longer than 1 s", "too much memory"))
 def Draco_of_values_without_bits(folder):
     draco(folder, values_without_bits(80000, 100), 80000)
@@ -641,7 +644,7 @@ def an_environment_of_60000_square(folder):
 
 
 def zip_of(path, name, size):
-    """An archive of one deflated member of zeros behind the header of an array of floats."""
+    """Writes an archive of one deflated member of zeros, after the header of an array of floats."""
     values = size // 8 // 3
     text = f"{{'descr': '<f8', 'fortran_order': False, 'shape': ({values}, 3), }}"
     text += " " * (-(len(text) + 11) % 64) + "\n"
@@ -710,7 +713,7 @@ Run = collections.namedtuple("Run", "code seconds mebibytes out err")
 
 
 def make_apart(make, folder):
-    """Makes the files in a process of their own: what this one ever had resident would count to its children."""
+    """Makes the files in a separate process: this one's peak resident memory would count for its children."""
     child = os.fork()
     if child == 0:
         try:
@@ -725,7 +728,7 @@ def make_apart(make, folder):
 
 
 def run(command, folder):
-    """Runs the program, its children counted."""
+    """Runs the program and measures it with its children."""
     words = [word.replace("{}", str(folder)) for word in command]
     out, err = folder / "stdout", folder / "stderr"
     with open(out, "wb") as stdout, open(err, "wb") as stderr:
@@ -765,8 +768,8 @@ print(min(seconds() for _ in range(3)) / (size >> 20))
 
 
 def seconds_a_mebibyte():
-    """Processor time that this machine takes to hand out memory: in virtual machines it can be most of what a program
-    takes that fills 512 MB. In a process of its own, like the files."""
+    """Returns the machine's processor time to hand out memory: in virtual machines it can be most of the time of a
+    program that fills 512 MB. Measured in a separate process, like the files."""
     return float(subprocess.run([sys.executable, "-B", "-c", PAGES], capture_output=True, check=True).stdout)
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Broken PLY, STL and OBJ files, made here: each is refused with its place, or shown with a warning.
+"""Broken PLY, STL and OBJ files, generated here: each is refused with its place, or drawn with a warning.
 
-None may take more than SECONDS of processor time or MEBIBYTES, unless PEELER_SANITIZE says that a sanitizer takes its
-share. The table is printed. PEELER is the program.
+Each may take at most SECONDS of processor time and MEBIBYTES, unless PEELER_SANITIZE is set. The table is printed.
+PEELER is the program.
 """
 
 import pathlib
@@ -12,8 +12,8 @@ import unittest
 
 from bombs_test import MEBIBYTES, SANITIZED, SECONDS, run
 
-# A file: what is wrong, its name, its bytes, and what has to be said: of what is refused (exit code 3) the words and
-# the place behind the file's name, of what is shown (exit code 0) the words of the warning, "" if there is none.
+# A file: its fault, its name, its bytes, and the expected words: the message and the place behind the file's name for a
+# refused file (exit code 3), the warning for a drawn file (exit code 0), "" if there is no warning.
 REFUSED, SHOWN = [], []
 
 
@@ -177,7 +177,7 @@ refused("obj: cut in a vertex", "o.obj", OBJ + "v 1 2", "fewer than three coordi
 refused("obj: a polygon of 200,000 zigzags", "o.obj", "".join(f"v {i} {i % 2 * 10} {i % 3}\n" for i in range(60000))
         + "f " + " ".join(map(str, range(1, 60001))) + "\n", "too long to be cut", ":60001")
 
-# ---- none of them
+# ---- neither of them
 
 refused("nothing", "x.glb", b"", "empty", "")
 refused("a picture", "x.bin", b"\x89PNG\r\n\x1a\n" + bytes(40), "neither a scene nor", "")

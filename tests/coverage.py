@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which lines and branches of cmd/, core/ and formats/ the tests reached, as a table by folder.
+"""Coverage of the lines and branches of cmd/, core/ and formats/ by the tests, as a table by folder.
 
     python3 tests/coverage.py BUILD_FOLDER [FILES]
 
-FILES is how many of the least covered files to name (default 10). The build folder is one of preset
-`coverage`, in which tests have run; gcovr reads what gcc's code has counted there. Branches that only
-exceptions take are not counted."""
+FILES is the number of least covered files to list (default 10). The build folder is one of preset `coverage`, after
+a run of the tests; gcovr reads gcc's counters there. Branches that only exceptions take are not counted."""
 
 import collections
 import json
@@ -18,7 +17,7 @@ FOLDERS = ("cmd", "core", "formats")
 
 
 def files(build):
-    """gcovr's record of every file of the product."""
+    """Returns gcovr's record of every file of the product."""
     command = ["gcovr", "--root", SOURCE, "--object-directory", build, "--json-summary", "-"]
     command += ["--exclude-throw-branches", "--exclude-unreachable-branches"]
     for folder in FOLDERS:

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""JSON is written and parsed, files are looked for and opened to be read, strings are escaped, and contexts of GL are
-opened in one place each.
+"""One place each for writing and parsing JSON, finding and opening files, escaping strings, and opening GL contexts.
 
-What else could throw, wait for a pipe or print what a file says is looked for in every source of the product.
+Searches every source of the product for other code that could throw, wait for a pipe or print a file's text.
 """
 
 import pathlib
@@ -13,7 +12,7 @@ SOURCE = pathlib.Path(__file__).resolve().parents[1]
 LIBRARIES = ("core", "formats", "cmd")
 COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
-# What is looked for: a name, the pattern, what to use instead, and which files may have it, with the reason.
+# Forbidden code: a name, the pattern, the replacement, and the exempt files, with the reason.
 DOORS = (
     (
         "text of JSON",
@@ -130,12 +129,12 @@ def sources():
 
 
 def without_comments(code):
-    """The same lines."""
+    """Returns the same lines without comments."""
     return COMMENT.sub(lambda comment: "\n" * comment[0].count("\n"), code)
 
 
 def found_in(code, pattern):
-    """[line] of what matches"""
+    """Returns [line] of the matches."""
     code = without_comments(code)
     return [code.count("\n", 0, match.start()) + 1 for match in pattern.finditer(code)]
 
@@ -158,7 +157,7 @@ class Doors(unittest.TestCase):
 
 
 class PlantedDoors(unittest.TestCase):
-    """The checks can fail."""
+    """Proves that the checks can fail."""
 
     def test_each_is_found(self):
         planted = (

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The race of Mesa's rasteriser that cmd/mutex_destroy.cpp mends: a program crashes without it, and does not with it.
+"""The race in Mesa's rasteriser that cmd/mutex_destroy.cpp fixes: a program crashes without the fix, and not with it.
 
-The rasteriser is made to stand still where it matters, and fences get pages of their own (support/driver_race). Renders
-under such stalls are the same files as ever: 4, with PEELER_TEST_ALL 160, or PEELER_STALLED_RENDERS. ThreadSanitizer, under
-which nothing is mended (PEELER_SANITIZE), reports the race in spite of what sanitizers/races.txt suppresses.
+The rasteriser is stalled at the critical places, and fences get their own pages (support/driver_race). Renders with
+such stalls give the usual files: 4, with PEELER_TEST_ALL 160, or PEELER_STALLED_RENDERS. ThreadSanitizer, which
+disables the fix (PEELER_SANITIZE), reports the race despite the suppressions in sanitizers/races.txt.
 
-FENCE_RACE is support/programs/fence_race.cpp, FENCE_RACE_MENDED the same with that definition, DRIVER_RACE the library that
-is loaded before all others, PEELER the program.
+FENCE_RACE is support/programs/fence_race.cpp, FENCE_RACE_MENDED the same with the fix, DRIVER_RACE the preloaded
+library, PEELER the program.
 """
 
 import itertools
@@ -78,7 +78,7 @@ class Race(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
 
             def render(picture, microseconds, *options):
-                """(the file, how often it stood still)"""
+                """Returns (the file, the number of stalls)."""
                 method, scene = picture
                 out = pathlib.Path(folder, "out.exr")
                 words = [os.environ["PEELER"], "render", scene, "-o", out, "--size", "48x36", "--method", method, *options]
@@ -104,5 +104,5 @@ class Race(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # of what crashes
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # of crashes
     unittest.main()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Includes go the way that the tables of rooms in core, formats and cmd say."""
+"""Includes follow the order of the tables of rooms in core, formats and cmd."""
 
 import pathlib
 import re
@@ -22,7 +22,7 @@ def files(source, folders, suffixes):
 
 
 def rooms(source):
-    """The rooms of the three tables, in the order in which they may include each other."""
+    """Returns the rooms of the three tables, in the order in which they may include each other."""
     found = []
     for library in LIBRARIES:
         text = (source / library / "README.md").read_text(encoding="utf-8")
@@ -35,7 +35,7 @@ def room_of(path):
 
 
 def includes(source):
-    """[(file, line, included file)] of what the product includes of itself"""
+    """Returns [(file, line, included file)] for the product's includes of its own files."""
     found = []
     for path in files(source, LIBRARIES, CODE):
         name = path.relative_to(source).as_posix()
@@ -48,7 +48,7 @@ def includes(source):
 
 
 def not_from_the_root(source):
-    """Includes of our own files by a shorter path, which the checks below would not see."""
+    """Returns includes of our own files by a shorter path, which the checks below would miss."""
     errors = []
     for path in files(source, LIBRARIES, CODE):
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
@@ -60,7 +60,7 @@ def not_from_the_root(source):
 
 
 def exports(source):
-    """Public headers that share nothing, and other files that share something."""
+    """Returns public headers that export nothing, and other files that export something."""
     errors = []
     for path in files(source, LIBRARIES, CODE):
         name = path.relative_to(source).as_posix()
@@ -71,7 +71,7 @@ def exports(source):
 
 
 def tables_and_folders(source):
-    """Rooms of a table that hold no code, and folders with code that are no rooms."""
+    """Returns rooms of a table without code, and folders with code that are not rooms."""
     told = rooms(source)
     there = {
         path.parent.relative_to(source).as_posix() for path in files(source, LIBRARIES, CODE)
@@ -84,7 +84,7 @@ def tables_and_folders(source):
 
 
 def back_arrows(order, arrows, verbs=()):
-    """What the order of rooms does not allow. VERBS: rooms that do not include each other."""
+    """Returns includes against the order of rooms. VERBS: rooms that do not include each other."""
     errors = []
     for name, line, included in arrows:
         room, other = room_of(name), room_of(included)
@@ -99,7 +99,7 @@ def back_arrows(order, arrows, verbs=()):
 
 
 def cycle(graph):
-    """A cycle of {node: nodes} as a list that ends where it begins, or nothing."""
+    """Returns a cycle of {node: nodes} as a list that ends where it begins, or nothing."""
     done = set()
     for start in sorted(graph):
         path, stack = [], [(start, None)]
@@ -121,7 +121,7 @@ def cycle(graph):
 
 
 def cycles(arrows):
-    """A cycle of files and one of rooms, if there are any, with the includes that close it."""
+    """Returns a cycle of files and one of rooms, if there are any, with the includes that close it."""
     errors = []
     for what, end in (("files", lambda name: name), ("rooms", room_of)):
         graph, places = {}, {}
@@ -137,7 +137,7 @@ def cycles(arrows):
 
 
 def verb_rooms(source):
-    """A verb's room is called as the verb: cmd/rays for cmd/rays.cpp."""
+    """Returns the verbs' rooms, named after them: cmd/rays for cmd/rays.cpp."""
     return [room for room in rooms(source) if (source / f"{room}.cpp").is_file()]
 
 
@@ -165,7 +165,7 @@ class Rooms(unittest.TestCase):
 
 
 class PlantedIncludes(unittest.TestCase):
-    """The checks of includes can fail."""
+    """Proves that the checks of includes can fail."""
 
     ORDER = ["core/base", "core/gl", "formats/exr", "formats", "cmd/cli", "cmd/bake", "cmd/rays", "cmd"]
     ARROWS = [
@@ -236,7 +236,7 @@ class PlantedIncludes(unittest.TestCase):
 
 
 class PlantedFiles(unittest.TestCase):
-    """The checks of folders, tables and lengths can fail."""
+    """Proves that the checks of folders, tables and lengths can fail."""
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory()

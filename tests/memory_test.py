@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What --dry-run says that a job will take is at least what it takes, and at most half as much again; and where the
-kernel allows so much memory and no more, a job fits, or is refused before its first band, but never killed.
+"""The forecast of --dry-run is at least a job's real peak, and at most 1.5 times that; under a kernel limit of memory a
+job fits, or is refused before its first band, but is never killed.
 
-Two tables are printed. PEELER is the program, PEELER_ASSETS the folder of models; PEELER_TEST_ALL makes the tables
-long.
+Prints two tables. PEELER is the program, PEELER_ASSETS the folder of models; PEELER_TEST_ALL makes the tables long.
 """
 
 import contextlib
@@ -21,11 +20,11 @@ ALL = os.environ.get("PEELER_TEST_ALL") is not None
 HERE = pathlib.Path(__file__).resolve().parent
 SCENES = HERE.parent / "examples" / "scenes"
 ASSETS = pathlib.Path(os.environ.get("PEELER_ASSETS") or HERE.parents[1] / "shared" / "assets") / "gltf-sample-assets"
-MOST = 1.5  # times the peak that a forecast may be
+MOST = 1.5  # maximum of a forecast, relative to the peak
 RENDERED = tempfile.TemporaryDirectory()  # pylint: disable=consider-using-with
 
-# Verb, scene, output, and the other words; "*" is before those of the short run. What an extract reads is rendered with
-# the words before the colon; "{}" is the output.
+# Verb, scene, output, and the other words; "*" marks those of the short run. An extract's input is rendered with the
+# words before the colon; "{}" is the output.
 JOBS = """
 * render coincident.glb a.exr --size 64x64
   render coincident.glb a.png --size 64x64
@@ -108,7 +107,7 @@ JOBS = """
   extract glasses.glb a --size 1280x720 --as deep : --npz {}.npz --points {}.ply
 """
 
-# Under limits of so many MB.
+# Under limits of this many MB.
 LIMITS = (300, 600, 1000) if ALL else (300, 600)
 LIMITED = """
 * render coincident.glb a.exr --size 320x180
@@ -133,7 +132,7 @@ LIMITED = """
 
 
 def jobs(table):
-    """The rows of a table whose scenes are there, as lists of words without the output's folder."""
+    """Returns the rows of a table whose scenes exist, as lists of words without the output's folder."""
     found = []
     for line in table.strip("\n").splitlines():
         if not line.startswith("*") and not ALL:
@@ -150,14 +149,14 @@ def jobs(table):
 
 @functools.cache
 def rendered(scene, words):
-    """The layered file that an extract reads: the scene, rendered so."""
+    """Returns the layered file that an extract reads: the scene rendered with these words."""
     file = pathlib.Path(RENDERED.name) / f"{len(list(pathlib.Path(RENDERED.name).iterdir()))}.exr"
     subprocess.run([PEELER, "render", scene, "-o", file, "--quiet", *words], check=True)
     return file
 
 
 def commandOf(job, folder):
-    """A job as words for the program."""
+    """Returns a job as words for the program."""
     _, verb, scene, output, words = job
     if ":" not in words:
         return [verb, scene, "-o", folder / output, *words]
@@ -174,7 +173,7 @@ def run(job, folder, *more, **how):
 
 
 def last(result):
-    """Of a sequence the last picture."""
+    """Returns the last picture of a sequence."""
     return result["frames"][-1] if "frames" in result else result
 
 
@@ -209,7 +208,7 @@ class Forecasts(unittest.TestCase):
 
 
 class Cgroup:
-    """A group below our own whose processes may have so many bytes; removed with the context."""
+    """A child of our own cgroup with this memory limit in bytes; removed with the context."""
 
     def __init__(self, limit):
         self.limit = limit
@@ -217,7 +216,7 @@ class Cgroup:
 
     @staticmethod
     def parents():
-        """Our own group of memory, in either version: the folder, the files of the limit and of that with swap."""
+        """Yields our own memory cgroup, in either version: the folder, the files of the limit and of that with swap."""
         for line in pathlib.Path("/proc/self/cgroup").read_text(encoding="utf-8").splitlines():
             _, controllers, group = line.split(":", 2)
             if "memory" in controllers.split(","):
@@ -239,7 +238,7 @@ class Cgroup:
             except OSError:
                 self.__exit__()
                 continue
-            with contextlib.suppress(OSError):  # no swap is known here
+            with contextlib.suppress(OSError):  # swap accounting is off
                 (folder / with_swap).write_text(swap or str(self.limit), encoding="ascii")
             return self
         raise unittest.SkipTest("no cgroup that limits memory may be made here (root, and a writable controller)")
@@ -254,7 +253,7 @@ class Cgroup:
         (self.folder / "cgroup.procs").write_text(str(os.getpid()), encoding="ascii")
 
     def kills(self):
-        """How many processes of the group the kernel has killed for want of memory."""
+        """Returns how many processes of the group the kernel's OOM killer has killed."""
         for name in ("memory.events", "memory.oom_control"):
             with contextlib.suppress(OSError):
                 for line in (self.folder / name).read_text(encoding="ascii").splitlines():
@@ -266,7 +265,7 @@ class Cgroup:
 class Limits(unittest.TestCase):
     def test_kill_nothing(self):
         with Cgroup(LIMITS[0] * 10**6):
-            pass  # or all is skipped
+            pass  # or all tests are skipped
         print(f"{'limit':>5} {'exit':>4} {'peak':>5}  MB")
         errors = []
         codes = set()
@@ -281,7 +280,7 @@ class Limits(unittest.TestCase):
         self.assertEqual(codes, {0, 33}, "some jobs are to fit, and some are not")
 
     def limited(self, job, limit, codes):
-        """Runs a job in a group, and says what became of it."""
+        """Runs a job in a group, and returns its outcome."""
         with tempfile.TemporaryDirectory() as name, Cgroup(limit * 10**6) as group:
             folder = pathlib.Path(name)
             ran = run(job, folder, "--json", "--quiet", "--progress", "json", preexec_fn=group.enter)
@@ -301,7 +300,7 @@ class Limits(unittest.TestCase):
                 faults.append(f"it left {files[0].name}")
             if "give at least" not in ran.stderr and "raise that limit" not in ran.stderr:
                 faults.append("no hint")
-            # What is done before the first band is planning; a composite's is most of the work.
+            # Planning comes before the first band; for a composite it is most of the work.
             if any(line["progress"] > 0.8 for line in told):
                 faults.append("it was refused late")
         return row + ("  wrong: " + ", ".join(faults) if faults else "")

@@ -41,7 +41,7 @@ class Mutation:
     def __init__(self, rule, file, text, begin, end, mutated, where):
         self.rule, self.file, self.begin, self.end, self.mutated = rule, file, begin, end, mutated
         self.line = text.count(b"\n", 0, begin) + 1
-        # Where it stands, not at which line: an edit above it leaves the choice as it is.
+        # Its context, not its line: an edit above it does not change the choice.
         self.place = f"{rule} {file} {where} {text[begin:end].decode(errors='replace')} {mutated}"
 
     def __str__(self):
@@ -52,13 +52,13 @@ class Mutation:
 
 
 def statement_end(text, end):
-    """The end of the statement that ends at `end` but for its semicolon; None if no semicolon follows."""
+    """Returns the end of the statement that ends at `end` without its semicolon; None if no semicolon follows."""
     found = re.compile(rb"\s*;").match(text, end)
     return found.end() if found else None
 
 
 def of_shader(path, name):
-    """The operators of a shader, by its tokens."""
+    """Yields the mutations of a shader's operators, from its tokens."""
     text = path.read_bytes()
     code = re.sub(rb"//[^\n]*|^#[^\n]*", lambda found: b" " * len(found[0]), text, flags=re.MULTILINE)
     counted = {}
@@ -71,7 +71,7 @@ def of_shader(path, name):
 
 
 def of_source(path, name, folder, flags, clang):
-    """The mutations of a .cpp, by clang's AST."""
+    """Yields the mutations of a .cpp, from clang's AST."""
     text = path.read_bytes()
     unit = clang.Index.create().parse(
         str(path), args=[*(flag for flag in flags[1:] if not flag.startswith("-W")), "-w"],
@@ -90,7 +90,7 @@ def of_source(path, name, folder, flags, clang):
         children = list(cursor.get_children())
         if function and begin < end:
             if cursor.kind in (kinds.BINARY_OPERATOR, kinds.COMPOUND_ASSIGNMENT_OPERATOR) and len(children) == 2:
-                # The operator stands between its operands.
+                # The operator is between its operands.
                 between = text[children[0].extent.end.offset:children[1].extent.start.offset]
                 spelled = between.strip().decode(errors="replace")
                 at = children[0].extent.end.offset + between.find(spelled.encode())
@@ -117,7 +117,7 @@ def of_source(path, name, folder, flags, clang):
 
 
 def files_of(build, only):
-    """{name: (folder, compiler and flags), or None of a shader}: the product's files, or those named."""
+    """Returns {name: (folder, compiler and flags), or None for a shader}: the product's files, or the named ones."""
     units, _ = single_files.commands(build)
     found = {}
     for folder in FOLDERS:
@@ -137,8 +137,7 @@ def mutations_of(name, how):
 
 
 def chosen_of(files, count, seed):
-    """`count` mutations: of one room after the other, each of another file as long as there are any, by one rule after
-    the other."""
+    """Returns `count` mutations: cycling through the rooms, through a room's files, and through the rules."""
 
     def rank(name):
         return hashlib.sha256(f"{seed} {name}".encode()).digest()
@@ -159,7 +158,7 @@ def chosen_of(files, count, seed):
             if found:
                 places[name].remove(found)
                 chosen.append(found)
-                order.append(name)  # again when all others have had their turn
+                order.append(name)  # again after all others had their turn
                 break
     return chosen
 
@@ -172,8 +171,7 @@ def run(*command, **options):
 
 
 def copy_tree():
-    """The tracked files as they are here; files that are the same keep their time, so that only what
-    differs is compiled again."""
+    """Copies the tracked files; identical files keep their time, so that only changed ones are compiled again."""
     COPY.mkdir(parents=True, exist_ok=True)
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=SOURCE, check=True, capture_output=True)
     for name in listed.stdout.decode().split("\0"):
@@ -193,7 +191,7 @@ def build():
 
 
 def seen_by():
-    """The first test that fails; nothing if none does."""
+    """Returns the first failing test; nothing if none fails."""
     for label in LABELS:
         done = run("ctest", "--preset", "ci", "-L", label, "-j", str(os.cpu_count()), "--stop-on-failure",
                    env={**os.environ, "GTEST_FAIL_FAST": "1", "GTEST_BRIEF": "1"})
@@ -204,7 +202,7 @@ def seen_by():
 
 
 def try_mutation(mutation):
-    """(whether a test sees it, what to say of it); the tree is as it was before when this returns."""
+    """Returns (whether a test sees it, the message); restores the tree before it returns."""
     path = COPY / mutation.file
     whole = path.read_bytes()
     path.write_bytes(whole[:mutation.begin] + mutation.mutated.encode() + whole[mutation.end:])

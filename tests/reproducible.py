@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whoever builds the same sources gets the same files: builds the preset `release` twice under other
-circumstances (ROWS), installs and packs both, and compares every file.
+"""Reproducible builds: builds the preset `release` twice under different conditions (ROWS), installs and packs both,
+and compares every file.
 
     python3 tests/reproducible.py SOURCE_FOLDER BUILD_FOLDER
 
-Exits with 1 if a file differs, and says where; if diffoscope is installed, what it is that differs."""
+Exits with 1 if a file differs, and prints where; with diffoscope installed it prints the difference."""
 
 import collections
 import hashlib
@@ -20,11 +20,11 @@ Circumstances = collections.namedtuple(
 )
 ROWS = (
     Circumstances("a", 2, 0o022, "first", None, {"LC_ALL": "C", "TZ": "UTC", "USER": "root"}, False),
-    # Turkish has letters of its own for the small I and the capital i.
+    # Turkish has its own dotted and dotless I.
     Circumstances("another/folder/with/a/longer/name", 1, 0o077, "the-second-machine", "+400d",
                   {"LC_ALL": "tr_TR.UTF-8", "TZ": "Asia/Kathmandu", "USER": "somebody"}, True),
 )  # fmt: skip
-KEPT = ("PATH", "CC", "CXX")  # of the environment; flags and compiler caches are not
+KEPT = ("PATH", "CC", "CXX")  # environment variables; flags and compiler caches are dropped
 
 
 def run(command, **options):
@@ -43,7 +43,7 @@ def run(command, **options):
 
 
 def make_locale(folder, name):
-    """Returns whether there is such a locale in that folder now; Debian has none installed by default."""
+    """Builds a locale in that folder and returns whether it exists; Debian installs none by default."""
     folder.mkdir()
     language, _, encoding = name.partition(".")
     if shutil.which("localedef"):
@@ -53,7 +53,7 @@ def make_locale(folder, name):
 
 
 def copy_sources(source, target, reverse):
-    """The tracked files, with other times and made in another order."""
+    """Copies the tracked files, with other times and in another order."""
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=source, capture_output=True, check=True)
     names = sorted(filter(None, listed.stdout.decode().split("\0")), reverse=reverse)
     for name in names:
@@ -65,7 +65,7 @@ def copy_sources(source, target, reverse):
 
 
 def ways(row, folder, date):
-    """What commands begin with under these circumstances, and the environment they have."""
+    """Returns the command prefix and the environment under these conditions."""
     environment = {name: os.environ[name] for name in KEPT if name in os.environ}
     environment |= row.variables | {"HOME": str(folder / "home"), "CCACHE_DISABLE": "1"}
     environment["SOURCE_DATE_EPOCH"] = date
@@ -82,7 +82,7 @@ def ways(row, folder, date):
     else:
         print("left out: another host name, which needs root")
     if row.clock and shutil.which("faketime"):
-        # Files keep the times that they have, by which ninja decides what is old.
+        # Files keep their real times, which ninja needs.
         environment["NO_FAKE_STAT"] = "1"
         prefix += ["faketime", "-f", row.clock]
     elif row.clock:
@@ -91,7 +91,7 @@ def ways(row, folder, date):
 
 
 def build(folder, row, date):
-    """{name: path} of everything that is installed or packed."""
+    """Returns {name: path} of everything that is installed or packed."""
     (folder / "home").mkdir()
     prefix, environment = ways(row, folder, date)
     binary = folder / "source" / "build" / "release"
@@ -113,7 +113,7 @@ def build(folder, row, date):
 
 
 def fingerprint(path):
-    """What is the same of files that are the same: what they hold, and whether they can be run."""
+    """Returns the properties that equal files share: content, and whether they are executable."""
     if path.is_symlink():
         return os.readlink(path)
     return hashlib.sha256(path.read_bytes()).hexdigest(), path.stat().st_mode & 0o111 != 0
@@ -135,7 +135,7 @@ def tell_difference(name, a, b):
 
 
 def compare(first, second):
-    """The number of files that differ or are there only once."""
+    """Returns the number of files that differ or exist only once."""
     differing = sorted(first.keys() ^ second.keys())
     for name in differing:
         print(f"{name}: made once only")
@@ -149,9 +149,9 @@ def compare(first, second):
 def main():
     source, folder = (pathlib.Path(path).resolve() for path in sys.argv[1:])
     shutil.rmtree(folder, ignore_errors=True)
-    for row in ROWS:  # at once, since somebody may work on them meanwhile
+    for row in ROWS:  # at once, since they may change meanwhile
         copy_sources(source, folder / row.folder / "source", row.reverse)
-    # The copies are no repositories, which would know it.
+    # The copies are not repositories, so the date comes from here.
     asked = subprocess.run(["git", "log", "-1", "--format=%ct"], cwd=source, capture_output=True, check=True)
     first, second = (build(folder / row.folder, row, asked.stdout.decode().strip()) for row in ROWS)
     differing = compare(first, second)

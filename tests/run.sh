@@ -1,24 +1,24 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing (Debian 12 or 13), builds, checks the style and runs the tests; says at
-# the end how long each stage took, and which tests were the slowest.
-#   sh tests/run.sh            the short run: every test, of large counts a sample
-#                              (PEELER_STYLE=unchecked leaves the style out: clang-format's release decides)
+# Installs missing packages (Debian 12 or 13), builds, checks the style and runs the tests; prints the time of each
+# stage and the slowest tests at the end.
+#   sh tests/run.sh            the short run: every test, with samples of large counts
+#                              (PEELER_STYLE=unchecked skips the style, which depends on clang-format's release)
 #   sh tests/run.sh -L unit    arguments go to ctest; the style is not checked
-#   sh tests/run.sh all        everything there is, about an hour (tests/README.md, "What only all runs")
+#   sh tests/run.sh all        everything, about an hour (tests/README.md, "What only all runs")
 #   sh tests/run.sh plain      a build without a preset, and some of its tests
-#   sh tests/run.sh coverage   the short run, and which lines of the product it reaches
-#   sh tests/run.sh asan|ubsan|tsan [ARGUMENTS]   the short run, and the command on every model, with what
-#                              finds errors of memory and leaks, undefined behaviour, or races
+#   sh tests/run.sh coverage   the short run, and the lines of the product that it reaches
+#   sh tests/run.sh asan|ubsan|tsan [ARGUMENTS]   the short run, and the command on every model, with a
+#                              sanitizer for memory errors and leaks, undefined behaviour, or races
 #                              (tests/README.md, "Sanitizers"); arguments go to ctest
-#   sh tests/run.sh mutations  breaks the product in place after place; the tests have to see each
+#   sh tests/run.sh mutations  breaks the product in one place after another; the tests must notice each
 #                              (tests/README.md, "Coverage and mutations")
-#   sh tests/run.sh fuzz [TARGET|all] [SECONDS]   hands programs that read files and command lines what
-#                              libFuzzer makes up, 60 seconds each (tests/README.md, "Fuzzing")
+#   sh tests/run.sh fuzz [TARGET|all] [SECONDS]   fuzzes programs that read files and command lines with
+#                              libFuzzer, 60 seconds each (tests/README.md, "Fuzzing")
 #   sh tests/run.sh bench      measures instead, and writes tests/benchmarks/RESULTS.md; about an hour on
-#                              2 idle cores; what else can be said: tests/benchmarks/results.py
+#                              2 idle cores; more options: tests/benchmarks/results.py
 #   sh tests/run.sh compare BEFORE [FILTER]   the same command lines with another peeler and with the
-#                              one built here; every difference is told (compare_programs.py)
+#                              one built here; prints every difference (compare_programs.py)
 set -eu
 cd "$(dirname "$0")/.."
 python="/usr/bin/python3 -B" # Debian's, which has Debian's packages
@@ -45,8 +45,8 @@ run_tests() {
     $places ctest --preset "$@" -j "$(nproc)" --output-junit tests/results/ctest.xml || failed=1
 }
 
-# Packagers build like this, without a preset, each file as a unit of its own. Of the tests those that
-# start quickly, and one in eight of those that draw or start programs.
+# Packagers build like this: without a preset, each file as its own unit. Runs the tests that start quickly, and one in
+# eight of those that draw or start programs.
 plain() {
     cmake -B build/plain ${PEELER_CMAKE_ARGUMENTS:-} &&
         cmake --build build/plain -j "$(nproc)" &&
@@ -92,8 +92,8 @@ coverage)
     ;;
 asan | ubsan | tsan)
     preset=$1
-    # GCC 12's ThreadSanitizer ends ("unexpected memory mapping") in some of the places that
-    # kernels with more than 28 random bits choose.
+    # GCC 12's ThreadSanitizer fails ("unexpected memory mapping") at some addresses that kernels with more than 28
+    # random bits choose.
     if [ "$preset" = tsan ] && [ "$(cat /proc/sys/vm/mmap_rnd_bits)" -gt 28 ]; then
         places="setarch --addr-no-randomize"
     fi
@@ -101,7 +101,7 @@ asan | ubsan | tsan)
     stage build build
     rm -f "build/$preset/reports/"*
     stage tests run_tests "$@"
-    # What was found in a process that nobody asked how it ended stands there, too.
+    # Includes findings in processes whose exit code nobody checked.
     for report in "build/$preset/reports/"*; do
         [ -e "$report" ] || continue
         failed=1

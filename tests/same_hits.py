@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hits found on the CPU have the same bits however they are compiled: builds what finds them without
-optimisation, and for processors with and without fused multiply-adds and wider registers, and compares
-what each prints (same_hits/hit_hashes.cpp).
+"""CPU hits have the same bits with every compilation: builds the hit finder without optimisation, and for processors
+with and without fused multiply-adds and wider registers, and compares the output (same_hits/hit_hashes.cpp).
 
     python3 tests/same_hits.py SOURCE_FOLDER BUILD_FOLDER
 
-Exits with 1 if two builds differ. Flags that this machine cannot run are left out, and it says so."""
+Exits with 1 if two builds differ. Flags that this machine cannot run are skipped with a message."""
 
 import json
 import os
@@ -17,10 +16,10 @@ import struct
 import subprocess
 import sys
 
-# What each level of x86-64 has that this is about, by the names in /proc/cpuinfo.
+# The relevant features of each x86-64 level, by their names in /proc/cpuinfo.
 V3 = {"avx2", "bmi2", "fma"}
 V4 = V3 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}
-# name, build type, flags, what the processor must have (None: of any kind)
+# name, build type, flags, required processor features (None: any processor)
 BUILDS = [
     ("debug", "Debug", "-O0", None),
     ("release", "Release", "-O3", None),
@@ -32,7 +31,7 @@ MODELS = ["Duck/glTF-Binary/Duck.glb", "DamagedHelmet/glTF-Binary/DamagedHelmet.
 
 
 def processor():
-    """Its abilities; None if it is no x86-64."""
+    """Returns the processor's features; None if it is not x86-64."""
     if platform.machine() != "x86_64":
         return None
     found = re.search(r"^flags\s*:(.*)", pathlib.Path("/proc/cpuinfo").read_text(), re.M)
@@ -40,7 +39,7 @@ def processor():
 
 
 def write_mesh(glb, path):
-    """Writes the first primitive of a .glb as hit_hashes reads it."""
+    """Writes the first primitive of a .glb in hit_hashes' format."""
     data = glb.read_bytes()
     length = struct.unpack_from("<I", data, 12)[0]
     document, binary = json.loads(data[20 : 20 + length]), data[28 + length :]
@@ -86,7 +85,7 @@ def run(*command):
 
 
 def built(source, folder, build_type, flags):
-    """The program. The type's own flags are replaced: nothing but these decides."""
+    """Returns the built program. Only these flags count: they replace the build type's own."""
     kind = build_type.upper()
     run("cmake", "-S", source, "-B", folder, "-G", "Ninja", f"-DCMAKE_BUILD_TYPE={build_type}",
         f"-DCMAKE_CXX_FLAGS_{kind}={flags}")  # fmt: skip

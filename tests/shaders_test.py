@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""shaders/README.md lists every shader file, every buffer that shaders write with what makes it visible to whoever reads
-it, and every macro that shaders look at with who sets it."""
+"""shaders/README.md lists every shader file, every buffer that shaders write, with the barrier before its readers,
+and every macro that shaders test, with its source."""
 
 import fnmatch
 import pathlib
@@ -20,7 +20,7 @@ WRITABLE = re.compile(r"layout\(std430, binding = (\w+)\) (?:writeonly )?buffer\
 
 
 def shaders(source):
-    """{name: text without comments}"""
+    """Returns {name: text without comments}."""
     return {
         path.name: COMMENT.sub("", path.read_text(encoding="utf-8"))
         for path in sorted((source / "shaders").iterdir())
@@ -29,7 +29,7 @@ def shaders(source):
 
 
 def macros(source):
-    """What the preprocessor looks at: conditions, definitions, and whatever is written in capitals only."""
+    """Returns the macros: in conditions, definitions, and all other names in capitals."""
     found = set()
     for text in shaders(source).values():
         for condition in CONDITION.findall(text):
@@ -40,7 +40,7 @@ def macros(source):
 
 
 def rows(source):
-    """{macro or pattern: (who sets it, meaning)}"""
+    """Returns {macro or pattern: (its setter, meaning)}."""
     readme = (source / "shaders/README.md").read_text(encoding="utf-8")
     found = {}
     for line in readme.partition("## Macros")[2].splitlines():
@@ -58,12 +58,12 @@ def unlisted(source):
 
 
 def unused(source):
-    found = macros(source) | {"INCLUDED_x"}  # of those, shaders see nothing
+    found = macros(source) | {"INCLUDED_x"}  # shaders do not see those
     return sorted(p for p in rows(source) if not fnmatch.filter(found, p))
 
 
 def not_set(source):
-    """Macros that a file does not mention of which the table says that it sets them."""
+    """Returns macros that the table attributes to a file that does not mention them."""
     errors = []
     for pattern, (setters, _) in rows(source).items():
         for path in FILE.findall(setters):
@@ -79,12 +79,12 @@ def section(source, title):
 
 
 def written(source):
-    """{(buffer, shader that may write it)}"""
+    """Returns {(buffer, shader that may write it)}."""
     return {(buffer, name) for name, text in shaders(source).items() for buffer in WRITABLE.findall(text)}
 
 
 def left(source):
-    """The same, of the table that says what makes it visible."""
+    """Returns the same, from the table of barriers."""
     found = set()
     for line in section(source, "What passes leave to each other").splitlines():
         if line.startswith("| `"):
@@ -118,7 +118,7 @@ class Readme(unittest.TestCase):
 
 
 class Planted(unittest.TestCase):
-    """What the tests above are there for is seen."""
+    """Proves that the tests above can fail."""
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory()

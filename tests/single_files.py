@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every .cpp and every header compiles by itself, though the build compiles many as one unit.
+"""Every .cpp and every header compiles alone, although the build is a unity build.
 
     single_files.py BUILD_FOLDER [headers]
 
-Compiles, without making anything of it, the files that differ from what landed last and those that include them (28 at
-most, by chance), and of all others, in an order that every commit has of its own, as many as SECONDS allow. What landed
-last is where this branch left origin/main; where that is not known, or is this very commit, the thirtieth commit before.
-Left out is what the build itself compiles alone; a header is compiled by the .cpp that includes it first. `headers`: those
+Compiles, without output, the files that differ from the last landed commit and those that include them (a random 28
+at most), and as many others as SECONDS allow, in a different order at every commit. The last landed commit is this
+branch's merge base with origin/main; if that is unknown, or this very commit, the thirtieth commit before. Files
+that the build itself compiles alone are skipped; the .cpp that includes a header first covers it. `headers`: those
 that no .cpp includes first."""
 
 import concurrent.futures
@@ -29,24 +29,24 @@ COMMITS = 30
 
 
 def git(source, *arguments):
-    """The lines that it prints; none where it fails, as without a repository."""
+    """Returns git's output lines; none if it fails, e.g. without a repository."""
     done = subprocess.run(["git", *arguments], cwd=source, capture_output=True, text=True, check=False)
     return done.stdout.splitlines() if done.returncode == 0 else []
 
 
 def files_of(unit):
-    """What a unit of the build is made of."""
+    """Returns the files of a unit of the build."""
     files = [unit] if unit.suffix == ".cpp" else map(pathlib.Path, INCLUDE.findall(unit.read_text()))
     return [file.resolve() for file in files]
 
 
 def turn_of(source):
-    """What chooses by turns: another order at every commit."""
+    """Returns a random generator with a different order at every commit."""
     return random.Random("".join(git(source, "rev-parse", "HEAD")))
 
 
 def commands(build):
-    """{.cpp: (folder, compiler and flags)}, and those of them that are compiled alone."""
+    """Returns {.cpp: (folder, compiler and flags)}, and those of them that are compiled alone."""
     found, alone = {}, set()
     for entry in json.loads((build / "compile_commands.json").read_text()):
         words = shlex.split(entry["command"].partition(" -o ")[0])
@@ -60,7 +60,7 @@ def commands(build):
 
 
 def includes(source, file):
-    """The files of ours that it includes, in their order."""
+    """Returns our files that it includes, in their order."""
     roots = [source / "tests"] if source / "tests" in file.parents else []
     roots += [source, source / "cmd/library/include"]
     found = []
@@ -70,7 +70,7 @@ def includes(source, file):
 
 
 def different(source):
-    """(the commit that it is from, the files) that differ from what landed last."""
+    """Returns (the base commit, the files that differ from it), relative to the last landed commit."""
     base = git(source, "merge-base", "HEAD", "origin/main")
     if not base or base == git(source, "rev-parse", "HEAD"):
         base = git(source, "rev-parse", f"HEAD~{COMMITS}")
@@ -81,7 +81,7 @@ def different(source):
 
 
 def compile_alone(unit):
-    """None, or what the compiler says of it."""
+    """Returns None, or the compiler's message."""
     file, (folder, flags) = unit
     text = "" if file.suffix == ".cpp" else f'#include "{file}"\n'
     done = subprocess.run(
@@ -96,13 +96,14 @@ def compile_alone(unit):
 
 
 def files_to_compile(build, source):
-    """({file: (folder, compiler and flags)} of what the build does not compile alone, {file: what of ours it includes})"""
+    """Returns ({file: (folder, compiler and flags)} for files that the build does not compile alone, {file: our
+    files that it includes})."""
     units, alone = commands(build)
     included = {file: includes(source, file) for folder in FOLDERS for file in (source / folder).rglob("*.h")}
     included |= {file: includes(source, file) for file in units if source in file.parents}
     firsts = {files[0] for file, files in included.items() if file in units and files}
     for header in sorted(file for file in included if file.suffix == ".h" and file not in firsts):
-        # With the flags of what includes it, or of what lies near it.
+        # With the flags of a file that includes it, or of a nearby one.
         near = [file for file in units if header in included.get(file, ())]
         near += [file for file in units if file.parent in header.parents or header.parent in file.parents]
         if near:
@@ -111,7 +112,7 @@ def files_to_compile(build, source):
 
 
 def chosen_of(units, included, source):
-    """(those that are compiled at all events, the others in their order, how the first were chosen)"""
+    """Returns (those that are always compiled, the others in order, how the first were chosen)."""
     base, changed = different(source)
     turn = turn_of(source)
     first = sorted(file for file in units if file in changed or changed & set(included[file][:1]))
@@ -132,7 +133,7 @@ def main(build, headers_only, source=SOURCE):
         first, rest, how = chosen_of(units, included, source)
 
     def error_of(file):
-        """Whether it was compiled, and what the compiler said."""
+        """Returns whether it was compiled, and the compiler's message."""
         if file in others and time.monotonic() - started > SECONDS:
             return False, None
         return True, compile_alone((file, units[file]))

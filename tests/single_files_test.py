@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""single_files.py sees an include that is missing, and passes where none is."""
+"""single_files.py notices a missing include, and passes without one."""
 
 import contextlib
 import io
@@ -22,7 +22,8 @@ FILES = {
 
 class SingleFiles(unittest.TestCase):
     def run_on(self, changes, differ=(), headers_only=False):
-        """(exit code, what is printed) for FILES with these changes, `differ` of which are new; all are one unit."""
+        """Returns (exit code, output) for FILES with these changes, where the `differ` ones are new; all form one
+        unit."""
         with tempfile.TemporaryDirectory() as folder:
             source = pathlib.Path(folder).resolve()
             for name, text in {**FILES, **changes}.items():

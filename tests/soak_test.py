@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Peeler for a long time: changing scenes in one process, many jobs of one batch, many processes on one folder.
 
-Memory, descriptors, threads and objects of GL stay what they were, and results are those of the first time. The short
-run takes a few frames of each; PEELER_TEST_ALL takes FRAMES, and processes on one folder until PEELER_SOAK_SECONDS
-(default: 3600) are over. PEELER is the program, PEELER_FAILING_CALLS the library that counts the objects of GL
-(support/failing_calls), PEELER_SANITIZE the sanitizers that it is built with, whose memory grows. It prints a table.
+Memory, descriptors, threads and GL objects stay constant, and results equal the first ones. The short run has a few
+frames of each; PEELER_TEST_ALL has FRAMES, and processes on one folder for PEELER_SOAK_SECONDS (default: 3600). PEELER
+is the program, PEELER_FAILING_CALLS the library that counts GL objects (support/failing_calls), PEELER_SANITIZE its
+sanitizers, whose memory grows. It prints a table.
 """
 
 import collections
@@ -31,18 +31,17 @@ ALL = "PEELER_TEST_ALL" in os.environ
 SECONDS = float(os.environ.get("PEELER_SOAK_SECONDS", 3600)) if ALL else 0
 FRAMES, JOBS, PROCESSES, PICTURES = (20_000, 2_000, 8, 40) if ALL else (72, 12, 3, 6)
 LARGEST_MODEL = 300_000  # bytes
-MOST_GROWTH = 6 << 20  # bytes, of a process whose memory is flat: what allocators keep
-# Of many rounds: between bytes that are allocated there are holes that allocators cannot give back, which grow ever
-# more slowly.
+MOST_GROWTH = 6 << 20  # bytes, for a process with constant memory: allocator overhead
+# Over many rounds, holes between allocations cannot be returned, and grow ever more slowly.
 MOST_RESIDENT_GROWTH = (32 << 20) if ALL else MOST_GROWTH
-MOST_OF_JOB = 8 << 10  # bytes that a batch keeps of a job, its line and its result
-GL_OBJECTS = 31  # its place in the record of failing_calls.h
+MOST_OF_JOB = 8 << 10  # bytes that a batch keeps per job: its line and its result
+GL_OBJECTS = 31  # its index in the record of failing_calls.h
 
 started = time.monotonic()
 
 
 def scenes():
-    """Small scenes of all kinds, with Draco, meshopt, animations and textures among them."""
+    """Returns small scenes of all kinds, including Draco, meshopt, animations and textures."""
     own = sorted(SCENES.glob("*.glb"))
     folder = ASSETS / "gltf-sample-assets"
     models = sorted(
@@ -57,7 +56,7 @@ def scenes():
 
 
 def memory_of(pid):
-    """Resident bytes of a process."""
+    """Returns the resident bytes of a process."""
     return int(pathlib.Path(f"/proc/{pid}/statm").read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGESIZE")
 
 
@@ -76,7 +75,7 @@ def state_of(pid, record=None):
 
 
 def settled_state_of(pid):
-    """Its state without what it has for a moment, while it starts a job."""
+    """Returns a process's state without its transient resources at the start of a job."""
     states = []
     for _ in range(10):
         states.append(state_of(pid))
@@ -92,7 +91,7 @@ def content_of(path):
 
 
 def views():
-    """Endless: (a name, the scene's file, the keywords of a picture of it). They come again, in the same order."""
+    """Returns an endless iterator of (a name, the scene's file, the keywords of a picture of it), in a fixed cycle."""
     own, models = scenes()
     ways = (
         {"method": "dual", "channels": ["normal", "id"]},
@@ -104,7 +103,7 @@ def views():
 
 
 def picture_of(peeler, renderer, path, way):
-    """The hash of all layers."""
+    """Returns the hash of all layers."""
     image = renderer.layers(peeler.Scene(path), size=(40, 30), eye=(3, 2, 4), **way)
     result = hashlib.sha256()
     for array in (image.z, image.rgba, image.splits):
@@ -113,8 +112,8 @@ def picture_of(peeler, renderer, path, way):
 
 
 def render_for_long(record, frames):
-    """Prints (frame, State of the process of the jobs, of this one) as JSON lines, once for each round of the views; and
-    the views with another result."""
+    """Prints (frame, State of the jobs' process, of this one) as JSON lines, once per round of the views; and the
+    views with another result."""
     sys.path.insert(0, str(PEELER.parent / "python"))
     import peeler  # pylint: disable=import-outside-toplevel,import-error
 
@@ -157,8 +156,8 @@ class Soak(unittest.TestCase):
         self.assertEqual([line for line in told if "another result" in line], [])
         states = [State(*line["state"]) for line in told if "state" in line]
         clients = [State(*line["client"]) for line in told if "state" in line]
-        # Drivers and allocators keep something of the first rounds. What a thread is about to give back counts in
-        # some rounds and not in others, most of all on a busy machine; what is lost counts in all that follow.
+        # Drivers and allocators keep something from the first rounds. Memory that a thread is about to return counts in
+        # some rounds and not in others, especially on a busy machine; leaked memory counts in all later ones.
         third = len(states) // 3
         self.assertGreater(third, 1)
         thirds = (slice(third, -third), slice(-third, None))
@@ -190,7 +189,7 @@ class Soak(unittest.TestCase):
         self.assertEqual(batch.returncode, 0)
         for i, output in enumerate(outputs):
             again = [j for j in range(i % (3 * len({*chosen})), i, 3 * len({*chosen}))][:1]
-            if again and output.suffix != ".exr":  # whose header tells how long it took
+            if again and output.suffix != ".exr":  # EXR headers record the render time
                 self.assertEqual(content_of(output), content_of(outputs[again[0]]), output)
         kept = (states[-1].memory - states[0].memory) / len(states)
         print(f"{JOBS:,} jobs of one batch, {time.monotonic() - begun:.0f} s: {states[0].memory >> 20} MiB, "
@@ -199,7 +198,7 @@ class Soak(unittest.TestCase):
             print("left out: the memory of a batch, which is the sanitizer's")
         else:
             self.assertLess(kept, MOST_OF_JOB + MOST_GROWTH / JOBS)
-        # What is lost would be there always.
+        # A leak would appear in every later round.
         first, last = states[: JOBS // 3], states[-(JOBS // 3) :]
         self.assertLessEqual(min(s.descriptors for s in last), max(s.descriptors for s in first))
 
@@ -215,7 +214,7 @@ class Soak(unittest.TestCase):
             folder = self.folder / f"round {rounds}"
             running = [subprocess.Popen([*command, folder / "@@@@.png", "--skip-existing"]) for _ in range(PROCESSES)]
             self.assertEqual([process.wait() for process in running], [0] * PROCESSES)
-            # Hidden files count: none may be left.
+            # Hidden files count: none may remain.
             self.assertEqual({path.name: content_of(path) for path in folder.iterdir()}, pictures)
             for path in folder.iterdir():
                 path.unlink()

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every shader that the tests have given to the driver, as PEELER_SAVE_SHADERS leaves it in a folder, by a compiler that
-forgives less: each stage as GLSL 4.50 core; programs linked, made into SPIR-V for OpenGL, and that validated.
+"""Compiles every shader that the tests gave to the driver (saved by PEELER_SAVE_SHADERS) with a stricter compiler:
+each stage as GLSL 4.50 core; links the programs, converts them to SPIR-V for OpenGL, and validates that.
 
     python3 -B tests/strict_shaders_test.py FOLDER
 
-Nothing may be said, not even a warning. That compiler knows GL_EXT_shader_framebuffer_fetch of GLES alone: what a shader
-reads there of what it overwrites (`inout`) is an output for it, which may be read as well. Without PEELER_TEST_ALL a
-program of each kind is linked, with it all are."""
+No message is allowed, not even a warning. The compiler knows GL_EXT_shader_framebuffer_fetch only for GLES: an
+`inout` there is treated as an output, which may be read as well. Without PEELER_TEST_ALL one program of each kind is
+linked, otherwise all are."""
 
 import collections
 import concurrent.futures
@@ -20,7 +20,7 @@ import sys
 import tempfile
 
 SKIPPED = 77
-SOME = 1  # of a kind; a program is a fifth of a second
+SOME = 1  # per kind; a program takes a fifth of a second
 AT_ONCE = 200  # stages
 ALL = bool(os.environ.get("PEELER_TEST_ALL"))
 FETCHED = re.compile(r"\binout (uint fetched_head;)")
@@ -28,24 +28,24 @@ TOOLS = {"glslangValidator": "glslang-tools", "spirv-val": "spirv-tools"}
 
 
 def said(*command):
-    """What a tool that should have nothing to say says, but for the names of its files."""
+    """Returns the messages of a tool that should be silent, without the names of its files."""
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
     lines = [line for line in done.stdout.splitlines() if line.strip() and line.strip() not in command]
     return lines + ([f"exit code {done.returncode}"] if done.returncode != 0 else [])
 
 
 def of_stages(stages):
-    """What is found in stages, each by itself."""
+    """Returns the findings in single stages."""
     return said("glslangValidator", "-t", *stages)
 
 
 def of_program(stages):
-    """What is found in a program of stages, as a whole."""
+    """Returns the findings in a program of stages, as a whole."""
     return said("glslangValidator", "-l", *stages)
 
 
 def of_binary(stage):
-    """What is found in a stage as SPIR-V."""
+    """Returns the findings in a stage as SPIR-V."""
     binary = f"{stage}.spv"
     found = said("glslangValidator", "-G", "--target-env", "opengl", "-o", binary, stage)
     if os.path.exists(binary):
@@ -55,7 +55,7 @@ def of_binary(stage):
 
 
 def gather(saved, folder):
-    """Copies each text once. Returns the stages, and for each kind of program ("scene-count") its programs."""
+    """Copies each text once. Returns the stages, and the programs of each kind ("scene-count")."""
     stages, programs, fetching = {}, {}, 0
     for path in sorted(saved.iterdir()):
         text, fetches = FETCHED.subn(r"out \1", path.read_text(encoding="utf-8"))
@@ -86,7 +86,7 @@ def main():
             parts = [stages[i : i + AT_ONCE] for i in range(0, len(stages), AT_ONCE)]
             findings = [line for found in pool.map(of_stages, parts) for line in found]
             findings += [line for found in pool.map(of_program, linked) for line in found]
-            # Programs share stages, of which no two threads may write the binary.
+            # Programs share stages, and two threads must not write the same binary.
             of_linked = sorted({stage for program in linked for stage in program})
             findings += [line for found in pool.map(of_binary, of_linked) for line in found]
     print(*findings[:100], sep="\n")

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What clang-tidy reads: the product's files of a build folder, many as one unit.
+"""clang-tidy's input: the product's files of a build folder, many as one unit.
 
     style_units.py BUILD_FOLDER OUT_FOLDER [all]
 
-The files that differ from what landed last (or whose own header does), and of the others a fourth, another one at every
-commit; `all`: all of them. Most of what clang-tidy takes for a unit goes to the headers of libraries, and grows little with
-the files of ours behind them. What is compiled alike becomes one unit here: a file of includes in
-OUT_FOLDER, beside a compile_commands.json for these. Prints their paths, the units with the most to read first. Tests, and
-what they compile once more, are left out."""
+The files that differ from the last landed commit (or have a different header), and a quarter of the others, a
+different one at every commit; `all`: all of them. clang-tidy spends most of a unit's time on library headers, and
+little more for each of our files after them. Files with the same flags become one unit: a file of includes in
+OUT_FOLDER, beside a compile_commands.json for these. Prints their paths, the largest units first. Skips tests, and
+files that they compile again."""
 
 import json
 import pathlib

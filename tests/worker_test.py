@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""peeler worker: jobs as lines, results as lines, and what is left when a client, a job or a process goes.
+"""peeler worker: jobs as lines, results as lines, and the state after a client, a job or a process ends.
 
 PEELER is the program. The short run sends a sample of the mutated lines; PEELER_TEST_ALL sends 100,000.
 """
@@ -28,12 +28,12 @@ SCENES = HERE.parent / "examples" / "scenes"
 SCENE = SCENES / "coincident.glb"
 LINES = 100_000 if "PEELER_TEST_ALL" in os.environ else 3_000
 SMALL = {"size": "64x48"}
-# Minutes of work, wherever it runs: who waits for its end has not cancelled it.
+# Minutes of work on any machine: a test that waits for its end has not cancelled it.
 LONG = {"size": "2048x2048", "samples": 256}
 
 
 def children(pid):
-    """The processes that PID has started."""
+    """Returns the children of process PID."""
     found = []
     for task in pathlib.Path(f"/proc/{pid}/task").iterdir():
         found += [int(child) for child in (task / "children").read_text().split()]
@@ -67,7 +67,7 @@ class WorkerTest(unittest.TestCase):
         return worker
 
     def talk(self, text, *arguments):
-        """The lines that a worker answers to a text; each is JSON."""
+        """Returns a worker's answers to a text, as lines; each is JSON."""
         run = subprocess.run([PEELER, "worker", *arguments], input=text, capture_output=True, timeout=600)
         self.assertEqual(run.returncode, 0, run.stderr)
         lines = run.stdout.split(b"\n")
@@ -97,7 +97,7 @@ class Jobs(WorkerTest):
             "e.glb": ("bake", SCENE, {"directions": 4, "resolution": 32}),
         }
         worker = self.worker()
-        for again in ("", "again "):  # from the file, and from what stays open
+        for again in ("", "again "):  # from the file, and from the open state
             for name, (verb, scene, options) in cases.items():
                 result = worker.run(verb, scene, "-o", self.output(again + name), **options)
                 self.assertEqual(result["output"], str(self.output(again + name)))
@@ -245,7 +245,7 @@ class Lines(WorkerTest):
 
 class Ends(WorkerTest):
     def long(self, worker, name="long.exr"):
-        """A job that runs, and its process."""
+        """Returns a running job, and its process."""
         job = worker.start("render", SCENE, "-o", self.output(name), wants_progress=True, **LONG)
         worker._answers[job].get(timeout=600)  # it has begun
         (process,) = children(worker._process.pid)
@@ -260,7 +260,7 @@ class Ends(WorkerTest):
             line = worker.wait(each)
             self.assertEqual((line["error"]["kind"], line["exitCode"], line["retry"]), ("cancelled", 130, False))
         self.assertEqual(list(self.folder.iterdir()), [])
-        worker.cancel(job)  # which is over
+        worker.cancel(job)  # already finished
         self.assertEqual(worker.run("render", SCENE, "-o", self.output(), **SMALL)["width"], 64)
 
     def test_what_progress_raises_cancels(self):

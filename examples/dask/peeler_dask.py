@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Renders scenes by the thousand into shards, on a Dask cluster whose every process holds a `peeler worker`.
+"""Renders thousands of scenes into shards, on a Dask cluster where each process holds a `peeler worker`.
 
     python3 peeler_dask.py ADDRESS SCENES.txt FOLDER [NAME=VALUE ...]
 
-ADDRESS is the scheduler's, SCENES.txt lists a scene a line, FOLDER is one that all machines share. The rest are options
-of `peeler render` (size=256x256 shard-member=npz views=8). A task that a machine fails is done by another one.
+ADDRESS is the scheduler's, SCENES.txt lists one scene per line, FOLDER is shared by all machines. The rest are options
+of `peeler render` (size=256x256 shard-member=npz views=8). If a machine fails a task, another one takes it.
 """
 
 import pathlib
@@ -20,7 +20,7 @@ PER_SHARD = 100  # scenes
 
 
 class Holder(WorkerPlugin):
-    """Keeps a worker, and with it scenes, devices and shaders, from task to task."""
+    """Keeps a worker, with its scenes, devices and shaders, between tasks."""
 
     name = "peeler"
 
@@ -32,7 +32,7 @@ class Holder(WorkerPlugin):
 
 
 def render(shard, scenes, folder, options):
-    """Raises what another machine may be spared; returns the result, or why these scenes cannot be rendered."""
+    """Returns the result, or the reason why these scenes cannot render; raises if another machine may succeed."""
     out = pathlib.Path(folder, f"pictures-{shard:06d}.tar")
     try:
         return get_worker().plugins["peeler"].peeler.run("render", *scenes, "-o", out, **options)

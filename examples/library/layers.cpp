@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every layer of a scene in memory, a sink of one's own, and a file:
+// Every layer of a scene in memory, a custom sink, and a file:
 //     layers SCENE [COUNTS.pgm [LAYERS.exr]]
 #include <peeler/error.h>
 #include <peeler/files.h>
@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-/// A picture of how many layers every pixel has, as PGM; bands come top to bottom.
+/// A PGM image of the layer count of every pixel; bands arrive top to bottom.
 class CountPicture final : public peeler::Sink {
   public:
     explicit CountPicture(std::string path) : path_(std::move(path)) {}

@@ -18,17 +18,17 @@ import outline.modules.shell
 
 
 def shell_line(words):
-    """Cuebot replaces the #TOKENS#, RQD hands the line to a shell."""
+    """Returns the words as a shell command: Cuebot replaces the #TOKENS#, and RQD passes the line to a shell."""
     return [shlex.quote(word) for word in words]
 
 
 def job(arguments, options):
     out = os.path.abspath(arguments.out)
     folder, name = os.path.split(out)
-    # For a shell: whatever the number is, and the rest as it stands.
+    # A shell glob that matches every frame number; the rest of the name is quoted.
     everyone = "*".join(shlex.quote(part) for part in re.split(r"#+|%0?\d*d", name) if part)
 
-    # As many frames as a chunk has (5-9, or 5-13x2), in one process.
+    # The frames of one chunk (5-9, or 5-13x2), in one process.
     render = outline.modules.shell.Shell(
         "render",
         command=shell_line(

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A tour of the module `peeler`, from a file to pictures: python3 examples/python/tour.py [FOLDER]
 
-Each part stands by itself, like a cell of a notebook. Needs NumPy. The pictures are written to FOLDER (default: tour).
+Each part is independent, like a cell of a notebook. Needs NumPy. The pictures are written to FOLDER (default: tour).
 """
 
 import pathlib
@@ -18,7 +18,7 @@ OUT.mkdir(parents=True, exist_ok=True)
 
 
 def picture(name, rgb):
-    """Numbers from 0 to 1 as a PNG: by the module itself, as an unlit scene of one textured square."""
+    """Writes numbers from 0 to 1 as a PNG, with the module itself: an unlit scene of one textured square."""
     rgb = np.clip(np.nan_to_num(rgb), 0, 1)
     if rgb.ndim == 2:
         rgb = np.repeat(rgb[..., None], 3, axis=2)
@@ -47,7 +47,7 @@ img = r.layers(engine, size=(960, 540), camera="main", channels=["normal", "id"]
 print(img)
 img.flatten().save(OUT / "1_engine.png")  # in a notebook `img` alone shows this
 
-# --- 2. CSR: pixel p has the fragments splits[p] up to splits[p + 1], front to back ----------------------------------
+# --- 2. CSR: pixel p has the fragments splits[p] to splits[p + 1], front to back -------------------------------------
 
 height, width = img.shape
 counts = np.diff(img.splits.astype(np.int64)).reshape(height, width)
@@ -61,7 +61,7 @@ ramp = np.array([[0, 0, 0], [0.2, 0.05, 0.45], [0.75, 0.15, 0.4], [1, 0.6, 0.1],
 share = counts / counts.max() * (len(ramp) - 1)
 picture("2_depth_complexity.png", np.stack([np.interp(share, range(len(ramp)), ramp[:, c]) for c in range(3)], axis=2))
 
-# --- 3. Dense arrays, where lists are in the way ---------------------------------------------------------------------
+# --- 3. Dense arrays, for code that cannot use lists -----------------------------------------------------------------
 
 z = img.dense(8, fill=float("nan"))  # (height, width, 8)
 thick = np.nanmax(z, axis=2, initial=0) - np.nanmin(z, axis=2, initial=np.inf)
@@ -75,7 +75,7 @@ for k in (0, 2, 4, 6):
     strips.append(np.where(np.any(normals, axis=2, keepdims=True), normals * 0.5 + 0.5, 1.0)[::2, ::2])
 picture("4_layers.png", np.vstack((np.hstack(strips[:2]), np.hstack(strips[2:]))))
 
-# --- 5. Who is where: parts by their ids, behind everything that is in front of them ---------------------------------
+# --- 5. Parts by their ids, also behind other parts ------------------------------------------------------------------
 
 hue = (np.arange(len(img.objects) + 1) * 0.61803) % 1
 colors = np.clip(np.abs((hue[:, None] * 6 + [0, 4, 2]) % 6 - 3) - 1, 0, 1) * 0.75 + 0.2
@@ -87,15 +87,15 @@ for k in range(ids.shape[2] - 1, -1, -1):  # back to front, each a quarter opaqu
     mixed = np.where(there, 0.55 * mixed + 0.45 * colors[ids[..., k]], mixed)
 picture("5_parts.png", mixed)
 
-# --- 6. A calibrated camera: K in pixels and world_to_camera, as OpenCV has them -------------------------------------
+# --- 6. A calibrated camera: K in pixels and world_to_camera, in OpenCV's convention ---------------------------------
 
 K = img.K
-K[0, 2] += 160  # the axis no longer goes through the middle
+K[0, 2] += 160  # moves the principal point off the centre
 aside = r.layers(engine, size=(960, 540), K=K, world_to_camera=img.world_to_camera)
 print("off centre:", aside.K.round(1).tolist(), aside)
 aside.flatten().save(OUT / "6_off_centre.png")
 
-# --- 7. Rays: all hits, and what lies between them -------------------------------------------------------------------
+# --- 7. Rays: all hits, and the lengths between them -----------------------------------------------------------------
 
 hits = r.rays(engine, direction=(0, 0, -1), resolution=1024)
 print(hits, hits["node_ids"][:5], hits.t[:5])
@@ -121,7 +121,7 @@ ring = peeler.Scene.from_arrays(
 flat = r.composite(ring, size=(960, 540), method="dual", samples=8)
 flat.save(OUT / "8_ring.png", background=(1, 1, 1))
 
-# --- 9. Errors say what, where, and what to try ----------------------------------------------------------------------
+# --- 9. Errors: problem, place, remedy -------------------------------------------------------------------------------
 
 try:
     r.layers(engine, camera="mian")

@@ -2,17 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Shows the channels of a layer side by side: python3 channels_to_png.py IN.exr OUT.png [PART]
 
-Vectors go from -1..1 to 0..1, positions and distances from their least to their most, ids to a
-colour each. PART is the index of the part, 0 if it is left out: of a file written with --as
-composite the only one, of layers the part `composite`, which has colour alone.
-Needs Debian's python3-openimageio and python3-numpy.
+Vectors go from -1..1 to 0..1, positions and distances from their minimum to their maximum, ids to one colour each. PART
+is the index of the part, default 0: the only part of a file written with --as composite; in a file of layers the part
+`composite`, which has colour only. Needs Debian's python3-openimageio and python3-numpy.
 """
 import sys
 
 import numpy
 import OpenImageIO as oiio
 
-PANELS = [  # channels, how they are shown
+PANELS = [  # channels, and how to show them
     (("R", "G", "B"), "colour"), (("N.X", "N.Y", "N.Z"), "vector"), (("Ng.X", "Ng.Y", "Ng.Z"), "vector"),
     (("T.X", "T.Y", "T.Z"), "vector"), (("P.X", "P.Y", "P.Z"), "range"), (("distance",), "range"),
     (("UV.U", "UV.V"), "fraction"), (("barycentric.U", "barycentric.V"), "fraction"),
@@ -25,7 +24,7 @@ PANELS = [  # channels, how they are shown
 
 
 def read(path, part):
-    """The channels by name: ids as integers, all others as floats. OpenImageIO would scale ids."""
+    """Returns the channels by name: ids as integers, all others as floats. OpenImageIO would scale ids."""
     source = oiio.ImageInput.open(path)
     if source is None:
         sys.exit(oiio.geterror())

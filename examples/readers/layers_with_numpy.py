@@ -20,17 +20,17 @@ NAMES = ("origin", "direction", "right", "up", "size", "resolution", "window", "
 
 
 def bundles(a):
-    """The bundles of rays, each array (b, ...): a picture's pixels are one."""
+    """Returns the bundles of rays, each array (b, ...); a picture's pixels form one bundle."""
     if "bundle_origin" in a:
         return {name: a["bundle_" + name] for name in NAMES}
-    camera = a["camera_to_world"]  # what extract called it in arrays_version 1
+    camera = a["camera_to_world"]  # the name in arrays_version 1
     old = (camera[:3, 3], -camera[:3, 2], camera[:3, 0], camera[:3, 1],
            2 * np.array([a["half_width"], a["half_height"]]), a["size"], a["window"], a["perspective"])
     return {name: value[np.newaxis] for name, value in zip(NAMES, old)}
 
 
 def unproject(a):
-    """World-space points (n, 3) of all fragments or hits, ray after ray, front to back."""
+    """Returns the world-space points (n, 3) of all fragments or hits, ray by ray, front to back."""
     of = bundles(a)
     rays = of["window"][:, 2:].prod(axis=1).astype(np.int64)
     ray = np.repeat(np.arange(len(a["ray_splits"]) - 1), np.diff(a["ray_splits"]))
@@ -47,14 +47,14 @@ def unproject(a):
         z = a["z"].astype(np.float64)
     elif "t_hit" not in a:
         sys.exit("there is no array t_hit (nor z): peeler rays --columns has to name it")
-    else:  # hits have the distance along the ray instead of the depth along the axis
+    else:  # hits store the distance along the ray instead of the depth along the axis
         z = a["t_hit"] / np.where(spread, np.linalg.norm(b["direction"] + sideways, axis=1), 1)
     scale = np.where(spread, z, 1)
     return b["origin"] + z[:, np.newaxis] * b["direction"] + scale[:, np.newaxis] * sideways
 
 
 def describe(points):
-    """What `peeler info` prints; what rounding left of 0 is 0."""
+    """Prints the same numbers as `peeler info`; rounding errors near 0 become 0."""
     print(f"points: {len(points)}")
     if len(points) == 0:
         return

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Unprojects every layer of a peeler file to world space, with plain OpenEXR 3, in 60 lines
-// (and a header for JSON, Debian's nlohmann-json3-dev).
+// Unprojects every layer of a peeler file to world space, with plain OpenEXR 3, in 60 lines (plus a
+// JSON header, Debian's nlohmann-json3-dev).
 //   g++ -std=c++17 -O2 layers_with_openexr.cpp -o layers $(pkg-config --cflags --libs OpenEXR)
 //   ./layers out.exr          # the numbers of `peeler info out.exr`
 #include <ImfFrameBuffer.h>
@@ -53,7 +53,8 @@ int main(int count, char** arguments) {
     const double tiny = 1e-9 * std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
     const auto print = [&](const double* p, double n, const char* text) {
         const auto v = [&](int c) { return std::abs(p[c] / n) <= tiny ? 0 : p[c] / n; };
-        std::printf("(%.6g, %.6g, %.6g)%s", v(0), v(1), v(2), text);  // what rounding left is 0
+        std::printf("(%.6g, %.6g, %.6g)%s", v(0), v(1), v(2),
+                    text);  // rounding errors near 0 become 0
     };
     std::printf("points: %.0f\nbounds: ", points);
     print(low, 1, " to "), print(high, 1, "\nmean: "), print(sum, points, "\n");

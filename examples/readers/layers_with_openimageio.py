@@ -30,14 +30,14 @@ def layers(path):
             continue
         pixels = image.read_image(part - 1, 0, 0, spec.nchannels, oiio.FLOAT)
         channel = {name: pixels[:, :, i] for i, name in enumerate(spec.channelnames)}
-        rows, columns = np.nonzero(channel["Z"] < np.inf)  # Z says where there is a fragment
+        rows, columns = np.nonzero(channel["Z"] < np.inf)  # a finite Z marks a fragment
         rgba = np.stack([channel[c][rows, columns] for c in "RGBA"], axis=1)
         camera = json.loads(spec.getattribute("peeler:cameraJson"))
         yield camera, columns + spec.x, rows + spec.y, channel["Z"][rows, columns], rgba
 
 
 def unproject(camera, x, y, z):
-    """World-space points (n, 3) behind the centres of pixels (x, y) at camera depth z."""
+    """Returns the world-space points (n, 3) at the centres of pixels (x, y) and camera depth z."""
     z = z.astype(np.float64)
     scale = z if camera["projection"] == "perspective" else 1
     right = camera["halfWidth"] * (2 * (x + 0.5) / camera["width"] - 1) * scale
@@ -47,7 +47,7 @@ def unproject(camera, x, y, z):
 
 
 def describe(points):
-    """What `peeler info` prints; what rounding left of 0 is 0."""
+    """Prints the same numbers as `peeler info`; rounding errors near 0 become 0."""
     print(f"points: {len(points)}")
     if len(points) == 0:
         return

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the example scenes are made with: shapes, textures, a GLB writer; no other library."""
+"""Tools of the example scenes: shapes, textures, a GLB writer; no other library."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes a scene as binary glTF 2.0, one buffer, vertex data shared by every mesh that names it."""
+"""A writer of binary glTF 2.0: one buffer, with vertex data shared by all meshes that refer to it."""
 from __future__ import annotations
 
 import json
@@ -37,14 +37,14 @@ class Geometry:
 
 @dataclass(frozen=True)
 class Stored:
-    """Accessors of a geometry that is in the buffer: several meshes may name it."""
+    """Accessors of a geometry in the buffer; several meshes may share them."""
 
     attributes: Tuple[Tuple[str, int], ...]
     indices: int
 
 
 class Glb:
-    """Collects a scene; `write` makes the file."""
+    """A scene under construction; `write` makes the file."""
 
     def __init__(self, title: str) -> None:
         self.json: Dict[str, Any] = {
@@ -57,7 +57,7 @@ class Glb:
             "scene": 0,
             "scenes": [{"name": title, "nodes": []}],
         }
-        # One view for each layout keeps the JSON short; accessors point into it.
+        # One view per layout keeps the JSON short; accessors point into it.
         self._views: Dict[Tuple[int, int], bytearray] = {}
         self._images: List[bytes] = []
 
@@ -70,7 +70,7 @@ class Glb:
         return len(self._list(key)) - 1
 
     def extend(self, extension: str) -> None:
-        """Says that the scene uses an extension."""
+        """Declares an extension as used."""
         if extension not in self._list("extensionsUsed"):
             self._list("extensionsUsed").append(extension)
 
@@ -84,7 +84,7 @@ class Glb:
         data: bytes,
         **extra: Any,
     ) -> int:
-        """Stores data for a kind of view: ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER or 0."""
+        """Stores data in a buffer view: ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER or 0."""
         block = self._views.setdefault((target, stride), bytearray())
         view = list(self._views).index((target, stride))
         offset = len(block)
@@ -184,7 +184,7 @@ class Glb:
         double_sided: bool = False,
         cutoff: float = 0.5,
     ) -> int:
-        """`colour` is sRGB. `mode` is OPAQUE, MASK or BLEND."""
+        """Adds a material. `colour` is sRGB. `mode` is OPAQUE, MASK or BLEND."""
         surface: Dict[str, Any] = {
             "baseColorFactor": [round(c, 5) for c in (*srgb(colour), alpha)],
             "metallicFactor": metallic,
@@ -202,13 +202,13 @@ class Glb:
         return self.push("materials", material)
 
     def glass(self, name: str, colour: str, alpha: float, roughness: float) -> int:
-        """See-through from both sides."""
+        """Adds a double-sided BLEND material."""
         return self.material(
             name, colour, alpha, roughness=roughness, mode="BLEND", double_sided=True
         )
 
     def mesh(self, name: str, *parts: Tuple[Stored, int]) -> int:
-        """Each part is a stored geometry and its material."""
+        """Adds a mesh; each part is a stored geometry and its material."""
         return self.push(
             "meshes",
             {
@@ -300,8 +300,8 @@ class Glb:
             buffer.extend(data)
 
         for (target, stride), data in self._views.items():
-            # Only vertex views may carry a stride; indices are tight by definition. What no vertex
-            # reads (0) has no target either.
+            # Only vertex views may have a stride; indices are always tightly packed. Data that is not for vertices (0)
+            # has no target either.
             what = {"target": target} if target else {}
             place(data, **what, **({"byteStride": stride} if target == ARRAY_BUFFER else {}))
         first_image = len(views)
@@ -327,7 +327,7 @@ class Glb:
         return struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks
 
     def _instances(self, node: Dict[str, Any]) -> int:
-        """At how many places a node shows its mesh."""
+        """Returns the number of instances of a node's mesh."""
         extension = node.get("extensions", {}).get("EXT_mesh_gpu_instancing")
         if not extension:
             return 1
@@ -335,7 +335,7 @@ class Glb:
         return count
 
     def summary(self) -> Dict[str, int]:
-        """What the scene draws: every instance counted."""
+        """Returns the counts of the drawn scene, including every instance."""
         triangles = 0
         for node in self.json["nodes"]:
             if "mesh" in node:
@@ -351,7 +351,7 @@ class Glb:
 
 
 def little(values: "array[Any]") -> bytes:
-    """glTF is little-endian whatever this machine is."""
+    """Returns little-endian bytes, as glTF requires on every machine."""
     if struct.pack("=H", 1) != struct.pack("<H", 1):
         values = array(values.typecode, values)
         values.byteswap()

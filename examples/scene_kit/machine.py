@@ -14,19 +14,19 @@ UPRIGHT_TO_Z = axis_angle(X, 90)
 
 
 def spun(runs: Sequence[Sequence[Vec2]], segments: int = 48) -> Geometry:
-    """A lathe whose profile is (radius, z)."""
+    """Returns a lathe with the profile (radius, z)."""
     return moved(lathe(runs, segments), turn=UPRIGHT_TO_Z)
 
 
 def sharp(outline: Sequence[Vec2]) -> List[Sequence[Vec2]]:
-    """Every corner of the outline an edge, for `spun`; corners on top of each other are one."""
+    """Returns one run per edge of the outline, for `spun`; coincident corners are merged."""
     return [(p, q) for p, q in zip(outline, outline[1:]) if math.dist(p, q) > 1e-9]
 
 
 def ring(
     inner: float, outer: float, z0: float, z1: float, bevel: float, segments: int = 48
 ) -> Geometry:
-    """A tube of rectangular section with its four edges cut."""
+    """Returns a tube of rectangular section with bevelled edges."""
     b = bevel
     corners = [
         (inner + b, z0),
@@ -42,7 +42,7 @@ def ring(
 
 
 def gear(teeth: int, module: float, width: float, bore: float, spokes: int = 0) -> Geometry:
-    """A spur gear with a hub that stands out on both sides and, if asked for, holes in its web."""
+    """Returns a spur gear with a hub that protrudes on both sides and, if `spokes`, holes in its web."""
     pitch, hub = module * teeth / 2, bore * 1.75
     holes: List[List[Vec2]] = [circle((0.0, 0.0), bore, 48)]
     rim = pitch - 2.4 * module
@@ -60,7 +60,7 @@ def gear(teeth: int, module: float, width: float, bore: float, spokes: int = 0) 
 
 
 def shaft(steps: Sequence[Tuple[float, float]], z0: float) -> Geometry:
-    """Cylinders one after another, (radius, length) each, every shoulder cut at 45 degrees."""
+    """Returns cylinders one after another, (radius, length) each, with every shoulder cut at 45 degrees."""
     b = 0.0008
     outline: List[Vec2] = [(0.0, z0)]
     z = z0
@@ -79,12 +79,12 @@ def shaft(steps: Sequence[Tuple[float, float]], z0: float) -> Geometry:
 def bearing_ring(
     inner: float, outer: float, width: float, ball_pitch: float, ball: float, groove_outside: bool
 ) -> Geometry:
-    """One race; the groove in which the balls run is a bit wider than they are."""
+    """Returns one race; the groove is a bit wider than the balls that run in it."""
     h, groove = width / 2, ball * 1.06
     wall = outer if groove_outside else inner
     reach = math.degrees(math.acos(min(1.0, abs(wall - ball_pitch) / groove)))
     b = 0.0006
-    if groove_outside:  # the inner race, rolled upon from outside
+    if groove_outside:  # the inner race, with the balls on its outside
         track = arc((ball_pitch, 0.0), groove, 180 + reach, 180 - reach, 10)
         corners = [(inner + b, -h), (outer - b, -h), (outer, -h + b), track[0]]
         after = [
@@ -116,7 +116,7 @@ def bearing_ring(
 
 
 def hex_head(radius: float, height: float) -> Geometry:
-    """A hexagon with a low turned crown, from z = 0 up."""
+    """Returns a hexagon with a low turned crown, upward from z = 0."""
     out = extrude(polygon(6, radius), [], 0.0, height)
     flat = radius * math.cos(math.pi / 6)
     return out.append(
@@ -131,7 +131,7 @@ def hex_head(radius: float, height: float) -> Geometry:
 
 
 def bolt(thread: float, length: float) -> Geometry:
-    """Head above z = 0, shank below."""
+    """Returns a bolt with its head above z = 0 and its shank below."""
     out = hex_head(thread * 1.9, thread * 1.3)
     return out.append(
         moved(cylinder(thread, -length, 0.0, 20, bevel=thread * 0.2), turn=UPRIGHT_TO_Z)
@@ -143,7 +143,7 @@ def washer(thread: float) -> Geometry:
 
 
 def pulley(radius: float, width: float, bore: float, grooves: int) -> Geometry:
-    """V-belt grooves side by side, a recessed face, a hub."""
+    """Returns a pulley: V-belt grooves side by side, a recessed face, a hub."""
     pitch = width / grooves
     z = -width / 2
     outline: List[Vec2] = [
@@ -179,7 +179,7 @@ def torus(radius: float, thickness: float) -> Geometry:
 
 
 def hull(points: Sequence[Vec2]) -> List[Vec2]:
-    """Convex hull, counter-clockwise (A. M. Andrew, 1979)."""
+    """Returns the convex hull, counter-clockwise (A. M. Andrew, 1979)."""
     ordered = sorted(set(points))
 
     def half(run: Sequence[Vec2]) -> List[Vec2]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What moves in a scene: morph targets, skins, instances and animations, on top of Glb."""
+"""Motion of a scene: morph targets, skins, instances and animations, on top of Glb."""
 from __future__ import annotations
 
 from array import array
@@ -8,7 +8,7 @@ from typing import Any, Dict, List, Sequence, Tuple
 from .glb import ARRAY_BUFFER, FLOAT, UNSIGNED_BYTE, Geometry, Glb, Stored, little
 from .vec import Vec3, sub
 
-# A vertex follows at most two joints: (first, second, share of the second).
+# At most two joints per vertex: (first, second, weight of the second).
 Binding = Tuple[int, int, float]
 
 
@@ -22,7 +22,7 @@ def _vectors(glb: Glb, vectors: Sequence[Vec3]) -> int:
 
 
 def morph(glb: Glb, mesh: int, part: int, rest: Geometry, other: Geometry) -> None:
-    """Weight 1 turns the part of the mesh into `other`, which has the same vertices."""
+    """Adds a morph target: weight 1 turns the part of the mesh into `other`, which has the same vertices."""
     target = {
         "POSITION": _vectors(glb, [sub(b, a) for a, b in zip(rest.positions, other.positions)]),
         "NORMAL": _vectors(glb, [sub(b, a) for a, b in zip(rest.normals, other.normals)]),
@@ -33,7 +33,7 @@ def morph(glb: Glb, mesh: int, part: int, rest: Geometry, other: Geometry) -> No
 
 
 def bind(glb: Glb, stored: Stored, bindings: Sequence[Binding]) -> Stored:
-    """The same geometry with joints."""
+    """Returns the same geometry with joints."""
     count = len(bindings)
     joints = bytes(v for a, b, _ in bindings for v in (a, b, 0, 0))
     seconds = [round(share * 255) for _, _, share in bindings]
@@ -49,7 +49,7 @@ def bind(glb: Glb, stored: Stored, bindings: Sequence[Binding]) -> Stored:
 
 
 def skin(glb: Glb, name: str, node: int, joints: Sequence[int], places: Sequence[Vec3]) -> None:
-    """Lets joints move the mesh of a node. Unturned, they are at these places of the mesh."""
+    """Skins the mesh of a node. `places` are the joints' rest positions in the mesh."""
     matrices = array("f")
     for x, y, z in places:
         matrices.extend((1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -x, -y, -z, 1))
@@ -59,7 +59,7 @@ def skin(glb: Glb, name: str, node: int, joints: Sequence[int], places: Sequence
 
 
 def instances(glb: Glb, node: int, places: Sequence[Vec3], sizes: Sequence[float]) -> None:
-    """Shows the mesh of a node at many places."""
+    """Draws the mesh of a node at several places."""
     attributes = {
         "TRANSLATION": _vectors(glb, places),
         "SCALE": _vectors(glb, [(size, size, size) for size in sizes]),
@@ -69,7 +69,7 @@ def instances(glb: Glb, node: int, places: Sequence[Vec3], sizes: Sequence[float
 
 
 class Animation:
-    """Collects channels; they are in the scene from the first one on."""
+    """An animation, added to the scene with its first channel."""
 
     def __init__(self, glb: Glb, name: str) -> None:
         self._glb = glb
@@ -85,7 +85,7 @@ class Animation:
         values: Sequence[Sequence[float]],
         interpolation: str = "LINEAR",
     ) -> None:
-        """One value a time; of CUBICSPLINE in-tangent, value and out-tangent."""
+        """Adds a channel with one value per time; for CUBICSPLINE in-tangent, value and out-tangent."""
         key = tuple(times)
         if key not in self._times:
             numbers = array("f", times)

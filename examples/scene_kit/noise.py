@@ -12,7 +12,7 @@ def _hash(x: int, y: int, seed: int) -> float:
 
 
 def noise(x: float, y: float, seed: int = 0) -> float:
-    """0 to 1, one feature a unit."""
+    """Returns noise from 0 to 1, about one feature per unit."""
     ix, iy = math.floor(x), math.floor(y)
     fx, fy = x - ix, y - iy
     sx, sy = fx * fx * (3 - 2 * fx), fy * fy * (3 - 2 * fy)

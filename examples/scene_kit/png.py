@@ -15,7 +15,8 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
 
 
 def _filter_row(row: bytes, above: bytes, step: int) -> bytes:
-    """Sub, Up or none, whichever leaves the smallest residuals (the heuristic of section 12.8)."""
+    """Returns the row filtered with Sub, Up or none, whichever leaves the smallest residuals (the heuristic of
+    section 12.8)."""
     sub = bytes((row[i] - (row[i - step] if i >= step else 0)) & 255 for i in range(len(row)))
     up = bytes((row[i] - above[i]) & 255 for i in range(len(row)))
     candidates = ((0, row), (1, sub), (2, up))
@@ -34,7 +35,7 @@ def _encode(
     body = bytearray()
     above = bytes(width * step)
     for row in rows:
-        # Neighbouring palette indices mean nothing to each other: filters only hurt there.
+        # Neighbouring palette indices are unrelated, so filters only hurt there.
         body += b"\0" + row if colour_type == 3 else _filter_row(row, above, step)
         above = row
     header = struct.pack(">IIBBBBB", width, height, 8, colour_type, 0, 0, 0)
@@ -45,7 +46,7 @@ def _encode(
 
 
 def png(width: int, height: int, pixel: Callable[[int, int], Pixel]) -> bytes:
-    """An RGB or RGBA image; `pixel(x, y)` with y down gives 3 or 4 values of 0 to 255."""
+    """Returns an RGB or RGBA image; `pixel(x, y)`, y down, returns 3 or 4 values of 0 to 255."""
     rows = [bytes(v for x in range(width) for v in pixel(x, y)) for y in range(height)]
     channels = len(rows[0]) // width
     return _encode(width, height, {3: 2, 4: 6}[channels], channels, rows)
@@ -58,7 +59,7 @@ def png_ramp(
     value: Callable[[int, int], float],
     steps: int = 48,
 ) -> bytes:
-    """A palette image: `value` (0 to 1) looked up along a ramp through the colours `ends`."""
+    """Returns a palette image: `value` (0 to 1) indexes a ramp through the colours `ends`."""
     palette = bytearray()
     for i in range(steps):
         t = i / (steps - 1) * (len(ends) - 1)
@@ -71,7 +72,7 @@ def png_ramp(
     return _encode(width, height, 3, 1, rows, bytes(palette))
 
 
-# 5 x 7 dots, a row a number, the leftmost dot its highest bit.
+# 5 x 7 dots, one number per row, with the leftmost dot in its highest bit.
 GLYPHS: Dict[str, Tuple[int, ...]] = {
     "1": (0b00100, 0b01100, 0b00100, 0b00100, 0b00100, 0b00100, 0b01110),
     "2": (0b01110, 0b10001, 0b00001, 0b00110, 0b01000, 0b10000, 0b11111),
@@ -90,9 +91,9 @@ GLYPHS: Dict[str, Tuple[int, ...]] = {
 
 
 def dot_coverage(text: str, x: float, y: float, radius: float = 0.47, edge: float = 0.08) -> float:
-    """How much of the point (x, y) the text covers, 0 to 1.
+    """Returns how much of the point (x, y) the text covers, 0 to 1.
 
-    One unit is one dot, y is down, a letter takes six dots.
+    One unit is one dot, y is down, and a letter takes six dots.
     """
     if not (0.0 <= y < 7.0 and 0.0 <= x < 6.0 * len(text)):
         return 0.0

@@ -27,7 +27,7 @@ from .vec import (
 
 
 def moved(geometry: Geometry, at: Vec3 = (0.0, 0.0, 0.0), turn: Optional[Vec4] = None) -> Geometry:
-    """A rigid copy."""
+    """Returns a copy, rotated and translated."""
     spin = turn or IDENTITY
     return Geometry(
         [add(rotate(spin, p), at) for p in geometry.positions],
@@ -41,8 +41,8 @@ def moved(geometry: Geometry, at: Vec3 = (0.0, 0.0, 0.0), turn: Optional[Vec4] =
 def lathe(runs: Sequence[Sequence[Vec2]], segments: int = 64, uv: bool = False) -> Geometry:
     """Spins a profile (radius, height) about y.
 
-    Seen in the (radius, height) plane the profile has the solid on its left. Each run is smooth;
-    the edge between two runs is sharp. With `uv`, u goes once around, v down the profile's length.
+    In the (radius, height) plane the solid is on the profile's left. Each run is smooth; the edge between two runs is
+    sharp. With `uv`, u goes once around and v runs down the profile.
     """
     out = Geometry()
     lengths = [0.0]
@@ -72,7 +72,7 @@ def lathe(runs: Sequence[Sequence[Vec2]], segments: int = 64, uv: bool = False) 
 def _put_ring(out: Geometry, point: Vec2, normal: Vec2, count: int, segments: int) -> None:
     radius, height = point
     for k in range(count):
-        # The seam's angle is taken as zero again so that both its sides agree to the bit.
+        # The seam reuses angle zero, so that its two sides agree to the bit.
         angle = 2 * math.pi * (k % segments) / segments
         c, s = math.cos(angle), math.sin(angle)
         out.positions.append((radius * c, height, radius * s))
@@ -87,7 +87,7 @@ def _join_rings(
     high_radius: float,
     segments: int,
 ) -> None:
-    """Rings are (first vertex, vertices); at the axis a quad is only one triangle."""
+    """Joins two rings (first vertex, vertices); at the axis a quad degenerates to one triangle."""
     for k in range(segments):
         a, b = low[0] + k % low[1], low[0] + (k + 1) % low[1]
         c, d = high[0] + k % high[1], high[0] + (k + 1) % high[1]
@@ -101,7 +101,7 @@ def _join_rings(
 
 def _profile_normal(run: Sequence[Vec2], i: int) -> Vec2:
     if len(run) > 2 and run[i][0] < 1e-9:
-        # A smooth run meets the axis square to it, or the pole would have a crease.
+        # A smooth run meets the axis at a right angle; otherwise the pole would have a crease.
         neighbour = run[i + 1] if i == 0 else run[i - 1]
         outward = neighbour[0] if i == 0 else -neighbour[0]
         return (0.0, -1.0 if outward > 0 else 1.0)
@@ -109,7 +109,7 @@ def _profile_normal(run: Sequence[Vec2], i: int) -> Vec2:
         a, b = run[max(0, i - 1)], run[min(len(run) - 1, i + 1)]
         tangent = (b[0] - a[0], b[1] - a[1])
     else:
-        # The tangent of the parabola through three points: the nearer neighbour counts for more.
+        # The tangent of the parabola through three points, which weights the nearer neighbour more.
         before, after = math.dist(run[i - 1], run[i]), math.dist(run[i], run[i + 1])
         tangent = (
             (run[i][0] - run[i - 1][0]) * after / before
@@ -128,7 +128,7 @@ def extrude(
     z1: float,
     crease: float = 30.0,
 ) -> Geometry:
-    """A flat outline with holes, from z0 to z1; walls are smooth where they bend below `crease`."""
+    """Extrudes a flat outline with holes from z0 to z1; walls are smooth where they bend below `crease`."""
     out = Geometry()
     flat = [*outer, *(p for hole in holes for p in hole)]
     triangles = triangulate(outer, holes)
@@ -141,7 +141,7 @@ def extrude(
                 [base + a, base + b, base + c] if normal > 0 else [base + a, base + c, base + b]
             )
     for loop, is_hole in [(outer, False), *((hole, True) for hole in holes)]:
-        # Walking with the solid on the left puts the outside on the right.
+        # The solid is on the walking direction's left, so the outside is on its right.
         ring = list(loop) if (area(loop) > 0) != is_hole else list(reversed(loop))
         _wall(out, ring, z0, z1, math.cos(math.radians(crease)))
     return out
@@ -153,7 +153,7 @@ def _wall(out: Geometry, ring: Sequence[Vec2], z0: float, z1: float, min_cosine:
     for p, q in zip(ring, [*ring[1:], ring[0]]):
         length = math.dist(p, q)
         facing.append(((q[1] - p[1]) / length, -(q[0] - p[0]) / length))
-    # The pair of vertices at corner i that edge i-1 ends on and that edge i starts from.
+    # The vertex pair at corner i: edge i-1 ends on one, edge i starts from the other.
     ends, starts = [0] * n, [0] * n
     for i in range(n):
         before, after = facing[i - 1], facing[i]
@@ -174,7 +174,7 @@ def _wall(out: Geometry, ring: Sequence[Vec2], z0: float, z1: float, min_cosine:
 
 
 def box(half: Vec3) -> Geometry:
-    """Six faces with sharp edges."""
+    """Returns a box with six faces and sharp edges."""
     out = Geometry()
     for axis in range(3):
         for sign in (1.0, -1.0):
@@ -190,7 +190,7 @@ def box(half: Vec3) -> Geometry:
 
 
 def rounded_box(half: Vec3, radius: float, steps: int = 3) -> Geometry:
-    """A box whose edges and corners are rolled with `radius`."""
+    """Returns a box with edges and corners rounded by `radius`."""
     out = Geometry()
 
     def stations(h: float) -> List[float]:
@@ -218,7 +218,7 @@ def rounded_box(half: Vec3, radius: float, steps: int = 3) -> Geometry:
 
 
 def _grid_indices(out: Geometry, base: int, columns: int, rows: int, flip: bool) -> None:
-    """Quads of a grid whose columns run along the first axis and rows along the second."""
+    """Adds the quads of a grid with its columns along the first axis and its rows along the second."""
     for row in range(rows - 1):
         for column in range(columns - 1):
             a = base + row * columns + column
@@ -241,7 +241,7 @@ def sphere(radius: float, segments: int = 32) -> Geometry:
 def cylinder(
     radius: float, y0: float, y1: float, segments: int = 32, bevel: float = 0.0, uv: bool = False
 ) -> Geometry:
-    """Closed at both ends, its rims cut at 45 degrees if there is a bevel."""
+    """Returns a cylinder, closed at both ends; a bevel cuts its rims at 45 degrees."""
     r, b = radius, bevel
     runs: List[List[Vec2]] = [
         [(0.0, y0), (r - b, y0)],
@@ -255,7 +255,7 @@ def cylinder(
 
 
 def tube(path: Sequence[Vec3], radii: Sequence[float], segments: int = 12) -> Geometry:
-    """A round bar swept along a path without twist; the far end is closed with a point."""
+    """Sweeps a round bar along a path without twist; the far end closes in a point."""
     out = Geometry()
     last = len(path) - 1
     side: Vec3 = (1.0, 0.0, 0.0)
@@ -263,7 +263,7 @@ def tube(path: Sequence[Vec3], radii: Sequence[float], segments: int = 12) -> Ge
         forward = normalize(sub(path[min(last, i + 1)], path[max(0, i - 1)]))
         if i == 0 and abs(dot(side, forward)) > 0.9:
             side = (0.0, 0.0, 1.0)
-        # The last frame laid against the new direction: parallel transport.
+        # Parallel transport: projects the previous frame onto the new direction.
         side = normalize(sub(side, scale(forward, dot(side, forward))))
         other = cross(forward, side)
         for k in range(segments):
@@ -284,7 +284,7 @@ def tube(path: Sequence[Vec3], radii: Sequence[float], segments: int = 12) -> Ge
 
 
 def quad(half_x: float, half_y: float, tile: Optional[float] = None) -> Geometry:
-    """Upright in the xy plane, its front towards +z, the texture's top at +y.
+    """Returns an upright quad in the xy plane, its front towards +z, the texture's top at +y.
 
     The texture covers the quad once, or repeats every `tile` metres.
     """
@@ -302,7 +302,7 @@ def quad(half_x: float, half_y: float, tile: Optional[float] = None) -> Geometry
 def graded_wall(
     half_x: float, y0: float, y1: float, low: Vec3, high: Vec3, rows: int = 8
 ) -> Geometry:
-    """A backdrop in the xy plane whose vertex colours run from `low` to `high` (linear)."""
+    """Returns a backdrop in the xy plane with vertex colours from `low` to `high` (linear)."""
     out = Geometry()
     for row in range(rows + 1):
         t = row / rows

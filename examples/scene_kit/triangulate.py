@@ -12,7 +12,7 @@ def _turn(a: Vec2, b: Vec2, c: Vec2) -> float:
 
 
 def area(loop: Sequence[Vec2]) -> float:
-    """Positive if counter-clockwise."""
+    """Returns the signed area, positive if counter-clockwise."""
     return sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(loop, [*loop[1:], loop[0]])) / 2
 
 
@@ -21,13 +21,13 @@ def _inside(p: Vec2, a: Vec2, b: Vec2, c: Vec2) -> bool:
 
 
 def _bridge(outer: List[int], hole: List[int], points: Sequence[Vec2]) -> List[int]:
-    """The outer loop with a way into the hole and back: section 3 of the paper."""
+    """Joins the hole to the outer loop with a bridge (section 3 of the paper)."""
     start = max(range(len(hole)), key=lambda i: points[hole[i]])
     m = points[hole[start]]
     best_x, edge = float("inf"), -1
     for i, index in enumerate(outer):
         a, b = points[index], points[outer[(i + 1) % len(outer)]]
-        # Only edges that rise have the interior on their left, that is, towards the hole.
+        # Only rising edges have the interior on their left, towards the hole.
         if a[1] <= m[1] < b[1] or (a[1] <= m[1] == b[1] and a[1] < b[1]):
             x = a[0] + (m[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
             if m[0] <= x < best_x:
@@ -55,7 +55,7 @@ def _bridge(outer: List[int], hole: List[int], points: Sequence[Vec2]) -> List[i
 def triangulate(
     outer: Sequence[Vec2], holes: Sequence[Sequence[Vec2]] = ()
 ) -> List[Tuple[int, int, int]]:
-    """Counter-clockwise triangles; indices run through `outer`, then through each hole as given."""
+    """Returns counter-clockwise triangles; indices run through `outer`, then through each hole as given."""
     points: List[Vec2] = list(outer)
     loop = list(range(len(outer)))
     if area(outer) < 0:
@@ -85,7 +85,7 @@ def triangulate(
             triangles.append((ia, ib, ic))
             del loop[i % n]
             misses = 0
-            # Moving on by one spreads the ears around instead of making one fan of slivers.
+            # Advancing by one spreads the ears around instead of forming one fan of slivers.
             i = (i + 1) % len(loop)
         else:
             i = (i + 1) % n

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Glasses, bottles and bowls with an outer and an inner wall, and what is filled into them."""
+"""Glasses, bottles and bowls with an outer and an inner wall, and their contents."""
 from __future__ import annotations
 
 import math
@@ -11,9 +11,9 @@ from .glb import Geometry
 from .shapes import lathe
 from .vec import Vec2, lerp, smoothstep
 
-# Liquid stands this far off the wall, so that glass and liquid are two surfaces and not one.
+# The gap between liquid and wall, which makes glass and liquid two surfaces.
 GAP = 0.0006
-# How far a simplified outline may leave the curve it stands for.
+# The maximum deviation of a simplified outline from its curve.
 TOLERANCE = 0.0001
 # A thin wall's share of the alpha of solid glass.
 THIN = 0.30
@@ -21,7 +21,7 @@ STEPS = 8
 
 
 def _mm(text: str) -> List[Vec2]:
-    """Points "radius,height" in millimetres."""
+    """Parses points "radius,height" in millimetres."""
     pairs = (pair.split(",") for pair in text.split())
     return [(float(r) / 1000.0, float(y) / 1000.0) for r, y in pairs]
 
@@ -31,7 +31,7 @@ def _smooth(text: str) -> List[Vec2]:
 
 
 def _cup(text: str) -> List[Vec2]:
-    """A smooth wall that leaves the axis (its first point) at a right angle."""
+    """Returns a smooth wall that leaves the axis (its first point) at a right angle."""
     points = _mm(text)
     mirrored = (-points[1][0], points[1][1])
     return points[:1] + smooth([mirrored, *points], STEPS)[STEPS + 1 :]
@@ -39,21 +39,21 @@ def _cup(text: str) -> List[Vec2]:
 
 @dataclass(frozen=True)
 class Vessel:
-    """Two outlines: outside from the axis up to the rim, inside from the axis up as well."""
+    """Two outlines, outside and inside, each from the axis up to the rim."""
 
     outer: List[Vec2]
     inner: List[Vec2]
     segments: int = 64
 
     def glass(self) -> Geometry:
-        """Both walls in one, joined by a round rim. Vertex alpha says how thick the glass is."""
+        """Returns both walls as one mesh, joined by a round rim. Vertex alpha follows the thickness of the glass."""
         outer = simplified(self.outer, TOLERANCE)
         inner = simplified(self.inner, TOLERANCE)[::-1]
         middle = ((outer[-1][0] + inner[0][0]) / 2, (outer[-1][1] + inner[0][1]) / 2)
         rim = arc(middle, math.dist(outer[-1], inner[0]) / 2, 0, 180, 6)[1:-1]
         out = lathe([outer + rim + inner], self.segments)
-        # Solid glass below the inner wall's lowest point, and a rim that catches the light, tint
-        # more than a thin wall does.
+        # Solid glass below the inner wall's lowest point, and a rim that catches the light, have more tint than a thin
+        # wall.
         bottom, top = inner[-1][1], inner[0][1]
         for _, y, _ in out.positions:
             solid = max(1.0 - smoothstep(bottom, bottom + 0.01, y), smoothstep(top - 0.004, top, y))
@@ -61,7 +61,7 @@ class Vessel:
         return out
 
     def filled(self, level: float) -> Geometry:
-        """What it holds up to a height, with a little meniscus."""
+        """Returns the contents up to a height, with a small meniscus."""
         inner = simplified(self.inner, TOLERANCE)
         wall = [(max(0.0, r - GAP), y + GAP) for r, y in inner if y + GAP < level - 0.0005]
         wall[0] = (0.0, wall[0][1])
@@ -75,7 +75,7 @@ class Vessel:
 
 
 def _foot(text: str, edge_radius: float, edge: float) -> List[Vec2]:
-    """The underside of a stemmed glass, and the round edge of its foot."""
+    """Returns the underside of a stemmed glass, with the round edge of its foot."""
     return _smooth(text) + arc((edge_radius, edge), edge, -90, 80, 4)
 
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One file a scene; each has `build() -> Glb`."""
+"""The example scenes, one per file; each has `build() -> Glb`."""

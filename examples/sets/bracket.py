@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A plate to be printed: four screw holes, and a window that leaves 1.2 mm of wall above it.
+"""A printable plate: four screw holes, and a window that leaves 1.2 mm of wall above it.
 
-What `peeler check` is shown on: the wall is thin in one place, and thicker everywhere else.
+The example for `peeler check`: the wall is thin in one place and thicker everywhere else.
 """
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def build() -> Glb:
     holes: List[List[Vec2]] = [
         circle((x * 24 * MM, y * 14 * MM), 2.2 * MM, 32) for x in (-1, 1) for y in (-1, 1)
     ]
-    # 20 mm is the upper side of the plate.
+    # 20 mm is the plate's upper edge.
     left, right, low, high = -14 * MM, 14 * MM, 6 * MM, 18.8 * MM
     holes.append([(left, low), (right, low), (right, high), (left, high)])
     plate = extrude(outline, holes, 0.0, 6 * MM)

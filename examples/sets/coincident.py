@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Surfaces at exactly the same place, and triangles that pass through each other.
+"""Coincident surfaces, and triangles that intersect each other.
 
-What an offset, an epsilon or a sorted list of triangles gets wrong, side by side.
+Cases where an offset, an epsilon or a sorted triangle list fails, side by side.
 """
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def build() -> Glb:
     )
     plinth = glb.mesh("plinth", (glb.store(cylinder(0.17, 0.0, 0.06, 48, bevel=0.006)), stone))
 
-    # One geometry, two meshes that differ in nothing but the tint, two nodes at the same place.
+    # One geometry, two meshes that differ only in tint, two nodes at the same place.
     left = glb.node("same quad twice", at=(-0.45, 0.0, 0.0))
     glb.node("same quad twice/plinth", plinth, parent=left)
     pane = glb.store(quad(0.14, 0.15))
@@ -74,7 +74,7 @@ def build() -> Glb:
             parent=middle,
         )
 
-    # Each is in front of the next one, all the way round: no order of whole triangles is right.
+    # Each is in front of the next one, cyclically: no order of whole triangles is right.
     right = glb.node("through each other", at=(0.45, 0.0, 0.0))
     glb.node("through each other/plinth", plinth, parent=right)
     for k, material in enumerate(petals):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Three jellyfish among bubbles: skins, morph targets, instances, and four seconds that repeat."""
+"""Three jellyfish among bubbles: skins, morph targets, instances, and a loop of four seconds."""
 from __future__ import annotations
 
 import math
@@ -13,8 +13,8 @@ from scene_kit.vec import X, Y, Z, Vec2, Vec3, Vec4, axis_angle, quat_mul, smoot
 
 DURATION = 4.0
 JOINTS = 8  # the first at the bell's rim
-REACH = 1.30  # of the tentacles, metres
-# Name, hue of the bell, place, size, turn and how far ahead in the cycle.
+REACH = 1.30  # length of the tentacles, metres
+# Name, bell colour, place, size, turn and phase in the cycle.
 ANIMALS = (
     ("rose", "#ff7a9c", (0.0, 0.15, 0.0), 1.0, 12.0, 0.0),
     ("amber", "#ffb454", (-1.05, -0.22, -0.55), 0.72, 80.0, 0.37),
@@ -23,7 +23,7 @@ ANIMALS = (
 
 
 def _bell(contraction: float) -> Geometry:
-    """A dome 0.42 m wide with an inner wall; contracted it is narrower and higher."""
+    """Returns a dome 0.42 m wide with an inner wall; contraction makes it narrower and higher."""
     wide, high = 0.42 * (1 - 0.30 * contraction), 0.34 * (1 + 0.22 * contraction)
     outer: List[Vec2] = []
     inner: List[Vec2] = []
@@ -41,7 +41,7 @@ def _bell(contraction: float) -> Geometry:
 
 
 def _tentacles(contraction: float) -> Geometry:
-    """Eight thin ones at the rim and four broad arms in the middle, hanging straight down."""
+    """Returns eight thin tentacles at the rim and four broad arms in the middle, hanging straight down."""
     out = Geometry()
     for k in range(12):
         arm = k >= 8
@@ -68,7 +68,7 @@ def _tentacles(contraction: float) -> Geometry:
 
 
 def _bindings(geometry: Geometry) -> List[Binding]:
-    """Each vertex between the two joints above and below it."""
+    """Binds each vertex to the two joints above and below it."""
     result: List[Binding] = []
     for _, y, _ in geometry.positions:
         along = min(max(-y / REACH * JOINTS, 0.0), JOINTS - 1.001)
@@ -78,7 +78,7 @@ def _bindings(geometry: Geometry) -> List[Binding]:
 
 
 def _sway(joint: int, phase: float) -> Vec4:
-    """A wave that runs down the chain."""
+    """Returns the rotation of a wave that runs down the chain."""
     angle = 2 * math.pi * (phase - 0.11 * joint)
     bend = 5.0 + 1.8 * joint
     return quat_mul(
@@ -113,7 +113,7 @@ def build() -> Glb:
             joints.append(glb.node(f"{name}/joint {j}", at=step, parent=above))
         skin(glb, f"{name} tentacles", hanging, joints, places)
 
-        # The bell snaps together and opens slowly; the body rises with each beat and sinks again.
+        # The bell contracts fast and opens slowly; the body rises with each beat and sinks again.
         beats = [(t / DURATION * 2 + ahead) % 1.0 for t in times]
         pulse = [smoothstep(0.0, 0.22, b) * (1 - smoothstep(0.22, 0.9, b)) for b in beats]
         for node in (dome, hanging):

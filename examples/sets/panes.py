@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Nine numbered panes of tinted glass, one behind another, all nine deep where they meet."""
+"""Nine numbered panes of tinted glass, one behind another; all nine overlap in the middle."""
 from __future__ import annotations
 
 import math
@@ -26,7 +26,7 @@ TEXELS_X, TEXELS_Y = 560, 352
 
 
 def _pane_texel(digit: str, colour: str, alpha: float, x: int, y: int) -> Pixel:
-    """A firmer border, and a nearly white digit in the corner that no other pane covers."""
+    """Returns a texel of a pane: a firmer border, and a nearly white digit in the corner that no other pane covers."""
     border = min(x, y, TEXELS_X - 1 - x, TEXELS_Y - 1 - y)
     opacity = lerp(0.92, alpha, smoothstep(5.0, 8.0, border))
     dot = 7.5

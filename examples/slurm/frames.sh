@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# An animation as a job array: each task renders a share of the frames; what is there is left alone.
+# Renders an animation as a job array: each task renders a share of the frames; existing frames are kept.
 #   sh frames.sh TASKS AT_ONCE SCENE -o OUT.####.exr --frames 0-49 [more options of peeler render]
 set -eu
 tasks=$1 at_once=$2

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# A data set as a job array: each task takes a share of the scenes (of one scene, of its views) and
-# writes tar shards of its own; samples that are there are kept, scenes that fail are left out.
+# Renders a data set as a job array: each task takes a share of the scenes (or of the views of a single scene) and
+# writes its own tar shards; existing samples are kept, failing scenes are skipped.
 #   sh shards.sh TASKS AT_ONCE SCENES -o OUT-{chunk}-%06d.tar [more options of peeler render]
 # SCENES are files, folders and globs in quotes.
 set -eu

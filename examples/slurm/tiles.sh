@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# One large picture as a job array over its tiles, and a job that puts them together.
+# Renders one large picture as a job array over its tiles, and merges them in a final job.
 #   sh tiles.sh TILES OUT SCENE [more options of peeler render]
-# OUT may be .exr (layers) or a picture; the tiles, OUT.tiles/*.exr, may be deleted then.
+# OUT may be .exr (layers) or a picture; you may delete the tiles, OUT.tiles/*.exr, afterwards.
 set -eu
 tiles=$1 out=$2
 shift 2

@@ -5,7 +5,7 @@
         result = worker.run("render", "scene.glb", "-o", "out.exr", size="640x360")
         print(result["layers"], "layers")
 
-The protocol is in cmd/README.md, "The worker". One Worker may be used from several threads.
+Protocol: cmd/README.md, "The worker". One Worker may be used from several threads.
 """
 
 import itertools
@@ -18,8 +18,8 @@ import threading
 
 
 class JobError(Exception):
-    """A job that failed. kind: "usage", "input", "output", "device", "incomplete", "memory", "internal",
-    "cancelled" or "crash"; retry: whether it may succeed later, or on another machine."""
+    """A failed job. kind: "usage", "input", "output", "device", "incomplete", "memory", "internal", "cancelled" or
+    "crash"; retry: whether it may succeed later or on another machine."""
 
     def __init__(self, line):
         error = line.get("error", {})
@@ -39,7 +39,7 @@ class Worker:
             self._socket.connect(str(listens))
             self._in, self._out = self._socket.makefile("rb"), self._socket.makefile("wb")
         else:
-            # In a session of its own: Ctrl-C is for the client, which cancels what it wants to.
+            # In its own session, so that Ctrl-C reaches only the client, which decides what to cancel.
             self._process = subprocess.Popen(
                 [program, "worker", *arguments],
                 stdin=subprocess.PIPE,
@@ -56,7 +56,7 @@ class Worker:
         self._reader.start()
 
     def start(self, verb, *args, wants_progress=False, **options):
-        """Hands in a job, and returns its id. Keywords are options, with _ for -."""
+        """Submits a job and returns its id. Keywords are options, with _ for -."""
         with self._lock:
             if self._gone:
                 raise ConnectionError("the worker has ended")
@@ -74,7 +74,7 @@ class Worker:
         return number
 
     def wait(self, number, progress=None):
-        """The result line of a job. Ctrl-C, or what `progress` raises, cancels the job."""
+        """Waits for a job and returns its result line. Ctrl-C, or an exception from `progress`, cancels the job."""
         try:
             while True:
                 line = self._answers[number].get()
@@ -94,7 +94,7 @@ class Worker:
         return line
 
     def run(self, verb, *args, progress=None, **options):
-        """Does a job, and returns its result. Raises JobError."""
+        """Runs a job and returns its result. Raises JobError."""
         line = self.wait(self.start(verb, *args, wants_progress=bool(progress), **options), progress)
         if "error" in line:
             raise JobError(line)
@@ -106,12 +106,12 @@ class Worker:
                 self._send({"cancel": number})
 
     def close(self):
-        """Ends the worker, or leaves it to its other clients."""
+        """Ends the worker, or disconnects and leaves it to its other clients."""
         try:
             if self._socket:
                 self._socket.shutdown(socket.SHUT_RDWR)
             self._out.close()
-        except OSError:  # it has gone already
+        except OSError:  # already gone
             pass
         if self._process:
             self._process.wait()
@@ -130,7 +130,7 @@ class Worker:
         try:
             self._out.write(json.dumps(line).encode() + b"\n")
             self._out.flush()
-        except (OSError, ValueError):  # the reader finds that it has gone
+        except (OSError, ValueError):  # the reader notices that it is gone
             pass
 
     def _read(self):

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every animated and every skinned model of the assets: keys are met exactly, and vertices are
-// where the plain formulas of the specification put them.
+// Every animated and every skinned model of the assets: exact keys, and vertices at the places of
+// the specification's plain formulas.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Calls body(scene) for the models of both asset folders that can be read.
+/// Calls body(scene) for every readable model of both asset folders.
 void forEachModel(const fs::path& assets, const std::function<void(const Scene&)>& body) {
     for (const char* folder : {"gltf-sample-assets", "gltf-asset-generator"}) {
         std::set<fs::path> files;
@@ -29,7 +29,7 @@ void forEachModel(const fs::path& assets, const std::function<void(const Scene&)
             try {
                 body(readGltf(file));
             } catch (const Error&) {
-                // Refused for a reason of its own; other tests look at that.
+                // Refused for another reason, which other tests check.
             }
         }
     }
@@ -74,7 +74,7 @@ glm::dmat4 worldOf(const Scene& scene, const Pose& pose, int node) {
     return pose.locals[static_cast<std::size_t>(node)];
 }
 
-/// §3.7.3.3, as it is written there.
+/// §3.7.3.3, literally.
 glm::dvec3 skinned(const Primitive& p, const std::vector<glm::dmat4>& joints, std::size_t vertex) {
     glm::dvec4 sum(0);
     for (const JointSet& set : p.joint_sets)

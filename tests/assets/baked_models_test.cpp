@@ -32,7 +32,7 @@ constexpr const char* kModels[] = {
     "VertexColorTest",
 };
 
-/// A model's file, or the first one in its folder.
+/// Returns a model's file, or the first one in its folder.
 fs::path modelFile(const fs::path& assets, const std::string& name) {
     const fs::path path = assets / "gltf-sample-assets" / name;
     if (fs::is_regular_file(path)) return path;
@@ -44,7 +44,7 @@ fs::path modelFile(const fs::path& assets, const std::string& name) {
     return files.empty() ? path : files.front();
 }
 
-/// The model with occlusion `value` at every vertex.
+/// Writes the model with occlusion `value` at every vertex.
 void bakeConstant(const fs::path& model, float value, const fs::path& out) {
     const Scene scene = readGltf(model);
     const PosedScene shown(scene);

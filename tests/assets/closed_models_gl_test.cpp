@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real models without a hole: every ray leaves what it enters.
+// Closed real models: every ray leaves each solid that it enters.
 #include <gtest/gtest.h>
 
 #include "formats/gltf/gltf_reader.h"

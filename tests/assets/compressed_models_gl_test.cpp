@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compressed and quantised variants give the layers of the plain model, within the quantisation.
+// Layers of compressed and quantised variants against those of the plain model, within the
+// quantisation.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -48,15 +49,15 @@ TEST_P(CompressedLayers, AreThoseOfThePlainModel) {
     cmd::CameraOptions camera;
     camera.size = {320, 240};
     const PosedScene shown(plain);
-    // The same camera for both: framing follows the bounds, which differ by the quantisation.
+    // The same camera for both: framing depends on the bounds, which differ by the quantisation.
     const View view = cmd::makeView(shown, SceneExtent(shown), camera);
     const LayeredImage a = layersOf(plain, view), b = layersOf(variant, view);
     const Bounds box = *shown.bounds();
     const glm::dvec3 size = box.max - box.min;
     const double step = std::max({size.x, size.y, size.z}) * std::ldexp(1.0, -GetParam().bits);
 
-    // Edges move by a part of a pixel, so some pixels win or lose a layer, and steep surfaces come
-    // nearer by more than a step; elsewhere every layer lies where it was.
+    // Edges move by less than a pixel, so some pixels gain or lose a layer, and steep surfaces move
+    // by more than a step; all other layers stay in place.
     std::size_t covered = 0, other_count = 0, moved = 0, fragments = 0, recolored = 0;
     for (std::size_t p = 0; p + 1 < a.offsets.size(); ++p) {
         const std::size_t count = a.offsets[p + 1] - a.offsets[p];

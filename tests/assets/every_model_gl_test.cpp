@@ -21,10 +21,10 @@ namespace fs = std::filesystem;
 struct Refusal {
     const char* file;
     const char* where;  ///< the error's JSON pointer
-    const char* words;  ///< in its message
+    const char* words;  ///< part of its message
 };
 
-/// tests/README.md has the same table, with the reasons in more words.
+/// tests/README.md has the same table, with longer reasons.
 const Refusal kRefusals[] = {
     {"gltf-asset-generator/Compatibility/Compatibility_04.gltf", "/asset/minVersion", "2.1"},
     {"gltf-asset-generator/Compatibility/Compatibility_05.gltf", "/extensionsRequired/0",
@@ -52,7 +52,7 @@ void expectRefused(const fs::path& path, const Refusal& refusal) {
 /// Captures the default scene at a small size and returns the fragments.
 std::size_t captureAll(const fs::path& path) {
     GltfOptions options;
-    options.strict = true;  // every texture decodes, every compressed view too
+    options.strict = true;  // every texture and every compressed view must decode
     const Scene scene = readGltf(path, options);
     cmd::CameraOptions camera;
     camera.size = {80, 60};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR files that others wrote, valid and not, through the verbs; what deep ones hold, against
+// OpenEXR files from other programs, valid and invalid, through the verbs; deep samples against
 // OpenEXR and OpenImageIO.
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
@@ -81,7 +81,7 @@ TEST(ExrConformance, ValidFilesAreReadAndInvalidOnesRefused) {
     }
 }
 
-/// R, G, B, A of a pixel, 0 where the image has none.
+/// Returns R, G, B, A of a pixel, 0 outside the image.
 std::array<float, 4> colorAt(const OIIO::ImageBuf& image, int x, int y) {
     std::array<float, 4> color{};
     const char* names[] = {"R", "G", "B", "A"};
@@ -105,7 +105,7 @@ TEST(ExrConformance, DeepFilesHoldWhatOpenExrFindsAndFlattenAsInOpenImageIo) {
 
         Imf::MultiPartInputFile file(path.c_str());
         const DeepPart part = readDeepPart(file, 0);
-        // The reader's pixels are those of the display window, too.
+        // The reader returns the pixels of the display window, too.
         const Window data{part.window.min.x, part.window.min.y, part.window.max.x + 1,
                           part.window.max.y + 1};
         ASSERT_EQ(intersect(data, crop), data);
@@ -134,7 +134,7 @@ TEST(ExrConformance, DeepFilesHoldWhatOpenExrFindsAndFlattenAsInOpenImageIo) {
             for (int x = crop.x0; x < crop.x1; ++x, ++p) {
                 const std::array<float, 4> wanted = colorAt(flat, x, y);
                 for (std::size_t c = 0; c < 4; ++c) {
-                    // It rounds to half after every sample.
+                    // Rounded to half after every sample.
                     const float bound = 2e-3F * std::max(1.0F, std::abs(wanted[c]));
                     ASSERT_NEAR(composite.rgba[p][c], wanted[c], bound) << x << ',' << y;
                 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real models load or are refused for an extension that they require; broken ones never do worse
-// than an input error.
+// Real models load, or are refused for a required extension; broken ones never do worse than an
+// input error.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What the renderer relies on without looking again (peeler/scene.h).
+/// The invariants that the renderer relies on without checking (peeler/scene.h).
 void expectSound(const Scene& scene) {
     ASSERT_FALSE(scene.scenes.empty());
     ASSERT_FALSE(scene.materials.empty());
@@ -109,7 +109,7 @@ TEST(GltfAssets, Ktx2TexturesHaveTheBitsOfTheReferenceTranscoder) {
     EXPECT_EQ(image.width, 1024);
     EXPECT_EQ(image.height, 1024);
     EXPECT_EQ(image.codec, "KTX2, ETC1S, BasisLZ");
-    // Of what basis_universal (BinomialLLC, commit 9bebe16) makes of the file as RGBA32.
+    // Hash of basis_universal's RGBA32 output for the file (BinomialLLC, commit 9bebe16).
     EXPECT_EQ(hexText(contentHash(std::as_bytes(std::span(image.rgba)), 0)), "06e0620b0df6ae8f");
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CPU's hits of real models against an independent witness, and whether rays leave what they
-// enter: without GL.
+// CPU hits of real models against an independent oracle, and whether rays leave each solid that
+// they enter: without GL.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -17,8 +17,8 @@
 namespace peeler::test {
 namespace {
 
-/// A grid of 65,536 steps from a ray to the next: corners move by half a step along each side, and
-/// what is calculated in double precision about them by much less.
+/// A grid of 65,536 steps between neighbouring rays: corners move by half a step along each axis,
+/// and the double-precision results by much less.
 constexpr double kTwoSteps = 2.0 / 65536;
 
 void expectAgreement(const std::string& name, const Scene& scene, int directions, int resolution) {
@@ -39,7 +39,7 @@ void expectAgreement(const std::string& name, const Scene& scene, int directions
     EXPECT_LE(agreement.largest_error, 1e-7);
 }
 
-// Many parts, much that is hidden, a skin, and compressed geometry.
+// Many parts, much occlusion, a skin, and compressed geometry.
 const char* const kModelsForHits[] = {
     "2CylinderEngine/glTF/2CylinderEngine.gltf",
     "CesiumMan/glTF-Binary/CesiumMan.glb",
@@ -83,7 +83,7 @@ TEST(HitsOracle, CoincidentModelsHaveTwiceTheHits) {
     }
 }
 
-/// Rays of closed surfaces, and those that hit one an odd number of times.
+/// The rays of closed surfaces, and the number with an odd hit count.
 struct Parity {
     std::size_t solids = 0, rays = 0, hits = 0, odd = 0;
 };
@@ -121,10 +121,10 @@ TEST(ClosedModelsOnTheCpu, EveryRayLeavesWhatItEnters) {
     Parity all;
     std::size_t models = 0;
     GltfOptions options;
-    options.ignored_extensions = undecodedImageExtensions();  // of colours, which no ray sees
+    options.ignored_extensions = undecodedImageExtensions();  // colours do not affect rays
     for (const std::filesystem::path& file : modelFiles(assets / "gltf-sample-assets")) {
         const std::string name = file.lexically_relative(assets).string();
-        // The short run takes no model a second time in another encoding.
+        // The short run skips further encodings of the same model.
         if (!exhaustive() && file.parent_path().filename() != "glTF" &&
             std::filesystem::exists(file.parent_path().parent_path() / "glTF"))
             continue;

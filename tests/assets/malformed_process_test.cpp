@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The command on deliberately broken files: a picture or an input error, in bounded time and
-// memory, and never a picture of geometry that is not there.
+// memory, and never a picture of missing geometry.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,15 +21,15 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMostMemory = std::uint64_t{512} << 20;
 
-/// An error of the Khronos validator that leaves geometry unusable, so that the file has to be
-/// refused. `below` is where the error must be: other places (an image that is not found, a skin
-/// without joints) leave something to draw. "" = anywhere.
+/// An error code of the Khronos validator that makes geometry unusable, so that the file must be
+/// refused. `below` is the JSON pointer's prefix: errors elsewhere (a missing image, a skin without
+/// joints) leave something to draw. "" = anywhere.
 struct Unusable {
     const char* code;
     const char* below;
 };
 constexpr Unusable kUnusable[] = {
-    // There is no JSON to read, or not all of what the container promises.
+    // There is no JSON, or the container is truncated.
     {"GLB_INVALID_MAGIC", ""},
     {"GLB_UNEXPECTED_END_OF_HEADER", ""},
     {"GLB_UNEXPECTED_FIRST_CHUNK", ""},
@@ -37,13 +37,13 @@ constexpr Unusable kUnusable[] = {
     {"GLB_CHUNK_TOO_BIG", ""},
     {"GLB_UNEXPECTED_END_OF_CHUNK_DATA", ""},
     {"INVALID_JSON", ""},
-    // The vertices, or the nodes that place them, cannot be found.
+    // The vertices, or the nodes that place them, are missing.
     {"TYPE_MISMATCH", "/buffers"},
     {"TYPE_MISMATCH", "/bufferViews"},
     {"TYPE_MISMATCH", "/accessors"},
     {"TYPE_MISMATCH", "/meshes"},
     {"TYPE_MISMATCH", "/nodes"},
-    {"TYPE_MISMATCH", "/materials"},  // of the element itself: indices of later ones would shift
+    {"TYPE_MISMATCH", "/materials"},  // of the element itself: later indices would shift
     {"UNDEFINED_PROPERTY", "/buffers"},
     {"UNDEFINED_PROPERTY", "/bufferViews"},
     {"UNDEFINED_PROPERTY", "/accessors"},
@@ -58,7 +58,7 @@ constexpr Unusable kUnusable[] = {
     {"IO_ERROR", "/buffers"},
     {"INVALID_URI", "/buffers"},
     {"BUFFER_BYTE_LENGTH_MISMATCH", ""},
-    // They are there and mean nothing.
+    // They exist but have no meaning.
     {"ACCESSOR_SPARSE_COUNT_OUT_OF_RANGE", ""},
     {"ACCESSOR_INDEX_PRIMITIVE_RESTART", ""},
     {"MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT", ""},
@@ -66,10 +66,10 @@ constexpr Unusable kUnusable[] = {
     {"NODE_PARENT_OVERRIDE", ""},
 };
 
-/// Read although the validator calls it unreadable.
+/// Read although the validator calls the file unreadable.
 constexpr const char* kReadAllTheSame[] = {
     "json/bom.gltf",                     // a byte order mark: RFC 8259 §8.1 lets readers ignore it
-    "buffer_view/zero_bytelength.gltf",  // with a warning: tiles of Cesium's have such
+    "buffer_view/zero_bytelength.gltf",  // with a warning: some Cesium tiles have such views
 };
 
 struct Message {
@@ -92,7 +92,7 @@ bool unusable(const Message& message) {
     return false;
 }
 
-/// The place at the end of the error's line.
+/// Returns the place at the end of the error's line.
 std::string placeOf(const std::string& err) {
     const std::size_t begin = err.find("peeler: error: ");
     if (begin == std::string::npos) return "";
@@ -100,7 +100,7 @@ std::string placeOf(const std::string& err) {
     return line.substr(line.rfind(": ") + 2);
 }
 
-/// Is one a parent of the other, or the same?
+/// Whether one is a parent of the other, or both are the same.
 bool related(const std::string& a, const std::string& b) {
     return a.starts_with(b) || b.starts_with(a);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The glTF files of a folder.
+// glTF files of a folder.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace peeler::test {
 
-/// All .gltf and .glb files below the folder, sorted.
+/// Returns all .gltf and .glb files below the folder, sorted.
 inline std::vector<std::filesystem::path> modelFiles(const std::filesystem::path& folder) {
     std::vector<std::filesystem::path> files;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {

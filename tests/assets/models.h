@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The real models that need nothing beyond the static core of glTF.
+// Real models that need only the static core of glTF.
 #pragma once
 
 #include <filesystem>
@@ -11,8 +11,8 @@
 
 namespace peeler::test {
 
-/// Models of gltf-sample-assets without animation, skin or morph target and with no extension but
-/// these, from the folder's own table (MODELS.tsv), plus the example scenes.
+/// Returns the models of gltf-sample-assets without animation, skin or morph target and with no
+/// other extension than these, from the folder's own table (MODELS.tsv), plus the example scenes.
 inline std::vector<std::filesystem::path> staticModels(const std::filesystem::path& assets) {
     const std::set<std::string> known = {"KHR_mesh_quantization", "KHR_texture_transform",
                                          "KHR_materials_unlit", "KHR_xmp"};

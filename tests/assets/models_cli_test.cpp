@@ -45,7 +45,7 @@ TEST(Models, RenderCompletelyAndAlikeOnBothBackends) {
     std::printf("%zu models on 2 backends\n", models.size());
 }
 
-/// The walk of somebody who wants a picture of each of ten models and reads no manual.
+/// The first steps of a user who wants pictures of ten models and reads no manual.
 TEST(Models, TenGiveTheirFirstPictures) {
     PEELER_REQUIRE_ASSETS(assets);
     const ScratchDir scratch;
@@ -65,7 +65,7 @@ TEST(Models, TenGiveTheirFirstPictures) {
     ASSERT_EQ(run.exit_code, 0) << run.err;
     const auto json = nlohmann::json::parse(run.out);
     ASSERT_EQ(json.at("scenes").size(), 10U);
-    // What is said of the machine is said once.
+    // Notices about the machine appear once.
     const std::string notice = "renders in software";
     const auto at = run.err.find(notice);
     EXPECT_EQ(run.err.find(notice, at + 1), std::string::npos) << run.err;

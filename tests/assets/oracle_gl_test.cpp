@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// An independent witness: plain OpenEXR reads the file, the matrices in its header alone say which
-// ray goes through a pixel, and Embree collects every hit of that ray. Planes of depth in a .npz of
-// the same picture are held against the same hits.
+// Layers against an independent oracle: plain OpenEXR reads the file, its header's matrices alone
+// give the ray of each pixel, and Embree collects every hit of that ray. The depth planes of a .npz
+// of the same picture are compared with the same hits.
 #include <ImathMatrix.h>
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
@@ -29,8 +29,8 @@ namespace {
 namespace fs = std::filesystem;
 
 glm::dmat4 fromImath(const Imath::M44f& m) {
-    // Imath multiplies row vectors from the left, GLM column vectors from the right: one is the
-    // other's transpose, and Imath's rows are GLM's columns.
+    // Imath multiplies row vectors from the left, GLM column vectors from the right: their matrices
+    // are transposes, and Imath's rows are GLM's columns.
     glm::dmat4 out;
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 4; ++j)
@@ -80,7 +80,7 @@ LayeredFile readFile(const fs::path& path) {
     return result;
 }
 
-/// The depths of planes: of every pixel as many as it is said to have, and behind them nothing.
+/// Reads the depth planes: every pixel has as many as its count, and nothing behind them.
 Depths readPlanes(const fs::path& path) {
     const auto arrays = readNpz(path);
     const auto z = arrays.at("z").as<float>();
@@ -96,7 +96,7 @@ Depths readPlanes(const fs::path& path) {
     return depths;
 }
 
-/// Pixels between a point and the nearest projected triangle edge.
+/// Returns the distance in pixels between a point and the nearest projected triangle edge.
 double pixelsToEdge(const TriangleSoup& soup, const LayeredFile& file, double px, double py) {
     double nearest = std::numeric_limits<double>::infinity();
     const glm::dvec2 point(px, py);
@@ -114,13 +114,13 @@ double pixelsToEdge(const TriangleSoup& soup, const LayeredFile& file, double px
     return nearest;
 }
 
-/// Pixels of one file, as Embree has them.
+/// Comparison of one file's pixels with Embree's.
 struct Agreement {
     std::size_t covered = 0, disagreeing = 0;
-    double worst_edge = 0;  ///< how far from an edge such a pixel is
+    double worst_edge = 0;  ///< the distance of such a pixel from an edge
 };
 
-/// Of the layers; and, if `faces` is gltf, of planes, too.
+/// Compares the layers and, if `faces` is gltf, the planes too.
 void compareWithEmbree(const fs::path& scene_path, const std::string& faces,
                        const ScratchDir& scratch) {
     const auto render = [&](const char* name, const char* as) {
@@ -145,7 +145,7 @@ void compareWithEmbree(const fs::path& scene_path, const std::string& faces,
                 const glm::dvec4 p = world_from_ndc * glm::dvec4(u, v, depth, 1);
                 return glm::dvec3(p) / p.w;
             };
-            // Any two depths give two points of the ray; it begins at the camera's plane (camera z
+            // Any two depths give two points of the ray; it begins in the camera's plane (camera z
             // = 0).
             const glm::dvec3 a = unproject(0), b = unproject(0.5);
             const auto camera_z = [&](const glm::dvec3& p) {
@@ -185,7 +185,7 @@ void compareWithEmbree(const fs::path& scene_path, const std::string& faces,
     }
 }
 
-// Without MASK materials: the witness does not sample textures.
+// Without MASK materials: the oracle does not sample textures.
 const char* const kModelsForLayers[] = {
     "2CylinderEngine/glTF/2CylinderEngine.gltf",
     "DamagedHelmet/glTF-Binary/DamagedHelmet.glb",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The hits next to random points of real models, against Embree's along the points' own rays.
+// The hits next to random points of real models, against Embree's along the same rays.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@
 namespace peeler::test {
 namespace {
 
-/// Shares of points whose next hits are as far as Embree says, by the scene's size.
+/// Shares of points with the same next hit distance as Embree's, relative to the scene's size.
 struct AgreeingShares {
     double coarse = 0;  ///< 1e-3
     double fine = 0;    ///< 1e-6

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// GL's hits of bundles against an independent witness. The CPU's: hits_oracle_test.cpp.
+// GL hits of bundles against an independent oracle. For the CPU's see hits_oracle_test.cpp.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ void expectAgreementOfGl(const std::string& name, const Scene& scene, int direct
     EXPECT_GT(agreement.hits, agreement.rays / 10);
     EXPECT_LE(static_cast<double>(agreement.differing),
               0.001 * static_cast<double>(agreement.rays));
-    // Corners are snapped to a grid of 1/256 in each direction.
+    // Vertices snap to a grid of 1/256 in each direction.
     EXPECT_LE(agreement.farthest, std::sqrt(2.0) / 256);
     EXPECT_LE(agreement.largest_error, 1e-6);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The points of a point cloud lie on the surface that they were rendered from.
+// Points of a point cloud lie on the surface that they were rendered from.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// x, y, z of every point; they are the first properties.
+/// Reads x, y, z of every point, its first properties.
 std::vector<glm::dvec3> readPoints(const fs::path& path, std::size_t point_size) {
     const std::string bytes = bytesOf(path);
     const std::string end = "end_header\n";

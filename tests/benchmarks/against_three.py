@@ -33,9 +33,9 @@ from side_by_side import run, say
 from three_scenes import ENVIRONMENTS, MADE, MODELS
 
 THREE_VERSION = "0.187.0"
-# In three.js the middle of an environment is seen along +X, in peeler along +Z.
+# In three.js the middle of an environment is along +X, in peeler along +Z.
 ROTATION = "90"
-LEAST = 30.0  # dB; pictures that are farther apart have a reason (reasons.py)
+LEAST = 30.0  # dB; pictures below it need a reason (reasons.py)
 PAGE = Path(__file__).resolve().parent / "three_page.html"
 
 
@@ -46,15 +46,15 @@ class Scene(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """How far two pictures are apart, where either shows anything. PSNR and FLIP are of what a screen shows, up to 1."""
+    """The difference of two pictures where either is covered. PSNR and FLIP compare displayed values, up to 1."""
 
-    psnr: float  # dB, of linear light, 1 the brightest
+    psnr: float  # dB, of linear light, with 1 the brightest
     flip: float  # mean, of sRGB
     luminance: float  # ours to theirs, not clipped
 
 
 def compared(ours: np.ndarray, theirs: np.ndarray) -> Measured:
-    """Of two pictures [height, width, 4]: linear light, multiplied by alpha."""
+    """Compares two pictures [height, width, 4]: linear light, premultiplied alpha."""
     covered = (ours[..., 3] > 0) | (theirs[..., 3] > 0)
     if not covered.any():
         return Measured(np.inf, 0.0, 1.0)
@@ -66,7 +66,8 @@ def compared(ours: np.ndarray, theirs: np.ndarray) -> Measured:
 
 
 def sample_positions(count: int) -> List[Tuple[float, float]]:
-    """Where peeler's samples lie in a pixel, from its upper left corner (core/fragments/supersampling.h)."""
+    """Returns the positions of peeler's samples in a pixel, from its upper left corner
+    (core/fragments/supersampling.h)."""
     def mirrored(n: int) -> float:
         value, digit = 0.0, 0.5
         while n:
@@ -80,7 +81,7 @@ def line(scene: str, measured: Measured) -> str:
 
 
 def reasons(rows: Dict[str, Measured]) -> str:
-    """What stands under the table: the pictures that are far apart, by why they are."""
+    """Returns the text under the table: the pictures that are far apart, by reason."""
     far: Dict[str, List[str]] = {}
     for scene, measured in rows.items():
         if measured.psnr < LEAST:
@@ -90,7 +91,7 @@ def reasons(rows: Dict[str, Measured]) -> str:
 
 
 def install(build: Path) -> Path:
-    """The folder of three.js, which npm fetches when it is not there."""
+    """Returns the folder of three.js, which npm fetches if it is missing."""
     folder = build / "three"
     package = folder / "node_modules" / "three"
     told = package / "package.json"
@@ -99,7 +100,7 @@ def install(build: Path) -> Path:
             raise RuntimeError("there is no npm: apt-get install npm")
         folder.mkdir(parents=True, exist_ok=True)
         say(f"npm install three@{THREE_VERSION}")
-        # With a package.json of its own npm does not look for one in the folders above.
+        # With its own package.json, npm does not search the folders above.
         (folder / "package.json").write_text("{}\n")
         subprocess.run(["npm", "install", "--prefix", folder, "--ignore-scripts", "--no-audit", "--no-fund",
                         "--no-package-lock", f"three@{THREE_VERSION}"], check=True, stdout=sys.stderr)
@@ -107,7 +108,7 @@ def install(build: Path) -> Path:
 
 
 class Server(ThreadingHTTPServer):
-    """Serves folders and bytes to the page, on this machine alone, and takes its pictures."""
+    """A server of folders and bytes for the page, on this machine only, which receives its pictures."""
 
     daemon_threads = True
 
@@ -123,7 +124,7 @@ class Server(ThreadingHTTPServer):
         return f"http://127.0.0.1:{self.server_port}"
 
     def share(self, name: str, path: Path) -> str:
-        """The address of a file, with those beside it."""
+        """Serves a file's folder; returns the file's address."""
         self.folders[name] = path.parent
         return f"/{name}/{quote(path.name)}"
 
@@ -141,7 +142,7 @@ class Handler(BaseHTTPRequestHandler):
             data = path.read_bytes() if path.is_file() else None
         self.send_response(404 if data is None else 200)
         self.send_header("Content-Type", self.KINDS.get(Path(address).suffix, "application/octet-stream"))
-        self.send_header("Cache-Control", "no-store")  # several models have one name
+        self.send_header("Cache-Control", "no-store")  # several models share a name
         self.send_header("Content-Length", str(len(data or b"")))
         self.end_headers()
         self.wfile.write(data or b"")
@@ -156,7 +157,7 @@ class Handler(BaseHTTPRequestHandler):
 
 
 class Browser:
-    """three.js in Chromium, started when it is needed."""
+    """three.js in Chromium, started on demand."""
 
     def __init__(self, package: Path, images: Dict[str, np.ndarray]):
         self.driver: Any = None
@@ -192,7 +193,7 @@ class Browser:
         try:
             wrong = self.driver.execute_async_script(
                 "const done = arguments[1]; window.render(arguments[0]).then(done)", request)
-        except WebDriverException as error:  # too slow, or out of memory: the next scene gets another browser
+        except WebDriverException as error:  # too slow, or out of memory: the next scene gets a new browser
             self.driver.quit()
             self.driver = None
             raise RuntimeError(f"Chromium: {error.msg.splitlines()[0]}") from None
@@ -208,7 +209,7 @@ class Browser:
 
 
 def read(path: Path) -> Tuple[np.ndarray, Dict[str, Any]]:
-    """A composite that peeler wrote, and its camera."""
+    """Reads a composite that peeler wrote, and its camera."""
     import OpenImageIO as oiio
     buffer = oiio.ImageBuf(str(path))
     channels = [buffer.spec().channelnames.index(name) for name in "RGBA"]
@@ -220,7 +221,7 @@ def read(path: Path) -> Tuple[np.ndarray, Dict[str, Any]]:
 
 
 def save(path: Path, image: np.ndarray) -> None:
-    """Floats into an EXR, else sRGB in 8 bits."""
+    """Writes floats to an EXR, otherwise sRGB in 8 bits."""
     import OpenImageIO as oiio
     pixels = np.ascontiguousarray(image, dtype=np.float32)
     spec = oiio.ImageSpec(image.shape[1], image.shape[0], image.shape[2],
@@ -232,7 +233,7 @@ def save(path: Path, image: np.ndarray) -> None:
 
 
 def fingerprint(scene: Scene, view: Dict[str, Any], samples: int, image: np.ndarray) -> str:
-    """Of everything that three.js makes a picture of."""
+    """Returns a hash of everything that three.js' picture depends on."""
     state = hashlib.sha256(PAGE.read_bytes() + image.tobytes())
     for path in sorted(scene.path.parent.iterdir()):
         if path.is_file():

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bakes the ambient occlusion of models' vertices, or with --texels of a texture so many texels a
-// side, with peeler and with Embree, side by side, and prints time and error as a Markdown table.
+// Benchmark of ambient occlusion: bakes the vertices of models, or with --texels a texture with
+// that many texels per side, with peeler and with Embree, and prints time and error as a Markdown
+// table.
 //
 //     bake_ao SCENE... [--directions 64,256,1024] [--resolution 512] [--reference 4096] [--runs 1]
 //             [--engine cpu] [--texels 0] [--json]
 //
 // Both look along the same N directions over the sphere, with the same threads, from the same
-// points; times are processor seconds. The error is the root mean square against rays of Embree
-// along `--reference` directions of each point's own, cosine-weighted, where hits nearer than 1e-4
-// of the scene's diagonal do not count; of very many points it is that of some. Peeler's time
-// begins with uploading or placing the scene, Embree's with building its hierarchy. The last column
-// is how much the reference itself depends on where a surface begins: its difference from one whose
-// rays start that far above it, mostly at vertices where parts touch. Peeler's hits are found by
-// the CPU, or with --engine gl by the renderer that PEELER_TEST_BACKEND chooses. With --json it
-// prints an array of the rows instead, with the seconds of every run; peeler and Embree take turns.
+// points; times are processor seconds. The error is the root mean square against Embree rays along
+// `--reference` cosine-weighted directions, different for each point; hits nearer than 1e-4 of the
+// scene's diagonal do not count. A large set of points is sampled. Peeler's time begins with the
+// upload or placement of the scene, Embree's with the build of its hierarchy. The last column is
+// the reference's sensitivity to the ray offset: its difference from a reference with rays that
+// start that far above the surface, mostly at vertices where parts touch. Peeler finds hits on the
+// CPU, or with --engine gl with the renderer of PEELER_TEST_BACKEND. With --json it prints an array
+// of the rows instead, with the seconds of every run; peeler and Embree take turns.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -82,14 +83,14 @@ Options parse(int count, char** arguments) {
     return options;
 }
 
-/// Processor seconds that the work takes, of all threads.
+/// Returns the processor seconds of the work, over all threads.
 double processorSeconds(const std::function<void()>& work) {
     const double start = benchmark::processorMilliseconds();
     work();
     return (benchmark::processorMilliseconds() - start) / 1000;
 }
 
-/// Some receivers out of many, at equal steps, whose errors stand for all.
+/// A subset of the receivers, at equal steps, that represents all of them.
 class Sample {
   public:
     explicit Sample(const Receivers& all) : step_(std::max<std::size_t>(1, all.size() / kMost)) {
@@ -112,7 +113,7 @@ class Sample {
     Receivers receivers_;
 };
 
-/// A row of the table, of the fastest runs.
+/// Prints a row of the table, for the fastest runs.
 void print(const nlohmann::json& row) {
     const auto fastest = [](const nlohmann::json& runs) {
         return *std::ranges::min_element(runs.get_ref<const nlohmann::json::array_t&>());
@@ -128,7 +129,7 @@ void print(const nlohmann::json& row) {
     std::fflush(stdout);
 }
 
-/// Adds a row for every number of directions. `context`: null = the CPU finds the hits.
+/// Adds a row for every number of directions. `context`: null = hits on the CPU.
 void measure(const std::string& path, const Options& options, gl::Context* context,
              nlohmann::json& rows) {
     const Scene scene = readGltf(path);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The least a process does to draw with OpenGL 4.5 without a display, for comparison with the
-// start-up of `peeler render`: a surfaceless EGL context, one program compiled and linked, one
-// triangle drawn into a small buffer, glFinish. Prints nothing; 1 if something failed.
+// The minimum that a process does to draw with OpenGL 4.5 without a display, for comparison with
+// the start-up of `peeler render`: a surfaceless EGL context, one program compiled and linked, one
+// triangle drawn into a small buffer, glFinish. Prints nothing; exits with 1 if something failed.
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 #include <GL/glcorearb.h>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times captures of a scene side by side: peeler's a-buffer (plan and capture: count, fill, sort,
-// shaded, handed over), its exact composite, other methods, and Embree (build, all hits of every
-// pixel's ray, sort; nothing is shaded). Prints JSON with the milliseconds of every run.
+// Benchmark of captures of a scene: peeler's A-buffer (plan and capture: count, fill, sort, shade,
+// hand over), its exact composite, other methods, and Embree (build, all hits of every pixel's ray,
+// sort; no shading). Prints JSON with the milliseconds of every run.
 //
 //     capture SCENE [--size 1920x1080] [--runs 3] [--what a-buffer,embree]
 //
-// `--what`: embree, composite, or names of methods. Uploading is not timed, but told. Embree traces
-// with the packets that were the fastest when nothing was timed.
+// `--what`: embree, composite, or names of methods. The upload is reported separately. Embree uses
+// the packet width that was fastest in an untimed run.
 #include <algorithm>
 #include <limits>
 #include <optional>
@@ -20,7 +20,7 @@
 namespace peeler::benchmark {
 namespace {
 
-/// The width of packets that traces this picture soonest.
+/// Returns the packet width that traces this picture fastest.
 Packet fastestPacket(EmbreeLayers& embree, const View& view) {
     embree.build();
     Packet fastest = Packet::k1;

@@ -14,20 +14,20 @@
 namespace peeler::benchmark {
 namespace {
 
-/// The triangles whose hits are judged alike.
+/// Triangles with the same rules for hits.
 struct Surface {
     const Material* material = nullptr;  ///< null: no alpha test
     const Image* image = nullptr;
     bool cull = false;                   ///< hits of back faces do not count
-    std::vector<float> vertices{};       ///< nine a triangle
-    std::vector<unsigned> indices{};     ///< Embree's rows, three a triangle
-    std::vector<glm::vec2> texcoords{};  ///< three a triangle, for the alpha test
+    std::vector<float> vertices{};       ///< nine per triangle
+    std::vector<unsigned> indices{};     ///< Embree's indices, three per triangle
+    std::vector<glm::vec2> texcoords{};  ///< three per triangle, for the alpha test
 };
 
-/// Where the hits of a packet's rays go.
+/// The hits of a packet's rays.
 struct Collector {
-    test::EmbreeContext context{};      // first: Embree hands this pointer back
-    std::vector<EmbreeHit> hits[16]{};  // by the rays' ids
+    test::EmbreeContext context{};      // first: Embree passes this pointer back
+    std::vector<EmbreeHit> hits[16]{};  // by ray id
 };
 
 float wrapped(float coordinate, int wrap) {
@@ -64,7 +64,7 @@ bool passesAlpha(const Surface& surface, unsigned primitive, float u, float v) {
                : alpha > 0;
 }
 
-/// Takes every hit that counts and rejects it, so that Embree goes on.
+/// Records every hit that counts and rejects it, so that Embree continues.
 template <bool kCull, bool kAlpha>
 void collect(const RTCFilterFunctionNArguments* arguments) {
     auto* collector = reinterpret_cast<Collector*>(arguments->context);
@@ -97,7 +97,7 @@ RTCFilterFunctionN filterOf(const Surface& surface) {
     return kFilters[surface.cull ? 1 : 0][surface.material ? 1 : 0];
 }
 
-/// Rays through a view's samples: from `origin` along directions that are 1 long in Z, so that a
+/// Rays through a view's samples, from `origin`, with directions of length 1 in Z, so that a
 /// distance is a camera Z.
 struct Rays {
     explicit Rays(const View& view)
@@ -142,7 +142,7 @@ void aim(RayHit& packet, std::size_t lane, const Rays& rays, int x, int y) {
     packet.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
 }
 
-/// A packet of one, with the arrays that the others have.
+/// A packet of one ray, with the same arrays as the others.
 struct OneRay {
     struct {
         float org_x[1], org_y[1], org_z[1], tnear[1], dir_x[1], dir_y[1], dir_z[1], time[1],
@@ -169,16 +169,16 @@ void intersect(const int* valid, RTCScene scene, test::EmbreeContext& context, R
     test::intersect16(valid, scene, context, test::RayOrder::kCoherent, rays);
 }
 
-/// The fragments of a strip of rows, like a band: lists one after the other.
+/// The fragments of a strip of rows, like a band: the lists one after another.
 struct Strip {
     std::vector<EmbreeHit> hits{};
-    std::vector<std::uint32_t> ends{};  ///< of each pixel's list
+    std::vector<std::uint32_t> ends{};  ///< the end of each pixel's list
 };
 
 template <class RayHit, int kColumns, int kRows>
 std::uint64_t traceStrip(RTCScene scene, const Rays& rays, const Window& window,
                          const TakeHits& take) {
-    static thread_local Strip strip;  // its storage is used again
+    static thread_local Strip strip;  // reused storage
     static thread_local Collector collector;
     collector.context = test::embreeContext(test::RayOrder::kCoherent);
     strip.hits.clear();
@@ -216,7 +216,7 @@ struct EmbreeLayers::State {
     RTCScene scene = nullptr;
     std::vector<std::unique_ptr<Surface>> surfaces{};
     std::size_t triangles = 0;
-    bool culls = true;  ///< back faces that the material does not show
+    bool culls = true;  ///< whether the material culls back faces
 
     Surface& surfaceOf(const Scene& scene_file, const Material& material);
     void add(const PosedScene& posed, const MeshInstance& instance, std::size_t primitive);
@@ -273,7 +273,7 @@ EmbreeLayers::EmbreeLayers(const PosedScene& posed, Faces faces)
             state_->add(posed, instance, i);
     }
     for (const auto& surface : state_->surfaces)
-        surface->vertices.push_back(0);  // Embree reads 16 bytes of the last vertex
+        surface->vertices.push_back(0);  // Embree reads 16 bytes at the last vertex
 }
 
 EmbreeLayers::~EmbreeLayers() {

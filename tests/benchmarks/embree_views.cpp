@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes with Embree what `peeler render --as lari` makes of a scene beside its pictures: of every
-// camera a file of the depths of all layers, (height, width, 15), half, −1 where there is none. It
-// shades nothing.
+// The depth files of `peeler render --as lari`, written with Embree: per camera the depths of all
+// layers, (height, width, 15), half, −1 where there is no layer. Shades nothing.
 //
 //     embree_views SCENE CAMERAS FOLDER
 //
-// Reads the scene as peeler does, builds a hierarchy, and of each view finds and sorts all hits of
-// all pixels, 16 rays at once. The files are FOLDER/NAME.npy, and are not synced to the disk.
-// Prints JSON: the views, triangles and hits.
+// Reads the scene as peeler does, builds a hierarchy, and finds and sorts all hits of all pixels of
+// each view, 16 rays at once. The files are FOLDER/NAME.npy, without fsync. Prints JSON: the views,
+// triangles and hits.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -30,7 +29,7 @@ namespace {
 
 constexpr std::size_t kPlanes = 15;
 
-/// The depths of a picture as they are stored.
+/// The depths of a picture in the stored format.
 class DepthPlanes {
   public:
     explicit DepthPlanes(const View& view)

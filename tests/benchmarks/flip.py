@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""LDR-FLIP: how different two pictures look that are shown in turn at the same place.
+"""LDR-FLIP: the perceived difference of two pictures that alternate in the same place.
 
-Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "FLIP: A Difference Evaluator for Alternating
-Images", Proceedings of the ACM on Computer Graphics and Interactive Techniques 3 (2), 2020. The filters are separated
-into rows and columns, which changes nothing but the time.
+Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "FLIP: A Difference Evaluator for Alternating Images",
+Proceedings of the ACM on Computer Graphics and Interactive Techniques 3 (2), 2020. The filters are separated into rows
+and columns, which only saves time.
 """
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from typing import List, Sequence, Tuple
 
 import numpy as np
 
-# A screen 0.7 m wide, of 3840 pixels, seen from 0.7 m.
+# A screen 0.7 m wide, with 3840 pixels, viewed from 0.7 m.
 PIXELS_PER_DEGREE = 0.7 * (3840 / 0.7) * math.pi / 180
 Q_COLOR, Q_FEATURE = 0.7, 0.5  # exponents q_c and q_f
-KNEE, KNEE_ERROR = 0.4, 0.95  # p_c and p_t: up to 0.4 of the greatest difference, errors take 0.95 of their range
-FEATURE_DEGREES = 0.082  # w: the width of an edge that is seen best
+KNEE, KNEE_ERROR = 0.4, 0.95  # p_c and p_t: errors up to 0.4 of the maximum take 0.95 of the range
+FEATURE_DEGREES = 0.082  # w: the width of the most visible edge
 
 # sRGB's primaries and its white (IEC 61966-2-1), and the white of XYZ that follows from them.
 TO_XYZ = np.array([[10135552 / 24577794, 8788810 / 24577794, 4435075 / 24577794],
@@ -24,7 +24,7 @@ TO_XYZ = np.array([[10135552 / 24577794, 8788810 / 24577794, 4435075 / 24577794]
                    [1425312 / 73733382, 8788810 / 73733382, 70074185 / 73733382]])
 WHITE = TO_XYZ.sum(axis=1)
 
-# Sensitivity to contrast of the three opponents: sums of a · sqrt(π / b) · exp(−π² x² / b), as pairs of a and b; x in
+# Contrast sensitivity of the three opponents: sums of a · sqrt(π / b) · exp(−π² x² / b), as pairs of a and b; x in
 # degrees.
 Terms = Sequence[Tuple[float, float]]
 ACHROMATIC: Terms = ((1.0, 0.0047),)
@@ -37,13 +37,13 @@ def linear(srgb: np.ndarray) -> np.ndarray:
 
 
 def encoded(light: np.ndarray) -> np.ndarray:
-    """Linear light as sRGB, clipped to what a screen shows."""
+    """Returns linear light as sRGB, clipped to the range of a screen."""
     light = np.clip(light, 0.0, 1.0)
     return np.where(light <= 0.0031308, light * 12.92, 1.055 * np.maximum(light, 0.0031308) ** (1 / 2.4) - 0.055)
 
 
 def opponents(light: np.ndarray) -> np.ndarray:
-    """Linear RGB to YCxCz."""
+    """Converts linear RGB to YCxCz."""
     x, y, z = np.moveaxis(light @ (TO_XYZ / WHITE[:, None]).T, -1, 0)
     return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=-1)
 
@@ -55,7 +55,7 @@ def from_opponents(opponent: np.ndarray) -> np.ndarray:
 
 
 def hunted_lab(light: np.ndarray) -> np.ndarray:
-    """Linear RGB to L*a*b*, colours the paler the darker they are (Hunt's effect)."""
+    """Converts linear RGB to L*a*b*, with darker colours less saturated (Hunt's effect)."""
     relative = light @ (TO_XYZ / WHITE[:, None]).T
     delta = 6 / 29
     root = np.where(relative > delta**3, np.cbrt(relative), relative / (3 * delta * delta) + 4 / 29)
@@ -65,12 +65,12 @@ def hunted_lab(light: np.ndarray) -> np.ndarray:
 
 
 def hyab(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Distance for large differences (Abasi and others, "Distancing from color", 2020)."""
+    """Returns the distance for large differences (Abasi and others, "Distancing from color", 2020)."""
     return np.abs(a[..., 0] - b[..., 0]) + np.hypot(a[..., 1] - b[..., 1], a[..., 2] - b[..., 2])
 
 
 def along(image: np.ndarray, kernel: np.ndarray, axis: int) -> np.ndarray:
-    """Convolved with a kernel of odd length; beyond its edges the picture goes on as it ends."""
+    """Convolves with a kernel of odd length; pixels beyond an edge repeat the edge."""
     reach, length = len(kernel) // 2, image.shape[axis]
     padding = [(reach, reach) if i == axis else (0, 0) for i in range(image.ndim)]
     padded = np.pad(image, padding, mode="edge")
@@ -78,7 +78,7 @@ def along(image: np.ndarray, kernel: np.ndarray, axis: int) -> np.ndarray:
 
 
 def seen_opponent(image: np.ndarray, terms: Terms, ppd: float) -> np.ndarray:
-    """One opponent as an eye resolves it."""
+    """Filters one opponent with the eye's contrast sensitivity."""
     widest = max(b for _, b in (*ACHROMATIC, *RED_GREEN, *BLUE_YELLOW))
     reach = math.ceil(3 * math.sqrt(widest / (2 * math.pi**2)) * ppd)
     at = np.arange(-reach, reach + 1) / ppd
@@ -92,7 +92,7 @@ def seen_opponent(image: np.ndarray, terms: Terms, ppd: float) -> np.ndarray:
 
 
 def color_error(a: np.ndarray, b: np.ndarray, ppd: float) -> np.ndarray:
-    """ΔE_c, 0 to 1, of two pictures of opponents."""
+    """Returns ΔE_c, 0 to 1, of two pictures of opponents."""
     labs: List[np.ndarray] = []
     for image in (a, b):
         parts = [seen_opponent(image[..., i], terms, ppd) for i, terms in
@@ -106,7 +106,7 @@ def color_error(a: np.ndarray, b: np.ndarray, ppd: float) -> np.ndarray:
 
 
 def features(lightness: np.ndarray, ppd: float) -> Tuple[np.ndarray, np.ndarray]:
-    """How strong an edge and how strong a point each pixel is."""
+    """Returns the edge and point strength of each pixel."""
     deviation = 0.5 * FEATURE_DEGREES * ppd
     reach = math.ceil(3 * deviation)
     at = np.arange(-reach, reach + 1)
@@ -122,7 +122,7 @@ def features(lightness: np.ndarray, ppd: float) -> Tuple[np.ndarray, np.ndarray]
 
 
 def flip(a: np.ndarray, b: np.ndarray, ppd: float = PIXELS_PER_DEGREE) -> np.ndarray:
-    """The error of each pixel, 0 (none) to 1, of two sRGB pictures [height, width, 3] with values 0 to 1."""
+    """Returns the error of each pixel, 0 (none) to 1, of two sRGB pictures [height, width, 3] with values 0 to 1."""
     first, second = (opponents(linear(np.clip(image, 0.0, 1.0))) for image in (a, b))
     edges_a, points_a = features((first[..., 0] + 16) / 116, ppd)
     edges_b, points_b = features((second[..., 0] + 16) / 116, ppd)

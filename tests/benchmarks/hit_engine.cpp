@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times all hits of rays as the CPU finds them without GL, side by side with Embree, and what is
-// made of them. Prints JSON with the processor time of every run (of all threads, the kernel's work
-// for them included) and its milliseconds.
+// Benchmark of all hits of rays on the CPU without GL, beside Embree, and of their uses. Prints
+// JSON with the processor time of every run (all threads, with kernel time) and its milliseconds.
 //
 //     hit_engine SCENE [--size 1920x1080] [--bundles 1] [--runs 3] [--what hits,embree]
 //
-// One bundle has rays of that size, square cells, around the scene; several are spread over the
-// sphere, as `peeler rays --directions` has them, with the width for their resolution.
-// - hits: a HitRasterizer is made and captures t and triangles of all bundles, which are counted
-// - embree: its hierarchy is built once, and finds and sorts all hits of the same rays, 16 at once
-// - thickness, parity: hits, and of all rays what `--map thickness` and `--parity` say of them
-// - axes: hits of the three bundles of `--voxels`, the width being the cells along the longest side
-// - voxels: axes, and which cells are inside
-// - kept: hits, every one of which is kept in the hand-over type. It is not timed in turn with the
-//   others but comes first, when nothing else has been done: "resident" is the most that was
-//   resident above what was before, in bytes.
+// One bundle has that many rays, in square cells, around the scene; several are spread over the
+// sphere, like those of `peeler rays --directions`, with the width as their resolution.
+// - hits: a HitRasterizer is made and captures t and triangles of all bundles; the hits are counted
+// - embree: builds its hierarchy once, and finds and sorts all hits of the same rays, 16 at once
+// - thickness, parity: hits, and the results of `--map thickness` and `--parity` for all rays
+// - axes: hits of the three bundles of `--voxels`, with the width as the cells along the longest
+//   side
+// - voxels: axes, and the inside test of the cells
+// - kept: hits, all stored in the hand-over type. It is not timed in turn with the
+//   others but runs first, before anything else: "resident" is the peak resident memory above
+//   the start, in bytes.
 #include <algorithm>
 #include <fstream>
 #include <iterator>
@@ -38,10 +38,10 @@
 namespace peeler::benchmark {
 namespace {
 
-/// Along no axis and no symmetry of a scene.
+/// Not along an axis or a symmetry of a scene.
 constexpr glm::dvec3 kDirection{0.36, -0.48, -0.8};
 
-/// Hands the bands of a bundle on.
+/// Passes the bands of a bundle on.
 template <class Take>
 class BandSink final : public Sink {
   public:
@@ -54,7 +54,7 @@ class BandSink final : public Sink {
     Take take_;
 };
 
-/// Maps that are evaluated as those of files are, and written nowhere.
+/// Maps that are evaluated like those of files, but written nowhere.
 class UnwrittenMaps final : public RayMapOutput {
   public:
     using RayMapOutput::RayMapOutput;
@@ -67,7 +67,7 @@ class UnwrittenMaps final : public RayMapOutput {
     std::string pathOf(std::size_t) const override { return {}; }
 };
 
-/// A bundle of so many rays, as far apart to the right as up, that shows the whole scene.
+/// Returns a bundle of that many rays, with square cells, that shows the whole scene.
 Bundle framed(const Bounds& scene, int width, int height) {
     RayGrid grid;
     grid.resolution = width;
@@ -113,7 +113,7 @@ class HitEngine {
     }
 
     Contender contender(const std::string& name);
-    /// Bytes that keeping all hits takes.
+    /// Returns the bytes that all stored hits take.
     std::uint64_t kept();
     nlohmann::json result() const {
         nlohmann::json result = told_;
@@ -125,8 +125,8 @@ class HitEngine {
     }
 
   private:
-    /// Traces bundles with a source made for them; take(i, band) takes the bands of bundle i.
-    /// Returns the hits.
+    /// Traces bundles with a source made for them; take(i, band) receives the bands of bundle i.
+    /// Returns the number of hits.
     template <class Take>
     std::uint64_t trace(const std::vector<Bundle>& bundles, const Take& take) {
         HitRasterizer source(scene_.posed);
@@ -194,7 +194,7 @@ void HitEngine::voxels() {
 }
 
 std::uint64_t HitEngine::kept() {
-    std::ofstream("/proc/self/clear_refs") << 5;  // the most so far is what is resident now
+    std::ofstream("/proc/self/clear_refs") << 5;  // resets the peak to the current resident size
     const std::uint64_t before = residentBytes();
     std::vector<LayeredImage> bands;
     told_["hits"] = trace(
@@ -224,7 +224,7 @@ nlohmann::json measure(const Options& options) {
     for (const std::string& name : names)
         contenders.push_back(engine.contender(name));
     for (const Contender& contender : contenders)
-        contender.work();  // once without being timed
+        contender.work();  // one untimed run
     for (int i = 0; i < options.runs; ++i) {
         for (const Contender& contender : contenders) {
             const double before = processorMilliseconds();

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times what it takes to write all hits of some bundles, as the CPU finds them without GL, as a
-// .npz: prints JSON with the processor time of every run (of all threads, the kernel's work for
-// them included) and its milliseconds.
+// Benchmark of writing all CPU hits of some bundles as a .npz. Prints JSON with the processor time
+// of every run (all threads, with kernel time) and its milliseconds.
 //
 //     hits SCENE [--size 1700x4] [--runs 3] [--what npz] [--folder .]
 //
-// `--size` is the resolution of the bundles by how many there are. "npz" traces them and writes
-// hits.npz, which stays in the folder; "capture" traces them and keeps nothing, with all that the
-// columns are made of; "bare" likewise without channels: t and triangles alone.
+// `--size` is the resolution of the bundles by their number. "npz" traces them and writes hits.npz,
+// which stays in the folder; "capture" traces them with all channels and keeps nothing; "bare" does
+// the same with t and triangles only.
 #include <algorithm>
 #include <filesystem>
 #include <numeric>
@@ -22,7 +21,7 @@
 namespace peeler::benchmark {
 namespace {
 
-/// Hands bands on to an output, as `peeler rays` does.
+/// Passes bands on to an output, like `peeler rays`.
 class OutputSink final : public Sink {
   public:
     OutputSink(RayOutput& output, std::size_t bundle) : output_(output), bundle_(bundle) {}
@@ -103,8 +102,7 @@ nlohmann::json measure(const Options& options) {
     nlohmann::json result = {{"threads", threadCount()}, {"hits", hits.hits()}};
     for (int i = 0; i < options.runs; ++i) {
         for (const Contender& contender : contenders) {
-            if (contender.name == "npz")
-                std::filesystem::remove(hits.path());  // a file that is new
+            if (contender.name == "npz") std::filesystem::remove(hits.path());  // a new file
             const double before = processorMilliseconds();
             result["milliseconds"][contender.name].push_back(milliseconds(contender.work));
             result["processor"][contender.name].push_back(processorMilliseconds() - before);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times calls of the C++ library: library_calls SCENE SIZE CALLS prints milliseconds a call of
-// Renderer::layers() for SIZE x SIZE pixels, after as many calls as a tenth of them.
+// Benchmark of the C++ library: library_calls SCENE SIZE CALLS prints the milliseconds per call of
+// Renderer::layers() for SIZE x SIZE pixels, after a warm-up of a tenth as many calls.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>

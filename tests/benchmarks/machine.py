@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a measurement was made with: commit, machine, renderer, versions."""
+"""The conditions of a measurement: commit, machine, renderer, versions."""
 from __future__ import annotations
 
 import json
@@ -16,7 +16,7 @@ PACKAGES = {"Embree": "libembree-dev", "VTK": "python3-vtk9", "f3d": "f3d", "Ope
 
 
 def output(*command: Any) -> str:
-    """What it prints; nothing if it fails or is not there."""
+    """Returns the command's output; nothing if it fails or does not exist."""
     try:
         done = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
                               text=True, cwd=ROOT, check=True)
@@ -26,7 +26,7 @@ def output(*command: Any) -> str:
 
 
 def commit() -> str:
-    """The one that is checked out, and whether anything but what is written here differs from it."""
+    """Returns the current commit, and whether anything but the results differs from it."""
     changed = output("git", "status", "--porcelain", "--", ".", ":!README.md", ":!tests/benchmarks/RESULTS.md")
     return (output("git", "rev-parse", "HEAD") or "unknown") + (", modified" if changed else "")
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the programs that measure share: a scene file with its view, and times of runs in turn.
+// Shared parts of the benchmark programs: a scene file with its view, and times of runs in turn.
 #pragma once
 
 #include <functional>
@@ -16,16 +16,16 @@ namespace peeler::benchmark {
 struct Options {
     std::string scene{};
     int width = 1920, height = 1080, runs = 3;
-    int bundles = 1;                  ///< of rays, where a program traces some
-    std::vector<std::string> what{};  ///< of the program's own list; empty = its default
-    std::string folder = ".";         ///< for files that are written and removed again
+    int bundles = 1;                  ///< of rays, if the program traces any
+    std::vector<std::string> what{};  ///< from the program's own list; empty = its default
+    std::string folder = ".";         ///< for files that are written and then removed
 };
 
-/// SCENE [--size 1920x1080] [--bundles 1] [--runs 3] [--what A,B] [--folder .]. Sets the threads of
-/// peeler and of Mesa. Throws Error (kUsage).
+/// Parses SCENE [--size 1920x1080] [--bundles 1] [--runs 3] [--what A,B] [--folder .]. Sets the
+/// threads of peeler and of Mesa. Throws Error (kUsage).
 Options parse(int count, char** arguments);
 
-/// A scene as `peeler render` reads and frames it.
+/// A scene that is read and framed as in `peeler render`.
 struct MeasuredScene {
     explicit MeasuredScene(const Options& options);
     Scene scene;
@@ -33,10 +33,11 @@ struct MeasuredScene {
     View view;
 };
 
-/// Camera as other programs take it: eye, target, up, vertical field of view in degrees, near.
+/// Returns the camera in other programs' terms: eye, target, up, vertical field of view in degrees,
+/// near.
 nlohmann::json cameraJson(const View& view);
 
-/// Takes bands and keeps nothing but their number of fragments.
+/// A sink that counts fragments and keeps nothing.
 class CountingSink final : public Sink {
   public:
     void begin(const Plan&) override {}
@@ -45,24 +46,23 @@ class CountingSink final : public Sink {
     std::uint64_t fragments = 0;
 };
 
-/// One of the things that are compared.
+/// One competitor of a comparison.
 struct Contender {
     std::string name;
     std::function<void()> work;
 };
 
-/// Milliseconds of every run by name: first all of them once without being timed, then one after
-/// the other, `runs` times around.
+/// Returns the milliseconds of every run by name: first one untimed run of each, then `runs`
+/// rounds, one after another.
 nlohmann::json timesInTurn(const std::vector<Contender>& contenders, int runs);
 
-/// Milliseconds that the work takes.
+/// Returns the milliseconds of the work.
 double milliseconds(const std::function<void()>& work);
 
-/// Processor time that the process has used so far, of all threads, the kernel's work for them
-/// included.
+/// Returns the process's processor time so far, over all threads, with kernel time.
 double processorMilliseconds();
 
-/// Runs the program: prints the JSON that `measure` returns, or on stderr why there is none.
+/// Runs the program: prints the JSON that `measure` returns, or the error on stderr.
 int run(int count, char** arguments, const std::function<nlohmann::json(const Options&)>& measure);
 
 }  // namespace peeler::benchmark

@@ -23,7 +23,7 @@ import numpy
 
 
 def surface(triangles: int):
-    """A square of hills: vertices (n, 3) float32 and triangles (m, 3) uint32, two a square of the grid."""
+    """Returns a square of hills: vertices (n, 3) float32 and triangles (m, 3) uint32, two per grid square."""
     side = max(1, math.isqrt(triangles // 2))
     x, y = numpy.meshgrid(*2 * [numpy.arange(side + 1, dtype=numpy.float32)], indexing="ij")
     vertices = numpy.stack([x, y, 20 * numpy.sin(x / 100) * numpy.cos(y / 77)], -1).reshape(-1, 3)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a command spends its processors' time, by threads and libraries (Linux perf, cpu-clock)."""
+"""A command's processor time by threads and libraries (Linux perf, cpu-clock)."""
 from __future__ import annotations
 
 import re
@@ -10,10 +10,10 @@ from typing import Any, Sequence
 
 from side_by_side import run
 
-# perf's word for a library, and the reader's.
+# perf's name for a library, and the displayed name.
 LIBRARIES = (("[JIT]", "compiled shaders"), ("[kernel", "kernel"), ("[vdso]", "kernel"), ("swrast_dri", "Mesa"),
              ("ld-linux", "dynamic linker"), ("libc.so", "libc"), ("libm.so", "libm"))
-LEAST = 3.0  # per cent that are worth a word
+LEAST = 3.0  # minimum per cent for a mention
 
 
 def library(name: str) -> str:
@@ -21,7 +21,7 @@ def library(name: str) -> str:
 
 
 def profile(command: Sequence[Any]) -> str:
-    """Shares of all samples, the largest first; empty where perf cannot be used."""
+    """Returns the shares of all samples, the largest first; empty if perf is not usable."""
     with tempfile.TemporaryDirectory() as folder:
         samples = Path(folder) / "perf.data"
         try:

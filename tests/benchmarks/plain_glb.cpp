@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes a scene of triangles without textures as a plain .glb, for programs that do not read
-// compressed meshes: positions, normals, indices, and of the materials colour, roughness and mode.
+// Converter of a scene of triangles to a plain .glb without textures, for programs that do not read
+// compressed meshes: positions, normals, indices, and the materials' colour, roughness and mode.
 //
 //     plain_glb SCENE OUT.glb
 #include <cstdint>

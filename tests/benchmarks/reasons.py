@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Why rows miss their targets, by the rows' names; how much each takes is in the profiles that stand below."""
+"""Reasons why rows miss their targets, by the rows' names; the profiles below have each one's share."""
 from __future__ import annotations
 
 from typing import Dict
@@ -36,8 +36,8 @@ REASONS: Dict[str, str] = {
         "From 8 to 16 layers the compiled shaders' share grows, and nothing else's does; beyond, time grows as the fragments do.",
 }
 
-# Why pictures of three.js are far from ours, by the rows' names: what paragraphs of examples/guide/light.md,
-# "Beside three.js", begin with.
+# Reasons why pictures of three.js are far from ours, by the rows' names: the first words of paragraphs in
+# examples/guide/light.md, "Beside three.js".
 THREE: Dict[str, str] = {
     **{name: "Glass" for name in ("GlassVaseFlowers", "LightsPunctualLamp", "ToyCar", "TransmissionTest")},
     **{name: "Cloth" for name in ("cloth, roughness 0.3", "cloth, roughness 0.8")},

@@ -43,7 +43,7 @@ MEAN, ERROR, FURNACE = 0.03, 0.1, 0.02
 
 
 def radiance(image: Array, direction: Array) -> Array:
-    """Interpolated between the four nearest pixels."""
+    """Interpolates between the four nearest pixels."""
     height, width, _ = image.shape
     u = 0.5 - np.arctan2(direction[..., 0], direction[..., 2]) / (2 * np.pi)
     v = 0.5 - np.arcsin(np.clip(direction[..., 1], -1, 1)) / np.pi
@@ -80,14 +80,14 @@ def schlick(f0: Array, f90: float, cosine: Array) -> Array:
 
 
 def smith(alpha: Tuple[float, float], w: Array) -> Array:
-    """Lambda of GGX."""
+    """Returns Lambda of GGX."""
     slope = ((alpha[0] * w[..., 0]) ** 2 + (alpha[1] * w[..., 1]) ** 2) / np.maximum(w[..., 2], 1e-9) ** 2
     return (np.sqrt(1 + slope) - 1) / 2
 
 
 def facets(v: Array, alpha: Tuple[float, float], count: int) -> Array:
-    """Half vectors, `count` for each view of `v`, as microfacets are seen (Heitz, "Sampling the GGX Distribution of
-    Visible Normals", 2018)."""
+    """Returns half vectors, `count` per view of `v`, with the density of visible microfacets (Heitz, "Sampling the
+    GGX Distribution of Visible Normals", 2018)."""
     u1, u2 = hammersley(count)
     stretched = unit(v * np.array([alpha[0], alpha[1], 1.0]))[:, None, :]
     across = np.stack([-stretched[..., 1], stretched[..., 0], 0 * stretched[..., 0]], -1)
@@ -105,7 +105,8 @@ def facets(v: Array, alpha: Tuple[float, float], count: int) -> Array:
 
 
 def ggx_weights(v: Array, alpha: Tuple[float, float], count: int) -> Tuple[Array, Array, Array]:
-    """Directions, what each counts for light times GGX times cosine (without the Fresnel term), and cosines v·h."""
+    """Returns directions, their weights for light times GGX times cosine (without the Fresnel term), and cosines
+    v·h."""
     h = facets(v, alpha, count)
     v = v[:, None, :]
     v_dot_h = np.clip(dot(v, h), 0, 1)
@@ -116,8 +117,8 @@ def ggx_weights(v: Array, alpha: Tuple[float, float], count: int) -> Tuple[Array
 
 
 class Albedo:
-    """What GGX reflects of white light from all around if the Fresnel term is 1: by the cosine, the mean of all azimuths;
-    and the mean of all directions."""
+    """GGX's albedo for white light with a Fresnel term of 1: by the cosine, averaged over all azimuths; and averaged
+    over all directions."""
 
     def __init__(self, alpha: Tuple[float, float]) -> None:
         self.cosine = np.linspace(0.01, 1, 64)
@@ -133,13 +134,13 @@ class Albedo:
 
 
 def hemisphere(count: int) -> Array:
-    """As a cosine falls."""
+    """Returns cosine-distributed directions."""
     u, w = hammersley(count)
     return np.stack([np.sqrt(u) * np.cos(2 * np.pi * w), np.sqrt(u) * np.sin(2 * np.pi * w), np.sqrt(1 - u)], -1)
 
 
 def charlie(alpha: float, v: Array, light: Array) -> Array:
-    """Estevez & Kulla, "Production Friendly Microfacet Sheen BRDF", 2017."""
+    """Returns the Charlie sheen BRDF (Estevez & Kulla, "Production Friendly Microfacet Sheen BRDF", 2017)."""
     h = unit(v + light)
     sine = np.sqrt(np.clip(1 - h[..., 2] ** 2, 0, 1))
     distribution = (2 + 1 / alpha) * sine ** (1 / alpha) / (2 * np.pi)
@@ -157,7 +158,7 @@ def charlie(alpha: float, v: Array, light: Array) -> Array:
 
 
 class Referee:
-    """Integrates over an environment, with `count` samples a lobe and pixel."""
+    """An integrator over an environment, with `count` samples per lobe and pixel."""
 
     def __init__(self, image: Array, count: int) -> None:
         self.image, self.count = image, count
@@ -186,7 +187,7 @@ class Referee:
         return (kept * radiance(self.image, spread @ frame)).mean(1)
 
     def cloth(self, frame: Array, v: Array, roughness: float) -> Tuple[Array, Array]:
-        """Light, and the lobe's albedo."""
+        """Returns light, and the lobe's albedo."""
         u, w = hammersley(self.count)
         sine = np.sqrt(1 - u * u)
         even = np.stack([sine * np.cos(2 * np.pi * w), sine * np.sin(2 * np.pi * w), u], -1)
@@ -195,7 +196,7 @@ class Referee:
         return (share[..., None] * radiance(self.image, even @ frame)).mean(1), albedo[:, None]
 
     def shade(self, ball: Ball, normals: Array) -> Array:
-        """Radiance toward the eye from surfaces with these normals."""
+        """Returns radiance toward the eye from surfaces with these normals."""
         east = np.stack([normals[:, 2], 0 * normals[:, 0], -normals[:, 0]], -1)
         tangents = unit(east + np.array([1e-9, 0, 0]))
         frame = np.stack([tangents, np.cross(normals, tangents), normals], 1)
@@ -227,7 +228,7 @@ class Referee:
 
 
 def pixel_normals(size: int) -> Array:
-    """Of a sphere that fills `size` x `size` pixels; z is NaN beside it."""
+    """Returns the normals of a sphere that fills `size` x `size` pixels; z is NaN outside."""
     x = 2 * (np.arange(size) + 0.5) / size - 1
     x, y = np.meshgrid(x, -x)
     with np.errstate(invalid="ignore"):
@@ -235,7 +236,7 @@ def pixel_normals(size: int) -> Array:
 
 
 def rendered(peeler: str, chosen: List[Ball], image: Array, size: int, turn: str) -> Array:
-    """Rows, spheres, columns, channels."""
+    """Returns peeler's pixels: rows, spheres, columns, channels."""
     if not chosen:
         return np.empty((size, 0, size, 3))
     with tempfile.TemporaryDirectory() as folder:
@@ -254,35 +255,35 @@ def rendered(peeler: str, chosen: List[Ball], image: Array, size: int, turn: str
 
 
 def largest_step(values: Array, seen: Array) -> float:
-    """`values` are those of the pixels that are seen."""
+    """Returns the largest step between neighbouring pixels; `values` belong to the `seen` pixels."""
     rows = np.full((*seen.shape, 3), np.nan)
     rows[seen] = values
     return float(np.nanmax(np.abs(np.diff(rows, axis=1))))
 
 
 class Nearness(NamedTuple):
-    """How near a sphere of ours comes."""
+    """The agreement of one of our spheres with the referee."""
 
     mean: float  # ours to the referee's
-    error: float  # root mean square, to that of the referee's pixels
-    furnace: Optional[float]  # the greatest difference from 1; of white spheres
+    error: float  # root mean square, relative to that of the referee's pixels
+    furnace: Optional[float]  # the greatest difference from 1, for white spheres
 
     def missed(self) -> List[str]:
-        """The limits that it misses: all, with what is not a number."""
+        """Returns the limits that it misses: all of them if something is not a number."""
         met = {"mean": abs(self.mean - 1) <= MEAN, "relative error": self.error <= ERROR,
                "furnace": self.furnace is None or self.furnace <= FURNACE}
         return [limit for limit in met if not met[limit]]
 
 
 def nearness(own: Array, theirs: Array, in_furnace: Optional[Array]) -> Nearness:
-    """Of the pixels of a sphere."""
+    """Compares the pixels of a sphere."""
     error = math.sqrt(((own - theirs) ** 2).mean() / (theirs**2).mean())
     furnace = None if in_furnace is None else float(np.abs(in_furnace - 1).max())
     return Nearness(float(own.mean() / theirs.mean()), error, furnace)
 
 
 def judgement(found: Dict[str, Nearness]) -> str:
-    """What stands under the table: the limits, and the spheres that miss them."""
+    """Returns the text under the table: the limits, and the spheres that miss them."""
     missed = [f"{name} ({', '.join(near.missed())})" for name, near in found.items() if near.missed()]
     return (f"Limits: means within {100 * MEAN:g} % of the referee's, relative errors of {ERROR:g}, white in the furnace "
             f"within {FURNACE:g} of 1. Missed by: {'; '.join(missed) or 'none'}.")

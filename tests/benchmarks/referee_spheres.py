@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What referee.py shades: spheres with every lobe of glTF's, and the environment around them."""
+"""The scenes of referee.py: spheres with every lobe of glTF, and the environment around them."""
 from __future__ import annotations
 
 import math
@@ -25,8 +25,8 @@ class Ball(NamedTuple):
     roughness: float = 0.5
     specular: float = 1.0
     ior: float = 1.5
-    coat: Optional[float] = None  # its roughness
-    sheen: Optional[float] = None  # its roughness; the colour is white
+    coat: Optional[float] = None  # the roughness
+    sheen: Optional[float] = None  # the roughness; the colour is white
     anisotropy: float = 0.0
 
     def material(self, glb: Glb) -> Dict[str, Any]:
@@ -55,7 +55,7 @@ BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 
 
 def balls() -> List[Ball]:
-    """Every lobe, by roughness, from 0.2 on."""
+    """Returns spheres with every lobe, by roughness, from 0.2 up."""
     some, many = (0.2, 0.4, 0.6, 0.8, 1.0), (0.2, 0.3, 0.5, 0.7, 1.0)
     return [
         Ball("white diffuse", specular=0.0),
@@ -88,7 +88,7 @@ def unit_sphere(around: int, rows: int) -> Geometry:
 
 
 def scene(chosen: List[Ball]) -> Glb:
-    """The spheres in a row along X, two apart."""
+    """Returns the spheres in a row along X, two apart."""
     glb = Glb("spheres")
     stored = glb.store(unit_sphere(192, 96))
     for i, ball in enumerate(chosen):
@@ -97,7 +97,8 @@ def scene(chosen: List[Ball]) -> Glb:
     return glb
 
 
-# The environment: equirectangular, as OpenEXR's ImfEnvmap.h has it. The centre is along +Z, the left along +X.
+# The environment: equirectangular, in the convention of OpenEXR's ImfEnvmap.h. The centre is along +Z, the left along
+# +X.
 
 
 def smooth(x: Array) -> Array:
@@ -106,7 +107,8 @@ def smooth(x: Array) -> Array:
 
 
 def environment(height: int) -> Array:
-    """Radiance, `height` x 2 `height` pixels: floor, sky, a red and a green side, and a bright box with a soft edge."""
+    """Returns radiance, `height` x 2 `height` pixels: floor, sky, a red and a green side, and a bright box with a
+    soft edge."""
     longitude = (0.5 - (np.arange(2 * height) + 0.5) / (2 * height)) * 2 * np.pi
     latitude = ((0.5 - (np.arange(height) + 0.5) / height) * np.pi)[:, None]
     y, x = np.sin(latitude) + 0 * longitude, np.sin(longitude) * np.cos(latitude)

@@ -139,12 +139,12 @@ SECTIONS: Dict[str, Section] = {
 
 
 class Number(NamedTuple):
-    """A row of the README's table: where it stands in the results."""
+    """A row of the README's table and its place in the results."""
 
     what: str
     section: str
-    cells: Dict[str, str]  # of its row
-    rival: str  # where the column of theirs does not name it
+    cells: Dict[str, str]  # the cells of its row
+    rival: str  # if the rival's column does not name it
     ours: str = "ours"
     theirs: str = "theirs"
 
@@ -180,7 +180,7 @@ def command_text(command: Tuple[str, ...], build: str, assets: str) -> List[str]
 
 
 def measured(section: Section, build: Path, more: List[str]) -> str:
-    """What the section's commands print, each below itself."""
+    """Returns the output of the section's commands, each below its command line."""
     texts = []
     for command in section.commands:
         words = command_text(command, str(build), str(ASSETS))
@@ -193,7 +193,7 @@ def measured(section: Section, build: Path, more: List[str]) -> str:
 
 
 def written(name: str, known: Dict[str, str], tables: str) -> str:
-    """A section as it stands in the file."""
+    """Returns a section in the file's format."""
     section = SECTIONS[name]
     told = "".join(f"- {key}: {value}\n" for key, value in known.items())
     return f"## {section.title}\n\n{section.text}\n\n{told}\n{tables}"
@@ -205,8 +205,8 @@ def gpu_facts(page: str) -> Dict[str, str]:
 
 
 def gpu_tables(page: str) -> str:
-    """The page of a run on a GPU without its date, tests that passed, and what it says twice."""
-    page = re.sub(r"\S*/(tests/\w+/\S+)", r"\1", page)  # wherever it was built
+    """Returns the page of a GPU run without its date, passed tests and repetitions."""
+    page = re.sub(r"\S*/(tests/\w+/\S+)", r"\1", page)  # any build folder
     shown = [re.split(r";only |; tests/", line)[0].replace("## ", "**", 1) + ("**" if line.startswith("## ") else "")
              for line in page.splitlines()[4:]
              if not re.match(r"- (devices|tests, shard \d+: \d|methods, (?!bracket)|references, .* differ by|tests, .* not packed)", line)]
@@ -214,7 +214,7 @@ def gpu_tables(page: str) -> str:
 
 
 def split(text: str) -> Dict[str, str]:
-    """The sections of the file by name, in the order of the table."""
+    """Returns the sections of the file by name, in the order of the table."""
     names = {section.title: name for name, section in SECTIONS.items()}
     found = {names.get(part.splitlines()[0]): f"## {part.strip()}\n" for part in re.split(r"^## ", text, flags=re.M)[1:]}
     return {name: found[name] for name in SECTIONS if name in found}
@@ -225,7 +225,8 @@ def joined(sections: Dict[str, str]) -> str:
 
 
 def rows(text: str) -> Iterator[Dict[str, str]]:
-    """Of all tables of a text, their cells by the columns' names (of two of one name the first)."""
+    """Yields the rows of all tables of a text, as cells by the columns' names (the first of two columns with one
+    name)."""
     columns: List[str] = []
     for line in text.splitlines():
         cells = [cell.strip() for cell in line.strip().strip("|").split("|")] if line.startswith("|") else []
@@ -253,7 +254,7 @@ def number_row(number: Number, sections: Dict[str, str]) -> str:
 
 
 def numbers_of(results: str) -> str:
-    """The README's table."""
+    """Returns the README's table."""
     sections = split(results)
     lines = ["| at 1920 × 1080 | peeler | beside it | ratio |", "| --- | ---: | ---: | ---: |",
              *(number_row(number, sections) for number in NUMBERS)]
@@ -261,7 +262,7 @@ def numbers_of(results: str) -> str:
 
 
 def origin_of(sections: Dict[str, str]) -> str:
-    """Where the numbers come from; of each section by itself, if they do not come from one machine and commit."""
+    """Returns the origin of the numbers; one per section if they come from several machines or commits."""
     origins = {}
     for name in dict.fromkeys(number.section for number in NUMBERS):
         told = dict(re.findall(r"^- (commit|machine|renderer): (.*)$", sections[name], re.M))
@@ -272,7 +273,7 @@ def origin_of(sections: Dict[str, str]) -> str:
 
 
 def with_numbers(readme: str, results: str) -> str:
-    """The README with its table made anew."""
+    """Returns the README with its updated table."""
     begin, end = readme.index(BEGIN) + len(BEGIN), readme.index(END)
     return f"{readme[:begin]}\n\n{numbers_of(results)}\n\n{readme[end:]}"
 
@@ -307,7 +308,7 @@ def main() -> int:
         try:
             readme = with_numbers(README.read_text(encoding="utf-8"), results)
         except LookupError as missing:
-            # The README would miss a row: what was measured is shown, and both files stay as they are.
+            # The README would miss a row: prints the measurements and leaves both files as they are.
             print(text)
             say(f"{name} is not written: {missing}")
             return 1

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the arrays of a .npz again with numpy.savez, and prints what that takes as a line of JSON.
+"""Writes the arrays of a .npz again with numpy.savez, and prints the time as a line of JSON.
 
     savez.py IN.npz OUT.npz
 
-The arrays are in memory before. `processor` counts all threads and the kernel's work for them; both numbers
-are milliseconds. numpy does not wait until the disk has the file.
+The arrays are loaded first. `processor` counts all threads with kernel time; both numbers are milliseconds. numpy does
+not wait for the disk.
 """
 import json
 import resource

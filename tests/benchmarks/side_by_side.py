@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the rows of the benchmarks' table share: runs in turn, whole processes, a display."""
+"""Shared parts of the benchmark table's rows: runs in turn, whole processes, a display."""
 from __future__ import annotations
 
 import json
@@ -20,7 +20,7 @@ HERE = Path(__file__).resolve().parent
 
 @dataclass
 class Row:
-    """One comparison. Every run's number is kept; medians are compared."""
+    """One comparison. All runs' numbers are kept; the table compares medians."""
 
     what: str
     scene: str
@@ -28,12 +28,12 @@ class Row:
     rival: str
     ours: List[float]
     theirs: List[float]
-    target: Optional[float]  # of ours / theirs; none: shown beside, nothing is asked
+    target: Optional[float]  # of ours / theirs; None: shown without a target
     unit: str = "ms"
     note: str = ""
-    ours_alone: Sequence[Any] = ()  # a command that does our part, to be profiled if it misses the target
+    ours_alone: Sequence[Any] = ()  # a command of our part alone, profiled if it misses the target
     profile: str = ""
-    fails: str = ""  # what else was asked for and does not hold; the row misses its target then
+    fails: str = ""  # another condition that failed; the row then misses its target
 
     @property
     def ratio(self) -> float:
@@ -50,7 +50,7 @@ class Row:
 
 @dataclass
 class Process:
-    """How a process that has ended went."""
+    """The result of a finished process."""
 
     milliseconds: float
     cpu_seconds: float
@@ -86,7 +86,7 @@ def run(command: Sequence[Any], display: Optional[str] = None, check: bool = Tru
 
 
 class Served:
-    """A program that works once for each line it is sent, and answers with milliseconds."""
+    """A program that works once per input line, and answers with milliseconds."""
 
     def __init__(self, command: Sequence[Any], display: str):
         self.child = subprocess.Popen([str(word) for word in command], stdin=subprocess.PIPE,
@@ -127,14 +127,14 @@ class Display:
 
 
 def exponent(points: List[Tuple[float, float]]) -> float:
-    """The slope of the straight line through log(y) over log(x), least squares."""
+    """Returns the slope of the least-squares line through log(y) over log(x)."""
     logs = [(math.log(x), math.log(y)) for x, y in points]
     mean_x, mean_y = (statistics.fmean(column) for column in zip(*logs))
     return sum((x - mean_x) * (y - mean_y) for x, y in logs) / sum((x - mean_x) ** 2 for x, _ in logs)
 
 
 def in_turn(contenders: Sequence[Callable[[], float]], runs: int) -> List[List[float]]:
-    """The numbers of each: one after the other, `runs` times around."""
+    """Returns the numbers of each contender, from `runs` rounds, one after another."""
     numbers: List[List[float]] = [[] for _ in contenders]
     for _ in range(runs):
         for list_, contender in zip(numbers, contenders):
@@ -144,7 +144,7 @@ def in_turn(contenders: Sequence[Callable[[], float]], runs: int) -> List[List[f
 
 @dataclass
 class Bench:
-    """Where things are, and how much is asked for."""
+    """The folders, and the size of the benchmark."""
 
     build: Path
     scratch: Path
@@ -152,7 +152,7 @@ class Bench:
     scenes: Dict[str, Path]
     sizes: List[str]
     runs: int
-    shrink: int = 1  # sides of the pictures of some rows are divided by it
+    shrink: int = 1  # divisor of the picture sides of some rows
     display: str = ""
     skipped: List[str] = field(default_factory=list)
 
@@ -161,11 +161,11 @@ class Bench:
         return self.build / "peeler"
 
     def program(self, name: str, *arguments: Any) -> Dict[str, Any]:
-        """What a program of tests/benchmarks says in JSON."""
+        """Returns the JSON of a program of tests/benchmarks."""
         return json.loads(run([self.build / "tests" / name, *arguments]).out)
 
     def those(self, *names: str) -> List[Tuple[str, Path]]:
-        """The scenes of these that there are and that were asked for."""
+        """Returns those of these scenes that exist and were requested."""
         return [(name, self.scenes[name]) for name in names if name in self.scenes]
 
     def at(self, *sizes: str) -> List[str]:

@@ -96,7 +96,7 @@ def measured(bench: Bench, kinds: List[str]) -> List[Row]:
 
 
 def reasons(rows: List[Row]) -> str:
-    """What stands under the table of the rows that miss their targets."""
+    """Returns the text under the table about the rows that miss their targets."""
     lines: List[str] = []
     missed = [row for row in rows if row.met is False]
     for what in dict.fromkeys(row.what for row in missed):

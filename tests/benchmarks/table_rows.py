@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The rows of the benchmarks' table: each kind is a function that measures and yields them."""
+"""The rows of the benchmark table: one function per kind measures and yields them."""
 from __future__ import annotations
 
 import json
@@ -21,7 +21,7 @@ Rows = Iterator[Row]
 def capture(bench: Bench) -> Rows:
     every = (*SPHERES, "forest", "city", *REAL)
     for size in bench.at(HD, UHD):
-        # Four times the pixels take four times as long: half of the scenes, unless they alone are asked for.
+        # Four times the pixels take four times as long: measures half of the scenes, unless only they are requested.
         half = size == UHD and len(bench.sizes) > 1
         for name, path in bench.those(*(every[::2] if half else every)):
             say(f"capture: {name} at {size}")
@@ -37,7 +37,7 @@ def capture(bench: Bench) -> Rows:
 
 
 def camera(bench: Bench, path: Path, size: str) -> Dict[str, Any]:
-    """Where peeler looks from, as other programs take it."""
+    """Returns peeler's camera in other programs' terms."""
     return bench.program("benchmark_capture", path, "--size", size, "--runs", 0, "--what", "composite")["camera"]
 
 
@@ -147,7 +147,7 @@ def hits(bench: Bench) -> Rows:
                     numbers += traced["processor"][key]
                 written = run(["/usr/bin/python3", HERE / "savez.py", bench.scratch / "hits.npz", copy])
                 savez.append(json.loads(written.out)["processor"])
-                copy.unlink()  # like ours, a file that is new
+                copy.unlink()  # a new file, like ours
             (bench.scratch / "hits.npz").unlink()
             without = statistics.median(bare)
             yield Row("hits into .npz, processor time", name, "4 bundles", "capture + numpy.savez of the same arrays",
@@ -212,7 +212,7 @@ def start(bench: Bench) -> Rows:
 
 
 def layers(bench: Bench) -> Rows:
-    """The others' work grows with N²: they get smaller pictures, fewer layers, one run."""
+    """Times layers. The rivals' work grows with N²: they get smaller pictures, fewer layers, one run."""
     kinds = (("a-buffer", "1280x720", scenes.LAYERS, bench.runs, 1.1), ("dual", "640x360", scenes.LAYERS[:6], 1, None),
              ("front-to-back", "640x360", scenes.LAYERS[:6], 1, None))
     for method, size, counts, runs, target in kinds:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What against_three.py renders: sample models, spheres of materials that are made here, and two environments."""
+"""The scenes of against_three.py: sample models, generated spheres of materials, and two environments."""
 from __future__ import annotations
 
 import math
@@ -15,7 +15,7 @@ from scene_kit.glb import REPEAT, Glb  # noqa: E402
 from scene_kit.png import png  # noqa: E402
 from scene_kit.shapes import quad, sphere  # noqa: E402
 
-WIDTH, HEIGHT = 2048, 1024  # three.js filters faces of a quarter of the width; peeler takes as many texels
+WIDTH, HEIGHT = 2048, 1024  # three.js filters faces of a quarter of the width; peeler uses the same resolution
 
 # Files below gltf-sample-assets.
 MODELS: Tuple[str, ...] = (
@@ -65,7 +65,7 @@ class Made(NamedTuple):
 
 def ball(base: float = 1.0, metallic: float = 0.0, roughness: float = 1.0,
          **extensions: Dict[str, Any]) -> Callable[[], Glb]:
-    """A sphere of one material; extensions without their KHR_materials_."""
+    """Returns a sphere of one material; extensions without their KHR_materials_."""
     def make() -> Glb:
         glb = Glb("ball")
         for name in extensions:
@@ -81,7 +81,7 @@ def ball(base: float = 1.0, metallic: float = 0.0, roughness: float = 1.0,
 
 
 def _hemisphere(x: int, y: int, side: int = 64) -> Tuple[int, ...]:
-    """A normal map of one dome, off its middle, so that every turn of it looks different."""
+    """Returns a texel of a normal map with one off-centre dome, so that every rotation looks different."""
     u, v = (x + 0.5) / side * 2 - 1.2, 0.9 - (y + 0.5) / side * 2
     square = (u * u + v * v) / 0.64
     normal = (u / 0.8, v / 0.8, math.sqrt(1 - square)) if square < 0.95 else (0.0, 0.0, 1.0)
@@ -94,7 +94,8 @@ TURNS: Tuple[Tuple[float, Tuple[float, float]], ...] = tuple(
 
 
 def turned_maps(varnish: bool) -> Glb:
-    """Squares without tangents, whose normal maps (or their varnish's) KHR_texture_transform turns and mirrors."""
+    """Returns squares without tangents; KHR_texture_transform rotates and mirrors their normal maps (or their
+    clearcoat's)."""
     glb = Glb("turned normal maps")
     glb.extend("KHR_texture_transform")
     stored = glb.store(quad(0.45, 0.45, tile=0.9))
@@ -135,9 +136,10 @@ MADE: Dict[str, Made] = {
 
 
 def studio(width: int = WIDTH, height: int = HEIGHT) -> np.ndarray:
-    """Linear RGB [height, width, 3], floats, the zenith first: a pale floor, a sky, three boxes of light and a dark wall.
+    """Returns linear RGB [height, width, 3], floats, the zenith first: a pale floor, a sky, three boxes of light and a
+    dark wall.
 
-    All edges are as soft as one degree, so that how a filter samples them does not decide what is seen.
+    All edges are one degree soft, so that the sampling of a filter does not decide the result.
     """
     v, u = np.mgrid[0:height, 0:width]
     latitude, longitude = 90 - (v + 0.5) * 180 / height, (u + 0.5) * 360 / width - 180

@@ -40,7 +40,7 @@ class Peeler:
         return float(result["composite"]["psnr"])
 
     def camera(self, name: str, margin: float = 1) -> list:
-        """The options of render for the camera of a picture, its field of view so much wider."""
+        """Returns the options of render for a picture's camera, with the field of view widened by `margin`."""
         attributes = self("info", self.file(name))["attributes"]
         camera = json.loads(attributes["peeler:cameraJson"])
         rows = camera["cameraToWorld"]

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Renders a glTF scene with VTK's dual depth peeling, exactly: no limit on peels, none on what is left.
+"""Renders a glTF scene with VTK's dual depth peeling, exactly: no limit on peels or on the remainder.
 
     vtk_peeling.py SCENE WIDTH HEIGHT CAMERA_JSON PICTURE
 
-The camera is what benchmark_capture says of peeler's. After one picture that is not timed, and saved, it
-prints the versions as a line of JSON; then a picture is rendered for every line that comes in, and the
-milliseconds of Render() until the last command is done are printed. Needs a display.
+The camera is benchmark_capture's description of peeler's. First renders and saves an untimed picture, and prints the
+versions as a line of JSON; then renders one picture per input line, and prints the milliseconds of Render() until the
+last command is done. Needs a display.
 
-The peeling pass is named, so that it cannot be VTK's older one. Surfaces are shaded after Phong, which
-is less work than the importer's choice (Cook-Torrance, as peeler's).
+The peeling pass is set explicitly, to exclude VTK's older one. Surfaces have Phong shading, which is less work than the
+importer's choice (Cook-Torrance, like peeler's).
 """
 import json
 import pathlib
@@ -21,7 +21,7 @@ import vtk
 
 
 def glass_alpha(scene):
-    """The alpha that all BLEND materials share: VTK 9.1's importer leaves it out."""
+    """Returns the alpha that all BLEND materials share: VTK 9.1's importer drops it."""
     data = pathlib.Path(scene).read_bytes()
     document = json.loads(data[20:20 + struct.unpack_from("<I", data, 12)[0]])
     alphas = {material["pbrMetallicRoughness"]["baseColorFactor"][3]

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times peeler's writers of layered and deep OpenEXR against OpenEXR's own classes: the same
-// pixels, channels and compression, the same threads. Prints JSON with the milliseconds of every
-// run and the files' sizes.
+// Benchmark of peeler's writers of layered and deep OpenEXR against OpenEXR's own classes: the same
+// pixels, channels, compression and threads. Prints JSON with the milliseconds of every run and the
+// files' sizes.
 //
 //     writers SCENE [--size 1920x1080] [--runs 3] [--what layered,deep,ours] [--folder .]
 //
-// `--what`: which files, and "ours" if OpenEXR's classes are to stand aside (for a profile). The
-// picture is captured once, before. Ours is begin() to finish(): cropping, gathering,
-// compositing the first part, compressing, writing, flushing to disk. Of OpenEXR only opening,
-// writePixels() and closing count; the planes it is given are prepared outside.
+// `--what`: the files, and "ours" to skip OpenEXR's classes (for a profile). The picture is
+// captured once, in advance. Our time is begin() to finish(): cropping, gathering, compositing the
+// first part, compressing, writing, flushing to disk. OpenEXR's time is only opening, writePixels()
+// and closing; its input planes are prepared outside.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDeepFrameBuffer.h>
 #include <OpenEXR/ImfDeepScanLineOutputFile.h>
@@ -37,7 +37,7 @@ namespace {
 namespace fs = std::filesystem;
 constexpr const char* kColors[] = {"R", "G", "B", "A"};
 
-/// Adds up what is timed of a run whose other work is not.
+/// A stopwatch for the timed parts of a run.
 class Watch {
   public:
     template <class Work>
@@ -54,7 +54,7 @@ Imath::Box2i boxOf(const Window& window) {
     return {{window.x0, window.y0}, {window.x1 - 1, window.y1 - 1}};
 }
 
-/// Keeps the bands as they come.
+/// Keeps the incoming bands.
 class KeepingSink final : public Sink {
   public:
     void begin(const Plan&) override {}
@@ -78,7 +78,7 @@ struct Picture {
     std::vector<LayeredImage> bands;
 };
 
-/// The pixels of one part: half R,G,B,A and float Z, as OpenEXR takes them.
+/// The pixels of one part: half R,G,B,A and float Z, in OpenEXR's layout.
 struct Planes {
     explicit Planes(const Window& window)
         : area(window),
@@ -103,7 +103,7 @@ struct Planes {
 
     Window area;
     std::vector<float> z;
-    std::vector<Imath::half> color;  ///< a plane a channel
+    std::vector<Imath::half> color;  ///< one plane per channel
 };
 
 Planes layerPlanes(const Picture& picture, std::size_t layer, const Window& window) {
@@ -153,7 +153,8 @@ Imf::Header headerOf(const Picture& picture, const std::string& name, const Wind
     return header;
 }
 
-/// All parts by OpenEXR: every layer's window, or the whole picture for each. Milliseconds.
+/// Writes all parts with OpenEXR: every layer's data window, or the whole picture for each. Returns
+/// milliseconds.
 double writeLayered(const Picture& picture, const std::string& path, bool cropped) {
     const Window whole = picture.plan.view.crop;
     const std::size_t layers = picture.plan.layers.size();
@@ -181,7 +182,7 @@ double writeLayered(const Picture& picture, const std::string& path, bool croppe
     return watch.total();
 }
 
-/// Where every pixel's samples are, for a frame buffer of each channel.
+/// Pointers to every pixel's samples, for a frame buffer of each channel.
 struct DeepPointers {
     explicit DeepPointers(const LayeredImage& image) {
         const std::size_t pixels = image.window.pixels();
@@ -219,7 +220,7 @@ struct DeepPointers {
     std::array<std::vector<const std::byte*>, 5> samples{};
 };
 
-/// All rows in one call. Milliseconds.
+/// Writes all rows in one call. Returns milliseconds.
 double writeDeep(const Picture& picture, const LayeredImage& image, DeepPointers& pointers,
                  const std::string& path) {
     const Window window = image.window;
@@ -235,7 +236,7 @@ double writeDeep(const Picture& picture, const LayeredImage& image, DeepPointers
     return watch.total();
 }
 
-/// Our writer, given the bands. Milliseconds.
+/// Writes the bands with our writer. Returns milliseconds.
 template <class Writer>
 double writeOurs(const Picture& picture, const std::string& path) {
     Watch watch;
@@ -249,7 +250,7 @@ double writeOurs(const Picture& picture, const std::string& path) {
     return watch.total();
 }
 
-/// What the files are written by, in turn.
+/// A writer, one row of the comparison.
 struct Row {
     std::string name;
     std::function<double(const std::string& path)> write;
@@ -266,7 +267,7 @@ nlohmann::json compared(std::vector<Row> rows, const Options& options) {
     for (int i = 0; i < options.runs; ++i) {
         for (const Row& row : rows) {
             const fs::path path = fs::path(options.folder) / (row.name + ".exr");
-            fs::remove(path);  // like ours, a file that is new
+            fs::remove(path);  // a new file, like ours
             result["milliseconds"][row.name].push_back(row.write(path.string()));
             result["bytes"][row.name] = fs::file_size(path);
             fs::remove(path);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deep files and layouts from the command line: losslessly to and fro, merged, refused.
+// Conversion of deep files and layouts on the command line: lossless round trips, merging,
+// refusals.
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <gtest/gtest.h>
@@ -21,7 +22,7 @@ class ConvertVerb : public testing::Test {
   protected:
     std::string at(const std::string& name) const { return (scratch_ / name).string(); }
 
-    /// Runs a command that must succeed; its result as JSON where there is one.
+    /// Runs a command that must succeed; returns its result if it is JSON.
     static Json run(std::vector<std::string> arguments) {
         arguments.insert(arguments.end(), {"--json", "--quiet"});
         const Outcome result = runPeeler(arguments);
@@ -51,7 +52,7 @@ TEST_F(ConvertVerb, LayeredAndDeepFilesTurnIntoEachOtherByteForByte) {
         run({"convert", at("layout.exr"), "-o", at("back.exr"), "--as", "deep"});
         EXPECT_TRUE(bytesOf(at("back.exr")) == bytesOf(at("deep.exr"))) << layout;
     }
-    // Other verbs see the same picture.
+    // Other verbs read the same picture.
     run({"flatten", at("ldi.exr"), "-o", at("a.exr")});
     run({"flatten", at("deep.exr"), "-o", at("b.exr")});
     EXPECT_TRUE(bytesOf(at("a.exr")) == bytesOf(at("b.exr")));
@@ -75,7 +76,7 @@ TEST_F(ConvertVerb, OpenImageIoFlattensToOurCompositeWithinHalfPrecision) {
                 const auto p = static_cast<std::size_t>(y * 160 + x);
                 const float ours = composite.rgba[p][static_cast<std::size_t>(c)];
                 const float theirs = flat.getchannel(x, y, 0, c);
-                // Half has 11 bits; they round once, ours is float.
+                // Half has 11 bits; OpenImageIO rounds to it once, ours is float.
                 ASSERT_NEAR(ours, theirs, std::max(1.0F, std::abs(ours)) / 1024)
                     << x << ',' << y << ' ' << c;
             }
@@ -98,7 +99,7 @@ TEST_F(ConvertVerb, OtherProgramsFlattenColourAloneHoweverManyChannelsThereAre) 
     const OIIO::ImageBufAlgo::CompareResults result =
         OIIO::ImageBufAlgo::compare(rich, plain, 0.0F, 0.0F);
     EXPECT_FALSE(result.error) << result.maxerror;
-    // Whatever order they are asked for in, all of it reads back.
+    // All channels read back, in any requested order.
     run({"convert", at("rich.exr"), "-o", at("layers.exr"), "--as", "ldi"});
     renderGlasses("rendered.exr", {"--channels", "all"});
     EXPECT_TRUE(bytesOf(at("layers.exr")) == bytesOf(at("rendered.exr")));
@@ -162,7 +163,7 @@ TEST_F(ConvertVerb, ASetDoesNotReplaceItsInputNorWhatMustStay) {
         runPeeler({"render", scene, "-o", at("a.exr"), "--layout", "per-file", "--no-clobber"})
             .exit_code,
         4);
-    // A lone layer is a picture of one layer.
+    // A single layer is a picture of one layer.
     const Json json = run({"convert", at("a.layer_001.exr"), "-o", at("b.exr")});
     EXPECT_EQ(json["layers"], 1);
 }

@@ -32,7 +32,7 @@ class ForeignExr : public testing::Test {
         return result.err;
     }
 
-    /// A deep file of 8 × 6 pixels of which 4 × 3 from (2, 1) on are stored.
+    /// Writes a deep file of 8 × 6 pixels with a stored data window of 4 × 3 from (2, 1).
     std::string inside() const {
         writeDeepFile(at("inside.exr"),
                       {deepPart({{2, 1}, {5, 3}}, kNames, {{0.5, 0.25, 0.25, 0.25, 2}})},
@@ -40,7 +40,7 @@ class ForeignExr : public testing::Test {
         return at("inside.exr");
     }
 
-    /// Two deep parts that say the same of other samples.
+    /// Writes two deep parts with the same header and different samples.
     std::string twoParts() const {
         DeepPart a = deepPart({{0, 0}, {3, 2}}, kNames, {{1, 0.5, 0.5, 0.5, 2}});
         DeepPart b = deepPart({{0, 0}, {3, 2}}, kNames, {{1, 0.25, 0.25, 0.25, 2}});
@@ -187,7 +187,7 @@ TEST_F(ForeignExr, DwaIsReadAndGood) {
     }
 }
 
-/// The files that were reported, where they lie beside the project.
+/// Files from bug reports, if they lie beside the project.
 TEST_F(ForeignExr, FilesFromTheField) {
     const char* const variable = std::getenv("PEELER_FIELD");
     const fs::path field = variable ? fs::path(variable) : sourceDir() / "../shared/field";

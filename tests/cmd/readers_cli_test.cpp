@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The programs of examples/readers print what `peeler info` prints.
+// Programs of examples/readers print the same as `peeler info`.
 #include <gtest/gtest.h>
 
 #include "formats/exr/exr_writers.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// glTF scenes of a few lines, for tests that damage them.
+// glTF scenes of a few lines, which tests damage.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace peeler::test {
 
-/// A red, half transparent, double-sided triangle in the plane z = 0; its corners are in
+/// Returns a red, half-transparent, double-sided triangle in the plane z = 0; its corners are in
 /// "triangle.bin".
 inline nlohmann::json triangleScene() {
     return nlohmann::json::parse(R"({
@@ -33,7 +33,7 @@ inline nlohmann::json triangleScene() {
     })");
 }
 
-/// The corners and indices of the triangle; `indices` to put wrong ones in.
+/// Returns the corners and indices of the triangle; `indices` allows wrong ones.
 inline std::string triangleBuffer(const std::array<std::uint32_t, 3>& indices = {0, 1, 2}) {
     const float corners[9] = {-1, -1, 0, 1, -1, 0, 0, 1, 0};
     std::string bytes(48, '\0');
@@ -42,8 +42,8 @@ inline std::string triangleBuffer(const std::array<std::uint32_t, 3>& indices = 
     return bytes;
 }
 
-/// `count` such triangles behind each other, each so large that it fills the frame of the camera
-/// "front" (distance 3 from the first one).
+/// Returns `count` such triangles one behind the other, each large enough to fill the frame of the
+/// camera "front" (distance 3 from the first one).
 inline nlohmann::json stackScene(int count) {
     nlohmann::json scene = triangleScene();
     scene["nodes"].clear();
@@ -60,9 +60,9 @@ inline nlohmann::json stackScene(int count) {
     return scene;
 }
 
-/// A red, a green and a blue pane of glass that reflects nothing before a white, unlit wall; those
-/// in between are narrow, so that pixels see one, two or all of them, and the wall ends before the
-/// picture does.
+/// Returns a red, a green and a blue pane of glass without reflections in front of a white, unlit
+/// wall; the middle ones are narrow, so that pixels see one, two or all of them, and the wall is
+/// narrower than the picture.
 inline nlohmann::json tintedPanes() {
     nlohmann::json scene = stackScene(4);
     const nlohmann::json primitive = scene["meshes"][0]["primitives"][0];
@@ -107,7 +107,7 @@ inline std::filesystem::path writeScene(const std::filesystem::path& folder,
     return folder / "scene.gltf";
 }
 
-/// The same as one GLB (glTF 2.0 §4.4).
+/// Returns the same as one GLB (glTF 2.0 §4.4).
 inline std::string glb(nlohmann::json scene, const std::string& buffer = triangleBuffer()) {
     scene["buffers"][0].erase("uri");
     std::string json = scene.dump();

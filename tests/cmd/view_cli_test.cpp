@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler view: what a file's layers show from other cameras, against renders from there.
+// peeler view: a file's layers from other cameras, against renders from there.
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ std::string exactly(const std::vector<double>& numbers) {
     return text.str();
 }
 
-/// sRGB over grey, 0 to 1: what is compared is what is seen.
+/// Returns sRGB over grey, 0 to 1, as displayed.
 OIIO::ImageBuf shown(const fs::path& path) {
     OIIO::ImageBuf image(path.string());
     EXPECT_TRUE(image.read(0, 0, true, OIIO::TypeDesc::FLOAT)) << image.geterror();
@@ -62,7 +62,8 @@ class ViewsOf : public testing::TestWithParam<const char*> {
 
     std::string file(const std::string& name) const { return (scratch_ / name).string(); }
 
-    /// Layers of the scene as its own camera sees it, and `margin` times as wide.
+    /// Captures layers of the scene from its own camera, with the field of view widened by
+    /// `margin`.
     void capture(const std::string& name, double margin) {
         run({"render", scene_, "-o", file("own.exr"), "--as", "composite", "--size", "384x216"});
         Arguments arguments{"render",
@@ -79,7 +80,8 @@ class ViewsOf : public testing::TestWithParam<const char*> {
         run(arguments);
     }
 
-    /// Options of render for the camera of a picture, its field of view `margin` times as wide.
+    /// Returns the options of render for a picture's camera, with the field of view widened by
+    /// `margin`.
     Arguments cameraOf(const std::string& name, double margin = 1) const {
         const OIIO::ImageBuf image(file(name));
         const Json camera =
@@ -116,13 +118,13 @@ TEST_P(ViewsOf, TheOwnCameraShowsTheComposite) {
 }
 
 TEST_P(ViewsOf, AllLayersAreWorthThreeDecibelsBesideIt) {
-    // Wider than what is asked for, so that what comes into the picture has been captured, and
-    // antialiased, so that stairs are not what is compared.
+    // Captured wider than the views, so that the parts that enter the picture exist, and
+    // antialiased, so that the comparison is not about jagged edges.
     capture("layers.exr", 1.5);
     const Arguments own = cameraOf("own.exr");
     for (const char* orbit : {"5,0", "10,0", "20,0"}) {
-        // OpenImageIO keeps what it has read under a name; a second may not be enough to tell that
-        // the file is another.
+        // OpenImageIO caches files by name; their times, in seconds, may be too coarse to notice a
+        // new file.
         const std::string all_name = std::string("all ") + orbit + ".exr";
         const std::string one_name = std::string("one ") + orbit + ".exr";
         const std::string direct_name = std::string("direct ") + orbit + ".exr";

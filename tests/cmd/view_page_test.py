@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Uses a page of `peeler view` in headless Chromium as a visitor would.
+"""Drives a page of `peeler view` in headless Chromium like a visitor.
 
     view_page_test.py PAGE.html OUT_FOLDER TOUR [X,Y...]
 
-Writes what the canvas shows after each step of a tour as PNG, console.json: what the browser's
-console said, and readings.json: what the page told, of the pixels X, Y as "X,Y" among others. The
-tour "look" is one round the scene: original, one_layer, depth, alpha, dragged, keys, nearer, reset;
-"filter" is a short one: original, depth, alpha, keys, reset; "read" is for a scene of three layers: original, only_2, layer_2, alpha_1, each channel, moved,
-moved_by_fingers, moved_by_keys, reset; "picture" writes page.png alone, all of the window with the
-first of the pixels (of the canvas) pointed at.
-Exit code 77: there is no Chromium, no chromedriver or no Selenium; why is on stdout.
+Writes the canvas after each step of a tour as PNG, the browser's console as console.json, and the page's readings as
+readings.json, with those of the pixels X, Y under "X,Y". The tour "look" goes around the scene: original, one_layer,
+depth, alpha, dragged, keys, nearer, reset; "filter" is a short one: original, depth, alpha, keys, reset; "read" is for
+a scene of three layers: original, only_2, layer_2, alpha_1, each channel, moved, moved_by_fingers, moved_by_keys,
+reset; "picture" writes only page.png, the whole window with the pointer on the first of the pixels (of the canvas).
+Exit code 77: there is no Chromium, no chromedriver or no Selenium; the reason is on stdout.
 """
 import base64
 import json
@@ -26,21 +25,21 @@ class Page:
     def __init__(self, driver, out):
         from selenium.webdriver.support.ui import WebDriverWait
         self.driver, self.out = driver, out
-        self.wait = WebDriverWait(driver, ENDLESS, poll_frequency=0.02)  # by default half a second
+        self.wait = WebDriverWait(driver, ENDLESS, poll_frequency=0.02)  # the default is half a second
         self.readings = {}
 
     def count(self, what):
-        """Of frames that the canvas, or readings that the line below it has had."""
+        """Returns the number of frames of the canvas, or of readings below it."""
         return int(self.driver.execute_script(
             {"frame": "return document.getElementById('picture').dataset.frame || 0",
              "reading": "return document.getElementById('probe').dataset.reading || 0"}[what]))
 
     def after(self, action, what="frame"):
-        """Does something and waits until the page has drawn it."""
+        """Performs an action and waits until the page has drawn it."""
         before = self.count(what)
         action()
         self.wait.until(lambda _: self.count(what) > before)
-        # What else was asked for meanwhile is drawn by the frame after next.
+        # Other pending changes appear in the frame after next.
         self.driver.execute_async_script(
             "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(done))")
 
@@ -79,7 +78,7 @@ class Page:
             "return document.getElementById(arguments[0]).textContent.trim()", element)
 
     def point(self, x, y, name=None, kind="mouse"):
-        """At a pixel of the canvas, as a mouse or a finger does."""
+        """Points at a pixel of the canvas, with a mouse or a finger."""
         self.after(lambda: self.driver.execute_script(
             "const c = document.getElementById('picture'), r = c.getBoundingClientRect();"
             "c.dispatchEvent(new PointerEvent('pointermove', {pointerType: arguments[2],"
@@ -89,7 +88,7 @@ class Page:
 
 
 def one_to_one(page, pixels):
-    """A pixel of the canvas for a pixel of the capture, from here on."""
+    """Sets one canvas pixel per pixel of the capture from here on."""
     page.run("const c = document.getElementById('picture');"
              "c.style.border = 0;"
              "c.style.width = JSON.parse(document.getElementById('view').textContent).width + 'px'")
@@ -140,7 +139,7 @@ def look(page, pixels):
 
 
 def two_fingers(driver, canvas, right, down):
-    """One above the other, both moved alike, step by step."""
+    """Moves two fingers, one above the other, in parallel, step by step."""
     from selenium.webdriver.common.actions.action_builder import ActionBuilder
     actions, steps = ActionBuilder(driver), 10
     for name, y in (("one", -15), ("other", 15)):
@@ -166,7 +165,7 @@ def read(page, pixels):
         "return document.getElementById('picture').dispatchEvent("
         "new MouseEvent('contextmenu', {cancelable: true}))")
 
-    # One layer alone.
+    # A single layer.
     page.told("of all", "shown")
     page.slide(2)
     page.told("two", "shown")
@@ -193,7 +192,7 @@ def read(page, pixels):
         cycle.append(page.element("channel").get_attribute("value"))
     page.readings["cycle"] = cycle
 
-    # From elsewhere.
+    # From another viewpoint.
     def shift_drag():
         ActionChains(driver).key_down(Keys.SHIFT).perform()
         page.drag(20, -10).perform()

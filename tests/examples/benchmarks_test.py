@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The benchmarks' scripts still run, and tests/benchmarks/RESULTS.md and README.md agree.
+"""Benchmark scripts still run, and tests/benchmarks/RESULTS.md and README.md agree.
 
-Small pictures, once; what is measured is not looked at. What needs programs of the benchmarks' own
-(side by side, baking) is not run here, but for the rows of hits and of data sets where these programs are built."""
+Small pictures, once; the measured values do not matter. Parts that need the benchmarks' own programs (side by side,
+baking) are not run, except the rows of hits and of data sets if these programs are built."""
 
 import json
 import math
@@ -37,7 +37,7 @@ REFEREE_RUNS = not subprocess.run(
 
 class Benchmarks(PeelerTest):
     def rows(self, script, *arguments):
-        """Of the table that it prints."""
+        """Returns the rows of the printed table."""
         done = subprocess.run(
             ["/usr/bin/python3", "-B", str(BENCHMARKS / script), PEELER, *map(str, arguments)],
             text=True,
@@ -88,7 +88,7 @@ class Benchmarks(PeelerTest):
 
     @unittest.skipUnless(REFEREE_RUNS, "Debian's python3-numpy or python3-openimageio is missing")
     def test_referee_in_a_furnace(self):
-        """White lobes return all light, black ones less, and varnish on black what its Fresnel term says."""
+        """White lobes reflect all light, black ones less, and clearcoat on black follows its Fresnel term."""
         import referee
         from referee_spheres import balls
 
@@ -127,7 +127,7 @@ class Benchmarks(PeelerTest):
 
 
 class CannedBench(side_by_side.Bench):
-    """Its programs say what they are told to say."""
+    """A bench whose programs give prepared answers."""
 
     def __init__(self, folder, answers, **more):
         paths = {name: pathlib.Path(name) for name in (*hit_rows.SOUPS, *hit_rows.MODELS, "2CylinderEngine", "helmet")}
@@ -141,7 +141,7 @@ class CannedBench(side_by_side.Bench):
 
 
 def hits_of(command):
-    """As many hits as rays, a nanosecond each by Embree and a tenth of that by us."""
+    """Returns as many hits as rays, with a nanosecond each for Embree and a tenth of that for us."""
     width, height = map(int, command[command.index("--size") + 1].split("x"))
     rays = width * height * (64 if "--bundles" in command else 1)
     times = {key: [1e-6 * rays * share] for key, share in (
@@ -152,7 +152,7 @@ def hits_of(command):
 
 
 class HitRows(PeelerTest):
-    """The rows about the CPU's hits."""
+    """The rows about CPU hits."""
 
     NAMES = ("benchmark_hit_engine", "bake_ao")
     BUILT = all((pathlib.Path(PEELER).parent / "tests" / name).is_file() for name in NAMES)
@@ -177,7 +177,7 @@ class HitRows(PeelerTest):
         self.assertEqual({row.scene: row.target for row in rows["bundle"]}["soup-640k"], 0.5)
         self.assertEqual(len(rows["bundle"]), 8)
         self.assertEqual([row.size for row in rows["bundles"]], ["64 of 512", "64 of 1024", "64 of 1024"])
-        # Thickness takes a fifth more than its hits, parity twice as much.
+        # Thickness takes a fifth longer than its hits, parity twice as long.
         self.assertEqual([row.met for row in rows["maps"]], 2 * [True, False, True])
         for row in sum(rows.values(), []):
             self.assertTrue(row.ours_alone, row.what)
@@ -209,7 +209,7 @@ class HitRows(PeelerTest):
 
     @unittest.skipUnless(BUILT, "benchmark_hit_engine and bake_ao are not built (target benchmarks)")
     def test_rows_of_tiny_pictures(self):
-        """Of the programs themselves, by the table's command."""
+        """Runs the programs themselves, with the table's command."""
         with tempfile.TemporaryDirectory() as scratch:
             told = pathlib.Path(scratch) / "rows.json"
             done = subprocess.run(
@@ -226,7 +226,7 @@ class HitRows(PeelerTest):
         self.assertEqual(len(list(results.rows(done.stdout))), len(rows))
         for row in rows:
             if row["what"].startswith("exponent"):
-                self.assertTrue(math.isfinite(row["ratio"]), row)  # of next to no hits it may be any
+                self.assertTrue(math.isfinite(row["ratio"]), row)  # with hardly any hits it may be anything
             else:
                 self.assertGreater(row["ratio"], 0, row)
 
@@ -261,7 +261,7 @@ class ViewRows(PeelerTest):
     @unittest.skipUnless((BUILD / "tests" / "benchmark_embree_views").is_file(),
                          "benchmark_embree_views is not built (target benchmarks)")
     def test_data_sets(self):
-        """Embree is asked for the same: it finds as many layers nearly everywhere."""
+        """Embree gets the same task: it finds as many layers nearly everywhere."""
         with mock.patch("view_rows.models", lambda: {"bracket": EXAMPLES / "scenes" / "bracket.glb"}):
             rows = self.rows("datasets", SCENE)
         self.assertEqual([row.scene for row in rows], 2 * ["bracket"] + 2 * ["all 1 models"])
@@ -271,7 +271,7 @@ class ViewRows(PeelerTest):
             self.assertRegex(row.note, "^[0-9.]+ objects a minute, Embree [0-9.]+$")
 
     def test_models(self):
-        """The form that needs least, of what is large enough."""
+        """Selects the form with the fewest requirements among the large enough models."""
         lines = ["path\ttriangles_in_default_scene\textensionsRequired"]
         lines += [f"{path}\t{triangles}\t{needed}" for path, triangles, needed in (
             ("gltf-sample-assets/Duck/glTF-Draco/Duck.gltf", 4212, "KHR_draco_mesh_compression"),
@@ -285,7 +285,7 @@ class ViewRows(PeelerTest):
 
 
 def patterns():
-    """A picture of bands and blocks, and the same with a darker block, a shift and a red corner."""
+    """Returns a picture of bands and blocks, and the same with a darker block, a shift and a red corner."""
     y, x = np.mgrid[0:48, 0:64] / 16
     a = np.stack([0.5 + 0.5 * np.sin(3 * x), 0.5 + 0.4 * np.cos(2 * y + x), (x + y) % 1], axis=-1)
     b = a.copy()
@@ -297,7 +297,7 @@ def patterns():
 
 class Flip(PeelerTest):
     def test_is_that_of_its_authors(self):
-        """Of these pictures their program (FLIP.h, in C++) says 0.3634523 on average."""
+        """The authors' program (FLIP.h, in C++) gives a mean of 0.3634523 for these pictures."""
         error = flip.flip(*patterns())
         self.assertAlmostEqual(error.mean(), 0.3634523, 5)
         self.assertAlmostEqual(flip.PIXELS_PER_DEGREE, 67.0206, 4)
@@ -322,7 +322,7 @@ class Flip(PeelerTest):
 
 class AgainstThree(PeelerTest):
     def test_compared(self):
-        """A tenth too bright on half of the picture, which is all that is covered."""
+        """Half of the picture is covered, and a tenth too bright."""
         theirs = np.zeros((16, 16, 4))
         theirs[:8] = (0.5, 0.5, 0.5, 1)
         ours = theirs * (1.1, 1.1, 1.1, 1)
@@ -330,23 +330,23 @@ class AgainstThree(PeelerTest):
         self.assertAlmostEqual(measured.psnr, -20 * np.log10(0.05), 6)
         self.assertAlmostEqual(measured.luminance, 1.1, 6)
         self.assertGreater(measured.flip, 0)
-        # Brighter than a screen can show is brighter, and looks the same.
+        # Values brighter than a screen differ in luminance, and look the same.
         bright = against_three.compared(4 * theirs, 8 * theirs)
         self.assertEqual((bright.psnr, bright.flip, bright.luminance), (np.inf, 0, 0.5))
         self.assertEqual(against_three.compared(theirs, theirs).psnr, np.inf)
 
     def test_sample_positions(self):
-        """A picture of four samples is the same as of four with them moved here."""
+        """Four samples give the same picture as their positions moved here."""
         self.assertEqual(against_three.sample_positions(1), [(0.5, 0.5)])
         positions = against_three.sample_positions(4)
         self.assertEqual(positions, [(0.125, 0.125), (0.375, 0.625), (0.625, 0.375), (0.875, 0.875)])
 
     def test_our_part(self):
-        """What is made here renders, and its environments are what they are said to be."""
+        """Our scenes render, and the environments have their documented properties."""
         image = three_scenes.studio(64, 32)
         self.assertEqual((image.shape, image.dtype), ((32, 64, 3), np.float32))
         self.assertGreater(image.max(), 10 * image.min())
-        self.assertLess(image[-1].max(), 0.3)  # the floor is below
+        self.assertLess(image[-1].max(), 0.3)  # the floor is at the bottom
         with tempfile.TemporaryDirectory() as scratch:
             folder = pathlib.Path(scratch)
             bench = against_three.Bench(PEELER, folder, 32, 2, None)
@@ -375,7 +375,7 @@ class AgainstThree(PeelerTest):
         self.assertIn("Nothing is below 30 dB", against_three.reasons({"Fox": against_three.Measured(np.inf, 0, 1)}))
 
     def test_reasons(self):
-        """A reason is of a row that there is, and stands in the guide."""
+        """Every reason belongs to an existing row, and is in the guide."""
         names = {*three_scenes.MADE, *(model.split("/")[0] for model in three_scenes.MODELS)}
         self.assertLessEqual(reasons.THREE.keys(), names)
         guide = (SOURCE / "examples/guide/light.md").read_text(encoding="utf-8")
@@ -406,7 +406,7 @@ class Results(PeelerTest):
         self.assertEqual([row["scene"] for row in results.rows(sections["views"])], ["new"])
 
     def test_numbers(self):
-        """Another result is another table, and one without a row of it is an error."""
+        """Other results give another table, and results without a required row are an error."""
         readme = (SOURCE / "README.md").read_text(encoding="utf-8")
         self.assertEqual(results.with_numbers(readme, self.TEXT), readme)
         row = "| capture | spheres | 1920x1080 | "

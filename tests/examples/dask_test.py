@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""examples/dask with a real scheduler and two workers, one of which is killed, in a machine of its own."""
+"""examples/dask with a real scheduler and two workers, one of which is killed, on its own machine."""
 
 import os
 import pathlib
@@ -31,7 +31,7 @@ class Dask(PeelerTest):
             "PYTHONUNBUFFERED": "1",
             "LP_NUM_THREADS": "0",
         }
-        # Shards of two scenes, so that there are some for everybody.
+        # Shards of two scenes, so that there are enough for every worker.
         self.script = self.folder / "dask" / "peeler_dask.py"
         shutil.copytree(EXAMPLES / "dask", self.script.parent)
         shutil.copytree(EXAMPLES / "worker", self.folder / "worker")
@@ -78,7 +78,7 @@ class Dask(PeelerTest):
         self.assertIn(f"{shards} shards of {len(scenes)} scenes, 1 failed", printed)
         self.assertIn("missing.glb", errors)
         written = sorted(out.glob("pictures-*.tar"))
-        # That of the missing scene is left out, unless another scene is in it.
+        # The shard of the missing scene is absent, unless it contains another scene.
         self.assertGreaterEqual(len(written), shards - 1)
         self.assertEqual(sorted(path.suffix for path in out.iterdir()), [".tar"] * len(written))
         first = self.folder / "first.tar"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fresh Debian roots, made by debootstrap from where this machine's own packages come."""
+"""Fresh Debian root folders, made by debootstrap from this machine's package sources."""
 
 import os
 import pathlib
@@ -15,7 +15,7 @@ PATH = os.environ["PATH"] + ":/usr/sbin:/sbin"
 
 
 def sources():
-    """[(address, suite)] that this Debian installs from; suites as in "bookworm-security"."""
+    """Returns [(address, suite)] of this Debian's package sources; suites as in "bookworm-security"."""
     form = "$(REPO_URI) $(RELEASE) $(COMPONENT) $(ORIGIN)"
     done = subprocess.run(
         ["apt-get", "indextargets", "--format", form, "Created-By: Packages"],
@@ -28,13 +28,13 @@ def sources():
 
 
 def suite():
-    """The name of this Debian's release; "" if it is none."""
+    """Returns the name of this Debian's release; "" on other systems."""
     names = [name for _, name in sources() if "-" not in name]
     return names[0] if names else ""
 
 
 def sources_of(name):
-    """The same for another release."""
+    """Returns the same for another release."""
     return [(address, known.replace(suite(), name, 1)) for address, known in sources()]
 
 
@@ -43,7 +43,7 @@ def mirror_of(name):
 
 
 def impediment(name, memory):
-    """Why no root of that release, of `memory` bytes, can be made here; nothing if one can."""
+    """Returns the reason why a root of that release, of `memory` bytes, cannot be made here; nothing if it can."""
     if not shutil.which("debootstrap", path=PATH):
         return "no debootstrap (examples/install_dependencies.sh test)"
     mirror = mirror_of(name)
@@ -61,7 +61,7 @@ def impediment(name, memory):
 
 
 def make_root(name, folder):
-    """Returns the mirror that it came from. Raises RuntimeError."""
+    """Makes a root and returns its mirror. Raises RuntimeError."""
     mirror = mirror_of(name)
     done = subprocess.run(
         ["debootstrap", "--variant=minbase", name, folder, mirror],
@@ -81,8 +81,8 @@ def make_root(name, folder):
 
 
 def in_own_machine(host_name, body, suite_name, memory):
-    """Ends with what `body` ends with on a machine of its own, where roots can be made that take so many
-    bytes of memory; says why it is skipped elsewhere."""
+    """Exits with the result of `body` on a machine of its own, if roots of this many bytes of memory can be made;
+    otherwise prints why it is skipped."""
     reason = impediment(suite_name, memory) or own_machine.impediment()
     if reason:
         skip(reason)

@@ -32,14 +32,14 @@ class Debian13(PeelerTest):
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(SOURCE / name, target)
         root.folder = "/peeler"
-        # The style check asks git which files are ours, and clang-format's release decides how they
-        # are laid out: it is done on Debian 12 alone.
+        # The style check asks git for our files, and the layout depends on clang-format's release: it runs only on
+        # Debian 12.
         root.variables["PEELER_STYLE"] = "unchecked"
         if ASSETS.is_dir():
             pathlib.Path(root.root, "assets").mkdir()
             own_machine.mount(str(ASSETS), f"{root.root}/assets", "none", flags=own_machine.MS_BIND)
             root.variables["PEELER_ASSETS"] = "/assets"
-        plain = "rm -rf build/* && sh tests/run.sh plain"  # for the memory that the files take
+        plain = "rm -rf build/* && sh tests/run.sh plain"  # to save the files' memory
         for command in ("sh examples/quickstart.sh", "sh tests/run.sh", plain):
             done = root.run(["sh", "-c", command])
             shown = done.stdout[-2500:] if done.returncode == 0 else done.stdout

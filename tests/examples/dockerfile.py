@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Builds a Dockerfile without Docker: each stage in a Debian root of its own, with chroot.
+"""A builder of Dockerfiles without Docker: each stage in its own Debian root, with chroot.
 
-As much of the Dockerfile reference as examples/Dockerfile uses; the rest is refused."""
+Supports only the instructions that examples/Dockerfile uses; refuses the rest."""
 
 import concurrent.futures
 import glob
@@ -20,7 +20,7 @@ class Failed(Exception):
 
 
 def instructions(file):
-    """[(line number, instruction, its text)]"""
+    """Returns [(line number, instruction, its text)]."""
     found, text, start = [], "", 0
     with open(file, encoding="utf-8") as lines:
         for number, line in enumerate(lines, 1):
@@ -38,7 +38,7 @@ def instructions(file):
 
 
 def plans(file):
-    """[(name of a stage, [(where, instruction, its text)])]; raises Failed for what is not known."""
+    """Returns [(name of a stage, [(where, instruction, its text)])]. Raises Failed for unknown instructions."""
     found = []
     for number, name, text in instructions(file):
         where = f"line {number}: {name} {text}"
@@ -55,15 +55,15 @@ def plans(file):
 
 
 def copied(text):
-    """The stage that is copied from, if it is one; the sources; the target."""
+    """Returns the source stage, if any; the sources; the target."""
     *sources, target = text.split()
     stage = sources.pop(0)[7:] if sources[0].startswith("--from=") else None
     return stage, sources, target
 
 
 def copy(pattern, to, target):
-    """A folder's contents go into the target, which is `to` outside; a file goes into it if the
-    target ends with a slash. False if there is nothing of that name."""
+    """Copies a folder's contents into the target, which is `to` outside; a file into it if the target ends with a
+    slash. Returns False if nothing has that name."""
     found = glob.glob(pattern)
     for source in found:
         if os.path.isdir(source):
@@ -76,7 +76,7 @@ def copy(pattern, to, target):
 
 
 class Stage:
-    """A root folder and what later instructions need to know."""
+    """A root folder and the state for later instructions."""
 
     def __init__(self, base, root):
         subprocess.run(["cp", "-a", base, root], check=True)
@@ -87,7 +87,7 @@ class Stage:
             subprocess.run(["mount", "--rbind", f"/{name}", f"{root}/{name}"], check=True)
 
     def run(self, command, user=None, **options):
-        """`command` in this root; with its standard error, its output is in .stdout."""
+        """Runs `command` in this root; its output and standard error are in .stdout."""
         words = [
             "chroot",
             *([f"--userspec={user}"] if user else []),
@@ -110,22 +110,21 @@ class Stage:
         )
 
     def path(self, name):
-        """Where a path of the Dockerfile is outside."""
+        """Returns the outside path of a path of the Dockerfile."""
         return self.root + os.path.normpath(os.path.join(self.folder, name))
 
 
 class Builder:
     def __init__(self, base, context, scratch, replace=None):
-        """`base` is the root that FROM debian:12 stands for; replace(stage, command) is asked
-        before each RUN, and true if it has done something in its place."""
+        """`base` is the root for FROM debian:12; replace(stage, command) is called before each RUN, and returns True
+        if it did something instead."""
         self.base, self.context, self.scratch = base, context, scratch
         self.replace = replace or (lambda stage, command: False)
-        self.stages = {}  # name: what becomes a Stage
+        self.stages = {}  # name: the future Stage
         self.entrypoint = None
 
     def build(self, file):
-        """Returns the last stage. Raises Failed. Stages are made at the same time, until one copies
-        from another."""
+        """Returns the last stage. Raises Failed. Stages are built concurrently, until one copies from another."""
         stages = plans(file)
         with concurrent.futures.ThreadPoolExecutor(len(stages)) as threads:
             for name, plan in stages:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""examples/Dockerfile: what can be told without building it, and with PEELER_TEST_ALL all of it,
-carried out in fresh roots that debootstrap makes, in memory (minutes)."""
+"""examples/Dockerfile: checks without a build, and with PEELER_TEST_ALL all of it, run in fresh roots that
+debootstrap makes, in memory (minutes)."""
 
 import glob
 import os
@@ -21,11 +21,11 @@ from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main, peeler
 ALL = bool(os.environ.get("PEELER_TEST_ALL"))
 FILE = EXAMPLES / "Dockerfile"
 NEEDED = 8e9  # bytes of memory
-SUITE = "bookworm"  # debian:12, this machine or not
+SUITE = "bookworm"  # debian:12, on any machine
 
 
 def installed_packages():
-    """{package: the packages that it depends on}, of this machine"""
+    """Returns {package: the packages that it depends on} of this machine."""
     done = subprocess.run(
         ["dpkg-query", "-W", "-f", "${Package}\t${Pre-Depends}, ${Depends}\n"],
         text=True,
@@ -48,14 +48,14 @@ def with_dependencies(packages, needs):
 
 
 def libraries(program):
-    """The files that the dynamic linker loads for it, those of sanitizers aside."""
+    """Returns the files that the dynamic linker loads for it, without those of sanitizers."""
     done = subprocess.run(["ldd", program], text=True, capture_output=True, check=True)
     files = re.findall(r"=> (/\S+)", done.stdout)
     return {file for file in files if not re.search(r"lib[a-z]+san\.so", file)}
 
 
 def packages_of(files):
-    """{file: its package}, where there is one"""
+    """Returns {file: its package}, for files that have one."""
     known_as = {}  # /lib is a link to /usr/lib, and some files are links to one of several
     for file in files:
         for name in (file, f"/usr{file}", file.removeprefix("/usr"), os.path.realpath(file)):
@@ -66,7 +66,7 @@ def packages_of(files):
 
 
 def replaceable(held):
-    """Packages that this machine has chosen, of alternatives of which others are in `held`."""
+    """Returns this machine's chosen packages among alternatives, if another one is in `held`."""
     packages = set()
     for link in glob.glob("/etc/alternatives/lib*.so*"):
         others = subprocess.run(
@@ -81,7 +81,7 @@ def replaceable(held):
 
 
 class Parts(PeelerTest):
-    """Its instructions, against this repository and what was built of it here."""
+    """The instructions, against this repository and the files built here."""
 
     @classmethod
     def setUpClass(cls):
@@ -113,7 +113,7 @@ class Parts(PeelerTest):
         self.assertEqual(self.texts("1", "WORKDIR"), ["/work"])
 
     def test_what_is_copied_is_enough_to_build(self):
-        """The Dockerfile's own commands with other folders, but for the compiler's."""
+        """Runs the Dockerfile's own commands in other folders, except the compiler's."""
         source, made = self.scratch / "source", self.scratch / "made"
         for text in self.texts("build", "COPY"):
             stage, names, target = dockerfile.copied(text)
@@ -133,7 +133,7 @@ class Parts(PeelerTest):
             for name in re.findall(r'(?m)^#include "(.+)"', file.read_text(encoding="utf-8")):
                 self.assertTrue((source / name).exists(), f"{file} needs {name}")
 
-        # Installed is what was built for this test; and all of what the other stage takes.
+        # Installed: the build of this test; and everything that the other stage copies.
         prefix = str(self.scratch / "usr" / "local")
         shutil.copy(self.program, made / "peeler")
         shutil.copytree(f"{self.build}/lib/peeler", made / "lib" / "peeler", dirs_exist_ok=True)
@@ -200,7 +200,7 @@ class Dockerfile(PeelerTest):
         image = builder.build(FILE)
         self.say(f"built; {shutil.disk_usage(self.scratch).used / 1e9:.1f} GB")
 
-        # As `docker run --user` and the example at the top of the file do it.
+        # Like `docker run --user` and the example at the top of the file.
         shutil.copy(EXAMPLES / "scenes" / "coincident.glb", f"{image.root}/work/scene.glb")
         os.chown(f"{image.root}/work", 65534, 65534)
         osmesa = ("--size", "320x180", "--backend", "osmesa")

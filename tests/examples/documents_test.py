@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What documents and comments refer to is there: files, sections, links, pictures, options."""
+"""Existence of everything that documents and comments refer to: files, sections, links, pictures, options."""
 
 import os
 import pathlib
@@ -14,13 +14,13 @@ COMMENTED = {
     *(".h", ".cpp", ".glsl", ".frag", ".vert", ".comp", ".cmake", ".py", ".sh", ".html"),
     *(".yaml", ".sbatch", ".txt"),
 }
-# "core/README.md, "Order"": a path from the repository's folder, and perhaps one of its headings.
+# "core/README.md, "Order"": a path from the repository's folder, and optionally one of its headings.
 CITED = re.compile(r'(?<![\w./*-])([\w-][\w./-]*\.md)\b(?:, "([^"]+)")?')
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 LONGEST_README = 130
-# What a merge that nobody finished leaves.
+# The marks of an unfinished merge.
 CONFLICT = re.compile(r"^(?:<{7}|>{7}) ", re.M)
-# Options that documents mention and that are other programs'.
+# Other programs' options in documents.
 FOREIGN = {"--prefix", "--version", "--help", "--cpus-per-task"}
 
 
@@ -40,23 +40,23 @@ def without_blocks(text):
 
 
 def headings(text):
-    """As comments cite them: without marks."""
+    """Returns the headings in the form that comments cite: without markup."""
     found = re.findall(r"^#+ +(.*?) *$", without_blocks(text), re.M)
     return [heading.replace("`", "") for heading in found]
 
 
 def anchor(heading):
-    """What GitHub calls the place of a heading."""
+    """Returns GitHub's anchor of a heading."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
 
 
 def running_text(text):
-    """Of a file with comments: one line, so that what is cited may stand in two of theirs."""
+    """Returns a commented file as one line, so that a citation may span two lines."""
     return re.sub(r"\s*\n\s*(?://+<?|#|\*)?\s*", " ", text)
 
 
 def dead_citations(text, root):
-    """The documents and sections that a file with comments cites and that are not there."""
+    """Yields cited documents and sections of a commented file that do not exist."""
     for name, section in CITED.findall(running_text(text)):
         if not (root / name).is_file():
             yield f"there is no {name}"
@@ -65,7 +65,7 @@ def dead_citations(text, root):
 
 
 def dead_links(text, path):
-    """The relative links of a document that lead nowhere."""
+    """Yields the broken relative links of a document."""
     for target in LINK.findall(without_blocks(text)):
         if re.match(r"[a-z]+:", target):
             continue
@@ -143,7 +143,7 @@ class Documents(unittest.TestCase):
 
 
 class Finding(unittest.TestCase):
-    """That these tests can fail."""
+    """Proves that these tests can fail."""
 
     def test_citations(self):
         text = '// core/README.md (core/README.md,\n/// "Order"; core/README.md, "Chaos") and lost.md.'

@@ -20,10 +20,10 @@ class GnuParallel(PeelerTest):
         scratch = tempfile.TemporaryDirectory()
         self.addCleanup(scratch.cleanup)
         self.folder = pathlib.Path(scratch.name)
-        self.frames = self.folder / "it's the folder"  # what a shell would take apart
+        self.frames = self.folder / "it's the folder"  # a name that a shell would split
 
     def run_script(self, **environment):
-        """6 chunks of 3 frames, 2 at a time; returns it, and {chunk: its codes in the joblog}."""
+        """Runs 6 chunks of 3 frames, 2 at a time; returns the process, and {chunk: its codes in the joblog}."""
         script = EXAMPLES / "gnu-parallel" / "frames.sh"
         out = self.frames / "walk.####.exr"
         command = ["sh", script, 6, 2, animated_scene(), "-o", out, *FRAMES, "--quiet"]
@@ -49,7 +49,7 @@ class GnuParallel(PeelerTest):
         return done, codes
 
     def test_resume(self):
-        # A file where the folder should be: the first failure ends it.
+        # A file in place of the folder: the first failure ends the run.
         self.frames.write_text("")
         done, codes = self.run_script()
         self.assertNotEqual(done.returncode, 0)

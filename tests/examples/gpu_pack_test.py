@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is carried to a machine with a GPU (tests/gpu): the table of scenes, how fragments are read and
-differences judged there; with PEELER_TEST_ALL all of it, packed and carried out in a fresh root that
-debootstrap makes in memory, with nothing but the C library and Mesa's EGL (minutes)."""
+"""The package for a machine with a GPU (tests/gpu): its table of scenes, its reader of fragments and its verdicts;
+with PEELER_TEST_ALL all of it, packed and run in a fresh root that debootstrap makes in memory, with only the C
+library and Mesa's EGL (minutes)."""
 
 import os
 import pathlib
@@ -27,7 +27,7 @@ MODELS = 8  # of the asset folder
 
 # Three fragments of two pixels: pixel, Z, R, G, B, A (bits), node, instance, triangle.
 FRAGMENTS = ((3, 1000, 50, 51, 52, 53, 1, 0, 7), (3, 2000, 60, 61, 62, 63, 1, 0, 8), (5, 3000, 1, 2, 3, 4, 2, 0, 0))
-# What they are in nine moved pictures: pixel, node, instance, triangle, in how many, least and largest Z.
+# The same fragments in nine moved pictures: pixel, node, instance, triangle, number of pictures, least and largest Z.
 MOVED = "3 1 0 7 9 990 1010\n3 1 0 8 4 2000 2000\n4 1 0 8 5 2000 2000\n5 2 0 0 9 3000 3000\n"
 HALF = 14336  # 0.5
 
@@ -38,7 +38,8 @@ def changed(column, by, row=0):
     return rows
 
 
-# What is found, how many of it are the same, of other depth, of other colour, at edges and beyond, and whether that passes.
+# Other fragments; the numbers of the same ones, of other depth, of other colour, at edges and beyond; whether that
+# passes.
 VERDICTS = (
     (FRAGMENTS, (3, 0, 0, 0, 0), True),
     (FRAGMENTS[::-1], (3, 0, 0, 0, 0), True),
@@ -143,7 +144,7 @@ class BareMachine(PeelerTest):
         debian.make_root(debian.suite(), f"{scratch}/base")
         root = dockerfile.Stage(f"{scratch}/base", f"{scratch}/root")
         root.variables |= {"LC_ALL": "C.UTF-8", "DEBIAN_FRONTEND": "noninteractive"}
-        if "PEELER_GPU_SECONDS" in os.environ:  # of a machine that has other work
+        if "PEELER_GPU_SECONDS" in os.environ:  # of a busy machine
             root.variables["PEELER_GPU_SECONDS"] = os.environ["PEELER_GPU_SECONDS"]
         install = "apt-get update -qq && apt-get install -y -qq --no-install-recommends libegl1 libgl1-mesa-dri"
         done = root.run(["sh", "-c", install])

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The commands in documents, run: a test a document (tests/README.md, "Commands in documents").
+"""Runs the commands in documents, one test per document (tests/README.md, "Commands in documents").
 
     python3 tests/examples/guide_test.py [DOCUMENT ...]
 
-What is not run is counted with its reason in lines that begin with "left out: "."""
+Commands that are not run are counted by reason in lines that begin with "left out: "."""
 
 import collections
 import dataclasses
@@ -22,32 +22,32 @@ from peeler_command import PEELER, SOURCE, main
 PATTERNS = ("README.md", "*/README.md", "examples/*/*.md")
 RUN, NO_RUN, PRINTED = "sh", "sh no-run: ", "text"
 INDENTED = re.compile(r"(?: {4,}|\t)(?:\$ )?(?:peeler|sh|python3|cmake|docker|mkdir) ")
-# What a picture is rendered by, and how long that takes, is the machine's business.
+# The renderer and its time depend on the machine.
 OF_THE_MACHINE = re.compile(r"peeler: (no GPU can be used, so .*|[a-z]+ +\d+ %)")
-# How much memory is needed, and for what first, is not the product's in a program with a sanitizer.
+# With a sanitizer, the required memory and its first use are not the product's.
 OF_A_SANITIZER = "the memory budget is" if os.environ.get("PEELER_SANITIZE") else None
 
 
 @dataclasses.dataclass
 class Block:
-    """A fenced block of a document, and the line of its first fence."""
+    """A fenced block of a document, and the line of its opening fence."""
 
     language: str
     line: int
     text: str
 
     def commands(self):
-        """How many there are: lines, continued ones as one, without comments."""
+        """Returns the number of commands: lines without comments, with continued lines as one."""
         joined = self.text.replace("\\\n", "")
         return sum(1 for line in joined.splitlines() if line and not line.lstrip().startswith("#"))
 
 
 class Wrong(Exception):
-    """A document that is not written as the test needs it."""
+    """An error in a document's format for this test."""
 
 
 def blocks(text):
-    """All of a document, in order."""
+    """Returns all blocks of a document, in order."""
     found, opened = [], None
     for number, line in enumerate(text.splitlines(), 1):
         if line.startswith("```") and opened is None:
@@ -74,13 +74,13 @@ def blocks(text):
 
 
 def printed(text):
-    """What is compared of an output."""
+    """Returns the compared part of an output."""
     lines = [line.rstrip() for line in text.splitlines()]
     return "".join(line + "\n" for line in lines if not OF_THE_MACHINE.fullmatch(line))
 
 
 def pattern(expected):
-    """Of a text block: an ellipsis stands for anything in its line, alone for any lines."""
+    """Returns the pattern of a text block: an ellipsis matches anything in its line, alone any lines."""
     lines = []
     for line in expected.splitlines():
         anything = ".*?".join(map(re.escape, line.rstrip().split("…")))
@@ -89,7 +89,7 @@ def pattern(expected):
 
 
 def first_difference(expected, output):
-    """The number and text of the first line of a text block that is not printed; 0 if all are."""
+    """Returns the number and text of the first line of a text block that is not printed; 0 if all are."""
     if pattern(expected).fullmatch(output):
         return 0, ""
     lines = expected.splitlines()
@@ -100,7 +100,7 @@ def first_difference(expected, output):
 
 
 def left_out(found):
-    """A line for each reason, with the number of commands."""
+    """Returns one line per reason, with the number of commands."""
     counts = collections.Counter()
     for block in found:
         if block.language.startswith(NO_RUN):
@@ -125,7 +125,7 @@ class Commands(unittest.TestCase):
         programs = pathlib.Path(scratch.name, "bin")
         programs.mkdir()
         (programs / "peeler").symlink_to(shutil.which(PEELER))
-        (programs / "python3").symlink_to("/usr/bin/python3")  # Debian's, which has numpy
+        (programs / "python3").symlink_to("/usr/bin/python3")  # Debian's Python, which has numpy
         # A copy: commands may write there.
         shutil.copytree(SOURCE / "examples", self.folder / "examples")
         self.environment = {
@@ -141,7 +141,7 @@ class Commands(unittest.TestCase):
         )
 
     def run_block(self, block):
-        """What it prints."""
+        """Returns the output of a block."""
         done = subprocess.run(
             ["sh", "-eu", "-c", block.text],
             cwd=self.folder,
@@ -159,7 +159,7 @@ class Commands(unittest.TestCase):
 
     def run_document(self, path):
         found = blocks(path.read_text(encoding="utf-8"))
-        # First of all: of a long output ctest keeps the beginning.
+        # First: ctest keeps only the beginning of a long output.
         print(left_out(found), flush=True)
         for block, after in zip(found, [*found[1:], None]):
             if block.language != RUN:
@@ -185,7 +185,7 @@ def add_test(path):
 
 
 class Reading(unittest.TestCase):
-    """That the test itself can fail."""
+    """Proves that the test itself can fail."""
 
     def test_blocks(self):
         run = "```sh\ntrue\n```\n```text\nno\n```\n"

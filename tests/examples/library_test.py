@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""examples/library as a stranger has it: the library installed somewhere, their compiler, no tree of ours."""
+"""examples/library in a stranger's setup: the library installed somewhere, their compiler, without our source tree."""
 
 import os
 import pathlib
@@ -13,7 +13,7 @@ from peeler_command import EXAMPLES, PEELER, PeelerTest, main, peeler, skip
 BUILD = pathlib.Path(os.environ.get("PEELER_BUILD", pathlib.Path(PEELER).parent))
 SCENE = EXAMPLES / "scenes" / "engine.glb"
 PUBLIC = EXAMPLES.parent / "cmd" / "library" / "include"
-# What drivers leak is no fault of a client, nor of the library.
+# Driver leaks are not the fault of a client or the library.
 os.environ["LSAN_OPTIONS"] = f"suppressions={EXAMPLES.parent}/tests/sanitizers/leaks.txt:print_suppressions=0"
 
 
@@ -37,7 +37,7 @@ class Library(PeelerTest):
         cls.libraries = next(cls.prefix.rglob("libpeeler.so")).parent
         shutil.copytree(EXAMPLES / "library", cls.home / "example")
         cls.built = cls.home / "built"
-        # A client whose memory is watched sees what the headers inline, and what it is handed.
+        # A client with a sanitizer covers the headers' inline code, and the data that it receives.
         cls.configured = run(
             "cmake", "-S", cls.home / "example", "-B", cls.built,
             f"-DCMAKE_PREFIX_PATH={cls.prefix}", "-DCMAKE_BUILD_TYPE=Debug",

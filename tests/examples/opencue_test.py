@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every command line that examples/opencue/peeler_outline.py submits, run.
 
-Debian has no PyOutline: in its place stands a module that keeps what it is given."""
+Debian has no PyOutline: a module that records its arguments replaces it."""
 
 import os
 import pathlib
@@ -18,7 +18,7 @@ SCRIPT = str(EXAMPLES / "opencue" / "peeler_outline.py")
 
 
 class Shell:
-    """outline.modules.shell.Shell: its arguments are those of outline.layer.Layer."""
+    """A stand-in for outline.modules.shell.Shell, with the arguments of outline.layer.Layer."""
 
     KNOWN = {"command", "range", "chunk", "memory", "threadable", "env", "service", "tags"}
 
@@ -39,11 +39,11 @@ class Outline:
 
 
 def submitted(*arguments):
-    """The outline that the script launches."""
+    """Returns the outline that the script launches."""
     launched = []
 
     def launch(job, use_pycuerun=True):
-        # With it, Cuebot would see a command line of pycuerun, which knows no #FRAMESPEC#.
+        # With it, Cuebot would see pycuerun's command line, which has no #FRAMESPEC#.
         assert not use_pycuerun
         launched.append(job)
 
@@ -65,8 +65,8 @@ def submitted(*arguments):
 
 
 def frame_specs(text, chunk):
-    """Of each chunk, its first frame and what Cuebot writes for #FRAMESPEC# (FrameSet.getChunk).
-    `text` is a range, with a step at most, of which every chunk is one again or a single frame."""
+    """Yields each chunk's first frame and Cuebot's text for #FRAMESPEC# (FrameSet.getChunk). `text` is a range,
+    with at most a step, so every chunk is again one or a single frame."""
     numbers, _, step = text.partition("x")
     first, last = (int(number) for number in (numbers.split("-") * 2)[:2])
     frames = range(first, last + 1, int(step or 1))
@@ -77,8 +77,8 @@ def frame_specs(text, chunk):
 
 
 def command_lines(job):
-    """In an order that keeps the dependencies. PyOutline's serialize_simple joins the words with
-    spaces, Cuebot's DispatchSupportService.prepareRqdRunFrame replaces the tokens."""
+    """Yields them in dependency order. PyOutline's serialize_simple joins the words with spaces, Cuebot's
+    DispatchSupportService.prepareRqdRunFrame replaces the tokens."""
     done = []
     for layer in job.layers:
         assert not set(layer.after) - set(done)
@@ -108,7 +108,7 @@ class OpenCue(PeelerTest):
         self.folder = pathlib.Path(scratch.name)
 
     def test_job(self):
-        frames = self.folder / "it's the [1] folder"  # what a shell would take apart
+        frames = self.folder / "it's the [1] folder"  # a name that a shell would split
         frames.mkdir()
         scene = animated_scene()
         job = submitted(
@@ -131,7 +131,7 @@ class OpenCue(PeelerTest):
         )
         for line in lines:
             print(line)
-            # RQD writes the line to a file and has a shell run that, anywhere.
+            # RQD writes the line to a file and runs it with a shell, anywhere.
             (self.folder / "rqd-cmd").write_text(line)
             done = subprocess.run(
                 ["sh", str(self.folder / "rqd-cmd")],

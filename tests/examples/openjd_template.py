@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a render manager makes of an Open Job Description template: steps, tasks, command lines.
+"""A render manager's expansion of an Open Job Description template: steps, tasks, command lines.
 
-As much of "Template Schemas [Version: 2023-09]" (OpenJobDescription/openjd-specifications, wiki) as
-examples/openjd uses, numbers of its sections in brackets; what it does not know it refuses."""
+Supports the part of "Template Schemas [Version: 2023-09]" (OpenJobDescription/openjd-specifications, wiki) that
+examples/openjd uses, with section numbers in brackets; refuses the rest."""
 
 import os
 import re
 
 import yaml
 
-# The names that each object may have; those with * it must have.
+# The allowed names of each object; those with * are required.
 OBJECTS = {
     # [1.1]
     "template": "specificationVersion* extensions name* description parameterDefinitions steps*",
@@ -51,7 +51,7 @@ def check(kind, value):
 
 
 def resolve(text, values):
-    """Format strings [7.3]."""
+    """Resolves format strings [7.3]."""
 
     def value(match):
         require(match[1] in values, f"{match[0]} is not known here")
@@ -61,7 +61,7 @@ def resolve(text, values):
 
 
 def integers(expression):
-    """<IntRangeExpr> [3.4.1.1.1]: the values in increasing order."""
+    """Returns the values of an <IntRangeExpr> [3.4.1.1.1], in increasing order."""
     values, ranges = [], []
     for element in expression.split(","):
         match = re.fullmatch(r"\s*(-?\d+)(?:\s*-\s*(-?\d+)(?::(-?\d+))?)?\s*", element)
@@ -79,7 +79,7 @@ def integers(expression):
 
 
 def range_expression(values):
-    """Increasing integers as an <IntRangeExpr>, two in a row as the conformance tests have it."""
+    """Returns increasing integers as an <IntRangeExpr>, with pairs written as in the conformance tests."""
     parts, at = [], 0
     while at < len(values):
         end = at + 1
@@ -96,7 +96,7 @@ def range_expression(values):
 
 
 def chunked(values, size):
-    """As many chunks as are needed for no more than `size` values each, as even as they can be."""
+    """Returns the fewest chunks with at most `size` values each, as even as possible."""
     require(size >= 1, "chunks of nothing")
     count = -(-len(values) // size)
     sizes = [len(values) // count + (i < len(values) % count) for i in range(count)]
@@ -105,7 +105,7 @@ def chunked(values, size):
 
 class Job:
     def __init__(self, file, values, folder):
-        """`values` of the job parameters, given in `folder`."""
+        """`values`: the job parameters, given in `folder`."""
         with open(file, encoding="utf-8") as text:
             self.template = check("template", yaml.safe_load(text))
         require(self.template["specificationVersion"] == "jobtemplate-2023-09", "another version")
@@ -115,7 +115,7 @@ class Job:
             name = definition["name"]
             require(name in values or "default" in definition, f"no value for {name}")
             value = values.pop(name, None)
-            if definition["type"] == "PATH":  # [7.4]: relative to where it was written
+            if definition["type"] == "PATH":  # [7.4]: relative to the folder of submission
                 value = (
                     os.path.join(folder, value)
                     if value is not None
@@ -136,7 +136,7 @@ class Job:
                 )
 
     def tasks(self, step):
-        """[{name of a task parameter: its value}]: one for each run of the step's action."""
+        """Returns [{name of a task parameter: its value}], one per run of the step's action."""
         if "parameterSpace" not in step:
             return [{}]
         definitions = check("space", step["parameterSpace"])["taskParameterDefinitions"]
@@ -154,7 +154,7 @@ class Job:
         return [{definition["name"]: range_expression(chunk)} for chunk in chunked(values, size)]
 
     def command(self, step, task, session):
-        """The command line of a task, to be run in `session`; writes the embedded files there."""
+        """Returns a task's command line, to be run in `session`; writes the embedded files there."""
         script = check("script", step["script"])
         values = {**self.values, "Session.WorkingDirectory": session}
         for name, value in task.items():

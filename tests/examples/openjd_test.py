@@ -19,7 +19,7 @@ TEMPLATE = str(EXAMPLES / "openjd" / "peeler.yaml")
 
 
 class Expansion(PeelerTest):
-    """Against what the specification says, and its conformance tests expect."""
+    """The expansion, against the specification and its conformance tests."""
 
     def test_ranges(self):
         for expression, values in (  # [3.4.1.1.1], the table of examples
@@ -76,7 +76,7 @@ class OpenJD(PeelerTest):
 
     def test_job(self):
         scene = animated_scene()
-        (self.folder / "the frames").mkdir()  # a name that a shell would cut in two
+        (self.folder / "the frames").mkdir()  # a name that a shell would split
         values = {
             "Scene": str(scene),
             "OutputFolder": "the frames",
@@ -115,7 +115,7 @@ class OpenJD(PeelerTest):
             self.assertLessEqual(progress[-1], 100)
             self.assertIsNone(re.search(r"^openjd_fail:", text, re.M))
 
-        # Again: everything is there.
+        # Again: all files exist.
         before = {
             file: os.stat(file).st_mtime_ns for file in (self.folder / "the frames").iterdir()
         }

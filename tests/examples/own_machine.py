@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs a test as if it had a machine of its own: processes, network, host name and mounts.
+"""A virtual machine for a test: its own processes, network, host name and mounts.
 
-Daemons that the test starts see no others, and nothing of them outlives it: when the first process
-of a PID namespace ends, however it ends, the kernel ends all the others, and a tmpfs goes with the
-last process of its mount namespace (namespaces(7), pid_namespaces(7)). For root on Linux."""
+Daemons of the test see no other processes, and nothing of them outlives it: when the first process of a PID
+namespace ends, for any reason, the kernel ends all the others, and a tmpfs goes with the last process of its mount
+namespace (namespaces(7), pid_namespaces(7)). For root on Linux."""
 
 import ctypes
 import fcntl
@@ -20,11 +20,11 @@ MS_BIND, MS_REC, MS_PRIVATE = 0x1000, 0x4000, 0x40000
 PR_SET_PDEATHSIG = 1
 SIOCSIFADDR, SIOCGIFFLAGS, SIOCSIFFLAGS, IFF_UP = 0x8916, 0x8913, 0x8914, 1
 
-# Memory of the test's own, mounted where every Linux has a folder for it.
+# The test's own memory, mounted on a folder that every Linux has.
 SCRATCH = "/dev/shm"
 
-# The address besides 127.0.0.1. Slurm asks getaddrinfo() with AI_ADDRCONFIG, which finds nothing on
-# a machine that has but 127.0.0.1.
+# The address besides 127.0.0.1. Slurm calls getaddrinfo() with AI_ADDRCONFIG, which finds nothing on a machine with
+# only 127.0.0.1.
 ADDRESS = "10.0.0.1"
 
 libc = ctypes.CDLL(None, use_errno=True)
@@ -49,7 +49,7 @@ def mount(source, target, kind, flags=0, data=""):
 
 
 def impediment():
-    """Why run() would not work here; nothing if it would."""
+    """Returns the reason why run() would fail here; nothing if it would work."""
     if os.geteuid() != 0:
         return "namespaces need root"
     child = os.fork()
@@ -67,10 +67,9 @@ def impediment():
 
 
 def run(host_name, body, network=True):
-    """Returns what body() returns (an exit code), run as the machine `host_name`; without a
-    `network` of its own it has this one's. SIGTERM to this process ends all of it at once, with
-    143. Only once in a process, which can start no others afterwards. Raises OSError where
-    namespaces are not allowed."""
+    """Returns the result of body() (an exit code), run on the machine `host_name`; without `network` it shares this
+    machine's network. SIGTERM to this process ends everything at once, with 143. Only once per process, which cannot
+    start others afterwards. Raises OSError if namespaces are not permitted."""
     check(
         libc.unshare(
             CLONE_NEWNS
@@ -92,7 +91,7 @@ def run(host_name, body, network=True):
             if network:
                 bring_up_loopback()
             code = body()
-        except BaseException:  # whatever it is, this must not run on as a second test
+        except BaseException:  # after any exception, this must not continue as a second test
             sys.excepthook(*sys.exc_info())
         finally:
             sys.stdout.flush()

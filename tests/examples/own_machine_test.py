@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Of a test that has a machine of its own, nothing is left, however it ends."""
+"""Cleanup of own_machine: nothing of a test's machine is left, however it ends."""
 
 import os
 import pathlib
@@ -11,7 +11,7 @@ import time
 import own_machine
 from peeler_command import PeelerTest, main, skip
 
-# A daemon that nobody waits for, and a file in the machine's memory.
+# A daemon without a waiting parent, and a file in the machine's memory.
 TEST = """
 import os, subprocess, time, own_machine
 def body():
@@ -50,13 +50,13 @@ class OwnMachine(PeelerTest):
         return child
 
     def assert_runs(self, seconds):
-        end = time.monotonic() + 300  # it may have been started without being that program yet
+        end = time.monotonic() + 300  # it may have started without executing that program yet
         while not running(str(seconds)) and time.monotonic() < end:
             time.sleep(0.02)
         self.assertTrue(running(str(seconds)))
 
     def assert_gone(self, seconds):
-        end = time.monotonic() + 300  # the kernel needs a moment, and one that is busy a long one
+        end = time.monotonic() + 300  # the kernel needs a moment, and a busy machine longer
         while running(str(seconds)) and time.monotonic() < end:
             time.sleep(0.02)
         self.assertFalse(running(str(seconds)))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The Debian packages and the archive (cmd/packages): what is in the packages of this build, and with
-PEELER_TEST_ALL all of them, made, checked by lintian and used in fresh roots that debootstrap makes, in
-memory (minutes). $PEELER_PACKAGES is a folder of some that are made already."""
+"""The Debian packages and the archive (cmd/packages): the contents of this build's packages, and with
+PEELER_TEST_ALL all of them, built, checked by lintian and used in fresh roots that debootstrap makes, in memory
+(minutes). $PEELER_PACKAGES is a folder of finished packages."""
 
 import json
 import os
@@ -26,7 +26,7 @@ BUILD = pathlib.Path(shutil.which(PEELER) or PEELER).resolve().parent
 TOOLS = ("cpack", "dpkg-deb", "dpkg-shlibdeps", "file")
 SCENE = "coincident.glb"
 RENDER = ("render", SCENE, "-o", "layers.exr", "--size", "320x180", "--quiet")
-# What is loaded when it is needed: OpenImageIO for the one, OpenVDB for the other.
+# Modules loaded on demand: OpenImageIO for the first, OpenVDB for the second.
 MORE = (
     ("flatten", "layers.exr", "-o", "composite.tif", "--quiet"),
     ("rays", SCENE, "-o", "inside.vdb", "--voxels", "16", "--quiet"),
@@ -49,13 +49,13 @@ def run(*command, **options):
 
 
 def packages_in(folder):
-    """{name: file}"""
+    """Returns {name: file}."""
     return {file.name.partition("_")[0]: file for file in sorted(pathlib.Path(folder).glob("*.deb"))}
 
 
 @unittest.skipUnless(all(map(shutil.which, TOOLS)), f"needs {', '.join(TOOLS)}")
 class Parts(PeelerTest):
-    """The packages of what is built here, quickly packed."""
+    """The packages of this build, packed fast."""
 
     @classmethod
     def setUpClass(cls):
@@ -104,7 +104,7 @@ class Parts(PeelerTest):
         self.assertGreater(len(pages), 10)
         self.assertEqual(pages - files, set())
         for page in (self.scratch / "peeler/usr/share/man/man1").iterdir():
-            # Neither a name nor a time (RFC 1952), so that the same page is the same file.
+            # Neither a name nor a time (RFC 1952), so that the same page gives the same file.
             head = page.read_bytes()[:8]
             self.assertEqual((head[3], head[4:8]), (0, bytes(4)), page)
         for file in (
@@ -150,7 +150,7 @@ class Parts(PeelerTest):
         self.assertRegex(
             run("dpkg-deb", "-I", self.packages["libpeeler0"], "shlibs"), r"^libpeeler 0 libpeeler0 \(>="
         )
-        # Where it is installed it says so itself.
+        # Installed, it finds its own prefix.
         (config,) = (self.scratch / "libpeeler-dev").rglob("peeler.pc")
         prefix = re.search(r"^prefix=\$\{pcfiledir\}/(.*)$", config.read_text(), re.M)[1]
         usr = self.scratch / "libpeeler-dev" / "usr"
@@ -169,7 +169,7 @@ make_stand_ins("^libpeelerunused" "^nothing$" {folder}/here {folder}/here/libuse
 
 
 class StandIns(PeelerTest):
-    """cmd/packages/stand_ins.cmake: a library that is not there, but whose symbols are."""
+    """cmd/packages/stand_ins.cmake: stand-ins with the symbols of a missing library."""
 
     def test_loads_and_ends_when_called(self):
         scratch = tempfile.TemporaryDirectory()
@@ -226,7 +226,7 @@ class Roots(PeelerTest):
         cls.scratch = own_machine.SCRATCH
         own_machine.mount("none", cls.scratch, "tmpfs", data=f"size={int(NEEDED)}")
         cls.say(f"a root of {debian.make_root(debian.suite(), f'{cls.scratch}/base')}")
-        # The same files by the program in the build's folder.
+        # The same files from the program in the build folder.
         cls.expected = pathlib.Path(cls.scratch, "expected")
         cls.expected.mkdir()
         shutil.copy(EXAMPLES / "scenes" / SCENE, cls.expected)
@@ -238,7 +238,7 @@ class Roots(PeelerTest):
         print(f"{time.monotonic() - cls.started:6.1f} s  {what}", flush=True)
 
     def root(self, name, *packages):
-        """A fresh root with these packages, and all of ours in /packages."""
+        """Returns a fresh root with these packages, and all of ours in /packages."""
         root = dockerfile.Stage(f"{self.scratch}/base", f"{self.scratch}/{name}")
         self.addCleanup(self.remove, root)
         root.variables |= {"LC_ALL": "C.UTF-8", "DEBIAN_FRONTEND": "noninteractive"}
@@ -268,11 +268,11 @@ class Roots(PeelerTest):
         self.run_in(root, "apt-get", "install", "-y", "-qq", "--no-install-recommends", *packages)
 
     def files(self, *names):
-        """Of packages, as they are called in a root."""
+        """Returns the paths of packages in a root."""
         return [f"/packages/{self.packages[name].name}" for name in names]
 
     def renders_the_same(self, root, program):
-        """As somebody who may write only there."""
+        """Renders as a user who may write only there."""
         root.folder = "/work"
         for arguments in (RENDER, *MORE):
             self.run_in(root, program, *arguments, user="65534:65534")
@@ -312,7 +312,7 @@ class Roots(PeelerTest):
         self.run_in(root, "apt-get", "purge", "-y", "-qq", "--auto-remove", *self.packages)
         left = [file for file in brought if os.path.lexists(root.root + file)]
         self.assertEqual(left, [])
-        # Nor anything that was made of them.
+        # Nor anything generated from them.
         found = self.run_in(root, "find", "/usr", "/etc", "/var", "/opt", "/root", "-name", "*peeler*")
         self.assertEqual(found, "")
 
@@ -345,7 +345,7 @@ class Roots(PeelerTest):
         info = run(BUILD / "peeler", "info", "layers.exr", "--json", cwd=self.expected)
         fragments = re.search(r'"fragmentsStored": (\d+)', info)[1]
         self.assertIn(f" {fragments} fragments of ", printed)
-        # The command's, fragment for fragment.
+        # The same as the command's, fragment for fragment.
         made = pathlib.Path(root.root, "work", "library.exr")
         compared = run(BUILD / "peeler", "compare", made, self.expected / "layers.exr", "--json")
         self.assertTrue(json.loads(compared)["identical"], compared)

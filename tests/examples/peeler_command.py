@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of examples/ share: the built program, scenes, saying that a test was skipped."""
+"""Shared parts of the tests of examples/: the built program, scenes, reports of skipped tests."""
 
 import hashlib
 import os
@@ -15,7 +15,7 @@ SKIPPED = 77  # ctest's SKIP_RETURN_CODE
 
 
 def animated_scene():
-    """A real model that walks, where the collections of models are; else one of ours that swims."""
+    """Returns a real walking model, if the model collections exist; otherwise our swimming one."""
     assets = pathlib.Path(os.environ.get("PEELER_ASSETS") or SOURCE.parent / "shared" / "assets")
     model = assets / "gltf-sample-assets" / "CesiumMan" / "glTF-Binary" / "CesiumMan.glb"
     if model.is_file():
@@ -25,14 +25,14 @@ def animated_scene():
 
 
 def peeler(*arguments, **options):
-    """Runs it; what it wrote is in .stdout and .stderr."""
+    """Runs peeler; its output is in .stdout and .stderr."""
     return subprocess.run(
         [PEELER, *map(str, arguments)], text=True, capture_output=True, check=False, **options
     )
 
 
 def fingerprints(folder, pattern="*.exr"):
-    """{file name: hash of its bytes}"""
+    """Returns {file name: hash of its bytes}."""
     files = sorted(pathlib.Path(folder).glob(pattern))
     return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
 
@@ -51,7 +51,7 @@ class PeelerTest(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def assert_nothing_else(self, folder, count):
-        """Such as a temporary file."""
+        """Expects no other files, e.g. temporary ones."""
         self.assertEqual(len(os.listdir(folder)), count, os.listdir(folder))
 
 

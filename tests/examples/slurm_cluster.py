@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A Slurm cluster of one node, of Debian's slurmctld, slurmd and munge, in a folder of its own.
+"""A Slurm cluster of one node, with Debian's slurmctld, slurmd and munge, in its own folder.
 
-To be started inside own_machine.run(): what it leaves running ends with that."""
+Start it inside own_machine.run(), which ends its remaining processes."""
 
 import os
 import re
@@ -13,11 +13,11 @@ from own_machine import ADDRESS
 
 PROGRAMS = ("slurmctld", "slurmd", "munged", "sbatch", "scontrol", "scancel", "squeue")
 
-# Seconds after which nothing will come any more. A job that is queued again takes about ten.
+# Timeout in seconds. A requeued job takes about ten.
 ENDLESS = 200
 
-# cred_expire: how long a job that was queued again waits for its old credential to run out; Slurm
-# takes no less than 5 seconds for it. config_overrides: more CPUs than the machine may have.
+# cred_expire: how long a requeued job waits for its old credential to expire; Slurm's minimum is 5 seconds.
+# config_overrides: allows more CPUs than the machine has.
 CONFIGURATION = """\
 ClusterName=test
 SlurmctldHost={host}({address})
@@ -54,7 +54,7 @@ def missing_programs():
 
 class Cluster:
     def __init__(self, folder):
-        """`folder` is empty. Returns when the node takes jobs."""
+        """`folder` is empty. Returns when the node accepts jobs."""
         self.folder = folder
         for name in ("state", "spool"):
             os.mkdir(f"{folder}/{name}")
@@ -89,7 +89,7 @@ class Cluster:
             time.sleep(0.1)
 
     def ask(self, *command, check=True, **options):
-        """What a command of Slurm, or a script that calls some, prints."""
+        """Returns the output of a Slurm command, or of a script that calls some."""
         done = subprocess.run(
             command,
             env={**self.environment, **options.pop("environment", {})},
@@ -104,18 +104,18 @@ class Cluster:
         return done.stdout
 
     def tasks(self, job):
-        """Of every task of a job (the job itself, if it is no array), what scontrol says of it."""
+        """Returns scontrol's text about every task of a job (the job itself, if it is not an array)."""
         text = self.ask("scontrol", "show", "job", "--oneliner", job)
         return [dict(re.findall(r"(\w+)=(\S*)", line)) for line in text.splitlines()]
 
     def wait_for(self, job):
-        """The tasks, when all of them have ended."""
+        """Returns the tasks when all of them have ended."""
         waiting = ("squeue", "--noheader", f"--jobs={job}")
         self.wait_until(lambda: not self.ask(*waiting, check=False).strip())
         return self.tasks(job)
 
     def state(self):
-        """For the reader of a failure."""
+        """Returns the cluster's state, for the report of a failure."""
         text = self.ask("squeue", check=False) + self.ask("sinfo", check=False)
         for name in sorted(os.listdir(self.folder)):
             if name.endswith((".log", ".out")):

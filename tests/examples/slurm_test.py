@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The scripts of examples/slurm on a real cluster.
 
-PEELER_TEST_ALL makes it 50 frames instead of 20, and has a job meet the end of its time."""
+With PEELER_TEST_ALL there are 50 frames instead of 20, and a job reaches its time limit."""
 
 import os
 import pathlib
@@ -34,13 +34,13 @@ SHARE = FRAMES // TASKS
 
 
 def running_peelers():
-    """{process id: the number of its task, 0 outside an array}"""
+    """Returns {process id: the number of its task, 0 outside an array}."""
     found = {}
     for entry in os.listdir("/proc"):
         try:
             words = pathlib.Path("/proc", entry, "cmdline").read_bytes().split(b"\0")
             variables = pathlib.Path("/proc", entry, "environ").read_bytes()
-        except OSError:  # no process, or none any more
+        except OSError:  # not a process, or already gone
             continue
         if words[0] == PEELER.encode():
             task = re.search(rb"\0SLURM_ARRAY_TASK_ID=(\d+)\0", variables)
@@ -49,7 +49,7 @@ def running_peelers():
 
 
 def sent(process, number):
-    """False if it has ended meanwhile."""
+    """Sends a signal; returns False if the process has ended meanwhile."""
     try:
         os.kill(process, number)
     except ProcessLookupError:
@@ -69,8 +69,7 @@ class Slurm(PeelerTest):
         cls.scene = animated_scene()
         if not ALL:
             return
-        # Slurm looks at the clock every 30 seconds, which pass while the other tests run; sleep
-        # stands for a peeler that takes long.
+        # Slurm checks the clock every 30 seconds, while the other tests run; sleep replaces a slow peeler.
         cls.late_log = cls.scratch / "late.log"
         cls.late = cls.sbatch(
             "300", PEELER="sleep", SBATCH_TIMELIMIT="1", SBATCH_OUTPUT=str(cls.late_log)
@@ -88,7 +87,7 @@ class Slurm(PeelerTest):
         return cls.cluster.ask(*command, environment=settings).strip()
 
     def submit(self, script, *arguments, **environment):
-        """Returns the number of the job, the last one if the script submits several."""
+        """Submits a script's jobs; returns the number of the last one."""
         command = ("sh", str(SLURM / script), *map(str, arguments))
         settings = {"PEELER": PEELER, "SBATCH_OUTPUT": str(self.folder / "log.%a"), **environment}
         return self.cluster.ask(*command, environment=settings, cwd=self.folder).strip()
@@ -108,9 +107,9 @@ class Slurm(PeelerTest):
         )
 
     def disturb(self, folder, job):
-        """Kills one task (SIGKILL), and tells another one to stop as the end of its time does
-        (SIGTERM to the script), each with some but not all of its frames done. Returns {task: its
-        finished frames and when they were written}, and how many ran at once at most."""
+        """Kills one task (SIGKILL), and stops another like its time limit (SIGTERM to the script), each with some
+        but not all of its frames done. Returns {task: its finished frames and their times}, and the maximum number
+        of tasks running at once."""
         signals, done, most = [signal.SIGKILL, signal.SIGTERM], {}, 0
         end = time.monotonic() + slurm_cluster.ENDLESS
         while signals and len(list(folder.glob("walk.*"))) < FRAMES and time.monotonic() < end:
@@ -119,7 +118,7 @@ class Slurm(PeelerTest):
             for process, task in peelers.items():
                 if task in done or not signals or not 0 < len(self.finished(folder, task)) < SHARE:
                     continue
-                if not sent(process, signal.SIGSTOP):  # or it would be done before anyone came
+                if not sent(process, signal.SIGSTOP):  # otherwise it would finish first
                     continue
                 if len(self.finished(folder, task)) < SHARE:
                     done[task] = self.finished(folder, task)
@@ -159,7 +158,7 @@ class Slurm(PeelerTest):
         for task in tasks:
             number = int(task["ArrayTaskId"])
             self.assertEqual(int(task["Restarts"]), 1 if number in victims else 0, task)
-        for written in victims.values():  # what was finished is not done again
+        for written in victims.values():  # finished frames are not rendered again
             self.assertEqual({file: file.stat().st_mtime_ns for file in written}, written)
         self.assertLessEqual(most, 2)
         self.assertIn("stopped by signal 9; queued again", self.log())
@@ -197,16 +196,16 @@ class Slurm(PeelerTest):
         scenes.mkdir()
         for name in ("coincident", "bracket", "panes"):
             shutil.copy(EXAMPLES / "scenes" / f"{name}.glb", scenes)
-        (scenes / "broken.glb").write_bytes(b"glTF")  # left out
+        (scenes / "broken.glb").write_bytes(b"glTF")  # skipped
         options = ("--views", 4, "--shard-member", "png", "--shard-count", 3, "--size", "64x48")
         runs = []
-        for _ in range(2):  # the second time nothing is to be done
+        for _ in range(2):  # the second run has nothing to do
             job = self.submit(
                 *("shards.sh", 2, 2, scenes, "-o", self.folder / "out" / "{chunk}-%02d.tar"),
                 *options,
             )
             tasks = {int(task["ArrayTaskId"]): task for task in self.cluster.wait_for(job)}
-            # The first has bracket and broken.
+            # The first task has bracket and broken.
             self.assertEqual(tasks[1]["ExitCode"], "3:0", self.log())
             self.assertEqual(tasks[2]["ExitCode"], "0:0", self.log())
             written = {}
@@ -253,7 +252,7 @@ class Slurm(PeelerTest):
         for name, job in jobs.items():
             task = self.cluster.wait_for(job)[0]
             ends[name] = task["ExitCode"], task["Restarts"]
-        # The same again would not help.
+        # A retry would not help.
         self.assertEqual(ends["memory"], ("33:0", "0"), logs["memory"].read_text())
         self.assertIn("give it more memory", logs["memory"].read_text())
         # No GPU here, but maybe elsewhere or later; not for ever.

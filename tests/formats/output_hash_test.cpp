@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every format says what its file was made of, as long as it is whole.
+// Output hashes: every whole file records its sources.
 #include "formats/output_hash.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ constexpr const char* kHash = "0123456789abcdef";
 
 class EachFormat : public testing::TestWithParam<OutputFormat> {
   protected:
-    /// A file of the format that says kHash.
+    /// Writes a file of the format with kHash as its hash.
     std::string write(OutputOptions options = {}) const {
         const OutputFormat& format = GetParam();
         const std::string path = scratch_ / ("out" + std::string(format.extensions.front()));
@@ -93,12 +93,12 @@ TEST(OutputHash, IsOfAllThatDecidesWhatIsInTheFile) {
         return hashes.insert(outputHash(view, path, options)).second;
     };
     EXPECT_TRUE(isNew());
-    EXPECT_FALSE(isNew("b.exr"));  // whatever its name
+    EXPECT_FALSE(isNew("b.exr"));  // under any name
     options.provenance.version = "2";
     options.provenance.renderer = "other";
     options.provenance.method = "dual";
     EXPECT_FALSE(isNew());
-    options.as = "ldi";  // the default, by name
+    options.as = "ldi";  // the default, explicitly
     EXPECT_FALSE(isNew());
     options.as = "deep";
     EXPECT_TRUE(isNew());

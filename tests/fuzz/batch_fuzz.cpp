@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The jobs of peeler batch, and its report of an earlier run.
+// Fuzz target for the jobs of peeler batch, and its report of an earlier run.
 #include <nlohmann/json.hpp>
 
 #include "cmd/batch/batch_jobs.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of cameras of every format. The input: which format, which convention, then the files of
-// the format, with kBetween between them.
+// Fuzz target for camera files of every format. The input: format, convention, then the files of
+// the format, separated by kBetween.
 #include <array>
 #include <iterator>
 
@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view kBetween = "%%%%";
 
-/// The files of a format, and which of them is named ("": their folder).
+/// The files of a format, and the named one ("": their folder).
 struct CameraFiles {
     std::array<std::string_view, 3> files;
     std::string_view named;
@@ -30,7 +30,7 @@ constexpr CameraFiles kCameraFiles[] = {
     {{"views.jsonl", "", ""}, "views.jsonl"},
 };
 
-/// The bytes before the mark, which are taken off, mark and all.
+/// Removes the bytes before the mark, with the mark, and returns them.
 Input takePart(Input& bytes) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const std::size_t end = std::min(text.find(kBetween), text.size());

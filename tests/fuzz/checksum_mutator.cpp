@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mutates bytes, then makes the checksums of a PNG or ZIP right again: with wrong ones next to
-// nothing of the file would be read.
+// Mutates bytes, then repairs the checksums of a PNG or ZIP: with wrong ones hardly any of the file
+// would be read.
 #include <libdeflate.h>
 
 #include "fuzz/fuzz_target.h"
@@ -45,7 +45,7 @@ void repairPng(Bytes bytes) {
     }
 }
 
-/// Of members that are stored as they are; where they lie is taken from their local headers.
+/// Repairs stored members; takes their places from their local headers.
 void repairZip(Bytes bytes) {
     constexpr std::size_t kEntry = 46, kLocal = 30;
     for (std::size_t at = 0; at + kEntry <= bytes.size(); ++at) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draco data is decoded as peeler_decode does it, but in this process: formats/modules/
+// Fuzz target for Draco data, decoded like peeler_decode, but in this process: formats/modules/
 // draco_decoder.cpp is linked in, with another name for its main function and, here, other versions
-// of what helper_main.cpp has.
+// of the functions in helper_main.cpp.
 //
-// The input: how many attributes are wanted, of each id, type and components, then the data.
+// The input: the number of requested attributes, id, type and components of each, then the data.
 #include <array>
 
 #include "formats/gltf/gltf_decoders.h"
@@ -57,7 +57,7 @@ void takeDraco(Input input) {
     try {
         work(request, result);
     } catch (const std::bad_alloc&) {
-        // helper_main.cpp tells it as an error.
+        // helper_main.cpp reports it as an error.
     }
 }
 

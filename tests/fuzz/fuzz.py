@@ -17,11 +17,11 @@ import tempfile
 
 SOURCE = pathlib.Path(__file__).resolve().parent
 SECONDS = 60
-# A finding is, too: more than these seconds or megabytes for one input.
+# Also findings: more than these seconds or megabytes for one input.
 LIMITS = ["-timeout=10", "-rss_limit_mb=2048"]
 MOST_BYTES = 16384  # of an input
-# Libraries take tens of megabytes for a small picture. Their shadow is cleared by writing zeros and not by
-# new pages, which took half of the time of `image` and `round_trip`.
+# Libraries take tens of megabytes for a small picture. Their shadow is cleared by writing zeros instead of mapping new
+# pages, which took half of the time of `image` and `round_trip`.
 SHADOW = "clear_shadow_mmap_threshold=67108864"
 # LeakSanitizer crashes beside the threads of OpenImageIO's libraries.
 NO_LEAKS = "detect_leaks=0"
@@ -31,7 +31,7 @@ COVERAGE = re.compile(r"cov: (\d+) ft: (\d+)")
 
 
 def run(build, target, seconds, scratch):
-    """(the line that says what came of it, whether something was found)"""
+    """Returns (the result line, whether there is a finding)."""
     corpus, findings = build / "corpus" / target, build / "findings" / target
     output = build / "logs" / f"{target}.txt"
     for needed in (corpus, findings, output.parent):
@@ -39,8 +39,8 @@ def run(build, target, seconds, scratch):
     begins = [corpus, build / "seeds" / target, SOURCE / "corpus" / target]
     dictionary = SOURCE / f"{target}.dict"
     command = [build / "tests" / f"{target}_fuzz", f"-max_total_time={seconds}", *LIMITS]
-    # No value profiles: with their features libFuzzer counts most of the time how rare each one is, and
-    # `grammar` makes 62 executions a second after a quarter of an hour, without a thousand.
+    # No value profiles: with their features libFuzzer spends most of its time on their frequencies, and `grammar` makes
+    # 62 executions per second after a quarter of an hour, instead of a thousand.
     command += [f"-max_len={MOST_BYTES}", "-print_final_stats=1"]
     command += [f"-artifact_prefix={findings}/"]
     command += [f"-dict={dictionary}"] if dictionary.exists() else []
@@ -57,7 +57,7 @@ def run(build, target, seconds, scratch):
     told = dict(STATISTICS.findall(text))
     covered = (COVERAGE.findall(text) or [("?", "?")])[-1]
     found = sorted(set(findings.iterdir()) - before)
-    ended = "number_of_executed_units" in told  # libFuzzer says so at its end, finding or not
+    ended = "number_of_executed_units" in told  # libFuzzer prints it at its end, with or without a finding
     line = f"{target}: {int(told.get('number_of_executed_units', 0)):,} executions in {seconds} s, "
     line += f"coverage {covered[0]} edges, {covered[1]} features"
     for path in found:
@@ -77,7 +77,7 @@ def main(build, wanted="all", seconds=SECONDS):
         [build / "tests/write_seeds", build / "seeds"],
         check=True, env={**os.environ, "ASAN_OPTIONS": NO_LEAKS},
     )
-    # In memory: a target writes files all the time. It is removed whatever ended a target.
+    # In memory: targets write files all the time. Removed however a target ended.
     shared = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
     found = False
     with tempfile.TemporaryDirectory(dir=shared) as scratch:

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// In memory if it can be: files are written and synced all the time.
+/// In memory if possible: files are written and synced all the time.
 fs::path placeOfFolder() {
     const bool chosen = std::getenv("TMPDIR") != nullptr;
     return !chosen && access("/dev/shm", W_OK) == 0 ? "/dev/shm" : fs::temp_directory_path();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the fuzz targets share: how one is declared, files made of bytes, numbers taken from bytes.
+// Shared parts of the fuzz targets: their declaration, files from bytes, numbers from bytes.
 #pragma once
 
 #include <algorithm>
@@ -19,18 +19,18 @@ namespace peeler::fuzz {
 
 using Input = std::span<const std::uint8_t>;
 
-/// A function that takes any bytes. It may throw Error, which is how input is refused; all else
-/// that ends it is a finding.
+/// A function that takes any bytes. It may throw Error, the normal refusal of input; any other end
+/// is a finding.
 struct Target {
     const char* name;
     void (*take)(Input);
 };
 
-/// All targets that are linked into a program, in no order.
+/// Returns all targets linked into a program, in no order.
 std::vector<Target>& targets();
 
-/// Runs `work`, and lets pass only what is a finding: anything but an Error, and an Error that says
-/// of itself that it is a bug.
+/// Runs `work`, and rethrows only findings: anything but an Error, and an Error that declares
+/// itself a bug.
 template <class Work>
 void attempt(Work&& work) {
     try {
@@ -40,7 +40,8 @@ void attempt(Work&& work) {
     }
 }
 
-/// A file of this name with these bytes, in a folder of this process, which goes with it.
+/// Returns a file with this name and these bytes, in a folder of this process, which is removed
+/// with it.
 std::string fileOf(std::string_view name, Input bytes);
 std::filesystem::path scratchFolder();
 
@@ -48,7 +49,7 @@ inline std::string textOf(Input bytes) {
     return {bytes.begin(), bytes.end()};
 }
 
-/// Takes numbers from the beginning of the bytes; where they end, all numbers are 0.
+/// A reader of numbers from the beginning of the bytes; after their end, all numbers are 0.
 class Taker {
   public:
     explicit Taker(Input bytes) : bytes_(bytes) {}
@@ -62,7 +63,7 @@ class Taker {
         bytes_ = bytes_.subspan(size);
         return value;
     }
-    /// A number from 0 to `count` − 1, made of one byte.
+    /// Returns a number from 0 to `count` − 1, from one byte.
     std::size_t below(std::size_t count) { return take<std::uint8_t>() % count; }
     bool flip() { return below(2) == 1; }
     Input rest() const { return bytes_; }
@@ -73,8 +74,8 @@ class Taker {
 
 }  // namespace peeler::fuzz
 
-// Under libFuzzer a program has one target, and one thread: inputs are small, and what is found is
-// to be found again. The regression tests have all targets in a table.
+// A libFuzzer program has one target, and one thread: inputs are small, and findings must be
+// reproducible. The regression tests have all targets in a table.
 #ifdef PEELER_LIBFUZZER
 #include <peeler/work.h>
 #include "formats/image/image_library.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A .gltf or .glb becomes a scene; the scene takes poses, and the file is packed with additions.
+// Fuzz target for glTF: a .gltf or .glb becomes a scene; the scene takes poses, and the file is
+// packed with additions.
 #include "core/scene/posed_scene.h"
 #include "formats/gltf/glb_writer.h"
 #include "formats/gltf/gltf_reader.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mutates a .glb (or .gltf) such that it stays one: its JSON is parsed, values, keys and indices in
-// it are changed, or bytes of its binary chunk, and the container is made whole again.
+// A mutator that keeps a .glb (or .gltf) valid as a container: it changes values, keys and indices
+// in the parsed JSON, or bytes of the binary chunk, and rebuilds the container.
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -24,7 +24,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Random = std::minstd_rand;
 
-/// Keys and words that glTF files have; what the schema would not let pass anyway is not listed.
+/// Keys and words of glTF files, without those that the schema rejects anyway.
 constexpr const char* kWords[] = {"accessors",
                                   "alphaCutoff",
                                   "alphaMode",
@@ -194,7 +194,7 @@ std::optional<Parsed> parsed(Input bytes) {
     }
 }
 
-/// The file as bytes; 0 if it is too large.
+/// Stores the file as bytes; returns 0 if it is too large.
 std::size_t store(const Parsed& file, std::uint8_t* out, std::size_t most) {
     std::string text = file.json.dump(-1, ' ', false, Json::error_handler_t::replace);
     std::string bytes;
@@ -217,7 +217,7 @@ std::size_t store(const Parsed& file, std::uint8_t* out, std::size_t most) {
     return bytes.size();
 }
 
-/// Every value of a document, that which holds all of them first.
+/// Lists every value of a document, the root first.
 void listValues(Json& value, std::vector<Json*>& all) {
     all.push_back(&value);
     if (value.is_structured())
@@ -241,7 +241,7 @@ class Mutator {
         }
     }
 
-    /// Puts a value of another file into the place of one of this.
+    /// Replaces a value of this file with one of another file.
     void cross(Json& json, Json& other) {
         Json& from = anyOf(other);
         Json& to = anyOf(json);
@@ -265,7 +265,7 @@ class Mutator {
         const std::size_t size = file.binary.size();
         file.binary.resize(size + below(65));
         file.binary.resize(LLVMFuzzerMutate(file.binary.data(), size, file.binary.size()));
-        // A buffer that is longer than the chunk is refused at once.
+        // A buffer longer than the chunk is refused at once.
         if (below(8) != 0 && file.json.contains("buffers") && file.json["buffers"].is_array() &&
             !file.json["buffers"].empty() && file.json["buffers"][0].is_object())
             file.json["buffers"][0]["byteLength"] = file.binary.size();
@@ -351,7 +351,7 @@ class Mutator {
             object[key] = anyValue(json);
     }
 
-    /// A copy of a value that is there, or a new one.
+    /// Returns a copy of an existing value, or a new one.
     Json anyValue(Json& json) {
         const std::size_t how = below(7);
         if (how == 0) return anyNumber();

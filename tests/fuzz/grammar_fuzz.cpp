@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values of the command line: cameras, frames, numbers, names with places for numbers; and the
-// camera that files have as JSON. The input: which of them, then the text.
+// Fuzz target for values of the command line: cameras, frames, numbers, names with number
+// placeholders; and the JSON camera of files. The input: the kind, then the text.
 #include <iterator>
 #include <sstream>
 
@@ -16,7 +16,7 @@
 namespace peeler::fuzz {
 namespace {
 
-/// Reads the words as the options of a camera, and finds its view.
+/// Parses the words as the options of a camera, and builds its view.
 void takeCameraWords(const std::string& text) {
     cmd::ArgumentParser parser;
     cmd::VerbOptions verb = parser.addVerb("render", {});
@@ -35,7 +35,7 @@ void takeCameraWords(const std::string& text) {
     if (view.projection.perspective) intrinsicsOf(view);
 }
 
-/// What a file says of its camera is said again, and is the same.
+/// A file's camera, written again, is the same.
 void takeCameraJson(const std::string& text) {
     const std::string again = cameraJson(viewFromJson(text));
     if (cameraJson(viewFromJson(again)) != again)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A KTX 2.0 file as texture.
+// Fuzz target for KTX 2.0 textures.
 #include "formats/gltf/gltf_decoders.h"
 #include "fuzz/fuzz_target.h"
 

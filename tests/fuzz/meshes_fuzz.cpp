@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A PLY, an STL, arrays or an OBJ, which may name itself as its materials, becomes a scene.
+// Fuzz target for meshes: a PLY, an STL, arrays or an OBJ, which may name itself as its materials,
+// becomes a scene.
 #include "core/scene/posed_scene.h"
 #include "formats/gltf/glb_writer.h"
 #include "formats/gltf/gltf_reader.h"
@@ -10,7 +11,7 @@ namespace peeler::fuzz {
 namespace {
 
 void takeMeshes(Input input) {
-    if (!input.empty() && input[0] == '{') return;  // glTF has a target of its own
+    if (!input.empty() && input[0] == '{') return;  // glTF has its own target
     fileOf("scene.mtl", input);
     const std::string path = fileOf("scene.obj", input);
     SceneReadOptions options;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A compressed stream of EXT_meshopt_compression. The input: mode, filter, stride, count (two
-// bytes), then the stream.
+// Fuzz target for compressed streams of EXT_meshopt_compression. The input: mode, filter, stride,
+// count (two bytes), then the stream.
 #include <array>
 
 #include "formats/gltf/gltf_decoders.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes with everything that glTF has, and compressed meshes.
+// Scene seeds with every feature of glTF, and compressed meshes.
 #include <draco/compression/expert_encode.h>
 #include <draco/mesh/mesh.h>
 
@@ -21,7 +21,7 @@ SeedBytes glbOf(GltfBuilder builder) {
     return seedOf(test::glb(builder.gltf.dump(), builder.bin));
 }
 
-/// The JSON as a .gltf whose buffer is a data: URI of zeros.
+/// Returns the JSON as a .gltf with a data: URI of zeros as its buffer.
 SeedBytes gltfOf(GltfBuilder builder) {
     const std::size_t triples = (builder.bin.size() + 2) / 3;
     builder.gltf["buffers"] = {
@@ -30,7 +30,7 @@ SeedBytes gltfOf(GltfBuilder builder) {
     return seedOf(builder.gltf.dump());
 }
 
-/// Every attribute, a sparse accessor, morph targets, a skin.
+/// Returns every attribute, a sparse accessor, morph targets, a skin.
 GltfBuilder richMesh() {
     GltfBuilder builder = test::triangle();
     Json& attributes = builder.attributes();
@@ -80,7 +80,7 @@ GltfBuilder richMesh() {
     return builder;
 }
 
-/// What moves, in every interpolation.
+/// Returns motion in every interpolation.
 GltfBuilder animated() {
     GltfBuilder builder = richMesh();
     const int times =
@@ -107,7 +107,7 @@ GltfBuilder animated() {
     return builder;
 }
 
-/// Materials with all their extensions, textures from a view and from a URI.
+/// Returns materials with all their extensions, textures from a view and from a URI.
 GltfBuilder material() {
     GltfBuilder builder = test::triangle();
     builder.attributes()["TEXCOORD_0"] = builder.addAccessor<float>({0, 0, 1, 0, 0, 1}, "VEC2");
@@ -182,7 +182,7 @@ GltfBuilder instances() {
     return builder;
 }
 
-/// A strip of quads with three attributes, compressed.
+/// Returns a compressed strip of quads with three attributes.
 SeedBytes dracoBytes(int method, int position_bits) {
     constexpr std::uint32_t kColumns = 4;
     draco::Mesh mesh;
@@ -260,7 +260,7 @@ void addSceneSeeds(Seeds& seeds) {
     for (const int method : {draco::MESH_SEQUENTIAL_ENCODING, draco::MESH_EDGEBREAKER_ENCODING})
         for (const int bits : {0, 11}) {
             const SeedBytes bytes = dracoBytes(method, bits);
-            SeedBytes seed = {3, 0, 5, 3, 1, 5, 3, 2, 1, 4};  // what is wanted of it
+            SeedBytes seed = {3, 0, 5, 3, 1, 5, 3, 2, 1, 4};  // the requested attributes
             seed.insert(seed.end(), bytes.begin(), bytes.end());
             seeds["draco"].push_back(std::move(seed));
             if (bits > 0) seeds["gltf"].push_back(glbOf(dracoScene(bytes)));

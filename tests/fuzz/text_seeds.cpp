@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Jobs of peeler batch, and values of the command line.
+// Seeds of peeler batch jobs, and of command-line values.
 #include "formats/exr/exr_files.h"
 #include "fuzz/seeds.h"
 
@@ -23,7 +23,7 @@ constexpr const char* kBatches[] = {
 {"job":2,"verb":"render","hash":"0123456789abcde0","exitCode":3,"milliseconds":8,"warnings":["w"],"error":{"what":"no","hint":"try"}}
 )"};
 
-/// By the numbers that the target's table has.
+/// By the indices of the target's table.
 struct Value {
     char grammar;
     const char* text;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lines that a client sends to peeler worker.
+// Fuzz target for the lines that a client sends to peeler worker.
 #include <sstream>
 #include <string>
 

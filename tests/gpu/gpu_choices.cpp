@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times what a GPU could count and sort fragments by beside what peeler does: which is the quickest
-// only hardware tells. Prints JSON, medians in milliseconds; ends with 1 if two ways disagree.
+// Benchmark of ways to count and sort fragments on a GPU, beside peeler's: only hardware shows
+// which is the fastest. Prints JSON, medians in milliseconds; exits with 1 if two ways disagree.
 //
 //     gpu_choices [WIDTH HEIGHT RUNS]
 #include "gpu/gpu_choices.h"
@@ -18,8 +18,8 @@
 
 namespace peeler::benchmark {
 
-/// The median of `runs` times of `work` in milliseconds, behind one that is not timed. `prepare`
-/// comes before each.
+/// Returns the median time of `work` in milliseconds over `runs`, after an untimed one. `prepare`
+/// runs before each.
 double milliseconds(const Settings& settings, const std::function<void()>& prepare,
                     const std::function<void()>& work) {
     using Clock = std::chrono::steady_clock;

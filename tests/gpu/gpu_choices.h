@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the halves of gpu_choices share: how they are asked, timed, and compile their own shaders.
+// Shared parts of gpu_choices: settings, timing, and compilation of its own shaders.
 #pragma once
 
 #include <cstddef>
@@ -22,12 +22,12 @@ struct Settings {
     }
 };
 
-/// The median of `runs` times of `work` in milliseconds, behind one that is not timed. `prepare`
-/// comes before each.
+/// Returns the median time of `work` in milliseconds over `runs`, after an untimed one. `prepare`
+/// runs before each.
 double milliseconds(const Settings& settings, const std::function<void()>& prepare,
                     const std::function<void()>& work);
 
-/// A program of stages that begin with the same lines. Throws std::runtime_error with the driver's
+/// A program whose stages begin with the same lines. Throws std::runtime_error with the driver's
 /// log.
 class Shaders {
   public:
@@ -49,12 +49,12 @@ class Shaders {
     GLuint name_;
 };
 
-// The halves; each throws std::runtime_error if two ways disagree.
+// The two halves; each throws std::runtime_error if two ways disagree.
 
-/// Milliseconds by scene and way (gpu_counting.cpp), null where the driver has no such way.
+/// Returns milliseconds by scene and way (gpu_counting.cpp), null if the driver lacks a way.
 Json counting(const gl::Functions& gl, const Settings& settings);
 
-/// Milliseconds by lists and step (gpu_sorting.cpp).
+/// Returns milliseconds by lists and step (gpu_sorting.cpp).
 Json sorting(const gl::Functions& gl, const Settings& settings);
 
 }  // namespace peeler::benchmark

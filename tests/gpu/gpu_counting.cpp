@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counting, of panes that cover the picture and of many small triangles:
-// - buffer: atomicAdd on a storage buffer, row by row, as peeler does
-// - tiles: the same, squares of 8 × 8 pixels one after the other
+// Benchmark of counting, with panes that cover the picture and with many small triangles:
+// - buffer: atomicAdd on a storage buffer, row by row, like peeler
+// - tiles: the same, in squares of 8 × 8 pixels
 // - image: imageAtomicAdd on R32UI
 // - interlock: load and store there, ordered by ARB_fragment_shader_interlock
-// - blending: 1 is added to R32F, which is exact below 2^24
+// - blending: adds 1 to R32F, which is exact below 2^24
 #include <dlfcn.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@
 namespace peeler::benchmark {
 namespace {
 
-/// What is drawn: so many triangles, which cover the picture or lie anywhere in it.
+/// The drawn triangles, which cover the picture or are anywhere in it.
 struct Triangles {
     const char* name;
     int count;
@@ -44,13 +44,13 @@ void main() {
 })"},
 };
 
-/// What counts are kept in.
+/// The storage of the counts.
 enum class Counts { kBuffer, kTiles, kImage, kTarget };
 
 struct Way {
     const char* name;
     Counts counts;
-    const char* extension;  ///< that it needs, or ""
+    const char* extension;  ///< the required one, or ""
     const char* fragment_shader;
 };
 
@@ -77,7 +77,7 @@ layout(location = 0) out float one;
 void main() { one = 1.0; })"},
 };
 
-/// What stands before all shaders that count: places of pixels, and what a way asks for.
+/// Returns the beginning of all counting shaders: pixel addresses, and the definitions of a way.
 std::string beginningOf(const Settings& settings, const Way& way) {
     std::string text;
     if (*way.extension) text += std::string("#extension ") + way.extension + " : require\n";
@@ -89,7 +89,7 @@ std::string beginningOf(const Settings& settings, const Way& way) {
            "}\n";
 }
 
-/// glBindImageTexture, which peeler itself has no use for.
+/// glBindImageTexture, which peeler itself does not use.
 PFNGLBINDIMAGETEXTUREPROC bindImageTexture() {
     void* const library = dlopen("libEGL.so.1", RTLD_NOW | RTLD_LOCAL);
     using ProcAddress = void* (*)(const char*);
@@ -99,7 +99,7 @@ PFNGLBINDIMAGETEXTUREPROC bindImageTexture() {
     return reinterpret_cast<PFNGLBINDIMAGETEXTUREPROC>(lookup("glBindImageTexture"));
 }
 
-/// The pixels' counts in every place that a way may keep them in.
+/// The pixels' counts in the storage of every way.
 class Counter {
   public:
     Counter(const gl::Functions& gl, const Settings& settings)
@@ -118,7 +118,7 @@ class Counter {
         vertices_ = gl::VertexArray(gl, arrays);
     }
 
-    /// Milliseconds of a pass that counts, whose counts are then in `counts`, row by row.
+    /// Returns the milliseconds of a counting pass; its counts are then in `counts`, row by row.
     double time(const Way& way, const Triangles& triangles, std::vector<std::uint32_t>& counts) {
         const Shaders shaders(gl_, beginningOf(settings_, way),
                               {{GL_VERTEX_SHADER, triangles.vertex_shader},

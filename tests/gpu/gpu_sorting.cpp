@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sorting, of lists of a quarter of the pixels, in random order and in one that neighbours share:
-// - cpu: depthSort(), as peeler does; cpuAfterGpu: the same of lists that are in order
-// - gpu: a compute shader, an insertion sort a pixel; readBack: from the GPU's memory to the CPU's
+// Benchmark of sorting, with lists for a quarter of the pixels, in random order and in one that
+// neighbours share:
+// - cpu: depthSort(), like peeler; cpuAfterGpu: the same with sorted lists
+// - gpu: a compute shader, one insertion sort per pixel; readBack: from GPU to CPU memory
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
@@ -15,14 +16,14 @@
 namespace peeler::benchmark {
 namespace {
 
-constexpr std::size_t kWords = 4;  // of a fragment: depth, primitive, two of a colour
+constexpr std::size_t kWords = 4;  // of a fragment: depth, primitive, two for colour
 
-/// Lists of `most` fragments, or up to half of them fewer.
+/// Lists of `most` fragments, or up to half fewer.
 struct Lists {
     std::vector<std::uint32_t> first{0}, words;
 
     Lists(std::size_t pixels, std::uint32_t most, bool alike) {
-        // Neighbours that are alike: so many pixels in a row see the same surfaces.
+        // Coherent neighbours: runs of pixels with the same surfaces.
         const std::size_t run = alike ? 64 : 1;
         std::minstd_rand random(most);
         std::vector<float> depths(most);
@@ -78,7 +79,7 @@ gl::Buffer bufferOf(const gl::Functions& gl, const std::vector<T>& values) {
     return buffer;
 }
 
-/// Milliseconds of sorting lists on the CPU, into `out`.
+/// Sorts lists on the CPU, into `out`; returns the milliseconds.
 double sortedByCpu(const Settings& settings, const Lists& lists, const std::uint32_t* words,
                    LayeredImage& out) {
     out.window = {0, 0, 256, static_cast<int>((lists.first.size() - 1) / 256)};
@@ -118,7 +119,7 @@ Json sorted(const gl::Functions& gl, const Settings& settings, std::uint32_t mos
     LayeredImage by_cpu, by_both;
     row["cpu"] = sortedByCpu(settings, lists, lists.words.data(), by_cpu);
     row["cpuAfterGpu"] = sortedByCpu(settings, lists, words, by_both);
-    const auto colors = by_cpu.color.as<std::uint32_t>();  // which tell fragments apart
+    const auto colors = by_cpu.color.as<std::uint32_t>();  // which identify fragments
     for (std::size_t i = 0; i < by_cpu.fragments(); ++i)
         if (!std::equal(words + kWords * i + 2, words + kWords * (i + 1), &colors[2 * i]))
             throw std::runtime_error("lists of " + std::to_string(most) + " in another order");

@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# sh tests/gpu/pack.sh [BUILD] [OUTPUT]: packs what a bare machine with a GPU needs to prove this build:
-# programs, libraries, scenes, and what they are here. Unpacked there, run.sh needs the C library, the
-# driver, and what every Debian has (gzip is, xz is not).
+# sh tests/gpu/pack.sh [BUILD] [OUTPUT]: packs everything that a bare machine with a GPU needs to test this build:
+# programs, libraries, scenes, and their results here. There, run.sh needs the C library, the driver, and the tools of
+# every Debian (gzip, but not xz).
 #   BUILD   a folder with a finished build on Debian (default: build/ci)
 #   OUTPUT  the archive (default: BUILD/peeler-gpu.tar.gz)
 set -eu
@@ -22,8 +22,8 @@ for file in run.sh common.sh classify.awk moved.awk scenes.txt; do
 done
 . "$here/common.sh"
 
-# Of every scene what it is here, and what its fragments are if the picture moves by 1/256 of a pixel
-# (classify.awk; no edge is missed: a step along both axes is longer than one).
+# The results of every scene here, and its fragments if the picture moves by 1/256 of a pixel (classify.awk; no edge is
+# missed: a step along both axes is longer than that).
 renderer=$(peeler render "$source/examples/scenes/panes.glb" -o "$scratch/any.npz" --size 16x16 --json --quiet |
     sed -n 's/^ *"renderer": "\(.*\)",$/\1/p')
 echo "# made by $renderer: scene, fragments, layers" >"$here/references.txt"

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-# cmake -D SETTINGS=FILE -D ROOT=FOLDER -P programs.cmake: the programs of a build that a run on a GPU
-# needs, with the libraries that the machine may lack, and Mesa's rasteriser beside them.
+# cmake -D SETTINGS=FILE -D ROOT=FOLDER -P programs.cmake: copies the programs that a run on a GPU needs, with the
+# libraries that the machine may lack, and Mesa's rasteriser beside them.
 cmake_minimum_required(VERSION 3.22)
 include(${SETTINGS})
 include(${CMAKE_CURRENT_LIST_DIR}/../../cmd/packages/libraries.cmake)
 
-# Each is most of what it comes with, and hardly asked for: by the tests that are left out of a run
-# (Embree), or by what Mesa never does (the others, which LLVM is linked with).
+# Large and hardly used: by tests that the run skips (Embree), or by features that Mesa never uses (the others, which
+# LLVM is linked with).
 set(unused "^lib(embree|z3|xml2|edit)")
 set(library_folders /usr/lib/${architecture} /lib/${architecture} /usr/lib /lib)
 
@@ -28,7 +28,7 @@ copy_libraries(libraries kept ${ROOT}/lib "${machines};${unused}"
     EXECUTABLES ${ROOT}/bin/peeler ${ROOT}/bin/gl_tests ${ROOT}/bin/gpu_choices)
 make_stand_ins("${unused}" "^$" ${ROOT}/lib ${kept} ${ROOT}/bin/gl_tests)
 
-# In a folder of its own, where no driver finds the LLVM that it needs.
+# In its own folder, where no driver finds the LLVM that it needs.
 find_file(osmesa libOSMesa.so.8 PATHS ${library_folders} NO_DEFAULT_PATH)
 if(NOT osmesa)
     message(STATUS "There is no libOSMesa.so.8 to be packed")

@@ -1,19 +1,18 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# sh run.sh: proves a build on this machine's GPU, in the folder that pack.sh has packed, in at most 9
-# minutes. Writes a page and JSON, results.*; exit code 0 if everything passed. Where there is no GPU the
-# same is done in software. PEELER_GPU_SECONDS is the time for all of it (default: 540).
-# (sh run.sh PART carries out one part, and says what it found.)
+# sh run.sh: tests a build on this machine's GPU, in the folder from pack.sh, in at most 9 minutes. Writes a page and
+# JSON, results.*; exit code 0 if everything passed. Without a GPU it does the same in software. PEELER_GPU_SECONDS is
+# the total time (default: 540). (sh run.sh PART runs one part, and prints its findings.)
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 . "$here/common.sh"
 work=$here/work
 results=$here/results
 
-# The parts in their order, and their shares of the time: what a part leaves, those after it may take.
+# The parts in order, with their shares of the time: later parts may use the time that earlier ones leave.
 parts="devices 2  tests 46  methods 13  backends 8  references 8  lost 4  frames 9  benchmark 10"
 
-# The GL tests that are left out: those that ask Embree, and those that compare a software EGL with OSMesa.
+# The skipped GL tests: those that need Embree, and those that compare a software EGL with OSMesa.
 embree=ClosedMeshes.*:Clip.ABallKeepsAsManyLayersAsEmbreeFindsHitsInside
 osmesa=Backends.*:Shadows.AreTheSameOnBothBackends
 
@@ -28,7 +27,7 @@ number() { # number KEY FILE: the last value of a key in JSON that has a line fo
     sed -n 's/^ *"'"$1"'": \(.*[^,]\),*$/\1/p' "$2" | tail -n 1 | tr -d '"'
 }
 
-# judge WHAT FOUND EXPECTED NAME: two files of fragments of a scene are the same, or differ within limits.
+# judge WHAT FOUND EXPECTED NAME: checks that two files of a scene's fragments are the same, or differ within limits.
 judge() {
     if cmp -s "$2" "$3"; then
         say passed "$1" "the same bytes, $(number fragmentsStored "$work/report.json") fragments"
@@ -87,7 +86,7 @@ tests() {
     PEELER_SOURCE=$here
     export PEELER_TEST_BACKEND PEELER_SOURCE
     for shard in 0 1 2 3 4 5 6 7; do
-        # The software rasteriser has no threads besides, as ctest has it.
+        # The software rasteriser gets no extra threads, as under ctest.
         (
             code=0
             GTEST_TOTAL_SHARDS=8 GTEST_SHARD_INDEX=$shard LP_NUM_THREADS=0 LD_LIBRARY_PATH=$libraries \
@@ -130,7 +129,7 @@ methods() {
     done
 }
 
-# The GPU, or what there is, against the rasteriser that was packed.
+# Compares the GPU, or its substitute, with the packed rasteriser.
 backends() {
     if [ ! -f "$here/lib/osmesa/libOSMesa.so.8" ]; then
         say skipped all "no libOSMesa.so.8 was packed"
@@ -157,7 +156,7 @@ references() {
     done
 }
 
-# A libEGL that stands before the driver's and says that the context is lost.
+# Preloads a libEGL that reports a lost context.
 lost() {
     if [ "$(number backend "$work/device.json")" != egl ]; then
         say skipped all "there is no EGL whose context could be lost"
@@ -197,7 +196,7 @@ frames() {
         say failed "$count frames" "exit code $code: $(head -n 3 "$work/error")"
         return
     fi
-    # The most that was resident so far, frame by frame.
+    # The peak resident memory so far, frame by frame.
     set -- $(sed -n 's/^ *"peakMemory": \([0-9]*\),*$/\1/p' "$work/frames.json" |
         awk -v early=$((count / 10)) 'NR == early { first = $1 } END { print NR, first, $1 }')
     [ "$1" = $count ] && [ $(($3 - $2)) -le $growth ] && verdict=passed || verdict=failed
@@ -205,7 +204,7 @@ frames() {
         "$1 rendered, $(($2 >> 20)) MiB resident at most after a tenth of them, $(($3 >> 20)) MiB after all"
 }
 
-# What it could count and sort by, beside what peeler does (gpu_choices.cpp).
+# Times alternative ways of counting and sorting, beside peeler's (gpu_choices.cpp).
 choices() {
     size="1920 1080 5"
     [ ! -f "$work/software" ] || size="480 270 3"
@@ -242,8 +241,8 @@ benchmark() {
         END { printf "%d hits, %.1f million a second counted, captured and sorted", hits, hits / ms / 1e3 }' "$report")"
 }
 
-# write_results SECONDS: of what the parts said the page, and JSON with what commands told as JSON; `code`
-# becomes 1 if anything failed.
+# write_results SECONDS: writes the page from the parts' findings, and JSON from the commands' JSON; sets `code` to 1 if
+# anything failed.
 write_results() {
     awk -F '\t' -v when="$(date -u +%FT%TZ)" -v seconds="$1" -v page="${results}.md" -v json="${results}.json" '
         function quoted(text) {

@@ -1,5 +1,5 @@
 #SPDX - License - Identifier : Apache - 2.0
-"""What goes wrong is said, and leaves a Renderer that can be used; threads and processes."""
+"""Errors are reported, and leave a usable Renderer; threads and processes."""
 
 import multiprocessing
 import os
@@ -16,7 +16,7 @@ TRIANGLE = [[-1, -1, 0], [1, -1, 0], [0, 1, 0]]
 
 
 def lengths(names):
-    """What another process renders."""
+    """Renders in another process."""
     with peeler.Renderer() as r:
         return [len(r.layers(scene(name), size=(48, 27))) for name in names]
 
@@ -81,7 +81,7 @@ class Errors(ModuleTest):
             {"vertices": np.zeros((3, 3), complex)},
             {"faces": [[0.0, 1.0, 2.0]]},
             {"faces": np.zeros((1, 3), bool)},
-            {"colors": np.full((3, 3), 128)},  # of int64, which numpy makes of lists
+            {"colors": np.full((3, 3), 128)},  # int64, NumPy's type for lists
             {"colors": np.full((3, 3), 128.0)},
             {"colors": np.full((3, 3), np.nan)},
             {"colors": np.ones((3, 3), bool)},

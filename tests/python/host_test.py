@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The module in somebody's process: nothing of it changes, and it may fork, use threads, interrupt, and lose the worker."""
+"""The module in a host's process: it changes nothing there, and survives forks, threads, interrupts, and the loss of
+the worker."""
 
 import asyncio
 import contextlib
@@ -18,18 +19,18 @@ import warnings
 
 from module import BUILD, SCENES, ModuleTest, np, peeler, scene, threads
 
-OPEN = set(os.listdir("/proc/self/fd"))  # of whoever starts the tests
+OPEN = set(os.listdir("/proc/self/fd"))  # from the tests' caller
 LARGE = {"size": (2400, 1600), "samples": 16}
 LATEST = 0.3  # seconds from Ctrl-C to KeyboardInterrupt
 
 
 def files():
-    """Descriptors and what they are of."""
+    """Returns descriptors and their targets."""
     found = {}
     for name in os.listdir("/proc/self/fd"):
         with contextlib.suppress(OSError):
             target = os.readlink(f"/proc/self/fd/{name}")
-            if not target.endswith("/fd"):  # of this listing
+            if not target.endswith("/fd"):  # this listing itself
                 found[int(name)] = target
     return found
 
@@ -40,7 +41,7 @@ def lines(path):
 
 
 def state():
-    """What a host would see changed."""
+    """Returns the state that a host could see change."""
     return {
         "environment": (dict(os.environ), lines("/proc/self/environ")),
         "folder": os.getcwd(),
@@ -54,7 +55,7 @@ def state():
 
 
 def worker_processes():
-    """The worker of this process, and those that run its jobs."""
+    """Returns the worker of this process, and the processes of its jobs."""
     first = peeler._worker._get()._process.pid
     return [first, *map(int, lines(f"/proc/{first}/task/{first}/children")[0].split())]
 
@@ -65,7 +66,7 @@ def is_at_work():
 
 
 class Sending:
-    """Does something from a thread of its own, a moment after a call has handed in its job."""
+    """A thread that acts a moment after a call has submitted its job."""
 
     def __init__(self, act, after=0.15):
         self.act, self.after, self.at = act, after, None
@@ -93,7 +94,7 @@ def fragments(_=None):
 
 
 class DataSet:
-    """What a DataLoader of torch hands to its processes: indexed, pickled or forked."""
+    """A stand-in for a torch DataLoader's data set: indexed, pickled or forked."""
 
     def __init__(self):
         self.scene, self.r = scene("panes"), peeler.Renderer()
@@ -112,7 +113,7 @@ def item(work):
 
 
 def load(dataset, indices, results):
-    """A process of a DataLoader."""
+    """Loads items like a DataLoader's process."""
     results.put([(i, dataset[i]) for i in indices])
 
 
@@ -126,7 +127,7 @@ class Host(ModuleTest):
         self.assertEqual(len(self.r.layers(self.panes, size=(48, 27))), self.expected)
 
     def calls(self, exr, **large):
-        """{name: call} of everything that does work; large: of a picture that takes long."""
+        """Returns {name: call} of everything that does work; large: with a picture that takes long."""
         image = peeler.read(exr)
         engine, glb = scene("engine"), SCENES / "engine.glb"
         out = lambda name: self.folder / name
@@ -212,7 +213,7 @@ class Host(ModuleTest):
                 with self.assertRaises(KeyboardInterrupt):
                     with Sending(lambda: os.kill(os.getpid(), signal.SIGINT), 0.05) as sent:
                         try:
-                            while True:  # until it comes
+                            while True:  # until the interrupt arrives
                                 call()
                         finally:
                             late.append(time.monotonic() - (sent.at or 0))
@@ -252,20 +253,20 @@ class Host(ModuleTest):
             return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
 
         render = lambda: len(self.r.layers(self.panes, size=(48, 27)))
-        self.assertEqual(child(render), 0)  # with the Renderer of before
+        self.assertEqual(child(render), 0)  # with the existing Renderer
         self.assertEqual(child(fragments), 0)
         results = []
         rendering = threading.Thread(target=lambda: results.append(self.r.layers(scene("engine"), size=(800, 600))))
         rendering.start()
         while not is_at_work():
             time.sleep(0.001)
-        self.assertEqual(child(render), 0)  # in the middle of one
+        self.assertEqual(child(render), 0)  # during a render
         rendering.join()
         self.assertEqual(len(results), 1)
         mesh = peeler.Scene.from_arrays([[-1, -1, 0], [1, -1, 0], [0, 1, 0]])
         of_mesh = len(self.r.layers(mesh, size=(48, 27)))
         self.assertEqual(child(lambda: len(self.r.layers(mesh, size=(48, 27))) - of_mesh + self.expected), 0)
-        self.assertEqual(len(self.r.layers(mesh, size=(48, 27))), of_mesh)  # its file is still there
+        self.assertEqual(len(self.r.layers(mesh, size=(48, 27))), of_mesh)  # its file still exists
         self.assert_usable()
 
     def test_processes_of_every_kind(self):
@@ -274,7 +275,7 @@ class Host(ModuleTest):
                 self.assertEqual(pool.map(fragments, range(3)), [self.expected] * 3, kind)
 
     def test_a_data_loader(self):
-        """Eight processes, as torch.utils.data.DataLoader starts them."""
+        """Eight processes, like those of torch.utils.data.DataLoader."""
         dataset = DataSet()
         here = [dataset[i][1] for i in range(len(dataset))]
         for kind in ("fork", "spawn"):

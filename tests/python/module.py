@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of the Python module share: the module, the command line, scenes, folders."""
+"""Shared parts of the tests of the Python module: the module, the command line, scenes, folders."""
 
 import os
 import pathlib
@@ -41,7 +41,7 @@ def command(*arguments):
 
 
 def resident():
-    """Resident memory of this process, bytes."""
+    """Returns the resident memory of this process, in bytes."""
     with open("/proc/self/statm", encoding="ascii") as file:
         return int(file.read().split()[1]) * os.sysconf("SC_PAGESIZE")
 
@@ -55,7 +55,7 @@ def threads():
 
 
 class ModuleTest(unittest.TestCase):
-    """A test with a Renderer for the whole class, and a folder for each test."""
+    """A test with one Renderer per class, and one folder per test."""
 
     @classmethod
     def setUpClass(cls):
@@ -71,7 +71,7 @@ class ModuleTest(unittest.TestCase):
         self.folder = pathlib.Path(folder.name)
 
     def assert_same(self, a, b, what=""):
-        """The same numbers bit for bit, of one type and shape."""
+        """Expects the same numbers bit for bit, with the same type and shape."""
         a, b = np.ascontiguousarray(a), np.ascontiguousarray(b)
         self.assertEqual((a.dtype, a.shape), (b.dtype, b.shape), what)
         self.assertEqual(a.tobytes(), b.tobytes(), what)

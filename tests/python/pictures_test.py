@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of the Python module hold what the command line's files hold, without copies."""
+"""Pictures of the Python module equal the command line's files, without copies."""
 
 import subprocess
 import unittest
@@ -8,7 +8,7 @@ from module import SCENES, ModuleTest, command, np, peeler, resident, scene
 
 
 def owner(array):
-    """What holds the numbers of an array."""
+    """Returns the owner of an array's memory."""
     while isinstance(array, np.ndarray):
         array = array.base
     return array
@@ -41,7 +41,7 @@ class Pictures(ModuleTest):
                     self.assert_same(img["position"], there["positions"])
                     self.assert_same(img["distance"], there["t_hit"])
                     self.assert_same(img["uv"], there["texcoords"])
-                # The files, too, are the command line's, byte for byte.
+                # The files equal the command line's, too, byte for byte.
                 img.save(self.folder / "saved.exr")
                 self.assertEqual((self.folder / "saved.exr").read_bytes(), exr.read_bytes())
                 img.save(self.folder / "saved.npz")
@@ -63,7 +63,7 @@ class Pictures(ModuleTest):
     def test_no_copy_is_made(self):
         engine = scene("engine")
         keywords = {"size": (960, 540), "channels": ["normal", "id", "position"]}
-        warm = self.r.layers(engine, **keywords)  # what the renderer itself needs
+        warm = self.r.layers(engine, **keywords)  # the renderer's own memory
         before = resident()
         img = self.r.layers(engine, **keywords)
         arrays = [img.z, img.rgba, img.splits, *(img[c] for c in img.channels), img["N.X"]]
@@ -74,13 +74,13 @@ class Pictures(ModuleTest):
         self.assertLess(grown, 1.35 * taken)
         for array in arrays:
             self.assertTrue(array.flags.writeable)
-            if array is not arrays[2]:  # splits, of 32 bits
+            if array is not arrays[2]:  # splits, which has 32 bits
                 self.assertIs(owner(array), owner(img.z))
         self.assertTrue(np.shares_memory(arrays[0], img.z))
         self.assertTrue(np.shares_memory(arrays[-1], img["normal"]))
         self.assertEqual(len(warm), len(img))
         z = img.z
-        del img, arrays, array  # the array keeps what it is of
+        del img, arrays, array  # the array keeps its owner alive
         self.assert_same(z, warm.z)
 
     def test_dlpack(self):
@@ -193,9 +193,9 @@ class Pictures(ModuleTest):
 
 class Cameras(ModuleTest):
     def test_intrinsics_and_pose_are_opencvs(self):
-        """Vertices of a scene are seen where the formula says."""
+        """Vertices of a scene appear where the formula puts them."""
         rng = np.random.default_rng(1)
-        # Small triangles, each at a place of its own, with its number as a colour.
+        # Small triangles, each at its own place, with its number as a colour.
         places = rng.uniform(-1, 1, (12, 3))
         corner = np.array([[0, 0, 0], [0.06, 0, 0], [0, 0.06, 0]]) - [0.02, 0.02, 0]
         vertices = (places[:, None] + corner).reshape(-1, 3)

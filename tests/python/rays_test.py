@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rays of the Python module find what `peeler rays` finds."""
+"""Rays of the Python module give the same hits as `peeler rays`."""
 
 import unittest
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tour of examples/python runs, and its pictures show something."""
+"""The tour of examples/python runs, and its pictures are not empty."""
 
 import os
 import subprocess

@@ -11,7 +11,7 @@ import unittest
 from module import BUILD, SCENES, ModuleTest, command, np, peeler, scene
 
 STUB = BUILD / "python" / "peeler" / "__init__.pyi"
-# Of `peeler render`: what belongs to files, to the scene, to the Renderer, to sequences and reports.
+# Options of `peeler render` for files, the scene, the Renderer, sequences and reports.
 ELSEWHERE = set(
     "output no_clobber no_mkdir background exposure tone_map as_ no_composite fxaa skip_existing keep_going dry_run layout "
     "dense fill dense_type compression deep_merge deep_z_tolerance deep_alpha_tolerance scene include exclude allow_outside ignore_extension "
@@ -28,7 +28,7 @@ def options(verb):
 
 
 def stubs():
-    """{name or Class.name: node} of all functions of the stub."""
+    """Returns {name or Class.name: node} of all functions of the stub."""
     found = {}
     for node in ast.parse(STUB.read_text(encoding="utf-8")).body:
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):

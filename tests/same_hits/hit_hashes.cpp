@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Prints hashes of all that the CPU's hits are made of, for same_hits.py: a line a scene and view.
+// Hashes of everything that CPU hits consist of, for same_hits.py: prints one line per scene and
+// view.
 //
 //     hit_hashes [FILE ...]
 //
-// A FILE holds a mesh: how many vertices and indices (uint32), then positions (3 floats each) and
-// indices (uint32).
+// A FILE holds a mesh: the numbers of vertices and indices (uint32), then positions (3 floats each)
+// and indices (uint32).
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -48,8 +49,8 @@ class Hash {
     std::uint64_t value_ = 0xCBF29CE484222325U;
 };
 
-/// Triangles of all sizes, of numbers that no rounding has made: every build has the same ones. A
-/// third of them is there where a texture says so.
+/// Returns triangles of all sizes with exact coordinates, without rounding: every build has the
+/// same ones. A texture cuts out parts of a third of them.
 Scene generated() {
     std::mt19937 random(20);
     const auto number = [&](int bits) {
@@ -81,7 +82,7 @@ Scene generated() {
     scene.materials[1].alpha_mode = AlphaMode::kMask;
     for (const std::size_t textured : {1U, 2U})
         scene.materials[textured].base_color_texture.image = 0;
-    // A turn, no less than the multiples of numbers that no base-2 fraction is.
+    // A rotation; its entries are not exact in binary.
     scene.nodes[0].local = {
         {0.36, 0.48, -0.8, 0}, {-0.8, 0.6, 0, 0}, {0.48, 0.64, 0.6, 0}, {0.1, 0.2, 0.3, 1}};
     return scene;
@@ -116,7 +117,7 @@ void printHashes(const std::string& name, const Scene& scene) {
     for (const glm::dvec3& direction :
          {glm::dvec3(1, 2, 3), glm::dvec3(0, 0, -1), glm::dvec3(-0.3, 0.01, 0.2)})
         views.push_back(parallelBundle("b", box, box, direction, {160}).view);
-    View eye;  // within the box, so that triangles are cut
+    View eye;  // inside the box, so that triangles are clipped
     const glm::dvec3 toward(-0.5, -0.3, -0.8);
     eye.camera_to_world = *lookAlong(0.6 * box.max + 0.4 * box.min, toward, {0.1, 1, 0.2});
     eye.width = eye.height = 160;

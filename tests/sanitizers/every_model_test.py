@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The built command on every model of the collections of glTF files, small: it writes a picture with all channels,
-arrays, hits and what was baked, or refuses the file. What is looked for is what the sanitizer that it was built with
-ends by an exit code of its own.
+"""The built command on every model of the glTF collections, small: it writes a picture with all channels, arrays,
+hits and baked values, or refuses the file. Looks for sanitizer findings, which have their own exit code.
 
     PEELER=build/asan/peeler python3 -B tests/sanitizers/every_model_test.py I/N
 
-takes the I-th of every N models of $PEELER_ASSETS (or ../shared/assets beside the repository)."""
+runs the I-th of every N models of $PEELER_ASSETS (or ../shared/assets beside the repository)."""
 
 import os
 import pathlib

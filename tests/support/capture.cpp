@@ -152,7 +152,7 @@ gl::Context* openStrictly() {
 }  // namespace
 
 gl::Context& sharedContext() {
-    // Leaked on purpose: GL libraries run exit handlers of their own.
+    // Leaked on purpose: GL libraries have their own exit handlers.
     static gl::Context* context = openStrictly();
     return *context;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Capturing small scenes in tests, without any file.
+// Capture of small scenes in tests, without files.
 #pragma once
 
 #include <functional>
@@ -22,19 +22,18 @@ class SceneBuilder {
     /// Adds a mesh of triangles (three positions each) in its own node and returns the node.
     int triangles(const std::vector<glm::vec3>& positions, int material,
                   const glm::dmat4& placement = glm::dmat4(1));
-    /// A quad (two triangles) with these corners, counter-clockwise.
+    /// Adds a quad (two triangles) with these corners, counter-clockwise.
     int quad(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d,
              int material, const glm::dmat4& placement = glm::dmat4(1));
-    /// A rectangle of half extents (w, h) facing +Z at z.
+    /// Adds a rectangle of half extents (w, h) facing +Z at z.
     int rectangle(float w, float h, float z, int material);
-    /// A sphere with normals, tangents (along the parallels) and texture coordinates.
+    /// Adds a sphere with normals, tangents (along the parallels) and texture coordinates.
     int sphere(const glm::vec3& center, float radius, int material);
-    /// A node that shows an existing mesh again.
+    /// Adds a node with an existing mesh.
     int instance(int mesh, const glm::dmat4& placement);
-    /// A light in a node of its own, which shines along −Z of `placement`.
+    /// Adds a node with a light, which shines along −Z of `placement`.
     void light(const Light& light, const glm::dmat4& placement);
-    /// Makes a material dielectric, of roughness 1, and shaded by the lights instead of unlit.
-    /// Returns its index.
+    /// Makes a material dielectric, with roughness 1, and lit instead of unlit. Returns its index.
     int lit(int material);
 
     const Scene& scene() const { return scene_; }
@@ -44,8 +43,8 @@ class SceneBuilder {
     Scene scene_;
 };
 
-/// A view of the origin's surroundings: a perspective camera at the origin looking along -Z, with
-/// tan of half the vertical field of view 0.5, near 0.1 and no far plane.
+/// Returns a view of the surroundings of the origin: a perspective camera at the origin looking
+/// along -Z, with tan of half the vertical field of view 0.5, near 0.1 and no far plane.
 View testView(int width, int height);
 
 /// Collects all bands into one image.
@@ -58,7 +57,7 @@ class CollectSink : public Sink {
     std::vector<Window> bands;
 };
 
-/// What a capture has given.
+/// The results of a capture.
 struct Captured {
     Plan plan;
     CaptureReport report;
@@ -66,30 +65,30 @@ struct Captured {
     std::vector<Window> bands;
 };
 
-/// The context of testBackend(), made once for the process. What its driver says of errors, of what
-/// is undefined, and of high severity fails the test in which it does (KHR_debug). Throws Error
-/// (kDevice) if there is none.
+/// Returns the context of testBackend(), made once per process. Driver messages about errors,
+/// undefined behaviour, and of high severity fail the current test (KHR_debug). Throws Error
+/// (kDevice) if there is no context.
 gl::Context& sharedContext();
 
-/// Runs `test` in a thread of its own and waits for it: a context belongs to the thread that makes
-/// it, so other contexts than the shared one are made there.
+/// Runs `test` in its own thread and waits for it: a context belongs to the thread that makes it,
+/// so contexts other than the shared one are made there.
 void inOwnThread(const std::function<void()>& test);
 
 Captured capture(const Scene& scene, const View& view, const CaptureSettings& settings = {},
                  gl::Context& context = sharedContext());
 
-/// What finds the hits of a scene, by what --engine calls it: cpu, or gl, on the shared context.
+/// Returns a hit source by its --engine name: cpu, or gl, on the shared context.
 std::unique_ptr<HitSource> openHits(const std::string& engine, const PosedScene& posed);
 
-/// The same with a source that is open already, for tests that capture a scene many times; of all
-/// but a GlRenderer hits alone.
+/// Captures with an open source, for tests that capture a scene many times; sources other than a
+/// GlRenderer give hits only.
 Captured capture(HitSource& source, const View& view, const CaptureSettings& settings = {});
 
-/// Compares bit for bit: windows, offsets, depth, colour, extra arrays. Returns "" or what differs
-/// first.
+/// Compares bit for bit: windows, offsets, depth, colour, extra arrays. Returns "" or the first
+/// difference.
 std::string difference(const LayeredImage& a, const LayeredImage& b);
 
-/// The colour of a fragment as floats.
+/// Returns the colour of a fragment as floats.
 glm::vec4 color(const LayeredImage& image, std::size_t fragment);
 
 }  // namespace peeler::test

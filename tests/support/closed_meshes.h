@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes without a hole, their triangles sharing vertices, and what is known of them.
+// Closed meshes with shared vertices, and their known properties.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace peeler::test {
 
-/// A unit sphere of 20 · 4^level triangles, vertices on the sphere.
+/// Returns a unit sphere of 20 · 4^level triangles, with vertices on the sphere.
 inline Primitive icosphere(int level) {
     const float g = std::numbers::phi_v<float>;
     Primitive sphere;
@@ -56,8 +56,8 @@ inline Primitive icosphere(int level) {
     return sphere;
 }
 
-/// A torus around Y: the tube's middle at distance 1, its radius `minor`; `around` times `across`
-/// quads.
+/// Returns a torus around Y: the tube's centre at distance 1, its radius `minor`; `around` times
+/// `across` quads.
 inline Primitive torus(double minor, std::uint32_t around, std::uint32_t across) {
     Primitive torus;
     for (std::uint32_t i = 0; i < around; ++i) {
@@ -74,7 +74,7 @@ inline Primitive torus(double minor, std::uint32_t around, std::uint32_t across)
     return torus;
 }
 
-/// A cube from −1 to 1 along every axis.
+/// Returns a cube from −1 to 1 along every axis.
 inline Primitive cube() {
     Primitive cube;
     for (int i = 0; i < 8; ++i)
@@ -84,7 +84,7 @@ inline Primitive cube() {
     return cube;
 }
 
-/// The volume inside, negative if triangles face inwards (by the divergence theorem).
+/// Returns the volume inside, negative if triangles face inwards (by the divergence theorem).
 inline double volumeOf(const Primitive& mesh) {
     double volume = 0;
     for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
@@ -101,7 +101,7 @@ inline Primitive placed(Primitive mesh, float size, const glm::vec3& at) {
     return mesh;
 }
 
-/// A scene of meshes in nodes of their own, with materials "m0", "m1", …
+/// Returns a scene of meshes in separate nodes, with materials "m0", "m1", …
 inline Scene sceneOf(std::vector<Mesh> meshes) {
     Scene scene;
     scene.scenes.resize(1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far a point is from the edges of a projected triangle, or what is left of one.
+// Distance of a point from the edges of a projected, possibly clipped, triangle.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace peeler::test {
 
-/// Infinite without corners.
+/// Returns the distance; infinite without corners.
 inline double distanceToEdges(std::span<const glm::dvec2> corners, const glm::dvec2& point) {
     double nearest = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < corners.size(); ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Embree 3 (Debian 12) and Embree 4 (Debian 13) behind the same words: the context of a query
-// became one of its arguments.
+// Embree 3 (Debian 12) and Embree 4 (Debian 13) behind one interface: a query's context became one
+// of its arguments.
 #pragma once
 
 #if __has_include(<embree4/rtcore.h>)
@@ -11,20 +11,20 @@
 
 namespace peeler::test {
 
-/// A device without threads of its own: scenes of tests are small, and ThreadSanitizer does not see
-/// what those would wait for.
+/// Returns a device without its own threads: test scenes are small, and ThreadSanitizer does not
+/// see how those threads synchronise.
 inline RTCDevice newEmbreeDevice() {
     return rtcNewDevice("threads=1");
 }
 
-/// What a query hands to its filters. A filter finds a struct that begins with one from there.
+/// The data of a query for its filters. A filter casts it to its own struct, which begins with it.
 #if RTC_VERSION_MAJOR >= 4
 using EmbreeContext = RTCRayQueryContext;
 #else
 using EmbreeContext = RTCIntersectContext;
 #endif
 
-/// How the rays of a query lie to each other.
+/// The coherence of a query's rays.
 enum class RayOrder { kIncoherent, kCoherent };
 
 #if RTC_VERSION_MAJOR >= 4

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An independent witness: all hits of a ray with the triangles of a scene, as Embree finds them.
+// An independent oracle: all hits of a ray with a scene's triangles, from Embree.
 #pragma once
 
 #include <algorithm>
@@ -19,11 +19,11 @@ struct Triangle {
 
 struct TriangleSoup {
     std::vector<Triangle> triangles;
-    std::vector<float> vertices;      // 9 a triangle
-    std::vector<char> culled_behind;  // only front faces are to be hit
+    std::vector<float> vertices;      // 9 per triangle
+    std::vector<char> culled_behind;  // only front faces are hit
 };
 
-/// The world-space triangles of a scene, strips and fans taken apart.
+/// Returns the world-space triangles of a scene, with strips and fans split.
 inline TriangleSoup soupOf(const Scene& scene) {
     TriangleSoup soup;
     const PosedScene shown(scene);
@@ -53,7 +53,7 @@ inline TriangleSoup soupOf(const Scene& scene) {
     return soup;
 }
 
-/// Triangles as Embree traces them.
+/// Triangles in an Embree scene.
 class EmbreeScene {
   public:
     explicit EmbreeScene(const TriangleSoup& soup, RTCFilterFunctionN filter = nullptr,
@@ -89,7 +89,7 @@ class EmbreeScene {
     RTCScene scene_;
 };
 
-/// A ray without an end, as Embree takes it.
+/// Returns an infinite ray for Embree.
 inline RTCRay embreeRay(const glm::vec3& origin, const glm::vec3& direction) {
     RTCRay ray{};
     ray.org_x = origin.x;
@@ -103,10 +103,10 @@ inline RTCRay embreeRay(const glm::vec3& origin, const glm::vec3& direction) {
     return ray;
 }
 
-/// A hit as Embree finds it.
+/// A hit from Embree.
 struct OracleHit {
     float t = 0;
-    unsigned triangle = 0;  ///< of the soup
+    unsigned triangle = 0;  ///< in the soup
 };
 
 /// All hits of a ray, in no order.
@@ -117,9 +117,8 @@ class AllHits {
     AllHits(const AllHits&) = delete;
     AllHits& operator=(const AllHits&) = delete;
 
-    /// Distances along the ray (scene units if `direction` is a unit vector), in any order. `cull`:
-    /// the backs of surfaces that are not double-sided are not hit. May be called by several
-    /// threads at once.
+    /// Returns distances along the ray (scene units if `direction` is a unit vector), in any order.
+    /// `cull`: back faces of single-sided surfaces are not hit. Thread-safe.
     std::vector<float> operator()(const glm::dvec3& origin, const glm::dvec3& direction,
                                   bool cull) const {
         std::vector<float> t;
@@ -142,7 +141,7 @@ class AllHits {
 
   private:
     struct Collector {
-        EmbreeContext context;  // first: Embree hands this pointer back
+        EmbreeContext context;  // first: Embree passes this pointer back
         const TriangleSoup* soup = nullptr;
         bool cull = false;
         std::vector<OracleHit> hits{};
@@ -151,7 +150,7 @@ class AllHits {
         auto* collector = reinterpret_cast<Collector*>(arguments->context);
         const auto* ray = reinterpret_cast<const RTCRay*>(arguments->ray);
         const auto* hit = reinterpret_cast<const RTCHit*>(arguments->hit);
-        arguments->valid[0] = 0;  // go on: we want them all
+        arguments->valid[0] = 0;  // continue: collect all hits
         const float facing =
             ray->dir_x * hit->Ng_x + ray->dir_y * hit->Ng_y + ray->dir_z * hit->Ng_z;
         if (collector->cull && collector->soup->culled_behind[hit->primID] && facing >= 0) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Headers of OpenEXR files, changed.
+// Modified headers of OpenEXR files.
 #pragma once
 
 #include <OpenEXR/ImfHeader.h>
@@ -8,8 +8,7 @@
 
 namespace peeler::test {
 
-/// A header without an attribute. (OpenEXR 3.1's Header::erase() loses the memory of what it takes
-/// out.)
+/// Returns a header without an attribute. (OpenEXR 3.1's Header::erase() leaks the erased one.)
 inline Imf::Header without(const Imf::Header& header, const std::string& name) {
     Imf::Header rest;
     for (auto i = header.begin(); i != header.end(); ++i)

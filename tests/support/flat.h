@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The picture of layers, or of a composite made on the fly, which is the only layer that it has.
+// Composites of layers; a composite made on the fly is its own single layer.
 #pragma once
 
 #include <peeler/composite.h>

@@ -9,7 +9,7 @@ namespace peeler::test {
 
 std::vector<HardScene> hardScenes() {
     std::vector<HardScene> scenes;
-    std::mt19937 random(20011);  // the seed is fixed: a failure is repeatable
+    std::mt19937 random(20011);  // a fixed seed: a failure is repeatable
     std::uniform_real_distribution<float> unit(0, 1);
     const auto point = [&](float size, float z) {
         return glm::vec3((unit(random) - 0.5F) * size, (unit(random) - 0.5F) * size,
@@ -35,7 +35,7 @@ std::vector<HardScene> hardScenes() {
         scenes.push_back({"duplicated mesh", builder.scene()});
     }
     {
-        SceneBuilder builder;  // slivers seen nearly edge-on
+        SceneBuilder builder;  // nearly edge-on slivers
         for (int i = 0; i < 60; ++i) {
             const float y = 0.001F * static_cast<float>(i - 30);
             builder.quad({-1, y, -1}, {1, y, -1}, {1, y * 1.01F, -9}, {-1, y * 1.01F, -9},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes that have broken peelers before.
+// Scenes that have broken peeler before.
 #pragma once
 
 #include <vector>
@@ -13,11 +13,11 @@ struct HardScene {
     Scene scene;
 };
 
-/// The scenes, which are the same every time.
+/// Returns the scenes, which are the same every time.
 std::vector<HardScene> hardScenes();
 
-/// The first of them, in which every other surface is glass, mostly coloured: of each alpha mode,
-/// lit and unlit.
+/// Returns the first of them with every other surface as glass, mostly coloured: with each alpha
+/// mode, lit and unlit.
 Scene glassScene();
 
 }  // namespace peeler::test

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// All hits of bundles against an independent witness: every triangle that Embree's tree has near a
-// ray is asked once more in double precision.
+// All hits of bundles against an independent oracle: every triangle near a ray in Embree's tree is
+// tested again in double precision.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -24,12 +24,12 @@
 
 namespace peeler::test {
 
-/// A point on a line. The direction may have any length; `t` counts in it.
+/// A ray of any direction length, the unit of `t`.
 struct DoubleRay {
     glm::dvec3 origin{0}, direction{0};
 };
 
-/// Where a ray meets a triangle, both sides of it and its edges included.
+/// Returns where a ray meets a triangle, from either side and including its edges.
 inline std::optional<double> meetingT(const Triangle& triangle, const DoubleRay& ray) {
     const auto& [a, b, c] = triangle.corner;
     const glm::dvec3 e1 = b - a, e2 = c - a, across = glm::cross(ray.direction, e2);
@@ -37,19 +37,19 @@ inline std::optional<double> meetingT(const Triangle& triangle, const DoubleRay&
     const glm::dvec3 from = glm::cross(ray.origin - a, e1);
     const double u = glm::dot(ray.origin - a, across) / determinant;
     const double v = glm::dot(ray.direction, from) / determinant;
-    // NaN, of a triangle that is seen edge-on, is no hit.
+    // NaN, from an edge-on triangle, is not a hit.
     if (!(u >= 0 && v >= 0 && u + v <= 1)) return std::nullopt;
     return glm::dot(e2, from) / determinant;
 }
 
 /// A hit in double precision.
 struct DoubleHit {
-    unsigned triangle = 0;  ///< of the soup
+    unsigned triangle = 0;  ///< in the soup
     double t = 0;
 };
 
-/// All hits of a ray. Embree calculates in single precision, so it is only asked which triangles
-/// are near: their boxes are larger than what that may be wrong by.
+/// All hits of a ray. Embree uses single precision, so it only finds the nearby triangles: their
+/// boxes are enlarged by more than its error.
 class DoubleHits {
   public:
     explicit DoubleHits(const TriangleSoup& soup)
@@ -78,7 +78,7 @@ class DoubleHits {
     DoubleHits(const DoubleHits&) = delete;
     DoubleHits& operator=(const DoubleHits&) = delete;
 
-    /// Those in front of the origin, ordered by triangle. May be called by several threads at once.
+    /// Returns hits in front of the origin, ordered by triangle. Thread-safe.
     std::vector<DoubleHit> operator()(const DoubleRay& ray) const {
         Query query{embreeContext(RayOrder::kIncoherent), ray, {}};
         RTCRayHit near{};
@@ -91,7 +91,7 @@ class DoubleHits {
 
   private:
     struct Query {
-        EmbreeContext context;  // first: Embree hands this pointer back
+        EmbreeContext context;  // first: Embree passes this pointer back
         DoubleRay ray;
         std::vector<DoubleHit> hits;
     };
@@ -113,7 +113,7 @@ class DoubleHits {
         const auto& self = *static_cast<const DoubleHits*>(arguments->geometryUserPtr);
         auto& query = *reinterpret_cast<Query*>(arguments->context);
         const unsigned triangle = arguments->primID;
-        // The ray stays as long as it was: we want them all.
+        // The ray keeps its length: collect all hits.
         if (const auto t = meetingT(self.soup_.triangles[triangle], query.ray))
             query.hits.push_back({triangle, *t});
     }
@@ -124,13 +124,13 @@ class DoubleHits {
     double room_ = 0;
 };
 
-/// What a source of hits and the witness have in common.
+/// The agreement of a hit source and the oracle.
 struct HitAgreement {
     std::size_t rays = 0, hits = 0;
-    std::size_t differing = 0;  ///< rays that have not as many hits
-    std::size_t elsewhere = 0;  ///< those, and those that hit other triangles
-    double farthest = 0;        ///< of such a ray from the edges of such a triangle, in rays
-    double largest_error = 0;   ///< of Z, in sizes of the scene
+    std::size_t differing = 0;  ///< rays with other hit counts
+    std::size_t elsewhere = 0;  ///< those, and rays with other triangles
+    double farthest = 0;  ///< distance of such a ray from the edges of such a triangle, in rays
+    double largest_error = 0;  ///< of Z, relative to the scene's size
 
     void add(const HitAgreement& other) {
         rays += other.rays;
@@ -151,14 +151,14 @@ struct HitAgreement {
     }
 };
 
-/// What is hit of a scene, whatever its alpha: the witness knows nothing of textures.
+/// Returns the scene without alpha tests: the oracle does not read textures.
 inline Scene withoutAlpha(Scene scene) {
     for (Material& material : scene.materials)
         material.alpha_mode = AlphaMode::kOpaque;
     return scene;
 }
 
-/// Compares a source's hits with the witness's. Its scene has nothing but triangles.
+/// Compares a source's hits with the oracle's. Its scene consists of triangles only.
 class HitsOracle {
   public:
     explicit HitsOracle(const PosedScene& posed)
@@ -180,7 +180,7 @@ class HitsOracle {
         return all;
     }
 
-    /// Parallel bundles, one of them along an axis, and a pinhole in front of everything.
+    /// Returns parallel bundles, one of them along an axis, and a pinhole in front of everything.
     std::vector<View> views(int directions, int resolution) const {
         std::vector<View> views;
         auto along = sphereDirections(directions);
@@ -216,7 +216,7 @@ class HitsOracle {
         const auto keys = image.extra.front().as<const std::uint32_t>();
         std::vector<Found> found;
         for (std::uint32_t f = image.offsets[pixel]; f < image.offsets[pixel + 1]; ++f)
-            found.push_back({keys[f] - 1, image.z[f]});  // keys count all triangles from 1 on
+            found.push_back({keys[f] - 1, image.z[f]});  // keys number all triangles from 1
         std::ranges::sort(found, {}, &Found::triangle);
         ++agreement.rays;
         agreement.hits += found.size();
@@ -259,7 +259,7 @@ class HitsOracle {
     Bounds box_;
 };
 
-/// Triangles anywhere, of any shape, which hang together nowhere.
+/// Returns disconnected triangles of any shape, anywhere.
 inline Scene randomTriangles(unsigned seed, int count) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> place(-1, 1), extent(-0.4F, 0.4F);
@@ -276,7 +276,7 @@ inline Scene randomTriangles(unsigned seed, int count) {
     return sceneOf({{"", {primitive}}});
 }
 
-/// The same tree again behind itself: nodes are a forest, so they are copied.
+/// Returns the scene with a second copy of its tree: nodes form a forest, so they are copied.
 inline Scene doubled(Scene scene) {
     const std::vector<int> roots = scene.scenes.front().roots;
     const auto copy = [&](const auto& self, int node) -> int {
@@ -291,7 +291,7 @@ inline Scene doubled(Scene scene) {
     return scene;
 }
 
-/// Every ray hits what is there twice as often, at the same Z.
+/// Expects every ray to have twice the hits, at the same Z.
 inline void expectTwiceTheHits(const LayeredImage& once, const LayeredImage& twice) {
     ASSERT_EQ(2 * once.fragments(), twice.fragments());
     for (std::size_t p = 0; p < once.window.pixels(); ++p) {

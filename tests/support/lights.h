@@ -16,7 +16,7 @@ inline Light lightOf(LightType type, double intensity, const glm::dvec3& rgb = g
     return light;
 }
 
-/// An environment that shines alike from everywhere.
+/// Returns an environment with the same radiance in all directions.
 inline Environment uniformEnvironment(const glm::vec3& radiance) {
     Environment environment;
     environment.width = 2;

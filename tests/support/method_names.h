@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The peeling methods, as parameters of tests.
+// Peeling methods as test parameters.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace peeler::test {
 
-/// The names of the exact methods, or those of the others.
+/// Returns the names of the exact methods, or of the others.
 inline std::vector<std::string> methodNames(bool exact) {
     std::vector<std::string> names;
     for (const auto& method : peelMethods())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays of a .npz that is not compressed, without Python.
+// A reader of uncompressed .npz arrays, without Python.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ struct StoredArray {
     }
 };
 
-/// The arrays by their names, as the local headers have them (APPNOTE.TXT, section 4.3.7).
+/// Returns the arrays by name, from the local headers (APPNOTE.TXT, section 4.3.7).
 inline std::map<std::string, StoredArray> readNpz(const std::filesystem::path& path) {
     const std::string bytes = bytesOf(path);
     const auto number = [&](std::size_t at, std::size_t size) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An independent witness of ambient occlusion: receivers send rays of their own through Embree.
+// An independent oracle of ambient occlusion: receivers send their own rays through Embree.
 #pragma once
 
 #include <cmath>
@@ -14,15 +14,15 @@
 
 namespace peeler::test {
 
-/// Share of the hemisphere that is not occluded, cosine-weighted, of points on triangles.
+/// The unoccluded, cosine-weighted share of the hemisphere at points on triangles.
 class OcclusionOracle {
   public:
-    /// Hits nearer than `own_surface` (scene units) are the surface that a receiver is on. Rays
-    /// start on it: from above it, they would be inside of whatever touches it there.
+    /// Hits nearer than `own_surface` (scene units) belong to the receiver's own surface. Rays
+    /// start on it: above it, they would be inside a touching part.
     OcclusionOracle(const TriangleSoup& soup, float own_surface)
         : scene_(soup), own_surface_(own_surface) {}
 
-    /// Every receiver along those of `directions` that are above its surface.
+    /// Returns the shares along those `directions` that are above each receiver's surface.
     std::vector<float> along(const Receivers& receivers,
                              const std::vector<glm::dvec3>& directions) const {
         return forEach(receivers, [&](const glm::vec3& position, const glm::vec3& normal) {
@@ -38,8 +38,8 @@ class OcclusionOracle {
         });
     }
 
-    /// Every receiver along `count` directions of its own, dense by the cosine: the reference.
-    /// `raised` is how far above the surface rays start (scene units).
+    /// Returns the reference: `count` cosine-distributed directions, different for each receiver.
+    /// `raised` is the ray offset above the surface (scene units).
     std::vector<float> reference(const Receivers& receivers, int count, float raised = 0) const {
         std::vector<glm::dvec3> lobe;  // around +Z (Malley's method on a Fibonacci disc)
         for (int i = 0; i < count; ++i) {
@@ -66,7 +66,7 @@ class OcclusionOracle {
         return ray.tfar < 0;
     }
 
-    /// Receivers that see nothing get 0, as bake() has it.
+    /// Receivers that see nothing get 0, as in bake().
     template <class Share>
     static std::vector<float> forEach(const Receivers& receivers, const Share& share) {
         constexpr std::size_t kAtOnce = 64;
@@ -85,7 +85,7 @@ class OcclusionOracle {
     float own_surface_;
 };
 
-/// Root of the mean squared difference of the receivers that see anything.
+/// Returns the root mean square difference of the receivers that see anything.
 inline double rootMeanSquare(const Receivers& receivers, const std::vector<float>& values,
                              const std::vector<float>& reference) {
     double sum = 0, count = 0;

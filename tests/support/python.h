@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Debian's Python with its packages: a reader of our files that is not ours.
+// Debian's Python with its packages: an independent reader of our files.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@
 
 namespace peeler::test {
 
-/// The interpreter that Debian's packages are installed for, whatever else stands in PATH.
+/// Returns the interpreter of Debian's packages, even if another one is in PATH.
 inline std::string python() {
     return std::filesystem::exists("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
 }

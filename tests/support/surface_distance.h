@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far points are from the triangles of a scene: Embree finds the candidates.
+// Distances of points from the triangles of a scene: Embree finds the candidates.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,8 @@
 
 namespace peeler::test {
 
-/// The point of a triangle nearest to p (Ericson, "Real-Time Collision Detection", 2005, 5.1.5).
+/// Returns the point of a triangle nearest to p (Ericson, "Real-Time Collision Detection", 2005,
+/// 5.1.5).
 inline glm::dvec3 nearestPoint(const Triangle& triangle, const glm::dvec3& p) {
     const glm::dvec3 &a = triangle.corner[0], &b = triangle.corner[1], &c = triangle.corner[2];
     const glm::dvec3 ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
@@ -37,7 +38,7 @@ class SurfaceDistance {
     explicit SurfaceDistance(const TriangleSoup& soup)
         : soup_(soup), scene_(soup, nullptr, RTC_SCENE_FLAG_NONE) {}
 
-    /// The distance in scene units, at most `limit`: what is farther away is not looked for.
+    /// Returns the distance in scene units, at most `limit`, the radius of the search.
     double operator()(const glm::dvec3& point, double limit) const {
         Search search{&soup_, point, limit};
         RTCPointQueryContext context;

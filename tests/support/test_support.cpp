@@ -71,8 +71,8 @@ bool contains(const Text& text, const std::string& part) {
 
 namespace {
 
-/// Until a child is another program it shares its parent's memory, so Linux counts the most that
-/// its parent ever had as the child's. From here on that is what the parent has now.
+/// Until it executes another program a child shares its parent's memory, so Linux counts the
+/// parent's peak for the child. This resets the peak to the current size.
 void forgetPeakMemory() {
     std::ofstream("/proc/self/clear_refs") << 5;
 }

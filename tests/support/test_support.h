@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What tests share: where things are, scratch folders, running the command.
+// Shared parts of tests: paths, scratch folders, running the command.
 #pragma once
 
 #include <sys/types.h>
@@ -18,21 +18,22 @@ namespace peeler::test {
 using Json = nlohmann::json;
 using Bytes = std::vector<std::uint8_t>;
 
-/// The repository's root; $PEELER_SOURCE where programs are run that were built elsewhere
+/// Returns the repository's root; $PEELER_SOURCE for programs that were built elsewhere
 /// (tests/gpu).
 std::filesystem::path sourceDir();
 
-/// The folder of real models: $PEELER_ASSETS, else ../shared/assets beside the repository. Nothing
-/// if it is not there; tests then skip and say so (PEELER_REQUIRE_ASSETS below).
+/// Returns the folder of real models: $PEELER_ASSETS, otherwise ../shared/assets beside the
+/// repository. Nothing if it does not exist; tests then skip with a message (PEELER_REQUIRE_ASSETS
+/// below).
 std::optional<std::filesystem::path> assetsDir();
 
-/// The contents of a file; empty if it is not there.
+/// Returns the contents of a file; empty if it does not exist.
 std::string bytesOf(const std::filesystem::path& path);
 
-/// Whether a text holds these words.
+/// Whether a text contains these words.
 bool contains(const Text& text, const std::string& part);
 
-/// A folder that is made fresh and removed with the object.
+/// A new folder, removed with the object.
 class ScratchDir {
   public:
     ScratchDir();
@@ -41,55 +42,54 @@ class ScratchDir {
     ScratchDir& operator=(const ScratchDir&) = delete;
     const std::filesystem::path& path() const { return path_; }
     std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-    /// The names of what is in it, sorted; not of what is in folders below it.
+    /// Returns the names of its entries, sorted; without those of subfolders.
     std::vector<std::string> files() const;
 
   private:
     std::filesystem::path path_;
 };
 
-/// The exit code and the streams of a command that has ended.
+/// The exit code and the streams of a finished command.
 struct Outcome {
     int exit_code = -1;  ///< of a process: 128 + n if signal n ended it
     std::string out, err;
 };
 
-/// The same of a command that was a process, and what it took of the machine.
+/// The same for a process, plus its use of the machine.
 struct CommandResult : Outcome {
-    double cpu_seconds = 0;         ///< of all threads; what the machine does besides is not in it
-    std::uint64_t peak_memory = 0;  ///< most bytes resident at once
+    double cpu_seconds = 0;         ///< of all threads, without other load on the machine
+    std::uint64_t peak_memory = 0;  ///< peak resident bytes
 };
 
-/// Whether this is a build with AddressSanitizer or ThreadSanitizer, whose memory and address space
-/// say nothing of the product's, and which take several times as long.
+/// Whether this is a build with AddressSanitizer or ThreadSanitizer: their memory and address space
+/// do not represent the product's, and they take several times as long.
 #ifdef PEELER_SHADOW_MEMORY
 inline constexpr bool kShadowMemory = true;
 #else
 inline constexpr bool kShadowMemory = false;
 #endif
 
-/// Processor seconds that no refusal takes on the slowest machine: what needs more does not end, or
-/// does far more work than its input asks for. Benchmarks tell how fast it is.
+/// Processor seconds that no refusal takes on the slowest machine: beyond that it hangs, or does
+/// far more work than its input requires. Benchmarks measure the speed.
 inline constexpr double kEndlessSeconds = kShadowMemory ? 600 : 60;
 
-/// Runs a command line of `peeler` in this process, which takes half the time of starting one.
+/// Runs a command line of `peeler` in this process, in half the time of starting one.
 Outcome runPeeler(const std::vector<std::string>& arguments);
 
-/// The built `peeler`.
+/// Returns the path of the built `peeler`.
 std::filesystem::path peelerBinary();
 
 /// Starts the built `peeler` with these arguments, DISPLAY and WAYLAND_DISPLAY unset, and waits for
-/// it: where the process is what is tested (its memory, signals, environment, streams).
-/// `environment` holds "NAME=value" entries to add; `directory` is where it runs (default: here).
+/// it, for tests of the process (its memory, signals, environment, streams). `environment` adds
+/// "NAME=value" entries; `directory` is its working folder (default: the current one).
 CommandResult runPeelerProcess(const std::vector<std::string>& arguments,
                                const std::vector<std::string>& environment = {},
                                const std::filesystem::path& directory = {});
 
-/// The command line that runPeelerProcess() runs.
+/// Returns the command line that runPeelerProcess() runs.
 std::vector<std::string> peelerCommand(const std::vector<std::string>& arguments);
 
-/// A command that runs while the test does something else; killed with the object unless it has
-/// been waited for.
+/// A command that runs beside the test; killed with the object unless it has been waited for.
 class StartedCommand {
   public:
     explicit StartedCommand(const std::vector<std::string>& command,
@@ -113,25 +113,25 @@ CommandResult runCommand(const std::vector<std::string>& command,
                          const std::vector<std::string>& environment = {},
                          const std::filesystem::path& directory = {});
 
-/// Whether a program of others took a file. Of exrinfo it is what it says on stderr: Debian's
-/// (OpenEXR 3.1.5) ends with an exit code that it never sets.
+/// Whether another program accepted a file. For exrinfo this depends on stderr: Debian's (OpenEXR
+/// 3.1.5) returns an uninitialised exit code.
 bool took(const std::vector<std::string>& command, const CommandResult& result);
 
-/// The folder of a libEGL.so.1 with GPUs that are not there, for LD_LIBRARY_PATH. Variables say
-/// what it does (support/fake_egl/fake_egl.cpp).
+/// Returns the folder of a libEGL.so.1 with fake GPUs, for LD_LIBRARY_PATH. Variables control it
+/// (support/fake_egl/fake_egl.cpp).
 std::filesystem::path fakeEglDir();
 
-/// The program that runHelper() is tested with (support/programs/test_helper.cpp).
+/// Returns the program that runHelper() is tested with (support/programs/test_helper.cpp).
 std::filesystem::path testHelper();
 
-/// The library that finds modules by its own place (support/programs/module_finder.cpp).
+/// Returns the library that finds modules relative to itself (support/programs/module_finder.cpp).
 std::filesystem::path moduleFinder();
 
-/// "egl" or "osmesa" from PEELER_TEST_BACKEND (default egl).
+/// Returns "egl" or "osmesa" from PEELER_TEST_BACKEND (default egl).
 std::string testBackend();
 
-/// Whether everything is asked for (`sh tests/run.sh all` sets PEELER_TEST_ALL), or the sample of
-/// it that the short run takes: of many runs, sizes or models, some.
+/// Whether to test everything (`sh tests/run.sh all` sets PEELER_TEST_ALL), or the short run's
+/// sample of runs, sizes or models.
 bool exhaustive();
 
 }  // namespace peeler::test

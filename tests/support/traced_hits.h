@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All hits of a bundle from a source, and bundles whose rays stand where a test wants them.
+// All hits of a bundle from a source, and bundles with rays at chosen places.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,7 @@ struct TracedHits {
     }
 };
 
-/// Puts bands below each other.
+/// Stacks bands vertically.
 class JoiningSink final : public Sink {
   public:
     explicit JoiningSink(TracedHits& traced) : traced_(traced) {}
@@ -73,8 +73,8 @@ inline TracedHits trace(HitSource& source, const View& view,
     return traced;
 }
 
-/// Rays along −Z from Z = 0 on, a unit apart: that of pixel (x, y) goes through (x + 0.5, −y − 0.5)
-/// if a corner of the picture is at the origin.
+/// Returns rays along −Z from Z = 0 on, one unit apart: that of pixel (x, y) goes through (x + 0.5,
+/// −y − 0.5) if a corner of the picture is at the origin.
 inline View parallelView(int width, int height, double far = 100) {
     View view;
     view.width = width;
@@ -89,7 +89,7 @@ inline View parallelView(int width, int height, double far = 100) {
     return view;
 }
 
-/// A pinhole at `eye` that looks at the origin.
+/// Returns a pinhole at `eye` that looks at the origin.
 inline View pinhole(const glm::dvec3& eye, int size, double half = 0.6, double near = 0.01) {
     View view;
     view.camera_to_world = *lookAlong(eye, -eye, {0.1, 1, 0.2});
@@ -107,7 +107,8 @@ inline Bundle bundleOf(const PosedScene& posed, const glm::dvec3& direction, int
     return parallelBundle("b", all, all, direction, grid);
 }
 
-/// A square of two triangles that faces +Z, from (x0, −y1) to (x1, −y0): pixels of parallelView().
+/// Returns a square of two triangles that faces +Z, from (x0, −y1) to (x1, −y0): pixels of
+/// parallelView().
 inline Primitive square(float x0, float y0, float x1, float y1, float z) {
     Primitive primitive;
     primitive.positions = {{x0, -y1, z}, {x1, -y1, z}, {x1, -y0, z}, {x0, -y0, z}};
@@ -116,7 +117,7 @@ inline Primitive square(float x0, float y0, float x1, float y1, float z) {
     return primitive;
 }
 
-/// How many hits each ray has.
+/// Returns the number of hits of each ray.
 inline std::vector<std::uint32_t> countsOf(const LayeredImage& image) {
     std::vector<std::uint32_t> counts;
     for (std::size_t p = 0; p + 1 < image.offsets.size(); ++p)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler bake: what it refuses before any work, what it writes.
+// peeler bake: refusals before any work, and output.
 #include <OpenImageIO/imagebuf.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The triangle, opaque; with `uvs` the corners have TEXCOORD_0 (0,0) (1,0) (1/2,1).
+/// Returns the triangle, opaque; with `uvs` the corners have TEXCOORD_0 (0,0) (1,0) (1/2,1).
 Json bakeScene(bool uvs = false) {
     Json scene = triangleScene();
     scene["materials"][0]["alphaMode"] = "OPAQUE";
@@ -34,14 +34,14 @@ std::string bufferWithUvs() {
     return bytes;
 }
 
-/// By each engine (--engine).
+/// Runs with each engine (--engine).
 class BakeCommand : public testing::TestWithParam<const char*> {
   protected:
     void useUvs() { writeScene(folder_.path(), bakeScene(true), bufferWithUvs()); }
 
     std::string file(const std::string& name) const { return (folder_ / name).string(); }
 
-    /// Few and coarse: fast.
+    /// Bakes with few, coarse rays, which is fast.
     Outcome bake(const std::string& out, const std::vector<std::string>& more = {}) const {
         std::vector<std::string> arguments{"bake", scene_.string(), "-o",      file(out),
                                            "-q",   "--directions",  "32",      "--resolution",
@@ -185,7 +185,7 @@ TEST_P(BakeCommand, WritesTexturesOfEveryKind) {
     const OIIO::ImageBuf exr(file("out.exr"));
     EXPECT_EQ(exr.spec().width, 32);
     EXPECT_EQ(exr.spec().nchannels, 1);
-    EXPECT_EQ(exr.getchannel(16, 4, 0, 0), 1);  // in the triangle
+    EXPECT_EQ(exr.getchannel(16, 4, 0, 0), 1);  // inside the triangle
     ASSERT_EQ(bake("m.####.png", small).exit_code, 0);
     EXPECT_TRUE(fs::exists(file("m.0000.png")));
     ASSERT_EQ(bake("out.glb", {"--target", "texture", "--size", "32"}).exit_code, 0);
@@ -202,7 +202,7 @@ TEST_P(BakeCommand, KeepsItsBudget) {
     ASSERT_EQ(bake("free.glb").exit_code, 0);
     ASSERT_EQ(bake("tight.glb", {"--memory", "500M"}).exit_code, 0);
     EXPECT_TRUE(bytesOf(file("tight.glb")) == bytesOf(file("free.glb")));
-    if (std::string(GetParam()) == "gl")  // whose libraries alone take more
+    if (std::string(GetParam()) == "gl")  // its libraries alone take more
         expectRefused("none.glb", {"--memory", "64M"}, 33, "--memory");
 }
 

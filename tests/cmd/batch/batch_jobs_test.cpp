@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lines of a file of jobs: what they become, and every way in which they can be wrong.
+// Lines of a job file: the parsed jobs, and every kind of error.
 #include "cmd/batch/batch_jobs.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler batch: order, overlap, and what is left when a batch or a job is killed. Jobs whose scene
-// has a lease on it run until the test lets them go, however fast the machine is.
+// peeler batch: order, overlap, and the state after a batch or a job is killed. Jobs with a lease
+// on their scene run until the test releases it, on any machine.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <spawn.h>
@@ -32,7 +32,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using Strings = std::vector<std::string>;
 
-/// False if what is waited for does not come at all.
+/// Returns false on a timeout.
 bool waitUntil(const std::function<bool()>& done) {
     for (const auto end = Clock::now() + 5min; Clock::now() < end;) {
         if (done()) return true;
@@ -41,18 +41,18 @@ bool waitUntil(const std::function<bool()>& done) {
     return false;
 }
 
-/// An empty file in the place of a scene, with a lease on it (fcntl(2)): who wants to read it waits
-/// until the lease is given back, or for /proc/sys/fs/lease-break-time, 45 seconds.
+/// An empty file in place of a scene, with a lease on it (fcntl(2)): a reader waits until the lease
+/// is returned, or for /proc/sys/fs/lease-break-time, 45 seconds.
 class Gate {
   public:
     explicit Gate(fs::path path)
         : path_(std::move(path)), file_(open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
-        std::signal(SIGIO, SIG_IGN);  // which tells the holder that somebody waits
+        std::signal(SIGIO, SIG_IGN);  // the signal that a reader waits
         EXPECT_EQ(fcntl(file_, F_SETLEASE, F_WRLCK), 0) << std::strerror(errno);
     }
-    /// Whether somebody has wanted to read it.
+    /// Whether a reader has tried to open it.
     bool reader() const { return fcntl(file_, F_GETLEASE) != F_WRLCK; }
-    /// Lets the reader go on, and those after it find the scene.
+    /// Releases the reader; later readers find the scene.
     void replaceBy(const fs::path& scene) {
         const fs::path other = path_.string() + ".new";
         fs::copy_file(scene, other);
@@ -69,7 +69,8 @@ class Gate {
     int file_;
 };
 
-/// The number of the only child; "" where the kernel does not list them (CONFIG_PROC_CHILDREN).
+/// Returns the id of the only child; "" if the kernel does not list children
+/// (CONFIG_PROC_CHILDREN).
 std::string childOf(pid_t process) {
     const std::string number = std::to_string(process);
     const std::string all = bytesOf("/proc/" + number + "/task/" + number + "/children");
@@ -94,7 +95,7 @@ std::vector<int> codesOf(const std::vector<Json>& lines) {
 class Batch : public testing::Test {
   protected:
     Batch() {
-        // A shell's background job ignores it, and so would what the test starts.
+        // A shell's background job ignores SIGINT, and the test's children would inherit that.
         std::signal(SIGINT, SIG_DFL);
     }
     Json job(const std::string& output, const std::string& scene = "") const {
@@ -113,7 +114,7 @@ class Batch : public testing::Test {
         arguments.insert(arguments.end(), more.begin(), more.end());
         return runPeelerProcess(arguments, environment);
     }
-    /// Like run, without waiting for it.
+    /// Starts the batch without waiting for it.
     pid_t start(const Strings& more) const {
         Strings arguments = {"peeler", "batch", jobs_.string(), "--quiet"};
         arguments.insert(arguments.end(), more.begin(), more.end());
@@ -213,8 +214,8 @@ TEST_F(Batch, ThatIsKilledLeavesNoOrphanAndResumes) {
     const std::string child = childOf(batch);
     kill(batch, SIGKILL);
     EXPECT_EQ(waitFor(batch), 137);
-    // The gate stays closed: by itself the job would wait for as long as there are leases.
-    // What has ended has no command line, even where no first process of a container takes note.
+    // The gate stays closed: the job itself would wait as long as the lease lasts. A finished
+    // process has no command line, even if a container's first process does not reap it.
     EXPECT_TRUE(
         waitUntil([&] { return child.empty() || bytesOf("/proc/" + child + "/cmdline").empty(); }));
     EXPECT_LT(Clock::now() - waits, 40s) << "the job runs without its batch";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is printed where: lines, errors, progress, results.
+// Console output: lines, errors, progress, results, and their streams.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -28,7 +28,7 @@ struct Streams {
     std::ostringstream out, err;
 };
 
-/// Lines of a text; every one must end.
+/// Splits a text into lines; the last one must end, too.
 std::vector<std::string> lines(const std::string& text) {
     EXPECT_TRUE(text.empty() || text.back() == '\n') << text;
     std::vector<std::string> result;
@@ -156,7 +156,7 @@ TEST(Errors, HaveTheExitCodesOfTheContract) {
     EXPECT_EQ(streams.err.str(), before);
 }
 
-/// A clock that stands still until it is told to go on.
+/// A clock that only the test advances.
 struct HandClock {
     std::chrono::steady_clock::time_point now{};
     ProgressLines::Clock clock() {
@@ -224,7 +224,7 @@ TEST(Progress, BarIsClearedAtTheEnd) {
 TEST(Progress, JsonLinesBeginAtZeroAndEndAtOne) {
     Streams streams;
     Console console(streams.out, streams.err, false);
-    console.setQuiet(true);  // it was asked for by name
+    console.setQuiet(true);  // requested by name
     HandClock hand;
     {
         console.setProgress(ProgressStyle::kJson);
@@ -260,11 +260,11 @@ TEST(Progress, NoneSaysNothing) {
     EXPECT_EQ(streams.err.str(), "");
 }
 
-/// What a style tells while a picture is counted and then rendered.
+/// Returns the progress output of a style while a picture is counted and then rendered.
 std::vector<std::string> toldOfTwoStages(ProgressStyle style) {
     Streams streams;
     Console console(streams.out, streams.err, true);
-    console.setQuiet(true);  // it was asked for by name
+    console.setQuiet(true);  // requested by name
     HandClock hand;
     for (const Stage& stage : {Stage("count", kCountEnd), Stage("render")}) {
         console.setProgress(style);
@@ -280,7 +280,7 @@ std::vector<std::string> toldOfTwoStages(ProgressStyle style) {
 }
 
 TEST(Progress, AlfIsWholePercentsThatGrow) {
-    // As Pixar's Tractor documents it, and as CGRU's parsers/mantra.py finds it.
+    // As documented by Pixar's Tractor, and as parsed by CGRU's parsers/mantra.py.
     const std::regex published("ALF_PROGRESS ([0-9]{1,3})%");
     int last = -1;
     for (const std::string& line : toldOfTwoStages(ProgressStyle::kAlf)) {
@@ -387,7 +387,7 @@ TEST(Report, Numbers) {
     EXPECT_EQ(bytesText(999), "999 B");
     EXPECT_EQ(bytesText(1000), "1.0 kB");
     EXPECT_EQ(bytesText(999'999), "1.0 MB");
-    // The FNV-1a test vectors of its authors.
+    // The FNV-1a authors' test vectors.
     EXPECT_EQ(hashText(""), "cbf29ce484222325");
     EXPECT_EQ(hashText("foobar"), "85944171f73967e8");
 }

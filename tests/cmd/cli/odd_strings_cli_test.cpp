@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Strings that are no UTF-8, steer terminals or have no end, from files and command lines: no verb
-// takes them for a bug of its own, and none prints them as they are. Nor does any wait for a pipe.
+// Strings that are not UTF-8, contain terminal escapes or are very long, from files and command
+// lines: no verb reports an internal error, and none prints them verbatim. No verb waits for a
+// pipe.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -22,7 +23,7 @@ namespace fs = std::filesystem;
 
 const std::string kOdd = "*[\xe8g]la\x1b[31mss\u202e*";
 
-/// Whether nothing in it steers a terminal, all is UTF-8, and it has an end.
+/// Whether the text has no control sequences, is valid UTF-8, and is short.
 testing::AssertionResult isTame(const std::string& text) {
     std::string plain = text;
     for (std::size_t at = 0; (at = plain.find('\n', at)) != std::string::npos;)
@@ -37,13 +38,13 @@ class OddStrings : public testing::Test {
   protected:
     std::string at(const std::string& name) const { return (scratch_ / name).string(); }
 
-    /// Runs it; it must end as a verb ends, with tame messages.
+    /// Runs peeler; it must end normally, with tame messages.
     Outcome run(const std::vector<std::string>& arguments) const {
         const Outcome result = runPeeler(arguments);
         EXPECT_NE(result.exit_code, 1) << arguments[0] << ": " << result.err;
         EXPECT_FALSE(contains(result.err, "bug in peeler")) << result.err;
         EXPECT_TRUE(isTame(result.err)) << arguments[0];
-        // Of JSON all characters but those of control stand as they are: programs read it.
+        // JSON is for programs: it keeps all characters except control characters.
         if (std::ranges::find(arguments, "--json") == arguments.end()) {
             EXPECT_TRUE(isTame(result.out)) << arguments[0];
         }
@@ -67,7 +68,7 @@ TEST_F(OddStrings, OfTheCommandLine) {
     run({"render", scene, "--" + kOdd});
 }
 
-/// A line of stderr that says "error" means an exit code that is not 0.
+/// A stderr line with "error" implies an exit code other than 0.
 TEST_F(OddStrings, NamesWithLineFeedsStayInTheirLine) {
     const std::string name = "a\npeeler: error: boom";
     const fs::path folder = scratch_ / name;
@@ -129,7 +130,7 @@ TEST_F(OddStrings, OfAScene) {
     run({"bake", path, "-o", at("b.glb"), "--directions", "4", "--resolution", "8"});
 }
 
-/// A rendered file in whose header something is replaced by as many other bytes.
+/// Rendered files in which header text is replaced by the same number of bytes.
 TEST_F(OddStrings, OfAttributes) {
     const std::string scene = writeScene(scratch_.path()).string();
     const std::string layers = at("a.exr");
@@ -209,7 +210,7 @@ TEST_F(OddStrings, NothingWaitsForAPipe) {
         EXPECT_TRUE(contains(result.err + result.out, "not a regular file"))
             << command[0] << ": " << result.err;
     }
-    // What is to be made again is looked at first.
+    // Existing outputs are inspected first.
     for (const std::string name : {"p.exr", "p.png", "p.html", "p.npz", "p.jpg"}) {
         ASSERT_EQ(mkfifo(at(name).c_str(), 0600), 0);
         const Outcome result =

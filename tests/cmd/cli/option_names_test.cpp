@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options in place of the parameters of messages.
+// Command-line equivalents of the API's names, and their use in messages.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -30,8 +30,8 @@ class AllVerbs {
         }
     }
 
-    /// Whether `words` are "peeler VERB …" or "--option …", and there are such a verb, which has
-    /// all of these options, and such an option.
+    /// Whether `words` are "peeler VERB …" or "--option …" with an existing verb that has all of
+    /// these options, or an existing option.
     bool understand(const std::string& words) const {
         std::istringstream stream(words);
         std::string verb, word;
@@ -47,7 +47,7 @@ class AllVerbs {
     }
 
   private:
-    /// Of one verb, or of any.
+    /// Whether one verb, or any, has the option.
     bool knows(const std::string& verb, const std::string& option) const {
         for (const auto& [name, options] : options_)
             if ((verb.empty() || name == verb) && options.knows(option)) return true;
@@ -56,7 +56,7 @@ class AllVerbs {
 
     ArgumentParser parser_;
     std::map<std::string, VerbOptions, std::less<>> options_;
-    std::vector<VerbAction> actions_;  ///< own what the options refer to
+    std::vector<VerbAction> actions_;  ///< own the options' targets
 };
 
 TEST(OptionNames, AreOptionsAndVerbsThatExist) {

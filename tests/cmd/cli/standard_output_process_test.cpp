@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A picture on standard output.
+// Pictures on standard output.
 #include <gtest/gtest.h>
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a command loads before it works, and where it finds the modules it loads later.
+// Libraries loaded at start-up, and the search for modules loaded later.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -20,10 +20,10 @@ fs::path exampleScene(const std::string& name) {
     return sourceDir() / "examples" / "scenes" / name;
 }
 
-/// peeler and its modules somewhere else.
+/// A copy of peeler and its modules elsewhere.
 class Copy {
   public:
-    /// Paths in a scratch folder; no modules where `modules` is empty.
+    /// Paths in a scratch folder; `modules` empty: no modules.
     Copy(const std::string& program, const std::string& modules) : program_(scratch_ / program) {
         fs::create_directories(program_.parent_path());
         fs::copy(peelerBinary(), program_);
@@ -43,7 +43,7 @@ class Copy {
     fs::path program_;
 };
 
-/// What the dynamic linker says it opens.
+/// Returns the libraries that the dynamic linker reports.
 std::string loadedBy(const std::vector<std::string>& arguments) {
     const ScratchDir scratch;
     const CommandResult result = runPeelerProcess(
@@ -132,7 +132,7 @@ TEST(Startup, ModulesStandBesideTheProgramOrAsInstalled) {
     }
 }
 
-/// The triangle with a texture that looks like WebP.
+/// Writes the triangle with a texture that looks like WebP.
 fs::path webpScene(const ScratchDir& scratch) {
     nlohmann::json scene = triangleScene();
     scene["extensionsUsed"] = {"EXT_texture_webp"};
@@ -149,14 +149,14 @@ fs::path webpScene(const ScratchDir& scratch) {
     return scratch / "scene.gltf";
 }
 
-/// The triangle, of which the file says that Draco has compressed it.
+/// Writes the triangle, declared as compressed with Draco.
 fs::path dracoScene(const ScratchDir& scratch) {
     constexpr const char* kName = "KHR_draco_mesh_compression";
     nlohmann::json scene = triangleScene();
     scene["extensionsUsed"] = scene["extensionsRequired"] = {kName};
     scene["meshes"][0]["primitives"][0]["extensions"][kName] = {{"bufferView", 0},
                                                                 {"attributes", {{"POSITION", 0}}}};
-    scene["accessors"][0].erase("bufferView");  // nothing stands in for it
+    scene["accessors"][0].erase("bufferView");  // no fallback
     std::ofstream(scratch / "triangle.bin", std::ios::binary) << triangleBuffer();
     std::ofstream(scratch / "scene.gltf") << scene;
     return scratch / "scene.gltf";
@@ -183,7 +183,7 @@ TEST(Startup, AModuleThatIsMissingIsSaidAndLeavesNoFile) {
         EXPECT_EQ(copy.render(jellyfish, output).exit_code, 0) << "needs none";
         fs::remove(copy.out() / output);
     }
-    // A picture is to be written; a texture is to be read, which is no fault of the texture's.
+    // One writes a picture; the other reads a texture and must not blame it.
     for (const auto& [scene, output] :
          {std::pair(jellyfish, "picture.jpg"), std::pair(webpScene(scratch), "layers.exr")}) {
         const CommandResult result = copy.render(scene, output);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What nobody can tell whether it is there is neither replaced nor left out: the command says so
-// before any work. Below a link to itself nothing can be looked at, not even by root.
+// A path that cannot be examined is neither replaced nor skipped: the command reports it before any
+// work. Below a symlink to itself nothing can be examined, not even by root.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command line itself: help, versions, and what is refused before any work.
+// The command line itself: help, versions, and refusals before any work.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -35,7 +35,7 @@ TEST(Help, OfEveryVerbFitsATerminal) {
         EXPECT_EQ(result.exit_code, 0) << verb.name;
         EXPECT_EQ(result.err, "") << verb.name;
         EXPECT_TRUE(contains(result.out, std::string(verb.summary))) << result.out;
-        // The results of these have no other form.
+        // The results of these verbs have no other form.
         const bool lines = verb.name == "batch" || verb.name == "worker";
         const char* const form = lines ? "JSON line" : "--json";
         EXPECT_TRUE(contains(result.out, form)) << result.out;
@@ -122,7 +122,7 @@ TEST(Usage, NoVerbShowsTheHelpOnStderr) {
     EXPECT_TRUE(contains(result.err, "peeler: error: no verb given"));
 }
 
-/// One command line that is refused, and what the message must hold.
+/// A refused command line, and the required words of its message.
 struct Refused {
     std::vector<std::string> arguments;  ///< SCENE and OUT stand for paths
     std::vector<std::string> parts;
@@ -150,7 +150,7 @@ TEST_P(Refusals, SayWhatWhereAndWhatToTry) {
     EXPECT_TRUE(fs::is_empty(out));
 }
 
-/// `peeler render SCENE -o OUT/a.exr` and these.
+/// Returns `peeler render SCENE -o OUT/a.exr` with these options.
 Refused refusedRender(std::vector<std::string> options, std::vector<std::string> parts) {
     std::vector<std::string> arguments{"render", "SCENE", "-o", "OUT/a.exr"};
     arguments.insert(arguments.end(), options.begin(), options.end());
@@ -245,7 +245,7 @@ INSTANTIATE_TEST_SUITE_P(
         refusedRender({"--report", "OUT/a.exr"}, {"--report", "replace"}),
         Refused{{"flatten", "SCENE", "-o", "OUT/a.exr", "--layers", "none"}, {"--layers none"}}));
 
-/// As a script passes "$NAME" where NAME is not set.
+/// Like "$NAME" in a script if NAME is unset.
 TEST(Usage, NothingMeansAnEmptyValue) {
     const auto refused = [](const std::vector<std::string>& arguments, const std::string& where) {
         const Outcome result = runPeeler(arguments);

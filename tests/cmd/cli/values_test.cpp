@@ -14,7 +14,7 @@
 namespace peeler::cmd {
 namespace {
 
-/// The kind of the Error that `work` throws; kInternal if it throws none.
+/// Returns the kind of the Error that `work` throws; kInternal if it throws none.
 template <class Work>
 ErrorKind thrown(Work&& work) {
     try {

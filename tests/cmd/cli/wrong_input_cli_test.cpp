@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Damaged scenes, missing files, folders and disks that take nothing: each has its exit code, a
-// message that says what, where and what to try, and leaves no file.
+// Damaged scenes, missing files, folders and full disks: each has its exit code, a message with
+// problem, place and remedy, and leaves no file.
 #include <gtest/gtest.h>
 #include <sys/mount.h>
 #include <unistd.h>
@@ -182,7 +182,7 @@ TEST_F(WrongInput, FlattenOfWhatHasNoLayers) {
     expectRefused(runPeeler({"info", layered.string()}), 3, {"layered.exr"});
 }
 
-/// A file system of 16 KiB on a folder.
+/// A 16 KiB file system, mounted on a folder.
 class SmallDisk {
   public:
     explicit SmallDisk(const fs::path& folder) : folder_(folder) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// compare: known differences become known numbers and exit codes.
+// compare: known differences give known numbers and exit codes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 class CompareCommand : public testing::Test {
   protected:
-    /// A layered file of random fragments, changed before it is written.
+    /// Writes a layered file of random fragments, modified by `change`.
     std::string write(const std::string& name,
                       const std::function<void(SyntheticPicture&)>& change = {}) const {
         SyntheticOptions options;
@@ -47,15 +47,15 @@ class CompareCommand : public testing::Test {
     ScratchDir scratch_;
 };
 
-/// Adds to red, which is a quarter of all values.
+/// Adds to red, a quarter of all values.
 void addRed(SyntheticPicture& picture, float amount) {
     auto colors = picture.image.color.as<float>();
     for (std::size_t i = 0; i < colors.size(); i += 4)
         colors[i] += amount;
 }
 
-/// Takes the last fragment of the first `pixels` pixels that have one and no deeper layer than
-/// the first, so that the plan stays true.
+/// Removes the last fragment of the first `pixels` pixels with a fragment and no layer beyond the
+/// first, so that the plan stays true.
 void dropFragments(SyntheticPicture& picture, int pixels) {
     LayeredImage& image = picture.image;
     for (std::size_t p = 0; p < image.window.pixels() && pixels > 0; ++p) {
@@ -166,7 +166,7 @@ TEST_F(CompareCommand, FlatImagesAgainstLayers) {
     const std::string a = write("a.exr");
     ASSERT_EQ(runPeeler({"flatten", a, "-o", path("flat.exr")}).exit_code, 0);
     EXPECT_EQ(compare({a, path("flat.exr")}).exit_code, 0);
-    // The fragments are too bright for a TIFF: what it clips is the difference.
+    // The fragments are too bright for a TIFF: the difference is the clipped part.
     ASSERT_EQ(runPeeler({"flatten", a, "-o", path("flat.tif")}).exit_code, 0);
     const Json clipped = json({a, path("flat.tif")});
     EXPECT_EQ(clipped.at("byLayer"), false);
@@ -177,7 +177,7 @@ TEST_F(CompareCommand, FlatImagesAgainstLayers) {
     EXPECT_EQ(json({a, b, "--composites"}).at("byLayer"), false);
 }
 
-/// A flat picture of one grey.
+/// Writes a flat picture of one grey.
 std::string writeGrey(const std::string& path, int width, int height, float grey) {
     CompositeImage picture;
     picture.window = {0, 0, width, height};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What extract and rays call by one name is one thing: the arrays of a camera's pixels agree,
-// whichever verb has made them; and our reader takes both, and those of before.
+// Arrays with the same name in extract and rays have the same meaning: the arrays of a camera's
+// pixels agree between both verbs, and our reader takes both, and those of earlier versions.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -69,7 +69,7 @@ class ArrayDialect : public testing::Test {
         const Outcome result = runPeeler(line);
         ASSERT_EQ(result.exit_code, 0) << result.err;
     }
-    /// The pixels of a scene's camera, by both verbs with their defaults, of the same device.
+    /// Makes the pixels of a scene's camera with both verbs' defaults, on the same device.
     void make(const std::string& scene, const std::string& camera) const {
         run({"render", scene, "-o", path("in.exr"), "--camera", camera, "--size", "96x54",
              "--precision", "float", "--channels",
@@ -125,7 +125,7 @@ TEST_F(ArrayDialect, OurReaderTakesBothAndThoseOfBefore) {
     const Outcome told = runCommand({python(), reader, path("many.npz")});
     EXPECT_EQ(told.exit_code, 0) << told.err;
     EXPECT_EQ(told.out.find("points: "), 0U) << told.out;
-    // What it needs, and what it lacks.
+    // Required and missing arrays.
     run({"rays", scene_, "-o", path("some.npz"), "--axes", "--resolution", "8", "--columns",
          "t_hit"});
     EXPECT_EQ(runCommand({python(), reader, path("some.npz")}).exit_code, 0);
@@ -134,7 +134,7 @@ TEST_F(ArrayDialect, OurReaderTakesBothAndThoseOfBefore) {
     const Outcome lacking = runCommand({python(), reader, path("ids.npz")});
     EXPECT_EQ(lacking.exit_code, 1);
     EXPECT_NE(lacking.err.find("no array t_hit"), std::string::npos) << lacking.err;
-    // The positions of one are points for the other.
+    // The positions of one file are points for the other.
     run({"rays", scene_, "-o", path("next.npz"), "--points", path("extract.npz"), "--directions",
          "1", "--resolution", "32"});
 }
@@ -157,7 +157,7 @@ TEST_F(ArrayDialect, FacesAreThoseOfPicturesForTheRaysOfACamera) {
     EXPECT_LT(hits(camera), hits(with(camera, "both")));
     EXPECT_EQ(hits(direction), hits(with(direction, "both")));
     EXPECT_LT(hits(with(direction, "gltf")), hits(direction));
-    // What is inside is known by both sides, whoever looks.
+    // Thickness counts both faces of one-sided surfaces, with a camera as well.
     const Outcome inside = runPeeler({"rays", scene_, "--camera", "main", "--size", "16x9", "--map",
                                       "thickness", "-o", path("t.exr"), "-q"});
     EXPECT_EQ(inside.exit_code, 0) << inside.err;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What reading bands takes: no band of a file is more than its reader says, and a budget makes
-// bands smaller until they fit.
+// Memory for reading bands: no band of a file exceeds its reader's promise, and a budget shrinks
+// bands until they fit.
 #include "cmd/extract/band_memory.h"
 
 #include <gtest/gtest.h>
@@ -56,9 +56,9 @@ TEST(BandMemory, CountsWhatIsThereAtATime) {
     };
     const std::uint64_t nothing = bandMemory(input, 10, use(0));
     EXPECT_EQ(bandMemory(input, 10, use(1)) - nothing, 20'000U);
-    // Of a lone band what is made comes when what was read is no more.
+    // For a single band, the output is made after the input is freed.
     EXPECT_EQ(bandMemory(input, 1000, use(1)), bandMemory(input, 1000, use(0)));
-    // Of one chosen layer there is a fragment a pixel.
+    // One chosen layer has one fragment per pixel.
     const auto one = [](int) { return BandUse{.made = {.fragment = 1}, .layers = 1}; };
     EXPECT_EQ(bandMemory(input, 10, one) - nothing, 10'000U);
     DepthComplexity counted(input.info().plan.view.crop);
@@ -85,7 +85,7 @@ TEST(BandMemory, KeepsToABudget) {
     }
 }
 
-/// The most fragments that any of the bands has.
+/// Returns the highest fragment count of all bands.
 std::uint64_t mostFragments(LayeredInput& input, int rows) {
     const Window& crop = input.info().plan.view.crop;
     std::uint64_t most = 0;
@@ -102,7 +102,7 @@ TEST(BandMemory, NoBandHasMoreThanItsReaderSays) {
     const test::SyntheticPicture picture = test::makePicture({});
     const std::filesystem::path layered = scratch / "layered.exr", deep = scratch / "deep.exr";
     OutputOptions options;
-    options.provenance.version = "1.2.3";  // whose headers are believed
+    options.provenance.version = "1.2.3";  // the reader trusts its headers
     ExrLdiWriter layered_writer(layered, options);
     test::writePicture(layered_writer, picture, {1 << 20});
     ExrDeepWriter deep_writer(deep, options);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// extract: known fragments become known points, arrays and files, as other programs read them.
+// extract: known fragments become known points, arrays and files, read back by other programs.
 #include <Imath/half.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -23,7 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// {"property": [values]} of a binary PLY, by a reader of twenty lines that knows the standard.
+/// Prints {"property": [values]} of a binary PLY, read by twenty independent lines that follow the
+/// standard.
 constexpr const char* kReadPly = R"(
 import json, sys, numpy
 types = {'float': '<f4', 'double': '<f8', 'uchar': 'u1', 'uint': '<u4'}
@@ -49,7 +50,7 @@ finite = lambda v: [None if numpy.isinf(x) else x for x in v.flatten().tolist()]
 print(json.dumps({k: [str(a[k].dtype), list(a[k].shape), finite(a[k])] for k in a}))
 )";
 
-/// Four pixels of which one has two fragments and one has none, seen by a camera at (10, 20, 30)
+/// Returns four pixels, one with two fragments and one with none, from a camera at (10, 20, 30)
 /// that looks along +X with +Y up: right is +Z.
 SyntheticPicture knownPicture() {
     SyntheticPicture picture;
@@ -86,7 +87,7 @@ SyntheticPicture knownPicture() {
 // On the ray through (i + 0.5, j + 0.5): right is 3(2(i + 0.5)/6 − 1)z, up is 2(1 − 2(j + 0.5)/4)z.
 const Json kX = {12, 18, 14, 26}, kY = {21, 24, 18, 12}, kZ = {29, 26, 28, 38};
 
-/// The k-th fragments, one pixel at a time.
+/// Returns the k-th fragments, pixel by pixel.
 LayeredImage layerByHand(const LayeredImage& image, std::uint32_t k) {
     LayeredImage layer = image;
     layer.offsets = {0};
@@ -150,13 +151,13 @@ TEST_F(ExtractCommand, PointsLieWhereTheFragmentsAre) {
         EXPECT_EQ(points.at("nx"), (Json{-1, -1, -1, -1}));
         EXPECT_EQ(points.at("ny"), (Json{0, 0.25, 0.5, 0.75}));
         EXPECT_EQ(points.at("nz"), (Json{0.5, 0.5, 0.5, 0.5}));
-        // Straight and sRGB: 0.5 of linear light is 188.
+        // Straight alpha and sRGB: linear 0.5 is 188.
         EXPECT_EQ(points.at("red"), (Json{255, 0, 188, 0}));
         EXPECT_EQ(points.at("green"), (Json{188, 255, 0, 0}));
         EXPECT_EQ(points.at("blue"), (Json{0, 255, 0, 0}));
         EXPECT_EQ(points.at("alpha"), (Json{128, 255, 64, 0}));
         EXPECT_EQ(points.at("layer"), (Json{0, 1, 0, 0}));
-        EXPECT_EQ(points.at("material"), (Json{99, 100, 101, 102}));  // the EXR has them plus 1
+        EXPECT_EQ(points.at("material"), (Json{99, 100, 101, 102}));  // the EXR stores them plus 1
         EXPECT_EQ(points.at("node"), (Json{4294967279, 4294967280, 4294967281, 4294967282}));
         EXPECT_EQ(points.size(), 13U);
     }
@@ -246,7 +247,7 @@ TEST_F(ExtractCommand, APictureOfALayerIsStraightAndEncoded) {
     ASSERT_EQ(extract({in, "-o", path("l.png"), "--layer", "0", "--tone-map", "none"}).exit_code,
               0);
     const FlatImage flat = readFlatImage(path("l.png"));
-    EXPECT_EQ(flat.image.window, (Window{0, 0, 2, 2}));  // the crop, whatever the layer's window
+    EXPECT_EQ(flat.image.window, (Window{0, 0, 2, 2}));  // the crop, not the layer's window
     EXPECT_NEAR(flat.image.rgba[0][0], 0.5F, 2e-3F);     // premultiplied again
     EXPECT_NEAR(flat.image.rgba[0][3], 0.5F, 2e-3F);
     EXPECT_EQ(flat.image.rgba[1][3], 0);
@@ -352,7 +353,7 @@ TEST_F(ExtractCommand, TellsAndKeepsToMemory) {
     ASSERT_EQ(free.exit_code, 0) << free.err;
     EXPECT_GT(Json::parse(free.out).at("forecastMemory").get<std::uint64_t>(), 1'000'000U);
     EXPECT_NE(free.err.find("of memory at most"), std::string::npos) << free.err;
-    if (kShadowMemory) return;  // its memory is not the product's
+    if (kShadowMemory) return;  // sanitizers add memory of their own
     ASSERT_EQ(extract({in, "--points", path("kept.ply"), "--memory", "8G"}).exit_code, 0);
     EXPECT_EQ(bytesOf(path("kept.ply")), bytesOf(path("p.ply")));
 }
@@ -393,7 +394,8 @@ TEST_F(ExtractCommand, WhatItRefuses) {
     std::ofstream(path("damaged.exr"), std::ios::binary) << damaged;
     const Outcome result = extract({path("damaged.exr"), "--points", path("p.ply")});
     EXPECT_EQ(result.exit_code, 3) << result.err;
-    EXPECT_EQ(scratch_.files().size(), 3U);  // what was there before: no output, no temporary file
+    EXPECT_EQ(scratch_.files().size(),
+              3U);  // the same files as before: no output, no temporary file
 }
 
 }  // namespace

@@ -1,14 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Failure on purpose: support/failing_calls makes the n-th call of a kind fail, in the command of
-COMMANDS that is named. Whatever fails, it has to end by itself, with the right exit code and a
-message that says why, without a partial file under a final name, and without a hidden file. Prints
-a table: what was made to fail, how many such calls there are, how many were tried, and how the
-command ended.
+"""Fault injection: support/failing_calls makes the n-th call of a kind fail, in the named command of COMMANDS. After
+any failure the command must end by itself, with the right exit code and a message with the reason, without a partial
+file under a final name, and without a hidden file. Prints a table: the kind of call, the number of such calls, the
+number tried, and the command's outcomes.
 
-With PEELER_TEST_ALL every call is tried; of allocations, of which there are tens of thousands, one
-for each path of callers that leads to them, and of these at most MOST. Else a third of the rows is,
-another one in each command, and of them a call or two."""
+With PEELER_TEST_ALL it tries every call; there are tens of thousands of allocations, so it tries one per call path,
+at most MOST. Otherwise it tries one or two calls in a third of the rows, a different third for each command."""
 
 import collections
 import errno
@@ -29,14 +27,14 @@ PEELER = os.environ["PEELER"]
 SHIM = os.environ["PEELER_FAILING_CALLS"]
 ALL = bool(os.environ.get("PEELER_TEST_ALL"))
 MOST = 300  # allocations of a kind
-TIME_LIMIT = 60  # seconds; none takes two
+TIME_LIMIT = 60  # seconds; no command takes two
 FEW = {"allocation": 2, "c_allocation": 3, "large_allocation": 2, "gl": 2, "thread": 9}  # in the short run
-ALWAYS = ("allocation", "mmap", "child", "gl", "thread")  # few commands have them, they find most, or are few
+ALWAYS = ("allocation", "mmap", "child", "gl", "thread")  # few commands make these calls, they find most, or are few
 
 GL = ["--backend", "egl", "--threads", "1", "--size", "32x18"]
 
-# What is worked on is made by PREPARED; OUT is an empty folder. Each of them gives the same bytes
-# twice, but for a report's times.
+# PREPARED makes the inputs; OUT is an empty folder. Each command gives the same bytes twice, except for a report's
+# times.
 PREPARED = [
     ["render", SCENE, "-o", "IN/layers.exr", *GL],
     ["render", SCENE, "-o", "IN/tile.1.exr", "--tile", "1/2", *GL],
@@ -46,8 +44,8 @@ JOBS = [
     {"verb": "extract", "args": ["IN/layers.exr", "--npz", "OUT/arrays.npz"]},
     {"verb": "flatten", "args": ["IN/layers.exr", "-o", "OUT/flat.png"]},
 ]
-# A triangle that Draco has "compressed" (https://google.github.io/draco/spec/): sequential, with its
-# indices and floats as they are.
+# A triangle "compressed" with Draco (https://google.github.io/draco/spec/): sequential, with its indices and floats
+# uncompressed.
 TRIANGLE = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
 DRACO = b"DRACO\2\2\1\0\0\0" + b"\1\3\1\0\1\2" + b"\1\1\0\x09\3\0\0\0" + TRIANGLE
 COMPRESSED = {
@@ -88,13 +86,13 @@ COMMANDS = {
                    "--resolution", "8", "--engine", "cpu", "--threads", "2"],
 }
 
-# kind of call, how it fails, errno, exit codes besides 0, what the message says (a regular
-# expression; "": as strerror()). Where 0 is all there is, the failure is to be overcome. Of a
-# command that ends with 0 all files are as they were without a failure.
+# kind of call, mode of failure, errno, exit codes besides 0, the message (a regular expression; "": as strerror()).
+# With 0 as the only code, the command must recover. A command that ends with 0 writes the same files as without a
+# failure.
 Failure = collections.namedtuple("Failure", "call how error codes message")
 MEMORY, OUTPUT, DEVICE, INPUT, INTERNAL = {33}, {4}, {5}, {3}, {1}
 FAILURES = [
-    # Smaller allocations do not fail where larger ones succeed, and operator new is asked again.
+    # If large allocations succeed, smaller ones do not fail, and operator new tries again.
     Failure("allocation", "large", errno.ENOMEM, MEMORY, "memory"),
     Failure("large_allocation", "once", errno.ENOMEM, MEMORY, "memory"),
     Failure("c_allocation", "once", errno.ENOMEM, MEMORY, "memory"),
@@ -135,17 +133,16 @@ FAILURES = [
     Failure("gl_error", "once", 0, MEMORY | DEVICE, "GL driver is out of memory|context was lost"),
 ]
 
-# OpenEXRCore has one result for a lack of memory within zlib and for a chunk that unpacks to more
-# than it should.
+# OpenEXRCore has the same result for zlib's lack of memory and for a chunk that unpacks to more than expected.
 AMBIGUOUS = "unable to decompress"
 
-# What a decoder is given and gives back lies in memory, but is written as a file is.
+# A decoder's input and output are in memory, but written like a file.
 IN_MEMORY = "no memory for a decoder's data"
 
-# OpenEXR opens by itself what is read back, and once.
+# OpenEXR itself opens the file that is read back, once.
 READ_BACK = "does not read back"
 
-# The record of failing_calls.h, and the names of the calls in it.
+# The record of failing_calls.h, and the names of its calls.
 CALLS = re.findall(
     r"^ +X\((\w+)\) +/\*",
     (SOURCE / "tests" / "support" / "failing_calls" / "failing_calls.h").read_text(),
@@ -165,7 +162,7 @@ class Command:
         self.reference = {}
 
     def words(self, arguments):
-        """With the folders instead of their names."""
+        """Returns the arguments with folders in place of their names."""
         places = {"IN": str(self.folder / "in"), "OUT": str(self.folder / "out")}
         return [re.sub(r"^(IN|OUT)\b", lambda m: places[m[0]], str(word)) for word in arguments]
 
@@ -180,7 +177,7 @@ class Command:
         (self.folder / "in" / "jobs.jsonl").write_text(text)
 
     def run(self, failure=None, number=0, afresh=True):
-        """Runs it with the call of this number failing; 0: none."""
+        """Runs the command with the call of this number failing; 0: none."""
         for name in ("out", "out.moved", "tmp"):
             if afresh or name == "tmp":
                 shutil.rmtree(self.folder / name, ignore_errors=True)
@@ -212,7 +209,7 @@ class Command:
         return Run(code, err, dict(zip(CALLS, counts)), failed, places)
 
     def files(self):
-        """{name: bytes} of what is in the folder that it writes to."""
+        """Returns {name: bytes} of the output folder."""
         folder = self.folder / "out"
         if not folder.is_dir():
             return {}
@@ -225,7 +222,7 @@ class Command:
         return [n for n in self.files() if n.startswith(".")] + os.listdir(self.folder / "tmp")
 
     def not_whole(self):
-        """What is wrong with the files under final names."""
+        """Yields the faults of files under final names."""
         files = self.files()
         if "sample.png" in files and set(files) < set(self.reference):
             yield f"of files that belong together there are {sorted(files)}"
@@ -244,7 +241,7 @@ class Command:
 
 
 def times_in(value):
-    """All milliseconds of a report."""
+    """Yields all milliseconds of a report."""
     if isinstance(value, list):
         for entry in value:
             yield from times_in(entry)
@@ -260,7 +257,7 @@ def times_in(value):
 
 
 def not_json(name, data):
-    """Of the last line a beginning may be there: it is written as jobs end."""
+    """Yields the faults of JSON. The last line of JSON lines may be partial: it is written as jobs end."""
     texts = data.decode().splitlines(keepends=True) if name.endswith(".jsonl") else [data.decode()]
     for text in texts:
         if name.endswith(".jsonl") and not text.endswith("\n"):
@@ -282,7 +279,7 @@ def members(data, folder):
 
 
 def not_samples(name, data, wanted):
-    """A shard that a run gave up has fewer samples, all of them whole."""
+    """Yields the faults of a shard. An interrupted run's shard has fewer samples, all of them whole."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             found = members(data, pathlib.Path(folder))
@@ -299,7 +296,7 @@ def not_samples(name, data, wanted):
 
 
 def problems_of(command, failure, run):
-    """What is wrong with how it ended."""
+    """Yields the faults of a run's outcome."""
     yield from command.not_whole()
     if failure.call == "c_allocation" and AMBIGUOUS in run.err:
         failure = failure._replace(codes=INPUT, message=AMBIGUOUS)
@@ -323,7 +320,7 @@ def problems_of(command, failure, run):
             yield f"a message without '{message}'"
     if command.hidden() and failure.error != errno.EROFS:
         yield f"hidden files are left: {command.hidden()}"
-    # What a read-only file system keeps, the next run removes.
+    # Files left by a read-only file system are removed by the next run.
     if command.hidden() and failure.error == errno.EROFS:
         again = command.run(afresh=False)
         if again.code != 0 or command.hidden() or any(command.not_whole()):
@@ -331,12 +328,12 @@ def problems_of(command, failure, run):
 
 
 def numbers_of(failure, counted, places):
-    """Which calls are to fail."""
+    """Returns the numbers of the calls to fail."""
     count = counted[failure.call]
     if failure.call in ("allocation", "c_allocation"):
         numbers, most = sorted(places), MOST
     elif failure.call == "room":
-        # One byte too few for a write, none for the next, one for the next.
+        # Room for one byte less than a write, for no byte of the next, and for one byte of the next.
         ends = {0, *places}
         numbers = sorted(n for end in ends for n in (end, end + 1, end + 2) if 0 < n <= count)
         most = len(numbers)
@@ -350,7 +347,7 @@ def numbers_of(failure, counted, places):
 
 
 def tried(command, failure, counted):
-    """A row of the table, and what is wrong."""
+    """Returns a row of the table, and the faults."""
     places = counted.places
     if failure.call in ("allocation", "c_allocation", "room"):
         places = command.run(failure).places

@@ -28,7 +28,7 @@ nlohmann::json renderEngine(const fs::path& out, const std::vector<std::string>&
 TEST(Memory, AHugePictureStaysUnderItsBudget) {
     if (kShadowMemory) GTEST_SKIP() << "its memory is not the product's";
     const ScratchDir scratch;
-    // That of the short run, too, is more than one raster tile, and at once more than its budget.
+    // Even the short run has more than one raster tile, and would exceed its budget at once.
     const std::string size = exhaustive() ? "8192x4096" : "8192x2048";
     const std::uint64_t budget = exhaustive() ? 2048 : 500;  // MiB
     const auto json =
@@ -72,7 +72,7 @@ TEST(Memory, ABudgetCutsBandsOfFxaaAndChangesNoByte) {
     }
 }
 
-/// What a plan leaves behind is not counted twice when the next one shares the budget.
+/// The leftovers of a plan are not counted twice when the next one shares the budget.
 TEST(Memory, ABudgetServesShadowMapsSamplesAndEveryMethodInTurn) {
     if (kShadowMemory) GTEST_SKIP() << "its memory is not the product's";
     const ScratchDir scratch;

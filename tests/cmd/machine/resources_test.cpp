@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What --threads becomes in each place that has threads.
+// The meaning of --threads for each thread pool.
 #include "cmd/machine/resources.h"
 
 #include <OpenImageIO/imageio.h>
@@ -28,7 +28,7 @@ std::string rasterizer() {
 class Threads : public testing::Test {
   protected:
     void SetUp() override { forget(); }
-    // OpenImageIO's programs, which later tests start, make as many threads as CUE_THREADS says.
+    // OpenImageIO's programs, which later tests start, use CUE_THREADS threads.
     void TearDown() override { forget(); }
 
   private:
@@ -40,9 +40,9 @@ class Threads : public testing::Test {
 
 TEST_F(Threads, AreTheSameInLoopsRasterizerAndLibraries) {
     setThreads(3);
-    imageLibrary();  // is told when it is loaded, and of every change after that
+    imageLibrary();  // set when it is loaded, and at every change after that
     EXPECT_EQ(threadCount(), 3);
-#ifndef __SANITIZE_THREAD__  // in such a build they get none
+#ifndef __SANITIZE_THREAD__  // without threads in such a build
     EXPECT_EQ(rasterizer(), "3");
     EXPECT_EQ(openImageIo("threads"), 3);
     EXPECT_EQ(openImageIo("exr_threads"), 3);

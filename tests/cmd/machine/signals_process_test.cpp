@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A render that is told to stop leaves nothing behind.
+// Interrupted renders leave nothing behind.
 #include <gtest/gtest.h>
 #include <sys/types.h>
 
@@ -18,8 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-/// The process that writes a temporary file (its name holds the number) once there are bytes in it;
-/// 0 if the run ends without one.
+/// Returns the process that writes a temporary file (its name contains the id) once it has bytes; 0
+/// if the run ends without one.
 pid_t waitForWriter(const fs::path& folder, const std::future<CommandResult>& run) {
     const std::string mark = ".peeler-";
     while (run.wait_for(10ms) != std::future_status::ready) {
@@ -40,13 +40,13 @@ class Signals : public testing::TestWithParam<int> {};
 
 TEST_P(Signals, LeaveNothingBehind) {
     const int number = GetParam();
-    // A shell's background job ignores SIGINT, and so would what it starts.
+    // A shell's background job ignores SIGINT, and its children would inherit that.
     std::signal(number, SIG_DFL);
     const ScratchDir scratch;
     const fs::path out = scratch / "out";
     fs::create_directory(out);
     const fs::path scene = writeScene(scratch.path(), stackScene(60));
-    // The first of the bands is written a long time before the last.
+    // The first band is written long before the last one.
     auto run = std::async(std::launch::async, [&] {
         return runPeelerProcess({"render", scene.string(), "-o", (out / "a.exr").string(), "--size",
                                  "2048x2048", "--memory", kShadowMemory ? "4G" : "600M"});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The manual as groff and mandoc read it, and the completions as bash, fish and zsh carry them out.
+// The manual as parsed by groff and mandoc, and the completions as run by bash, fish and zsh.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -41,10 +41,10 @@ Words sorted(Words words) {
     return words;
 }
 
-/// The command lines that are completed, and what they have to offer.
+/// Command lines, and the completions that they must offer.
 using Offers = std::map<std::string, Words>;
 
-/// Of each verb the options, and the values of those that have some.
+/// Returns the options of each verb, and the values of those that have choices.
 Offers everyOffer(bool with_values) {
     Offers offers;
     for (const cmd::CommandDescription& verb : described().verbs) {
@@ -64,7 +64,7 @@ Offers everyOffer(bool with_values) {
     return offers;
 }
 
-/// Command lines in a folder of a few files; "=" stands for `--option=value` in one word.
+/// Command lines in a folder of a few files; "=" means `--option=value` in one word.
 const Offers kSome = {
     {"peeler re", {"render"}},
     {"peeler render --me", {"--memory", "--method"}},
@@ -85,7 +85,7 @@ void makeFiles(const fs::path& folder) {
     fs::create_directory(folder / "folder");
 }
 
-/// From lines of words, each with "== LINE" behind (or before) them.
+/// Parses lines of words, each with "== LINE" after (or before) them.
 Offers offersIn(const std::string& text, bool before) {
     Offers offers;
     Words words;
@@ -110,7 +110,7 @@ Offers offersIn(const std::string& text, bool before) {
 
 Offers askBash(const Offers& asked, const fs::path& folder, const fs::path& script) {
     store(script, cmd::bashCompletions(described()));
-    // Readline's own words, but for "=", of which the caller puts spaces around.
+    // Readline's word splitting, except "=", which the caller surrounds with spaces.
     std::string program = "source " + script.string() +
                           "\nask() { COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); _peeler; "
                           "printf '%s\\n' \"${COMPREPLY[@]}\"; }\n";
@@ -135,7 +135,7 @@ Offers askFish(const Offers& asked, const fs::path& folder, const fs::path& scri
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(result.err, "");
     Offers offers = offersIn(result.out, true);
-    // From version 4 on it offers behind them what only contains the word, too.
+    // From version 4 on it also offers matches that only contain the word, after the others.
     for (auto& [line, words] : offers) {
         const std::string word = line.substr(line.rfind(' ') + 1);
         std::erase_if(words, [&](const std::string& offer) { return !offer.starts_with(word); });
@@ -219,7 +219,7 @@ TEST_F(Completing, ByZshKnowsFilesAndWords) {
     expectOffers(askZsh(some, folder, scratch / "zsh"), some);
 }
 
-/// Each page in a file of its own, with a date.
+/// Writes each page to its own file, with a date.
 Words storePages(const ScratchDir& scratch) {
     Words files;
     const auto add = [&](const cmd::CommandDescription& command) {

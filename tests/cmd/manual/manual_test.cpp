@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The manual and the completions of shells against --help: the same options and choices stand in
-// all of them, and no others.
+// The manual and the shell completions against --help: the same options and choices in all of them,
+// and no others.
 #include "cmd/manual/completions.h"
 #include "cmd/manual/manual_page.h"
 
@@ -28,7 +28,7 @@ const cmd::CommandDescription& program() {
     return described;
 }
 
-/// The program itself, then its verbs.
+/// Returns the program itself, then its verbs.
 std::vector<const cmd::CommandDescription*> commands() {
     std::vector<const cmd::CommandDescription*> all{&program()};
     for (const cmd::CommandDescription& verb : program().verbs)
@@ -45,7 +45,7 @@ std::string pageOf(const cmd::CommandDescription& command) {
     return cmd::manualPage(program(), command, "");
 }
 
-/// What the group of a pattern finds in each line of a text.
+/// Returns the matches of a pattern's group in each line of a text.
 Names found(const std::string& text, const std::string& pattern) {
     const std::regex regex(pattern, std::regex::ECMAScript | std::regex::multiline);
     Names names;
@@ -54,8 +54,8 @@ Names found(const std::string& text, const std::string& pattern) {
     return names;
 }
 
-/// The options at the beginning of the lines of --help: "  -o,--output FILE   the file", and
-/// "  --legend,--no-legend{false}".
+/// Returns the options at the beginning of the lines of --help: "  -o,--output FILE   the file",
+/// and "  --legend,--no-legend{false}".
 Names optionsInHelp(const std::string& help) {
     Names names;
     for (const std::string& listed : found(help, "^  (-[^ \n]+)")) {
@@ -79,7 +79,7 @@ Names plain(const Names& roff) {
     return names;
 }
 
-/// The part of a script that is about a verb (the last, '' in bash, is about the program).
+/// Returns the part of a script about a verb (the last one, '' in bash, is about the program).
 std::string partOf(const std::string& script, const std::string& begin, const std::string& end) {
     const std::size_t from = script.find(begin);
     if (from == std::string::npos) return "";
@@ -278,7 +278,7 @@ TEST(EnvironmentVariables, AreThoseThatTheProductReads) {
     for (const cmd::EnvironmentVariable& row : cmd::environmentVariables())
         for (const std::string& name : found(std::string(row.names), "([A-Z_]+)"))
             listed.insert(name);
-    // Files that read variables spell their names as strings, and so do those that set them.
+    // Files that read variables contain their names as strings, and so do those that set them.
     const std::regex set("[^n]setenv\\([^;]*;");
     Names strings;
     for (const char* library : {"core", "formats", "cmd"}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// merge: tiles rendered apart are the picture rendered whole, byte for byte.
+// merge: separately rendered tiles give the whole picture, byte for byte.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -37,7 +37,7 @@ class MergeCommand : public testing::Test {
         writePicture(writer, picture);
         return path(name);
     }
-    /// What merge will say of its result.
+    /// Returns the version that merge will record.
     static std::string version() {
         const std::string text = runPeeler({"--version"}).out;
         return text.substr(7, text.find_first_of(" \n", 7) - 7);  // "peeler 1.2.3 (commit)\n"
@@ -170,7 +170,7 @@ TEST_F(MergeCommand, ElementsRenderedApartAreThePictureOfBoth) {
         const std::string whole = render("whole.exr", {});
         const std::string a = render("a.exr", {"--include", "housing/upper"});
         const std::string b = render("b.exr", {"--exclude", "housing/upper"});
-        // As tiles they do not belong together.
+        // They are not tiles of one picture.
         EXPECT_EQ(merge({a, b}).exit_code, 3);
         const Outcome result = merge({a, b}, {"--elements", "--json"});
         ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -213,7 +213,7 @@ TEST_F(MergeCommand, ElementsOfOtherScenesKeepTheirNames) {
     flat(b, "base", "b.base.exr");
     const Outcome same = runPeeler({"compare", path("merged.base.exr"), path("b.base.exr")});
     EXPECT_EQ(same.exit_code, 0) << same.out;
-    // The third file is of the first's names.
+    // The third file has the names of the first.
     const Json merged =
         Json::parse(runPeeler({"flatten", path("merged.exr"), "--include", "same cube twice", "-o",
                                path("cube.exr"), "--json", "-q"})
@@ -297,9 +297,9 @@ TEST_F(MergeCommand, TilesOfOtherSettingsAreToldTheOptions) {
         EXPECT_NE(result.err.find("they differ in " + row.differ), std::string::npos) << result.err;
         EXPECT_NE(result.err.find(row.first), std::string::npos) << result.err;
         EXPECT_NE(result.err.find(row.other), std::string::npos) << result.err;
-        // Whatever differs, verify says the same, and neither tells hashes.
+        // verify reports every difference, too, and neither prints hashes.
         const Outcome verified = runPeeler({"verify", a, b});
-        const bool camera_only = row.options.front() == "--camera";  // which may move
+        const bool camera_only = row.options.front() == "--camera";  // tiles may differ in cameras
         EXPECT_EQ(verified.exit_code, camera_only ? 0 : 3) << verified.out;
         for (const std::string& text : {result.err, verified.out}) {
             EXPECT_FALSE(std::regex_search(text, std::regex("[0-9a-f]{16}"))) << text;
@@ -312,7 +312,7 @@ TEST_F(MergeCommand, TilesThatHaveChangedAreRefused) {
     const std::string b = write("b.exr", cutPicture(whole_, {40, 0, 90, 70}));
     const std::string good = bytesOf(b);
     std::string bytes = good;
-    bytes[bytes.find("peeler:renderer") + 30] ^= 1;  // what no reader looks at
+    bytes[bytes.find("peeler:renderer") + 30] ^= 1;  // ignored by all readers
     std::ofstream(b, std::ios::binary) << bytes;
     const Outcome result = merge({a, b});
     EXPECT_EQ(result.exit_code, 3);
@@ -333,7 +333,7 @@ TEST_F(MergeCommand, WhatDoesNotBelongTogether) {
     ++large.plan.view.height;
     large.plan.view.projection.half_height *= 2;
     plain.image.extra.clear();
-    std::size_t fragment = 0;  // the first of the shared column
+    std::size_t fragment = 0;  // the first one of the shared column
     for (int y = 0; fragment == 0; ++y) {
         const std::size_t pixel = right.image.pixelIndex(39, y);
         if (right.image.count(pixel) != 0) fragment = right.image.offsets[pixel];

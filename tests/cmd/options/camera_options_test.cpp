@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Choosing, building and framing cameras.
+// Selection, construction and framing of cameras.
 #include "cmd/options/camera_options.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@
 namespace peeler::cmd {
 namespace {
 
-/// A scene whose bounds are this box.
+/// Returns a scene with this box as its bounds.
 Scene boxScene(const Bounds& box) {
     Scene scene;
     scene.materials.emplace_back();
@@ -81,8 +81,8 @@ void expectRigid(const glm::dmat4& m) {
     EXPECT_NEAR(glm::determinant(r), 1, 1e-12);
 }
 
-/// Share of the frame that the box takes, the worse of width and height; infinite if a corner is
-/// behind near or beyond far.
+/// Returns the share of the frame that the box fills, the larger of width and height; infinite if a
+/// corner is in front of near or beyond far.
 double share(const View& v, const Bounds& box) {
     const glm::dmat4 clip = v.projection.matrix() * glm::inverse(v.camera_to_world);
     double worst = 0;
@@ -110,7 +110,7 @@ TEST(Framing, HoldsEveryCornerOfRandomScenes) {
             centre[i] = scale * (unit(random) - 0.5) * 10;
         }
         const Scene scene = boxScene({centre - extent, centre + extent});
-        const Bounds box = *PosedScene(scene, 0).bounds();  // as floats
+        const Bounds box = *PosedScene(scene, 0).bounds();  // in single precision
         CameraOptions options;
         const auto side = [&] { return 1 + static_cast<int>(std::pow(unit(random), 4) * 65535); };
         options.size = {side(), side()};
@@ -123,7 +123,7 @@ TEST(Framing, HoldsEveryCornerOfRandomScenes) {
         expectRigid(v.camera_to_world);
         ASSERT_LT(share(v, box), 0.95)
             << "round " << round << ", size " << options.size.width << " x " << options.size.height;
-        // A rod may be seen from its end, where keeping it in front of the eye decides.
+        // A rod may be seen end-on, where the distance from the eye is the limit.
         const glm::dvec3 sides = box.max - box.min;
         const double smallest = std::min({sides.x, sides.y, sides.z});
         const double middle =
@@ -168,7 +168,7 @@ TEST(Framing, LooksFromTheFrontAndAbove) {
     EXPECT_LT(eyeOf(view(boxScene(kUnit), down)).y, 0);
 }
 
-/// How far a scene's vertices reach in the picture: −1 to 1 are its sides.
+/// Returns the extent of a scene's vertices in the picture, −1 to 1 being its sides.
 Bounds onScreen(const View& v, const Scene& scene) {
     const glm::dmat4 clip = v.projection.matrix() * glm::inverse(v.camera_to_world);
     Bounds reach{glm::dvec3(1e9), glm::dvec3(-1e9)};
@@ -188,7 +188,7 @@ TEST(Framing, LeavesFivePercentFreeAtBothEnds) {
             CameraOptions options;
             options.size = size;
             const Bounds reach = onScreen(view(scene, options), scene);
-            // The side that decides reaches from 5 % to 95 %, which is ±0.9; the other is shorter.
+            // The limiting side reaches from 5 % to 95 %, i.e. ±0.9; the other is shorter.
             const bool wide = reach.max.x - reach.min.x > reach.max.y - reach.min.y;
             const int side = wide ? 0 : 1;
             EXPECT_NEAR(reach.min[side], -0.9, 1e-6);
@@ -209,14 +209,14 @@ TEST(Framing, LooksAtFlatScenesFromTheFront) {
     expect(forward({{-2, -1, 0}, {2, 1, 0}}), {0, 0, -1});
     expect(forward({{-2, -1, 0}, {2, 1, 0.098}}), {0, 0, -1});  // thinner than a twentieth of 2
     expect(forward({{0, -1, -2}, {0, 1, 2}}), {-1, 0, 0});
-    expect(forward({{-2, 0, -1}, {2, 0, 1}}), {0, -1, 0});  // the floor, from above
+    expect(forward({{-2, 0, -1}, {2, 0, 1}}), {0, -1, 0});  // a floor, seen from above
     EXPECT_GT(view(boxScene({{-2, 0, -1}, {2, 0, 1}})).camera_to_world[1].z, -1.001);
     expect(glm::dvec3(view(boxScene({{-2, 0, -1}, {2, 0, 1}})).camera_to_world[1]), {0, 0, -1});
-    // What is thicker, a rod and a point are no boards.
+    // Thicker boxes, a rod and a point are not boards.
     for (const Bounds& box : {Bounds{{-2, -1, 0}, {2, 1, 0.102}}, Bounds{{-2, 0, 0}, {2, 0, 0}},
                               Bounds{{1, 1, 1}, {1, 1, 1}}, kUnit})
         expect(forward(box), pleasingForward({0, 1, 0}));
-    // With Z up the floor is the plane of X and Y, and far is +Y.
+    // With Z up the floor is the XY plane, and far is +Y.
     CameraOptions z_up;
     z_up.up = glm::dvec3(0, 0, 1);
     const View map = view(boxScene({{-2, -1, 0}, {2, 1, 0}}), z_up);
@@ -236,7 +236,7 @@ TEST(Framing, LooksAtFlatScenesFromTheSideThatTheyShow) {
     EXPECT_EQ(forward({0, 1, 3, 0, 3, 2}, false).z, -1);
     EXPECT_EQ(forward({0, 3, 1, 0, 2, 3}, false).z, 1);
     EXPECT_EQ(forward({0, 1, 3, 0, 3, 2}, true).z, -1);
-    EXPECT_EQ(forward({0, 1, 3, 3, 1, 0}, false).z, -1);  // both sides: the front
+    EXPECT_EQ(forward({0, 1, 3, 3, 1, 0}, false).z, -1);  // both sides visible: uses the front
 }
 
 TEST(Framing, OrthographicIsPlacedInFront) {
@@ -277,7 +277,7 @@ TEST(BuiltCamera, RefusesWhatCannotBe) {
     parallel.up = glm::dvec3(0, -3, 0);
     EXPECT_EQ(failure(scene, parallel)->kind(), ErrorKind::kUsage);  // the target is the centre
     parallel.target = glm::dvec3(0, 0, 0);
-    EXPECT_EQ(failure(scene, parallel)->kind(), ErrorKind::kUsage);  // known without the scene
+    EXPECT_EQ(failure(scene, parallel)->kind(), ErrorKind::kUsage);  // checked without the scene
     CameraOptions inside;
     inside.eye = glm::dvec3(0);
     EXPECT_EQ(failure(scene, inside)->kind(), ErrorKind::kUsage);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sets of files (--layout per-file) and what verbs carry over: nothing is lost or written over.
+// File sets (--layout per-file) through the verbs: nothing is lost or overwritten.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -45,7 +45,7 @@ TEST_F(FileSets, AreNeverWrittenOverByWhatReadsThem) {
         EXPECT_EQ(run(command).exit_code, 2) << command[0] << ' ' << command[3];
     EXPECT_EQ(bytes("set.layer_002.exr"), layer);
     EXPECT_EQ(run({"verify", "set.exr", "set.layer_002.exr"}).exit_code, 0);
-    // A file of such a name that belongs to no set is nobody's.
+    // A file with such a name that belongs to no set.
     render("alone.exr");
     EXPECT_EQ(run({"flatten", "alone.exr", "-o", "alone.layer_000.exr"}).exit_code, 0);
 }

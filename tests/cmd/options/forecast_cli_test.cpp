@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files are as large as was forecast: exactly, or at most. What --dry-run tells is the same.
+// File sizes equal the forecast, or stay below it. --dry-run prints the same.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -22,7 +22,7 @@ class Forecasts : public testing::Test {
         EXPECT_EQ(result.exit_code, 0) << result.err;
         return result.exit_code == 0 ? Json::parse(result.out) : Json();
     }
-    /// Runs the line, dry and then in earnest, and compares sizes; `certainty` as --dry-run says.
+    /// Runs the line dry and then for real, and compares sizes; `certainty` as in --dry-run.
     void expectForecast(std::vector<std::string> line, const std::string& certainty) const {
         const std::vector<std::string> before = scratch_.files();
         std::vector<std::string> dry = line;
@@ -87,7 +87,7 @@ TEST_F(Forecasts, Rays) {
     expect("voxels.npz", "exact", {"--voxels", "40"});
     expect("voxels.vdb", "at most", {"--voxels", "40"});
     expect("next.npz", "exact", with({"--points", path("a.ply")}));
-    // Not a scene's: one triangle, one hit or none a ray.
+    // Not a scene file: one triangle, at most one hit per ray.
     std::vector<std::string> tiny{"rays", writeScene(scratch_ / "."), "-o", path("tiny.exr")};
     tiny.insert(tiny.end(), {"--axes", "--resolution", "2"});
     expectForecast(tiny, "at most");
@@ -98,7 +98,7 @@ TEST_F(Forecasts, RaysWithoutAFile) {
         {"rays", glasses_, "--axes", "--resolution", "8", "--parity", "report", "--dry-run", "-q"});
     ASSERT_EQ(told.exit_code, 0) << told.err;
     EXPECT_EQ(Json::parse(told.out).at("outputs"), Json::array());
-    // A dry run ends as the run would.
+    // A dry run ends like the real run.
     EXPECT_EQ(runPeeler({"rays", glasses_, "--axes", "--resolution", "8", "--map", "first", "-o",
                          path("one.png"), "--dry-run", "-q"})
                   .exit_code,
@@ -166,7 +166,7 @@ TEST_F(Forecasts, Render) {
             expectSize(result, result.at("forecastBytes"), "at most");
         }
     }
-    // Without compression a picture of noise would take nearly as much as was forecast.
+    // Without compression a picture of noise takes nearly the forecast size.
     const Json plain = run({"render", glasses_, "-o", path("a.exr"), "--size", "400x225", "--as",
                             "deep", "--compression", "none", "--channels", "all"});
     EXPECT_GT(plain.at("bytes").get<double>(), 0.85 * plain.at("forecastBytes").get<double>());

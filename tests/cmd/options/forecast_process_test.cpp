@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A disk that is too small for what is certain to come gets not one byte of it.
+// A disk too small for the certain output gets no byte of it.
 #include <gtest/gtest.h>
 #include <sys/mount.h>
 #include <unistd.h>
@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A file system of 256 KiB, as long as the test.
+/// A 256 KiB file system that lives as long as the test.
 class SmallDisk : public testing::Test {
   protected:
     void SetUp() override {
@@ -76,7 +76,7 @@ TEST_F(SmallDisk, MoreThanATenthIsAWarning) {
 }
 
 TEST_F(SmallDisk, WhatTakesLessAtMostIsWritten) {
-    // Its layers would take more than the disk has if they could not be compressed.
+    // Without compression its layers would not fit the disk.
     const CommandResult result = runPeelerProcess(
         {"render", glasses_, "-o", path("a.exr"), "--size", "128x72", "--json", "--layers", "6"});
     EXPECT_EQ(result.exit_code, 0) << result.err;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is said of sizes before files are written, for disks of known room.
+// Notes about file sizes before writing, for disks with known free space.
 #include "cmd/options/forecast.h"
 #include "cmd/cli/console.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint64_t kGb = 1'000'000'000;
 
-/// The notes and warnings for a disk with so much room.
+/// Returns the notes and warnings for a disk with this much free space.
 std::string told(const Forecast& forecast, std::uint64_t free, bool always = false) {
     std::ostringstream out, err;
     Console console(out, err, false);
@@ -86,7 +86,7 @@ TEST(Forecast, FilesOfOneDiskAddUp) {
     EXPECT_EQ(forecast.size().bytes, 1700U);
     forecast.files[2].size = {500};
     EXPECT_THROW(reportForecast(forecast, console, false, disk), Error);
-    // Nothing is said of a disk that does not tell.
+    // Prints nothing for a disk of unknown free space.
     err.str("");
     reportForecast(forecast, console, true, [](const auto&) { return std::optional<DiskSpace>(); });
     EXPECT_EQ(err.str(), "");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The grammar of frames, and the names that they get.
+// The grammar of frames, and their file names.
 #include "cmd/options/frames.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files worked on by object: what is chosen of a file is what a render of it alone would have.
+// Selection of objects from files: it gives the same as a render of these objects alone.
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 using cmd::ObjectOptions;
 using cmd::openChosen;
 
-/// A fragment, for comparison: its depth, its ids and the bits of its colour.
+/// A comparable fragment: depth, ids and the bits of its colour.
 using Fragment = std::tuple<float, std::uint32_t, std::uint32_t, std::vector<std::byte>>;
 
 std::vector<std::vector<Fragment>> fragmentsOf(const std::string& path,
@@ -101,7 +101,7 @@ TEST_F(Objects, IncludeAndExcludePartitionTheFragments) {
             for (std::size_t p = 0; p < all.size(); ++p) {
                 kept += in[p].size();
                 left += out[p].size();
-                // Both are in order, and so is what they make together.
+                // Both are sorted, and so is their union.
                 std::vector<Fragment> both = in[p];
                 both.insert(both.end(), out[p].begin(), out[p].end());
                 std::vector<Fragment> sorted = all[p];
@@ -118,7 +118,7 @@ TEST_F(Objects, IncludeAndExcludePartitionTheFragments) {
 TEST_F(Objects, WhatIsChosenIsWhatARenderOfItHas) {
     const std::string whole = render("whole.exr", {"--channels", "id"});
     for (const std::vector<std::string>& choice : std::vector<std::vector<std::string>>{
-             {"--include", "base"},  // a node without a mesh: what is below it counts
+             {"--include", "base"},  // a node without a mesh: its descendants count
              {"--exclude", "housing/upper"},
              {"--include", "gearbox", "--exclude", "*bolt*"},
              {"--include", "*shell", "--include", "base/plate"}}) {
@@ -129,7 +129,7 @@ TEST_F(Objects, WhatIsChosenIsWhatARenderOfItHas) {
         flatten.insert(flatten.end(), choice.begin(), choice.end());
         run(flatten);
         expectEqual(alone, at("flat.exr"));
-        // The nearest layers are those of what is chosen.
+        // The nearest layers are those of the selected objects.
         const std::string near = render("near.exr", [&] {
             std::vector<std::string> more = rendered;
             more.insert(more.end(), {"--layers", "2"});
@@ -209,7 +209,7 @@ TEST_F(Objects, WhatCannotBeChosenIsRefused) {
     expectRefused({"flatten", whole, "-o", out, "--material", "glas"}, 2,
                   "no material has a name like this: --material glas");
     EXPECT_FALSE(fs::exists(out));
-    // Of an empty picture there is nothing to choose.
+    // An empty picture has nothing to select.
     const std::string empty = render(
         "empty.exr", {"--channels", "id", "--eye", "0,50,0", "--target", "0,99,1"}, "coincident");
     run({"flatten", empty, "-o", out, "--include", "floor"});

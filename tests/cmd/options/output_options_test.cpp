@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which options of layer files go with which output.
+// Valid combinations of layer-file options and outputs.
 #include "cmd/options/output_options.h"
 #include "cmd/options/output_checks.h"
 
@@ -11,7 +11,7 @@
 namespace peeler::cmd {
 namespace {
 
-/// Where the refusal points; "" if there is none.
+/// Returns the option that the refusal names; "" if there is none.
 std::string refusal(OutputRequest output, const std::string& as) {
     output.path = "out.exr";
     output.options.as = as;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which of a file's scenes and nodes are shown.
+// Selection of a file's scenes and nodes.
 #include "cmd/options/scene_options.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,8 @@
 namespace peeler::cmd {
 namespace {
 
-/// body (mesh 0) with arm (1) and lamp (2, a light); floor (3) beside them; an unnamed node (4).
+/// Returns body (mesh 0) with arm (1) and lamp (2, a light); floor (3) beside them; an unnamed node
+/// (4).
 Scene house() {
     Scene scene;
     scene.scenes = {{"", {0, 3, 4}}};

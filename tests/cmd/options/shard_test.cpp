@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts of a whole: together they are it, and none is much larger than another.
+// Shards of a whole: their union is the whole, and their sizes are nearly equal.
 #include "cmd/cli/parse.h"
 
 #include <gtest/gtest.h>

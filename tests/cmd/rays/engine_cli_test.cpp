@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// --engine of rays and bake: what it refuses, and what the result says of it.
+// --engine of rays and bake: refusals, and the engine in the result.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
 
-/// The verbs that have the option.
+/// Runs with each verb that has the option.
 class Engines : public testing::TestWithParam<const char*> {
   protected:
     Outcome run(const Words& more) const {

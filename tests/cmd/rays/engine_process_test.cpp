@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hits where there is no GL: libraries that cannot be opened, and a root without them.
+// Hits without GL: libraries that cannot be opened, and a root file system without them.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
 
-/// What rays and bake do with a scene that has closed parts; files lie in `out`.
+/// Returns commands of rays and bake for a scene with closed parts; files go to `out`.
 std::vector<Words> commandsOn(const std::string& scene, const std::string& out) {
     const Words closed{"--include", "bowl/marble*"};
     const auto with = [](Words line, const Words& more) {
@@ -39,7 +39,7 @@ std::vector<Words> commandsOn(const std::string& scene, const std::string& out) 
     };
 }
 
-/// Libraries of GL that are there by their names, and are none.
+/// Invalid files with the names of GL libraries.
 class GlThatDoesNotOpen : public testing::Test {
   protected:
     GlThatDoesNotOpen() {
@@ -92,7 +92,7 @@ TEST_F(GlThatDoesNotOpen, IsToldOfToThoseWhoAsk) {
     }
 }
 
-/// A folder with the program, the libraries that it is linked with, and nothing else.
+/// A folder with the program, its linked libraries, and nothing else.
 class BareRoot {
   public:
     BareRoot() {
@@ -111,7 +111,7 @@ class BareRoot {
     }
 
     const std::string& libraries() const { return libraries_; }
-    /// Runs peeler there. Its mounts are a namespace's of its own, and end with it.
+    /// Runs peeler there. Its mounts are in their own namespace, and end with it.
     CommandResult run(Words line) const {
         Words command{"unshare",
                       "--mount",

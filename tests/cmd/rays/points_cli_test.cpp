@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// rays --points: files of points in, arrays out, as numpy reads them.
+// rays --points: files of points in, arrays out, read by numpy.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -22,7 +22,7 @@ finite = lambda v: [None if x in (numpy.inf, 0xFFFFFFFF) else round(float(x), 6)
 print(json.dumps({k: [str(a[k].dtype), list(a[k].shape), finite(a[k])] for k in a}))
 )";
 
-/// Three triangles across Z: at 0, −0.1 and −0.2; along X there is nothing to hit. By each engine.
+/// Three triangles across Z: at 0, −0.1 and −0.2; no hits along X. Runs with each engine.
 class Points : public testing::TestWithParam<const char*> {
   protected:
     Points() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler rays: files of hits as other programs read them, and what is refused.
+// peeler rays: files of hits read by other programs, and refusals.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDeepFrameBuffer.h>
 #include <OpenEXR/ImfDeepScanLineInputPart.h>
@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// By each engine (--engine).
+/// Runs with each engine (--engine).
 class RaysCli : public testing::TestWithParam<const char*> {
   protected:
     void SetUp() override { scene_ = writeScene(scratch_ / "."); }
@@ -30,7 +30,7 @@ class RaysCli : public testing::TestWithParam<const char*> {
                          {"rays", scene_.string(), "--quiet", "--engine", GetParam()});
         return runPeeler(arguments);
     }
-    /// Refused with this exit code and words, and nothing is written.
+    /// Expects a refusal with this exit code and words, and no output.
     void expectRefused(const std::vector<std::string>& arguments, int exit_code,
                        const std::string& words) const {
         std::vector<std::string> all = arguments;
@@ -108,7 +108,7 @@ TEST_P(RaysCli, NumpyReadsArraysWithTheNamesOfOpen3D) {
     EXPECT_EQ(std::stoull(read.out), json.at("hits").get<std::uint64_t>());
 }
 
-// Each of the files has one column (or two), and its numbers are those of the file with all.
+// Each file has one column (or two), equal to those in the file with all columns.
 constexpr const char* kCompareColumns = R"(
 import sys, zipfile, numpy as np
 whole = np.load(sys.argv[1], allow_pickle=False)
@@ -144,7 +144,7 @@ TEST_P(RaysCli, ChosenColumnsAreThoseOfTheWholeFile) {
     }
     const Outcome read = runPython(kCompareColumns, files);
     EXPECT_EQ(read.exit_code, 0) << read.err;
-    // All of them by name are all of them.
+    // Naming all columns equals "all".
     write("all.npz", "all");
     write("named.npz",
           "material_ids,t_hit,geometry_ids,primitive_ids,primitive_uvs,facing,normals,"
@@ -233,7 +233,7 @@ TEST_P(RaysCli, RaysOfACamerasCropAreWhereTheHelpSaysTheyAre) {
     ASSERT_EQ(run.exit_code, 0) << run.err;
     const Outcome read = runPython(kCheckCamera, {out()});
     EXPECT_EQ(read.exit_code, 0) << read.err;
-    // A camera does not see what is nearer than its near plane.
+    // Nothing nearer than the near plane is visible.
     near.insert(near.end(), {"--near", "2.5", "-o", out("near.npz"), "--json"});
     EXPECT_EQ(Json::parse(rays(near).out).at("hits"), 0);
 }
@@ -378,7 +378,7 @@ TEST_P(RaysCli, AnOpenMeshFailsTheParity) {
     EXPECT_EQ(run.exit_code, 3);
     EXPECT_NE(run.err.find("first"), std::string::npos) << run.err;
     EXPECT_NE(run.err.find("3 edges are open"), std::string::npos) << run.err;
-    // The report is there, the file of hits is not.
+    // The report exists, the file of hits does not.
     const Outcome file = rays({"--axes", "--resolution", "32", "--parity", "fail", "-o", out(),
                                "--report", out("report.json")});
     EXPECT_EQ(file.exit_code, 3);

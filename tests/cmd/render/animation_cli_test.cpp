@@ -15,8 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A triangle ("sail") that moves 3 to the right within a second, in a second animation 3 up; one
-/// that stays ("rock"); an orthographic camera, 8 units wide, 80 pixels below.
+/// Writes a triangle ("sail") that moves 3 to the right within a second, in a second animation 3
+/// up; one that does not move ("rock"); an orthographic camera, 8 units wide, 80 pixels below.
 fs::path boats(const ScratchDir& folder) {
     GltfBuilder builder = triangle();
     const int times = builder.addAccessor<float>({0, 1}, "SCALAR");
@@ -39,7 +39,7 @@ fs::path boats(const ScratchDir& folder) {
     return builder.write(folder, "boats.glb");
 }
 
-/// Where the first layer of a file has fragments.
+/// Returns the data window of a file's first layer.
 Imath::Box2i windowOf(const fs::path& file) {
     const Imf::MultiPartInputFile input(file.c_str());
     EXPECT_EQ(input.header(1).name(), "layer_000");
@@ -58,8 +58,8 @@ TEST(Time, MovesTheScene) {
     const fs::path scene = boats(folder);
     const struct {
         std::vector<std::string> arguments;
-        int x0, y0;  ///< of the sail, whose left edge is at 40 and tip at 30 at rest: the first row
-                     ///< below the tip is narrower than a pixel
+        int x0, y0;  ///< window of the sail, with its left edge at 40 and its tip at 30 at rest:
+                     ///< the first row below the tip is narrower than a pixel
     } rows[] = {
         {{}, 40, 31},
         {{"--time", "0"}, 40, 31},
@@ -100,7 +100,7 @@ TEST(Frames, AreFilesOfTheirOwnWithTheirTimes) {
         const fs::path file = folder / ("f." + number + ".exr");
         EXPECT_EQ(frames[i].at("output"), file.string());
         EXPECT_EQ(windowOf(file).min.x, left[i]);
-        // The same as alone, but for the attributes that say which frame it is.
+        // The same as rendered alone, except for the attributes of the frame.
         ASSERT_EQ(
             renderBoats(scene, folder / "alone.#.exr",
                         {"--frames", std::to_string(frame), "--fps", "10", "--exclude", "rock"})
@@ -113,7 +113,7 @@ TEST(Frames, AreFilesOfTheirOwnWithTheirTimes) {
     EXPECT_NE(header.out.find("peeler:frame (type int): 5"), std::string::npos) << header.out;
     EXPECT_NE(header.out.find("peeler:time (type double): 0.5"), std::string::npos);
     EXPECT_NE(header.out.find("framesPerSecond (type rational): 10/1"), std::string::npos);
-    // Nothing else is left.
+    // There are no other files.
     std::size_t files = 0;
     for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder.path()))
         ++files;
@@ -168,7 +168,7 @@ TEST(Frames, RefusesWhatContradictsItself) {
         EXPECT_EQ(result.exit_code, 2) << row.words << '\n' << result.err;
         EXPECT_NE(result.err.find(row.words), std::string::npos) << result.err;
     }
-    // One frame needs no place for its number.
+    // A single frame needs no # in its name.
     EXPECT_EQ(renderBoats(scene, folder / "one.exr", {"--frames", "3"}).exit_code, 0);
 }
 

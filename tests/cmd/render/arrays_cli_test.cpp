@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays between programs: layers go through .safetensors unharmed, every verb that writes .npz
-// writes the same numbers as .safetensors, and scenes come as arrays.
+// Arrays between programs: a lossless round trip of layers through .safetensors, equal numbers in
+// .npz and .safetensors from every verb, and scenes from arrays.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether two files of arrays hold the same, of which one is a .npz and one a .safetensors.
+/// Compares two files of arrays, one .npz and one .safetensors.
 constexpr const char* kSameArrays = R"(
 import json, sys, numpy as np
 def tensors(path):
@@ -58,7 +58,7 @@ class ArraysBetweenPrograms : public testing::Test {
         return run(more);
     }
 
-    /// Runs a verb once for each container; the files' arrays are the same, and as large as told.
+    /// Runs a verb once per container; the files' arrays are equal, and as large as reported.
     void expectSameArrays(std::vector<std::string> arguments) {
         arguments.insert(arguments.end(), {"-o", ""});
         for (const std::string_view extension : arrayExtensions()) {
@@ -133,7 +133,7 @@ TEST_F(ArraysBetweenPrograms, EveryVerbReadsThem) {
     const Json verified = run({"verify", arrays});
     EXPECT_EQ(verified["files"][0]["kind"], "layered");
     EXPECT_EQ(verified["files"][0]["fragments"], info["fragmentsFound"]);
-    // Rendered again it is left alone.
+    // A second render keeps the file.
     const Json again = render("a.safetensors", {"--channels", "id", "--skip-existing"});
     EXPECT_EQ(again["skipped"], true) << again.dump();
 }
@@ -195,7 +195,7 @@ TEST_F(ArraysBetweenPrograms, ScenesComeAsArrays) {
     EXPECT_GT(picture["fragmentsStored"].get<int>(), 30);
     EXPECT_EQ(runPeeler({"convert", path, "-o", at("b.exr")}).exit_code, 3);
     EXPECT_EQ(runPeeler({"render", at("a.safetensors"), "-o", at("b.exr")}).exit_code, 3);
-    // A folder's arrays are not taken for scenes.
+    // Array files in a folder are not scenes.
     const Outcome folder = runPeeler({"render", scratch_.path().string(), "-o", at("{stem}.exr")});
     EXPECT_EQ(folder.exit_code, 3) << folder.err;
 }
@@ -221,7 +221,7 @@ TEST_F(ArraysBetweenPrograms, CompositesAreMergedAsComposites) {
     const Json merged = run({"merge", at("whole.safetensors"), "-o", at("merged.exr")});
     EXPECT_EQ(merged.at("layers"), rendered.at("layers"));
     render("whole.exr", {"--as", "composite", "--precision", "float"});
-    // The layers behind the arrays are of halfs.
+    // The layers behind the arrays are half floats.
     const Json same = run({"compare", at("merged.exr"), at("whole.exr"), "--max-color", "0.001"});
     EXPECT_EQ(same.at("a").at("layered"), false);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scenes of the benchmarks are what they are said to be.
+// Benchmark scenes have their documented properties.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -11,7 +11,7 @@ namespace peeler::test {
 namespace {
 
 struct BenchmarkScenes : testing::Test {
-    /// The scenes of these names, written into the scratch folder.
+    /// Writes the scenes of these names into the scratch folder.
     void make(const std::vector<std::string>& names) {
         std::vector<std::string> command = {python(), "-B",
                                             (sourceDir() / "tests/benchmarks/scenes.py").string(),
@@ -63,7 +63,7 @@ TEST_F(BenchmarkScenes, SoupsHaveTheTrianglesOfTheirNames) {
 
 TEST_F(BenchmarkScenes, SpheresHaveTheLayersAndFragmentsThatAreToldOfThem) {
     make({"spheres", "small-spheres", "large-spheres"});
-    // Fragments go with pixels: these are a sixteenth of 7.1, 8.7 and 37.3 million.
+    // Fragments scale with pixels: these are a sixteenth of 7.1, 8.7 and 37.3 million.
     const auto check = [&](const char* name, int layers, double fragments) {
         const auto picture = rendered(name, "480x270");
         EXPECT_NEAR(picture["layers"].get<int>(), layers, 2) << name;
@@ -85,7 +85,7 @@ TEST_F(BenchmarkScenes, PanesCoverEveryPixelWithEveryLayer) {
 
 TEST_F(BenchmarkScenes, ForestAndCityAreLarge) {
     make({"forest", "city"});
-    EXPECT_GE(triangles("forest"), 200'000U);  // two for every leaf
+    EXPECT_GE(triangles("forest"), 200'000U);  // two per leaf
     EXPECT_GE(triangles("city"), 100'000U);
     EXPECT_GT(rendered("forest", "160x90")["layers"], 10);
     EXPECT_GT(rendered("city", "160x90")["layers"], 5);

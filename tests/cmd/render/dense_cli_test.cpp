@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays and planes of render, extract and rays say the same; LaRI's and X-Ray's loaders read what
-// is written for them.
+// Arrays and depth planes of render, extract and rays agree; LaRI's and X-Ray's loaders read the
+// files written for them.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Planes against lists: every array of n rows, by its own fill.
+/// Compares planes with lists: every array of n rows, with its own fill value.
 constexpr const char* kPlanesOfLists = R"(
 import sys, numpy as np
 dense, lists = (np.load(path, allow_pickle=False) for path in sys.argv[1:3])
@@ -50,9 +50,8 @@ assert 'z' in compared or 't_hit' in compared
 assert (counts > depth).any() and (counts < depth).any() and (counts == 0).any()
 )";
 
-/// As src/datasets/objaverse.py, ldi_render_per_object.py and gso.py of LaRI read a sample; then
-/// what lies at those depths is where the picture's positions say, and masks agree, whatever they
-/// are taken from.
+/// Reads a sample like LaRI's src/datasets/objaverse.py, ldi_render_per_object.py and gso.py; the
+/// points at those depths match the picture's positions, and masks from all sources agree.
 constexpr const char* kReadLari = R"(
 import sys, numpy as np
 from PIL import Image
@@ -85,7 +84,7 @@ print(off)
 assert off < 2e-3 * z[there].max(), off
 )";
 
-/// load_xrays() of X-Ray's src/dataset.py, and what it does with it.
+/// X-Ray's load_xrays() from src/dataset.py, and its use of the data.
 constexpr const char* kReadXray = R"(
 import sys, numpy as np
 from scipy.sparse import csr_matrix
@@ -169,7 +168,7 @@ TEST_F(Dense, ArraysOfRenderAreThoseOfExtract) {
         const Json told = resultOf(with("render.npz"));
         EXPECT_EQ(told.at("bytes"), fs::file_size(path("render.npz")));
         EXPECT_EQ(told.at("forecastBytes"), told.at("bytes"));
-        // The same bytes up to the last array, and then a hash that is only of a render.
+        // The same bytes up to the last array, a hash that only a render has.
         const auto arrays = readNpz(path("extract.npz")), more = readNpz(path("render.npz"));
         EXPECT_EQ(more.size(), arrays.size() + 1);
         EXPECT_EQ(more.at("output_hash").numbers.size(), 16U);
@@ -178,7 +177,7 @@ TEST_F(Dense, ArraysOfRenderAreThoseOfExtract) {
         EXPECT_TRUE(bytesOf(path("extract.npz")).substr(0, same) ==
                     bytesOf(path("render.npz")).substr(0, same))
             << line[1];
-        // And so are the planes.
+        // The planes are equal, too.
         run(with("render.npz", {"--dense", "2", "--fill", "-1"}));
         run({"extract", path("in.exr"), "--npz", path("extract.npz"), "--dense", "2", "--fill",
              "-1"});
@@ -211,7 +210,7 @@ TEST_F(Dense, PlanesHaveTheNumbersOfLists) {
     const Json told = resultOf({"render", engine_, "--size", "64x36", "-o", path("a.exr")});
     EXPECT_EQ(readNpz(path("all.npz")).at("z").shape,
               "(36, 64, " + std::to_string(told.at("layers").get<int>()) + ")");
-    // --layers counts what it keeps, and --layer keeps numbers.
+    // --layers counts the kept ones, and --layer keeps numbers.
     render("three.npz", {"--dense", "3", "--layers", "2"});
     for (const std::uint32_t count : readNpz(path("three.npz")).at("count").as<std::uint32_t>())
         ASSERT_LE(count, 2U);
@@ -273,7 +272,7 @@ TEST_F(Dense, WhatIsThereIsLeftAlone) {
                                        "--as", "xray", "--dry-run"})
                                       .out);
     EXPECT_EQ(plan.at("pictures").at(0).at("upToDate"), true);
-    // A file that is cut off is made again.
+    // A truncated file is written again.
     fs::resize_file(path("a.npz"), fs::file_size(path("a.npz")) - 1);
     EXPECT_FALSE(isSkipped(render("a.npz", {"--as", "xray"})));
 

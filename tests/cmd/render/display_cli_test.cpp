@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures for eyes: what they get by default, what is metered, and what stays as it is.
+// Display pictures: defaults, metering, and outputs that stay linear.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A white wall under a sun of 5000 lux, and a camera that looks at it.
+/// Returns a white wall under a sun of 5000 lux, and a camera that looks at it.
 Json sunlitWall() {
     Json scene = stackScene(1);
     scene["materials"][0] = {{"doubleSided", true},
@@ -37,7 +37,7 @@ class ForEyes : public testing::Test {
         EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
         return outcome;
     }
-    /// The result of rendering the sunlit wall.
+    /// Returns the result of rendering the sunlit wall.
     Json render(const std::string& name, std::vector<std::string> more) const {
         more.insert(more.begin(), {"render", lit_.string(), "-o", scratch_ / name, "--size",
                                    "48x32", "--json", "--samples", "1"});
@@ -78,13 +78,13 @@ TEST_F(ForEyes, HaveFourSamplesAndTheNeutralToneMap) {
 TEST_F(ForEyes, AreExposedForLampsAndSayByHowMuch) {
     const Json found = render("a.png", {});
     EXPECT_EQ(found["exposureAutomatic"], true);
-    // A white dielectric sends 5000/π·0.96 and some of the mirrored sky back; the least that
-    // comes of it is √0.18 of white.
+    // A white dielectric sends 5000/π·0.96 and some of the mirrored sky back; its minimum after
+    // exposure is √0.18 of white.
     EXPECT_NEAR(found["exposure"].get<double>(), std::log2(std::sqrt(0.18) / (5000 / 3.1416)),
                 0.25);
     const FlatImage picture = readFlatImage(scratch_ / "a.png");
     EXPECT_NEAR(picture.image.rgba[48 * 16 + 24][1], std::sqrt(0.18), 0.06);
-    // What was found can be given, and gives the same picture; 0 is the light as it is.
+    // The metered exposure can be given, and gives the same picture; 0 keeps the light as it is.
     const Json given = render("b.png", {"--exposure", found["exposure"].dump()});
     EXPECT_EQ(given["exposureAutomatic"], false);
     EXPECT_EQ(readFlatImage(scratch_ / "b.png").image.rgba, picture.image.rgba);
@@ -122,7 +122,7 @@ TEST_F(ForEyes, LayersOfLampsAreMeteredFromTheFile) {
     const Json page =
         Json::parse(peeler({"view", scratch_ / "a.exr", "-o", scratch_ / "a.html", "--json"}).out);
     EXPECT_EQ(page["exposure"], flat["exposure"]);
-    // Light that can be shown stays, and a part of a picture is not metered.
+    // Displayable light stays, and a part of a picture is not metered.
     peeler({"render", glasses_.string(), "-o", scratch_ / "g.exr", "--size", "32x18"});
     EXPECT_EQ(
         Json::parse(peeler({"flatten", scratch_ / "g.exr", "-o", scratch_ / "g.png", "--json"})

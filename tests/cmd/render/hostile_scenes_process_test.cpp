@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes that promise huge things, and scenes that want to read what is not theirs: the command
-// stays small and quick, and refuses or draws.
+// Scenes that promise huge data, and scenes that try to read other files: the command stays small
+// and fast, and refuses or draws.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -23,7 +23,7 @@ std::string toText(const Bytes& bytes) {
     return {bytes.begin(), bytes.end()};
 }
 
-/// `info` loads all that `render` loads.
+/// Runs `info`, which loads the same data as `render`.
 CommandResult info(const fs::path& scene, const std::vector<std::string>& more = {}) {
     std::vector<std::string> arguments{"info", scene.string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -43,7 +43,7 @@ class HostileSizes : public testing::TestWithParam<Hostile> {};
 
 constexpr std::uint64_t kHugeCount = std::uint64_t{1} << 31U;
 
-/// Lets the positions be decompressed from the 48 bytes of the buffer; there is no fallback.
+/// Declares the positions as compressed in the buffer's 48 bytes; there is no fallback.
 void compress(Json& scene, std::uint64_t count, std::uint64_t stride) {
     scene["buffers"].push_back({{"byteLength", 1}});
     scene["bufferViews"][0] = {{"buffer", 1},
@@ -57,7 +57,8 @@ void compress(Json& scene, std::uint64_t count, std::uint64_t stride) {
                                    {"mode", "ATTRIBUTES"}}}}}};
 }
 
-/// Of a process that allocates nothing to speak of: it begins as a copy of this one.
+/// Returns the memory bound of a process that allocates almost nothing: it begins as a copy of this
+/// one.
 std::uint64_t mostMemory() {
     return residentBytes() + (std::uint64_t{200} << 20);
 }
@@ -151,12 +152,12 @@ TEST(HostileScenes, APictureOf60000SquareIsNotDecoded) {
     EXPECT_TRUE(contains(strict.err, ": /images/0")) << strict.err;
 }
 
-/// A chain of nodes: recursion would end in a stack overflow, products of matrices from the root
-/// anew in a time that grows with the square.
+/// A chain of nodes: recursion would overflow the stack, and matrix products from the root would
+/// take quadratic time.
 TEST(HostileScenes, AChainOfAMillionNodesIsRefused) {
     const ScratchDir scratch;
     Json scene = triangleScene();
-    const int count = exhaustive() ? 1000000 : 100000;  // ten billion steps are endless, too
+    const int count = exhaustive() ? 1000000 : 100000;  // ten billion steps would never end, either
     std::string nodes = "[";
     for (int i = 0; i + 1 < count; ++i)
         nodes += "{\"children\":[" + std::to_string(i + 1) + "]},";
@@ -185,7 +186,7 @@ TEST(HostileScenes, DeepJsonIsRefused) {
 
 // ---- the sandbox
 
-/// What a URI names, and whether --allow-outside makes it readable.
+/// The target of a URI, and whether --allow-outside makes it readable.
 struct Place {
     const char* name;
     std::string uri;
@@ -194,7 +195,7 @@ struct Place {
 
 class Sandbox : public testing::Test {
   protected:
-    /// scene/ holds the scene, outside/ what it wants; both in one scratch folder.
+    /// scene/ holds the scene, outside/ the forbidden files; both in one scratch folder.
     Sandbox() {
         fs::create_directories(scene_ / "folder.bin");
         fs::create_directory(outside_);
@@ -207,7 +208,7 @@ class Sandbox : public testing::Test {
         EXPECT_EQ(mkfifo((scene_ / "pipe.bin").c_str(), 0600), 0);
     }
 
-    /// For a file of that name in outside/.
+    /// Returns the URIs of a file in outside/.
     std::vector<Place> places(const std::string& file) const {
         return {{"Parent", "../outside/" + file, true},
                 {"Encoded", "%2e%2e/outside/" + file, true},
@@ -239,7 +240,7 @@ class Sandbox : public testing::Test {
         return write(scene, number);
     }
 
-    /// What became of a place: without and with --allow-outside. The current folder holds a decoy
+    /// The results of a place, without and with --allow-outside. The current folder holds a decoy
     /// of the same name.
     struct Runs {
         CommandResult plain, allowed;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A picture beyond every driver's largest viewport, in little memory, read by somebody else.
+// Pictures larger than every driver's viewport, in little memory, read by OpenImageIO.
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
@@ -19,25 +19,25 @@ namespace fs = std::filesystem;
 struct Picture {
     int width, height;
     int left, top;       ///< of a part of it, across raster tiles (4096) and chunks
-    const char* target;  ///< puts the model there
+    const char* target;  ///< moves the model there
     const char* memory;
     std::uint64_t peak;   ///< the same in bytes, at most
-    std::uintmax_t disk;  ///< bytes that have to be free
+    std::uintmax_t disk;  ///< bytes of required free space
 };
 constexpr int kPartWidth = 40, kPartHeight = 24;
 
-/// Wider than the 32768 pixels that are the most of any driver.
+/// Wider than 32768 pixels, the maximum of all drivers.
 const Picture kHugePicture = {40000,     20000, 20470,      10228,
                               "0,0.1,0", "2G",  2000000000, std::uintmax_t{3} << 30};
-/// That of the short run: two raster tiles wide and two high, with the model where they meet, and
-/// less memory than all of it at once would take.
+/// The short run's picture: two raster tiles wide and two high, with the model at their common
+/// corner, and less memory than the whole picture would take at once.
 const Picture kLargePicture = {8200,      4200,   4080,      4084,
                                "0,0.8,0", "400M", 400000000, std::uintmax_t{100} << 20};
 
 using Pixels = std::vector<float>;
 
-/// R, G, B, A, Z of the part, of each subimage that has it; outside of its data window as where
-/// there is nothing.
+/// Returns R, G, B, A, Z of the part, from each subimage that contains it; pixels outside its data
+/// window are empty.
 std::vector<Pixels> partOf(const fs::path& file, const Picture& picture) {
     const auto input = OIIO::ImageInput::open(file.string());
     EXPECT_TRUE(input) << OIIO::geterror();
@@ -81,7 +81,7 @@ TEST(HugePicture, IsRenderedInBandsAndTilesUnderItsBudget) {
     const fs::path scene = sourceDir() / "examples" / "scenes" / "engine.glb";
     const std::string size = std::to_string(picture.width) + "x" + std::to_string(picture.height);
     const auto render = [&](const std::string& name, const std::vector<std::string>& more) {
-        // From far away: what takes time is the number of pixels.
+        // From far away: the number of pixels determines the time.
         std::vector<std::string> all{"render", scene.string(), "-o",       scratch / name,
                                      "--eye",  "0.6,0.5,1.8",  "--target", picture.target,
                                      "--json", "--size",       size};
@@ -98,7 +98,7 @@ TEST(HugePicture, IsRenderedInBandsAndTilesUnderItsBudget) {
     EXPECT_GE(told.at("layers"), 3);
     EXPECT_LT(huge.peak_memory, picture.peak);
 
-    // By OpenImageIO; and the part is what it is when it is rendered alone.
+    // Read with OpenImageIO; the part equals the same part rendered alone.
     const std::vector<Pixels> whole = partOf(scratch / "huge.exr", picture);
     EXPECT_EQ(whole.size(), told.at("layers").get<std::size_t>() + 1);
     const std::string crop = std::to_string(picture.left) + "," + std::to_string(picture.top) +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lights as cameras, midpoint shadow maps as files, and what info says of lights.
+// Lights as cameras, midpoint shadow maps as files, and lights in info.
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>

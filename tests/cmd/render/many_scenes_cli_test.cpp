@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Several scenes in one command, and folders that are made for their pictures.
+// Several scenes in one command, and output folders that are created.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -56,7 +56,7 @@ TEST_F(ManyScenes, OfAFolderHaveTheirNames) {
     EXPECT_EQ(json["scenes"][0]["layers"], 2);
     EXPECT_EQ(json["scenes"][0]["output"], out("scenes/a.exr"));
     EXPECT_FALSE(json.contains("failed"));
-    // One by one they are the same files.
+    // Rendered one by one, the files are the same.
     ASSERT_EQ(render({(scenes_ / "b.gltf").string(), "-o", out("alone.exr")}).exit_code, 0);
     EXPECT_EQ(bytesOf(out("alone.exr")), bytesOf(out("scenes/b.exr")));
 }
@@ -134,7 +134,7 @@ TEST_F(ManyScenes, FoldersAreMadeUnlessTheyMayNot) {
     EXPECT_FALSE(fs::exists(out_));
     EXPECT_EQ(render({scene, "-o", out("a.exr")}).exit_code, 0);
     EXPECT_TRUE(fs::exists(out_ / "a.exr"));
-    // Where no folder can be made, that is known before any work, in a dry run, too.
+    // A folder that cannot be created is reported before any work, also in a dry run.
     writeText(scratch_ / "file", "");
     for (const char* more : {"--quiet", "--dry-run"}) {
         const Outcome impossible =

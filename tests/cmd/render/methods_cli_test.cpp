@@ -57,7 +57,7 @@ TEST_F(Methods, TheCompositeOfEveryExactMethodIsThatOfTheLayers) {
         EXPECT_EQ(result.at("method"), method.name);
         EXPECT_EQ(result.at("fragmentsCounted"), 5 * 96 * 64);
         EXPECT_EQ(result.at("complete"), true);
-        // Values up to 1 differ by no more than the last bit of a half.
+        // Values up to 1 differ by at most the last bit of a half.
         const Outcome compared =
             runPeeler({"compare", flat_.string(), image_.string(), "--max-color", "0.000489"});
         if (method.exact()) {
@@ -66,7 +66,7 @@ TEST_F(Methods, TheCompositeOfEveryExactMethodIsThatOfTheLayers) {
     }
 }
 
-/// Those that add up front to back do what compositing the layers does, operation by operation.
+/// Front-to-back methods perform the same operations as compositing the layers.
 TEST_F(Methods, FrontToBackIsTheSameToTheBit) {
     const std::string scene = (sourceDir() / "examples/scenes/panes.glb").string();
     const std::vector<std::string> size = {"--size", "320x180", "-q"};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Many frames: shared among processes, left alone where they are there, kept going where one fails.
+// Many frames: split among processes, kept if they exist, continued after a failure.
 #include <gtest/gtest.h>
 #include <sys/mount.h>
 #include <sys/stat.h>
@@ -44,7 +44,7 @@ class Sequence : public testing::Test {
                          const std::vector<std::string>& environment = {}) const {
         return runPeelerProcess(arguments(more), environment);
     }
-    /// The numbers of the frames that were skipped.
+    /// Returns the numbers of the skipped frames.
     static std::set<int> skipped(const CommandResult& result) {
         std::set<int> frames;
         const Json told = Json::parse(result.out);
@@ -98,7 +98,7 @@ TEST_F(Sequence, RefusesWhatMakesNoSense) {
              {"--frames", "1-3", "--chunk", "0/2"},
              {"--frames", "1-3", "--chunk", "3/2"},
              {"--frames", "1-1000000000"},
-             // Of several frames, even if this process has but one.
+             // One of several frames, even if this process renders only one.
              {"--frames", "1-3", "--chunk", "1/3", "-o", path("one.exr")},
              {"--tile", "2/1"},
              {"--tile", "1/2", "--as", "composite", "--fxaa"},
@@ -119,11 +119,11 @@ TEST_F(Sequence, SkipExistingLeavesAloneWhatWouldBeTheSame) {
     const auto first = node(1);
     EXPECT_EQ(skipped(render({"--frames", "1-4", "--skip-existing"})), (std::set{1, 2, 3, 4}));
     EXPECT_EQ(node(1), first);
-    // Nothing of these is in the picture.
+    // None of these settings affects the picture.
     EXPECT_EQ(skipped(render({"--frames", "4-1", "--skip-existing", "--threads", "1", "--method",
                               "dual", "--memory", "1G", "--keep-going"})),
               (std::set{1, 2, 3, 4}));
-    // Everything that is, and it is told in words.
+    // Every setting that affects the picture, and its words in the message.
     const struct {
         std::vector<std::string> options;
         std::string difference;
@@ -201,7 +201,7 @@ TEST_F(Sequence, SkipExistingDoesNotHideWhatStrictRefuses) {
 }
 
 TEST_F(Sequence, FramesOfMotionAreOfOneSequence) {
-    // 1 / (next - this) is another number for each of these.
+    // 1 / (next - this) differs for each of these.
     ASSERT_EQ(render({"--frames", "1-7", "--channels", "motion"}).exit_code, 0);
     std::vector<std::string> verify{"verify"};
     for (int i = 1; i <= 7; ++i)
@@ -244,7 +244,7 @@ TEST_F(Sequence, KeepGoingDoesTheOthersAndListsWhatFailed) {
 }
 
 TEST_F(Sequence, TheWorstExitCodeWins) {
-    fs::create_directory(frame(1));  // 4; the others are incomplete, 6
+    fs::create_directory(frame(1));  // code 4; the others are incomplete, code 6
     EXPECT_EQ(render({"--frames", "1-3", "--keep-going", "--strict", "--layers", "1"}).exit_code,
               6);
     EXPECT_EQ(render({"--frames", "1-3", "--keep-going", "--camera", "none"}).exit_code, 2);
@@ -261,7 +261,7 @@ TEST_F(Sequence, DryRunTellsAndWritesNothing) {
     EXPECT_EQ(pictures[0].at("crop"), Json::parse("[0, 27, 96, 27]"));
     EXPECT_EQ(pictures[0].at("exists"), false);
     EXPECT_EQ(pictures[1].at("exists"), true);
-    EXPECT_EQ(pictures[1].at("action"), "render");  // the file is of the whole picture
+    EXPECT_EQ(pictures[1].at("action"), "render");  // the existing file is the whole picture
     EXPECT_EQ(pictures[0].at("difference"), "");
     EXPECT_EQ(pictures[1].at("difference"), "--crop: 0,27,96,27, not 0,0,96,54");
     const CommandResult whole = render({"--frames", "2", "--skip-existing", "--dry-run"});
@@ -271,7 +271,7 @@ TEST_F(Sequence, DryRunTellsAndWritesNothing) {
                                           "--dry-run", "--report", "/nonexistent/r"}))
                   .exit_code,
               0);
-    // What the plan says is what the file says.
+    // The plan matches the file.
     ASSERT_EQ(render({"--frames", "1-4", "--chunk", "1/2", "--tile", "2/2"}).exit_code, 0);
     const CommandResult info = runPeelerProcess({"info", frame(1), "--json"});
     EXPECT_NE(info.out.find(pictures[0].at("settingsHash").get<std::string>()), std::string::npos);
@@ -366,7 +366,7 @@ TEST_F(Sequence, AFolderThatGoesAway) {
     while (!fs::exists(folder / "f.2.exr") && run.running())
         std::this_thread::sleep_for(1ms);
     std::error_code failure;
-    while (fs::exists(folder) && run.running())  // it may write meanwhile
+    while (fs::exists(folder) && run.running())  // it may still write
         fs::remove_all(folder, failure);
     const CommandResult result = run.wait();
     EXPECT_EQ(result.exit_code, 4) << result.err;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures as samples in tar shards: the files that they would be, under keys; kept, chunked,
-// refused.
+// Samples in tar shards: the same files under keys; kept, chunked, refused.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -20,7 +19,7 @@ namespace fs = std::filesystem;
 using Strings = std::vector<std::string>;
 using Members = std::map<std::string, std::string>;
 
-/// Unpacks tar files, and prints the names of their members in order.
+/// Unpacks tar files, and prints their members' names in order.
 constexpr const char* kUnpack = R"(
 import json, sys, tarfile
 names = []
@@ -53,7 +52,7 @@ class ShardsOfPictures : public testing::Test {
         EXPECT_EQ(result.exit_code, 0) << result.err;
         return result.exit_code == 0 ? Json::parse(result.out) : Json();
     }
-    /// What is in shards, by name; `order` gets the names, shard by shard.
+    /// Returns the members of shards by name; `order` receives the names, shard by shard.
     Members unpacked(const Strings& shards, Json* order = nullptr) const {
         const fs::path folder = scratch_ / "unpacked";
         fs::remove_all(folder);
@@ -103,7 +102,7 @@ TEST_F(ShardsOfPictures, HoldTheFilesThatViewsWouldBe) {
         EXPECT_EQ(bytes.find(about.at("outputHash").get<std::string>()) != std::string::npos, true);
     }
     EXPECT_EQ(views[3].at("bytes"), members.at("a_x_0003.png").size());
-    // Nothing else is left: no scratch folder, nothing hidden.
+    // Nothing else is left: no scratch folder, no hidden file.
     EXPECT_EQ(filesIn(scratch_ / "out").size(), 3U);
 }
 
@@ -131,7 +130,7 @@ TEST_F(ShardsOfPictures, AreSharedByScenes) {
     unpacked({"s-00.tar", "s-01.tar"}, &order);
     EXPECT_EQ(order, Json({{"scenes_a_x.npz", "scenes_a_x.json", "scenes_b.npz", "scenes_b.json"},
                            {"below_b.npz", "below_b.json"}}));
-    // A chunk has a part of the scenes, and shards of its own.
+    // A chunk has a part of the scenes, and its own shards.
     Strings chunk = asked;
     chunk.insert(chunk.end(), {"--chunk", "2/2"});
     EXPECT_EQ(rendered(scenes_, "c{chunk}-##.tar", chunk).at("scenes").size(), 2U);
@@ -141,7 +140,7 @@ TEST_F(ShardsOfPictures, AreSharedByScenes) {
     const Outcome same = render(scenes_, "t-##.tar", {});
     EXPECT_EQ(same.exit_code, 2);
     EXPECT_TRUE(contains(same.err, "--shard-member")) << same.err;
-    // A scene that fails is left out, and those that are there are kept.
+    // A failing scene is skipped, and existing samples are kept.
     const Outcome rest =
         runPeeler({"render", (scenes_ / "a.x.gltf").string(), (scenes_ / "none.gltf").string(),
                    (scenes_ / "below/b.gltf").string(), "-o", (scratch_ / "s-##.tar").string(),
@@ -168,7 +167,7 @@ TEST_F(ShardsOfPictures, KeepWhatIsThere) {
     EXPECT_FALSE(views[2].contains("skipped"));
     EXPECT_EQ(fs::last_write_time(scratch_ / "s-0000.tar"), written);
     EXPECT_EQ(bytesOf(scratch_ / "s-0001.tar"), second);
-    // Another picture is not that one.
+    // Other settings give another picture.
     Strings other = asked;
     other.insert(other.end(), {"--background", "1,0,0"});
     EXPECT_FALSE(rendered(scene_, "s-#.tar", other).at("views")[0].contains("skipped"));

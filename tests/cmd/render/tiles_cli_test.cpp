@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Strips that are rendered apart and merged are the picture rendered whole.
+// Separately rendered strips, merged into the whole picture.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ struct Kind {
     const char* name;
     std::vector<std::string> options;
     bool same_file =
-        true;  ///< else the same pixels: a composite's tiles do not know its background
+        true;  ///< otherwise only the same pixels: a composite's tiles do not know its background
 };
 
 class Tiles : public testing::TestWithParam<Kind> {};
@@ -48,10 +48,11 @@ TEST_P(Tiles, TogetherAreThePicture) {
         if (GetParam().same_file) {
             EXPECT_EQ(bytesOf(scratch / "merged.exr"), bytesOf(scratch / "whole.exr")) << count;
         }
-        // Every channel of every part, by OpenImageIO.
+        // Every channel of every part, with OpenImageIO.
         const Outcome diff = runCommand({"idiff", "-a", "-fail", "0", "-warn", "0",
                                          scratch / "merged.exr", scratch / "whole.exr"});
-        const bool deep = std::string(GetParam().name) == "Deep";  // idiff has no deep images
+        const bool deep =
+            std::string(GetParam().name) == "Deep";  // idiff does not read deep images
         if (!deep) {
             EXPECT_EQ(diff.exit_code, 0) << count << diff.out << diff.err;
         }
@@ -141,7 +142,7 @@ TEST(Strips, CompositesAreNotMixedWithLayersOrBackgrounds) {
     EXPECT_EQ(runPeeler({"merge", a, b, "-o", out, "--as", "ldi"}).exit_code, 2);
     EXPECT_EQ(runPeeler({"merge", a, b, "-o", out, "--background", "1,0,0"}).exit_code, 2);
     EXPECT_EQ(runPeeler({"merge", a, c, "-o", out}).exit_code, 3);
-    EXPECT_EQ(runPeeler({"merge", a, "-o", out}).exit_code, 3);  // without the other
+    EXPECT_EQ(runPeeler({"merge", a, "-o", out}).exit_code, 3);  // without the other tile
     EXPECT_EQ(runPeeler({"merge", b, "-o", out, "--allow-gaps"}).exit_code, 0);
     EXPECT_EQ(runPeeler({"merge", a, a, "-o", out}).exit_code, 3);
     EXPECT_EQ(runPeeler({"merge", a, b, "-o", out}).exit_code, 0);  // without --as

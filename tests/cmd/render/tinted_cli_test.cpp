@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coloured glass from the command line: AR, AG, AB in every kind of file, and what is made of them.
+// Coloured glass on the command line: AR, AG, AB in every kind of file, and their uses.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -58,7 +58,7 @@ TEST_F(TintedFiles, HaveTheOpacityOfEveryChannelBesideAlpha) {
     compositeOver(image, {}, made);
     EXPECT_EQ(made.rgba.size(), stored.rgba.size());
     EXPECT_EQ(run({"verify", at("a.exr")}).exit_code, 0);
-    // Beside the wall the red pane alone is seen, over nothing.
+    // Beside the wall only the red pane is visible, over nothing.
     EXPECT_EQ(stored.colorAt(0), (TintedColor{0, 0, 0, stored.rgba[0][3], 0, 0.75F, 0.5F}));
     EXPECT_NEAR(stored.rgba[0][3], 1.25 / 3, 1e-3);
     EXPECT_NE(runPeeler({"info", at("a.exr")}).out.find("A half AB half AG half AR half B half"),
@@ -77,7 +77,7 @@ TEST_F(TintedFiles, AreThereOnlyIfGlassIsColouredAndWanted) {
     };
     render("color.exr");
     EXPECT_NE(hash("color.exr"), hash("alpha.exr"));
-    // Where nothing is coloured both are the same, to the byte.
+    // Without coloured opacity both are the same, to the byte.
     render("other.exr", {"--include", "pane 3", "--transmission", "alpha"});
     EXPECT_EQ(hash("without.exr"), hash("other.exr"));
     const std::string example = (sourceDir() / "examples/scenes/glasses.glb").string();
@@ -150,7 +150,7 @@ TEST_F(TintedFiles, TintTheBackgroundOfPictures) {
     EXPECT_NEAR(corner[0], 1, 5e-3);
     EXPECT_NEAR(corner[1], 0.25, 5e-3);
     EXPECT_NEAR(corner[2], 0.5, 5e-3);
-    // Of layers, of views and of sheets it is the same.
+    // The same holds for layers, views and sheets.
     render("layers.exr");
     run({"flatten", at("layers.exr"), "-o", at("again.png"), "--background", "#ffffff"});
     const auto same = [&](const std::string& other) {

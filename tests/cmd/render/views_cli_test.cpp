@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Many views of a scene in one process: around it, and by files of cameras.
+// Many views of a scene in one process: orbits, and files of cameras.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -26,7 +26,7 @@ class Views : public testing::Test {
         arguments.insert(arguments.end(), more.begin(), more.end());
         return runPeeler(arguments);
     }
-    /// The views of the report.
+    /// Returns the views of the report.
     Json rendered(const std::string& output, const std::vector<std::string>& more) const {
         const Outcome result = render(output, more);
         EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -78,7 +78,7 @@ TEST_F(Views, AreWrittenForOtherPrograms) {
     EXPECT_GT(fs::file_size(scratch_ / "model/points3D.bin"), 1000U);
     const Json again = rendered("again/@.exr", {"--cameras", (scratch_ / "model").string()});
     ASSERT_EQ(again.size(), 3U);
-    // Quaternions and back: the same fragments but for rounding of 1e-16.
+    // Quaternions and back: the same fragments, except for rounding of 1e-16.
     EXPECT_EQ(runPeeler({"compare", (scratch_ / "0002.exr").string(),
                          (scratch_ / "again/0002.exr").string(), "--max-depth", "1e-5"})
                   .exit_code,
@@ -110,7 +110,7 @@ TEST_F(Views, AreWrittenIntoAFolderThatIsThere) {
         EXPECT_FALSE(fs::exists(scratch_ / "x"));
     };
     refused({"--views", "2", "--cameras-out", folder, "--no-clobber"}, 4, "there already");
-    // None of the files that are read is replaced.
+    // No input file is replaced.
     refused({"--cameras", folder, "--cameras-out", folder + "/"}, 2, "would replace");
     refused({"--cameras", folder + "/images.bin", "--cameras-out", folder}, 2, "would replace");
     write("c/points3D.txt", "");
@@ -151,7 +151,7 @@ TEST_F(Views, ThatAreThereAreLeftAlone) {
     EXPECT_TRUE(views[0].contains("skipped"));
     EXPECT_FALSE(views[1].contains("skipped"));
     EXPECT_TRUE(views[2].contains("skipped"));
-    // Another size of the scene is another picture.
+    // Another size of the scene gives another picture.
     std::vector<std::string> other = asked;
     other.insert(other.end(), {"--normalize", "unit-cube"});
     const Json again = rendered("@.exr", other);
@@ -179,7 +179,7 @@ TEST_F(Views, OfRaysAreBundlesOrFiles) {
         hits += view.at("hits").get<std::uint64_t>();
     EXPECT_EQ(all.at("hits"), hits);
     EXPECT_EQ(alone[2].at("camera"), "0002");
-    // The same hits whether other views were traced before, and planes of the same.
+    // The same hits whether or not other views were traced before, and the same planes.
     const std::string third = text("0002.npz");
     fs::remove(scratch_ / "0002.npz");
     const Json again = rays("@.npz", {"--skip-existing", "--chunk", "2/2"}).at("views");
@@ -216,7 +216,7 @@ TEST_F(Views, OfSheetsAreSheets) {
     EXPECT_EQ(text("0001.png"), second);
     EXPECT_TRUE(sheets({"--skip-existing"})[1].contains("skipped"));
     EXPECT_FALSE(sheets({"--skip-existing", "--progression"})[1].contains("skipped"));
-    // What may not be replaced holds back each picture by itself.
+    // A file that must not be replaced blocks only its own picture.
     fs::remove(scratch_ / "0000.png");
     const Outcome kept = runPeeler({"sheet", scene_, "-o", (scratch_ / "@.png").string(), "--views",
                                     "2", "--size", "40x30", "--keep-going", "--no-clobber"});
@@ -226,7 +226,8 @@ TEST_F(Views, OfSheetsAreSheets) {
 }
 
 TEST_F(Views, OfBopHaveObjectsInPlace) {
-    // A triangle whose node is an object, 2 in front of a camera at the origin and 1 to the right.
+    // A triangle with an object as its node, 2 in front of a camera at the origin and 1 to the
+    // right.
     GltfBuilder builder = triangle();
     builder.gltf["nodes"] = {{{"name", "obj_000007"}, {"mesh", 0}, {"translation", {50, 60, 70}}}};
     builder.gltf["scenes"] = {{{"nodes", {0}}}};
@@ -242,11 +243,11 @@ TEST_F(Views, OfBopHaveObjectsInPlace) {
     const ExrInfo info = readExrInfo((scratch_ / "0000.exr").string());
     ASSERT_FALSE(info.plan.layers.empty());
     // OpenCV's y is down: x from 1 to 2 and y from 0 to 1 at depth 2 are pixels 30 to 40 and 20 to
-    // 30 of a focal length of 20.
+    // 30 with a focal length of 20.
     EXPECT_EQ(info.plan.layers[0].data_window.x0, 30);
     EXPECT_EQ(info.plan.layers[0].data_window.y0, 20);
 
-    // Rays and sheets see it there, too, and know when it has moved.
+    // Rays and sheets have it in the same place, and notice that it has moved.
     const auto made = [&](const char* verb, const char* name) {
         const Outcome result =
             runPeeler({verb, scene_, "-o", (scratch_ / name).string(), "--cameras", cameras,

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A session keeps what it has opened as long as the files are as they were, and no more than it
-// may.
+// A session keeps its open files while they are unchanged, within its memory limit.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -18,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Keeps what it is told.
+/// Records the messages.
 class Messages final : public cmd::Reporter {
   public:
     void failure(const Error&) override {}
@@ -33,7 +32,7 @@ class Messages final : public cmd::Reporter {
     }
 };
 
-/// The file has been as it is for a while.
+/// Sets the file's time to a while ago.
 void settle(const fs::path& path) {
     fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::seconds(1));
 }
@@ -85,12 +84,12 @@ TEST_F(SessionTest, OpensAgainWhatHasNotChanged) {
 TEST_F(SessionTest, ReadsAgainWhereAMissingFileAppears) {
     std::ofstream(scene_) << "mtllib paint.mtl\nusemtl red\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     settle(scene_);
-    settle(folder_.path());  // where readers warn, its files count, too
+    settle(folder_.path());  // because readers warn, its files count, too
     cmd::Session session(messages_, std::uint64_t{1} << 30);
     const cmd::SharedScene first = session.open(request());
     ASSERT_FALSE(messages_.warnings.empty());
     EXPECT_EQ(session.open(request()), first);
-    EXPECT_EQ(messages_.warnings.size() % 2, 0U);  // those of a scene that is open, too
+    EXPECT_EQ(messages_.warnings.size() % 2, 0U);  // warnings of an open scene count, too
     std::ofstream(folder_ / "paint.mtl") << "newmtl red\nKd 1 0 0\n";
     messages_.warnings.clear();
     EXPECT_NE(session.open(request()), first);
@@ -129,7 +128,7 @@ TEST_F(SessionTest, KeepsContextsAndWhatIsUploaded) {
 }
 
 TEST_F(SessionTest, ForgetsWhatWasUsedLongestAgo) {
-    cmd::Session session(messages_, 1);  // room for nothing but what is in use
+    cmd::Session session(messages_, 1);  // room only for files in use
     const fs::path second = folder_ / "second.obj";
     writeTriangle(second, 3);
     cmd::SceneRequest other = request();
@@ -142,7 +141,7 @@ TEST_F(SessionTest, ForgetsWhatWasUsedLongestAgo) {
     }
     const cmd::SharedScene scene = session.open(other);
     session.renderer(device(), scene, scene->at(0));
-    // Small scenes take no page of their own, so they may stay; they go with the rest.
+    // Small scenes occupy no page of their own, so they may stay; they go with the rest.
     session.forget();
     EXPECT_TRUE(first.expired());
 }

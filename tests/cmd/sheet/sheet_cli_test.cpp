@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// sheet: which cells there are, where they stand and what they show.
+// sheet: the cells, their places and their content.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Five half transparent red triangles, each filling the picture of 96 x 64 pixels.
+/// Five half-transparent red triangles that each fill the picture of 96 x 64 pixels.
 class SheetCommand : public testing::Test {
   protected:
     void SetUp() override {
@@ -67,7 +67,7 @@ TEST_F(SheetCommand, HasTheCompositeAndEveryLayer) {
 }
 
 TEST_F(SheetCommand, CellsShowTheirPixels) {
-    // Unlit base colour (1, 0, 0, 0.5) over black: red is 0.5 of one layer, 1 - 2^-5 of all five.
+    // Unlit base colour (1, 0, 0, 0.5) over black: red is 0.5 for one layer, 1 - 2^-5 for all five.
     ASSERT_EQ(sheet({"--background", "#000000", "--tone-map", "none"}).exit_code, 0);
     const CompositeImage page = readFlatImage(sheet_).image;
     const auto at = [&](int column, int from_bottom) {
@@ -95,7 +95,7 @@ TEST_F(SheetCommand, ProgressionComesNearer) {
     const Json json = cells({"--progression"});
     EXPECT_EQ(labels(json), (std::vector<std::string>{"1 layer", "2 layers", "3 layers", "4 layers",
                                                       "all 5 layers"}));
-    // Of all, red and alpha are 1 - 2^-5; of k, 1 - 2^-k; green and blue are 0.
+    // With all layers, red and alpha are 1 - 2^-5; with k, 1 - 2^-k; green and blue are 0.
     for (int k = 1; k <= 5; ++k) {
         const Json& cell = json.at("cells").at(static_cast<std::size_t>(k - 1));
         const double apart = std::exp2(-k) - std::exp2(-5);
@@ -168,7 +168,8 @@ TEST_F(SheetCommand, SaysWhatDoesNotGoTogether) {
     EXPECT_EQ(runPeeler({"sheet", sheet_, "-o", (scratch_ / "other.png").string()}).exit_code, 3);
 }
 
-/// Two half transparent triangles that fill the picture: the nearer one is red and drawn first.
+/// Returns two half-transparent triangles that fill the picture: the nearer one is red and drawn
+/// first.
 nlohmann::json redBeforeGreen() {
     nlohmann::json scene = stackScene(2);
     scene["meshes"].push_back(scene["meshes"][0]);
@@ -195,8 +196,8 @@ class SheetOfAScene : public testing::Test {
     std::string sheet_ = (scratch_ / "sheet.png").string();
 };
 
-// In order: red 1/2, green 1/4. In draw order green covers red: red 1/4, green 1/2.
-constexpr double kUnsortedRmse = 0.25 / 1.41421356;  // two of four channels are 1/4 off
+// Sorted: red 1/2, green 1/4. In draw order green covers red: red 1/4, green 1/2.
+constexpr double kUnsortedRmse = 0.25 / 1.41421356;  // two of four channels are off by 1/4
 
 TEST_F(SheetOfAScene, ShowsUnsortedBlendingBesideTheComposite) {
     const Json all = cells({});
@@ -228,7 +229,7 @@ TEST_F(SheetOfAScene, ShowsWhatTheClipVolumeLeaves) {
     auto of_methods = behind;
     of_methods.insert(of_methods.end(), {"--methods", "all"});
     for (const Json& cell : cells(of_methods))
-        EXPECT_LT(cell.value("max", 0.0), 1e-6) << cell;  // of one layer all are exact
+        EXPECT_LT(cell.value("max", 0.0), 1e-6) << cell;  // with one layer all are exact
     const auto refused = [&](const std::vector<std::string>& more) {
         std::vector<std::string> arguments{"sheet", scene_, "-o", sheet_};
         arguments.insert(arguments.end(), more.begin(), more.end());

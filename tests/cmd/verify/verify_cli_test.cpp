@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// verify: every rule broken once, by files that OpenEXR itself finds flawless.
+// verify: every rule broken once, in files that OpenEXR itself accepts.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfInputPart.h>
@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A part's channels as floats, and where they lie.
+/// A part's channels as floats, and their data window.
 struct Planes {
     Imath::Box2i window;
     std::map<std::string, std::vector<float>> channels;
@@ -40,7 +40,7 @@ struct Planes {
     }
 };
 
-/// Copies a file with OpenEXR's own classes, one part changed on the way. It has no hash then.
+/// Copies a file with OpenEXR's own classes, with one part changed. The copy has no hash.
 void rewrite(const std::string& from, const std::string& to, const std::string& part_name,
              const std::function<void(Planes&)>& change) {
     Imf::MultiPartInputFile in(from.c_str());
@@ -90,7 +90,7 @@ class VerifyCommand : public testing::Test {
             provenance.settings_hash = settings;
         });
     }
-    /// A copy of a good file with one part changed.
+    /// Returns a copy of a good file with one part changed.
     std::string damaged(const std::string& part, const std::function<void(Planes&)>& change) {
         rewrite(write("good.exr"), path("bad.exr"), part, change);
         return path("bad.exr");
@@ -106,7 +106,7 @@ class VerifyCommand : public testing::Test {
         EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), 1) << result.out;
         EXPECT_EQ(result.err.find("peeler: error: ") == 0, exit_code != 0) << result.err;
     }
-    /// The first pixel, row by row, with exactly so many fragments.
+    /// Returns the first pixel, row by row, with exactly this many fragments.
     static std::array<int, 2> pixelWith(std::uint32_t fragments) {
         const LayeredImage& image = picture_.image;
         for (int y = 0; y < image.window.y1; ++y) {
@@ -120,7 +120,7 @@ class VerifyCommand : public testing::Test {
         return "(" + std::to_string(pixel[0]) + ", " + std::to_string(pixel[1]) + ")";
     }
 
-    /// Floats, since OpenEXR's classes would not make halves of them again.
+    /// Floats, since OpenEXR's classes would not convert them back to half.
     static inline const SyntheticPicture picture_ = makePicture({.color_type = PixelType::kFloat});
     ScratchDir scratch_;
 };
@@ -230,7 +230,7 @@ TEST_F(VerifyCommand, FilesCutOffOrDamaged) {
 TEST_F(VerifyCommand, FilesThatHaveChangedSinceTheyWereWritten) {
     const std::string bytes =
         bytesOf(write("a.exr", {}, makePicture({.width = 12, .height = 9, .most_layers = 2})));
-    // exr_integrity_test has every bit of smaller pieces; here what is read besides must not crash.
+    // exr_integrity_test checks every bit of smaller pieces; here, reading the rest must not crash.
     for (std::size_t at = 0; at < bytes.size(); at += exhaustive() ? 1 : 29) {
         std::string changed = bytes;
         changed[at] = static_cast<char>(changed[at] ^ (1 << (at % 8)));
@@ -276,7 +276,7 @@ TEST_F(VerifyCommand, OtherSettings) {
     const std::string a = writeFrame(1), b = writeFrame(2, "other");
     const Outcome result = verify({a, b});
     EXPECT_EQ(result.exit_code, 3);
-    // Of before peeler:settings: all that is known is that they differ.
+    // From before peeler:settings: only the fact of a difference is known.
     EXPECT_NE(result.out.find("frame2.exr: differs from " + a +
                               " in other settings, which peeler test did not write down\n"),
               std::string::npos)
@@ -326,7 +326,7 @@ TEST_F(VerifyCommand, DifferencesAreToldInWords) {
     const Outcome skies = verify({writeWith("c.exr", sky), writeWith("d.exr", other_sky)});
     EXPECT_NE(skies.out.find(" in --environment, another file\n"), std::string::npos) << skies.out;
     EXPECT_EQ(skies.out.find("abcdef"), std::string::npos) << skies.out;
-    // What is no JSON object, or goes too deep for any setting, is no reason to fall over.
+    // Settings that are not a JSON object, or are nested too deeply, must not crash.
     for (const std::string& text : {std::string("["), std::string(100000, '['), std::string("7")}) {
         const Outcome broken = verify({a, writeWith("b.exr", text)});
         EXPECT_EQ(broken.exit_code, 3);
@@ -362,7 +362,7 @@ TEST_F(VerifyCommand, FilesOfOthersAreReadToTheirEnd) {
     }
     expect(path("tiled.exr"), 0, "readable; not written by peeler");
     std::string bytes = bytesOf(path("tiled.exr"));
-    // The size of the last tile's pixels, of the smallest level (1 x 1: 4 bytes, not packed).
+    // The size of the last tile's pixels, in the smallest level (1 x 1: 4 bytes, uncompressed).
     bytes[bytes.size() - 8] = 99;
     writeText(path("damaged.exr"), bytes);
     expect(path("damaged.exr"), 3, "OpenEXR cannot read it");

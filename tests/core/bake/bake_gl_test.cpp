@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What receivers see, where the answer is known on paper.
+// Baked values with analytic answers.
 #include "core/bake/bake.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ BakeSettings settingsOf(BakeQuantity quantity, int directions = 512) {
     return settings;
 }
 
-/// A scene and what is baked of it.
+/// A scene and its baked values.
 class Bakery {
   public:
     Bakery(const std::string& engine, const Scene& scene)
@@ -47,7 +47,7 @@ class Bakery {
         capture.memory = memory;
         return bake(*source_, receivers, settings, capture, lookup, {});
     }
-    /// At the vertices of all meshes.
+    /// Bakes at the vertices of all meshes.
     std::vector<float> atVertices(const BakeSettings& settings) {
         return (*this)(vertices_.receivers(), settings, vertices_.lookup());
     }
@@ -59,7 +59,7 @@ class Bakery {
     VertexReceivers vertices_;
 };
 
-/// A rectangle around a point, facing +Y, or −Y with `down`.
+/// Adds a rectangle around a point, facing +Y, or −Y with `down`.
 int plate(SceneBuilder& builder, const glm::vec3& center, float half, int material,
           bool down = false) {
     const float s = down ? -half : half;
@@ -68,7 +68,7 @@ int plate(SceneBuilder& builder, const glm::vec3& center, float half, int materi
                         material);
 }
 
-/// The sides of a box around the origin, each facing outward, or inward.
+/// Adds the sides of a box around the origin, each facing outward, or inward.
 void box(SceneBuilder& builder, const glm::vec3& half, int material, bool inward = false) {
     for (int axis = 0; axis < 3; ++axis) {
         for (const float sign : {-1.0F, 1.0F}) {
@@ -82,7 +82,7 @@ void box(SceneBuilder& builder, const glm::vec3& half, int material, bool inward
     }
 }
 
-/// A disc of a given area's radius, parallel to the floor.
+/// Adds a disc parallel to the floor, with the area of a circle of this radius.
 void disc(SceneBuilder& builder, float height, double radius, int material) {
     constexpr int kSides = 90;
     const double wedge = 2 * kPi / kSides;
@@ -96,7 +96,8 @@ void disc(SceneBuilder& builder, float height, double radius, int material) {
     builder.triangles(positions, material);
 }
 
-/// A sphere of radius 1 seen from within, open above the height cos `opening` (radians from +Y).
+/// Adds a sphere of radius 1 that faces inward, open above the height cos `opening` (radians from
+/// +Y).
 void bowl(SceneBuilder& builder, double opening, int material) {
     constexpr std::uint32_t kRows = 64, kColumns = 128;
     Primitive p;
@@ -143,7 +144,7 @@ double mean(const std::vector<float>& values) {
     return sum / static_cast<double>(values.size());
 }
 
-/// By each engine.
+/// Runs with each engine.
 class Bake : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(By, Bake, testing::Values("cpu", "gl"),
                          [](const auto& row) { return std::string(row.param); });
@@ -159,7 +160,7 @@ TEST_P(Bake, NothingOccludesAConvexBody) {
         Bakery bakery(GetParam(), builder.scene());
         const auto ao = bakery.atVertices(settingsOf(BakeQuantity::kAmbientOcclusion, 256));
         SCOPED_TRACE(round ? "sphere" : "box");
-        // Between rays facets are followed beyond their edges, of which the sphere has many.
+        // Between rays facets extend beyond their edges, and the sphere has many edges.
         expectAll(ao, 1, round ? 0.03 : 5e-4);
         EXPECT_GT(mean(ao), 0.998);
     }
@@ -207,7 +208,7 @@ TEST_P(UnderARoof, ADiscHidesItsFormFactor) {
     build(1, 0.75F);
     // 1 − R² / (R² + h²): Howell's catalogue of configuration factors, B-12.
     EXPECT_NEAR(value(settingsOf(BakeQuantity::kAmbientOcclusion, 1024)), 0.36, 0.01);
-    // There is no sky but that: the normal is up.
+    // The rest of the sky is the same: the normal is up.
     EXPECT_NEAR(value(settingsOf(BakeQuantity::kSkyVisibility, 1024)), 0.36, 0.01);
 }
 
@@ -222,18 +223,18 @@ TEST_P(UnderARoof, WhatIsFartherThanTheLargestDistanceHidesNothing) {
     settings.max_distance = 0.8;  // that much of the disc: R² = D² − h²
     EXPECT_NEAR(value(settings), 0.25 / 0.64, 0.01);
     settings.max_distance = 0.49;
-    // A GPU's depths may see the floor itself in a direction that grazes it.
+    // A GPU's depths may include the floor itself in a grazing direction.
     EXPECT_NEAR(value(settings), 1, 5e-5);
 }
 
 TEST_P(Bake, EveryPointOfABowlSeesAsMuchOfItsOpening) {
-    // Inside a sphere the form factor of a part is its share of the sphere, from everywhere.
+    // Inside a sphere the form factor of a part is its share of the sphere, from every point.
     for (const double opening : {kPi / 2, kPi / 3}) {
         SceneBuilder builder;
         bowl(builder, opening, builder.material(glm::vec4(1), AlphaMode::kOpaque));
         Bakery bakery(GetParam(), builder.scene());
         std::vector<float> ao = bakery.atVertices(settingsOf(BakeQuantity::kAmbientOcclusion, 512));
-        // On the rim itself a ray cannot tell the bowl from its outside.
+        // On the rim itself a ray cannot distinguish the bowl from its outside.
         ao.erase(ao.begin(), ao.begin() + std::ptrdiff_t{2} * 129);
         const double expected = (1 - std::cos(opening)) / 2;
         EXPECT_NEAR(mean(ao), expected, 0.005);
@@ -253,7 +254,7 @@ TEST_P(Bake, APlainSeesTheWholeSkyAndAWallHalfOfIt) {
     EXPECT_LT(sky[0], 0.95);  // but for the wall
     EXPECT_NEAR(sky[1], 0.5, 0.01);
     EXPECT_NEAR(sky[2], 0.5, 0.01);
-    EXPECT_GT(open[1], 0.6);  // the sky is not all that is open
+    EXPECT_GT(open[1], 0.6);  // more is open than the sky
     SceneBuilder plain;
     plate(plain, glm::vec3(0), 3, plain.material(glm::vec4(1), AlphaMode::kOpaque));
     Bakery lone(GetParam(), plain.scene());
@@ -270,7 +271,7 @@ TEST_P(Bake, BentNormalsLeanAwayFromWalls) {
     Bakery bakery(GetParam(), builder.scene());
     const Receivers receivers{{{0, 0, 0.2F}, {0, 0, -0.2F}}, {kUp, kDown}};
     const auto bent = bakery(receivers, settingsOf(BakeQuantity::kBentNormal, 1024));
-    // Of half a hemisphere: (2/3, π/3) across and along the normal.
+    // For half a hemisphere: (2/3, π/3) across and along the normal.
     const double slope = 2 / kPi, along = 1 / std::hypot(1, slope);
     EXPECT_NEAR(bent[0], 0, 0.02);
     EXPECT_NEAR(bent[1], along, 0.02);
@@ -330,7 +331,7 @@ TEST_P(Bake, LightBouncesInABowlByItsFormFactor) {
     for (const int bounces : {0, 1, 2}) {
         settings.bounces = bounces;
         const auto light = bakery.atVertices(settings);
-        // All of the white bowl sees half of the sky, and half of the bowl.
+        // Every point of the white bowl sees half of the sky, and half of the bowl.
         EXPECT_NEAR(mean(light), 2 * kPi * (1 - std::pow(0.5, bounces + 1)), 0.02 * 2 * kPi);
         const float most = std::ranges::max(light);
         EXPECT_LT(most, 2 * kPi * 1.0001);  // nothing is brighter than the sky
@@ -352,7 +353,7 @@ TEST_P(Bake, OnlyFrontsOfSingleSidedSurfacesShine) {
     }
 }
 
-/// A hilly square with a vertex at every centre of a grid of texels.
+/// Returns a hilly square with a vertex at every texel centre of a grid.
 Scene hills(std::uint32_t size) {
     SceneBuilder builder;
     Primitive p;
@@ -425,7 +426,7 @@ TEST_P(Bake, SumsOfReceiversCountUnderABudget) {
         EXPECT_NE(error.where().find("`memory`"), std::string::npos);
         EXPECT_FALSE(error.hint().empty());
     }
-    EXPECT_LT(residentBytes(), before + (16ULL << 20));  // nothing was tried first
+    EXPECT_LT(residentBytes(), before + (16ULL << 20));  // no trial runs first
 }
 
 }  // namespace

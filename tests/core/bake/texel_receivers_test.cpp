@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Receivers at texels: which, where, shared ones, borders, values between and beyond them.
+// Texel receivers: selection, places, shared texels, borders, values between and beyond them.
 #include "core/bake/receivers.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace {
 
 using test::oneMesh;
 
-/// The unit square in the plane z = 0 in two triangles, u along x, v along y.
+/// Returns the unit square in the plane z = 0 in two triangles, u along x, v along y.
 Primitive quad(float u0 = 0, float v0 = 0, float u1 = 1, float v1 = 1) {
     Primitive primitive;
     primitive.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
@@ -73,7 +73,7 @@ TEST(TexelReceivers, OfTiledOrMirroredUvsShareTexels) {
     EXPECT_EQ(tiled.receivers.size(), 128U);
     const PlacedTexels mirrored(oneMesh({quad(), quad(1, 0, 0, 1)}), {8, 0});
     EXPECT_EQ(mirrored.texels.atlases()[0].shared, 64U);
-    // Both sides of the mirror see the same: the mean is the middle.
+    // Both sides of the mirror share texels: the mean is the middle.
     std::vector<float> values;
     for (const glm::dvec3& position : mirrored.receivers.positions)
         values.push_back(static_cast<float>(position.x));
@@ -84,7 +84,7 @@ TEST(TexelReceivers, OfTiledOrMirroredUvsShareTexels) {
 }
 
 TEST(TexelReceivers, OfNarrowChartsAreTheNearestPoints) {
-    // A ribbon along v from 2.4 to 2.492 of 8 texels: the centre at 2.5 is just beside it.
+    // A ribbon along v from 2.4 to 2.492 of 8 texels: the centre at 2.5 is just outside.
     const PlacedTexels placed(oneMesh({quad(0.30F, 0, 0.3115F, 1)}), {8, 0});
     const TexelAtlas& atlas = placed.texels.atlases()[0];
     EXPECT_EQ(atlas.covered, 0U);
@@ -162,8 +162,8 @@ TEST(TexelReceivers, GiveTheTexelUnderAHit) {
 }
 
 TEST(TexelCoverage, GivesEveryCentreOnAnEdgeToOneTriangle) {
-    // A fan around a point, its corners on centres and between them: all edges are shared but the
-    // outer ones, so inside every centre is covered exactly once.
+    // A fan around a point, with corners on centres and between them: only the outer edges are not
+    // shared, so every centre inside is covered exactly once.
     const unsigned seed = 20261121;
     std::mt19937 random(seed);
     std::uniform_int_distribution<int> half(4, 60);
@@ -222,14 +222,14 @@ TEST(NearestFilled, IsTheNearestWithinReachAcrossBorders) {
 }
 
 TEST(TexelPixels, SpreadBeyondChartsAndFillTheRestWithTheMean) {
-    // The left quarter has a value for each row; 2 texels further it is the same, then the mean.
+    // The left quarter has one value per row; 2 texels further it is the same, then the mean.
     const PlacedTexels placed(oneMesh({quad(0, 0, 0.25F, 1)}), {16, 0});
     std::vector<float> values;
     for (const glm::dvec3& position : placed.receivers.positions)
         values.push_back(position.x < 0.999F && position.x > 0.001F ? 1.0F : 3.0F);
     const TexelAtlas& atlas = placed.texels.atlases()[0];
     const std::vector<float> pixels = placed.texels.pixels(atlas, values, 1, 2);
-    // Columns 0 to 3 have centres, −1 (15) and 4 touch; 13, 14 and 5, 6 are spread to.
+    // Columns 0 to 3 have centres, −1 (15) and 4 touch; 13, 14 and 5, 6 are dilated.
     const float mean = (4 * 1.0F + 2 * 3.0F) / 6;
     const float expected[] = {1, 1, 1, 1, 3, 3, 3, mean, mean, mean, mean, mean, mean, 3, 3, 3};
     for (std::size_t x = 0; x < 16; ++x)

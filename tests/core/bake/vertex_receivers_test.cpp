@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Receivers at vertices: where, with which normals, and values between them.
+// Vertex receivers: places, normals, and values between them.
 #include "core/bake/receivers.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace {
 
 using test::oneMesh;
 
-/// (0,0,0) (1,0,0) (0,1,0), whose front is toward +Z.
+/// (0,0,0) (1,0,0) (0,1,0), with its front toward +Z.
 Primitive triangle() {
     Primitive primitive;
     primitive.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
@@ -50,7 +50,7 @@ TEST(VertexReceivers, StandWhereTheNodePutsThem) {
 TEST(VertexReceivers, TakeTheVerticesOwnNormalsAndTurnThemAsSurfacesTurn) {
     Primitive primitive = triangle();
     primitive.normals.assign(3, glm::normalize(glm::vec3(1, 0, 1)));
-    primitive.normals[1] = {0, 0, 0};  // none: the triangle's
+    primitive.normals[1] = {0, 0, 0};  // zero: the triangle's normal
     const PlacedVertices placed(
         oneMesh({primitive}, glm::scale(glm::dmat4(1), glm::dvec3(2, 1, 1))));
     // A plane with x + z = const is (x/2) + z = const after stretching x.
@@ -59,7 +59,7 @@ TEST(VertexReceivers, TakeTheVerticesOwnNormalsAndTurnThemAsSurfacesTurn) {
 }
 
 TEST(VertexReceivers, StayOnTheFrontOfMirroredInstances) {
-    // Mirrored by a node, the front is counter-clockwise before mirroring: toward +Z still.
+    // Mirrored by a node, the front is counter-clockwise before mirroring: still toward +Z.
     const glm::dmat4 mirror = glm::scale(glm::dmat4(1), glm::dvec3(-1, 1, 1));
     Primitive with_normals = triangle();
     with_normals.normals.assign(3, {0, 0, 1});
@@ -80,7 +80,7 @@ TEST(VertexReceivers, WithoutNormalsTakeTheMeanOfTheirTrianglesByArea) {
     expectVector(placed.receivers.normals[0], glm::normalize(glm::vec3(2, 0, 1)));
     expectVector(placed.receivers.normals[1], {0, 0, 1});
     expectVector(placed.receivers.normals[3], {1, 0, 0});
-    expectVector(placed.receivers.normals[5], {0, 0, 0});  // of no triangle: it sees nothing
+    expectVector(placed.receivers.normals[5], {0, 0, 0});  // without a triangle: it sees nothing
 }
 
 TEST(VertexReceivers, FollowDeformedMeshes) {
@@ -117,11 +117,11 @@ TEST(VertexReceivers, InterpolateTheCornersOfAKey) {
     scene.meshes[0].primitives = {triangle(), strip};
     const PlacedVertices placed(scene);
     const SurfaceLookup lookup = placed.vertices.lookup();
-    std::vector<float> values;  // of each: (its number, 10 times that, 1)
+    std::vector<float> values;  // per vertex: (its number, 10 times that, 1)
     for (int i = 0; i < 7; ++i)
         values.insert(values.end(), {static_cast<float>(i), 10.0F * static_cast<float>(i), 1});
     expectVector(lookup(values, 1, {0.25F, 0.5F}), {1.25F, 12.5F, 1});
-    // Of the strip's second triangle GL draws 2, 1, 3: receivers 5, 4, 6.
+    // GL draws the strip's second triangle as 2, 1, 3: receivers 5, 4, 6.
     expectVector(lookup(values, 3, {0, 0}), {5, 50, 1});
     expectVector(lookup(values, 3, {1, 0}), {4, 40, 1});
     expectVector(lookup(values, 3, {0, 1}), {6, 60, 1});

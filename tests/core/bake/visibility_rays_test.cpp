@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What receivers see along lines of their own, against rays one by one in double precision.
+// Visibility rays of receivers, against one-by-one rays in double precision.
 #include "core/bake/visibility_rays.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ namespace {
 
 constexpr double kOwnSurface = 1e-3;
 
-/// Uniform in a cube around the origin.
+/// Uniform random points in a cube around the origin.
 class RandomPoints {
   public:
     glm::dvec3 operator()(double half) { return half * glm::dvec3(one_(), one_(), one_()); }
@@ -41,7 +41,7 @@ class RandomPoints {
     } one_;
 };
 
-/// Triangles of all sizes around the origin, long ones and small ones.
+/// Returns triangles of all sizes around the origin, long ones and small ones.
 Primitive soup(RandomPoints& random, int triangles) {
     Primitive p;
     for (int i = 0; i < triangles; ++i) {
@@ -54,11 +54,11 @@ Primitive soup(RandomPoints& random, int triangles) {
     return p;
 }
 
-/// Random places that look into random directions.
+/// Returns random places with random normals.
 Receivers scattered(RandomPoints& random, std::size_t count) {
     Receivers receivers;
     for (std::size_t i = 0; i < count; ++i) {
-        // Some in a heap: cells have none, few and many.
+        // Some in a cluster: cells have none, few and many.
         receivers.positions.push_back(i % 4 == 0 ? random(0.02) : random(1.1));
         receivers.normals.push_back(random.normal());
     }
@@ -71,9 +71,9 @@ std::vector<std::uint32_t> all(const Receivers& receivers) {
     return chosen;
 }
 
-/// How far along a ray its next hit is, Cramer's rule for each triangle; `doubtful`: some hit, or
-/// what is nearly one, is so near to an edge, to the own surface or to the grazing angle that
-/// rounding decides.
+/// The distance of a ray's next hit, by Cramer's rule for each triangle; `doubtful`: a hit, or a
+/// near miss, is so close to an edge, to its own surface or to the grazing angle that rounding
+/// decides.
 struct RayHit {
     double distance = kInfinity;
     bool doubtful = false;
@@ -212,7 +212,7 @@ TEST(VisibilityRays, HaveTheSameBitsOnEveryProcessor) {
     }
 }
 
-/// A square of side 2 around the origin that faces +Z, with U to the right.
+/// Returns a square of side 2 around the origin that faces +Z, with U to the right.
 Primitive square(float z = 0) {
     Primitive p;
     p.positions = {{-1, -1, z}, {1, -1, z}, {1, 1, z}, {-1, 1, z}};
@@ -221,7 +221,7 @@ Primitive square(float z = 0) {
     return p;
 }
 
-/// How far points see along +Z.
+/// Returns the visible distances of points along +Z.
 std::vector<float> seenUpward(const Scene& scene, const std::vector<glm::dvec3>& points,
                               Faces faces = Faces::kBoth) {
     const Occluders occluders(PosedScene(scene), faces);
@@ -234,7 +234,7 @@ std::vector<float> seenUpward(const Scene& scene, const std::vector<glm::dvec3>&
 
 TEST(VisibilityRays, GoThroughWhatAlphaLeavesOut) {
     Primitive p = square();
-    // Among so many that they are cut into patches.
+    // Among enough triangles for several patches.
     p.positions.insert(p.positions.end(), {{5, 0, 0}, {6, 0, 0}, {6, 1, 0}});
     p.texcoords[0].resize(p.positions.size());
     for (int i = 0; i < 300; ++i)
@@ -279,7 +279,7 @@ TEST(VisibilityRays, AreNotStoppedByWhatIsNowhere) {
         p.texcoords[0].resize(p.positions.size());
         p.indices.insert(p.indices.end(), {first, first + 1, first + 2});
     }
-    // Its bounds are not of numbers either, so that nothing else can be asked of such a scene.
+    // Its bounds are not finite either, so such a scene supports no other quantity.
     seenUpward(scene, {{0.3, 0.2, -2}});
     Scene line = oneMesh({square()});
     line.meshes[0].primitives[0].indices.insert(line.meshes[0].primitives[0].indices.end(),
@@ -287,7 +287,7 @@ TEST(VisibilityRays, AreNotStoppedByWhatIsNowhere) {
     EXPECT_EQ(seenUpward(line, {{0.3, 0.2, -2}})[0], 2);
 }
 
-/// Hits of the CPU for those who do not ask for lines.
+/// The CPU's hits as a source that prefers bundles.
 class Bundled final : public HitSource {
   public:
     explicit Bundled(const PosedScene& posed) : hits_(posed) {}
@@ -322,7 +322,7 @@ std::vector<float> baked(HitSource& source, const Receivers& receivers,
     return bake(source, receivers, settings, capture, {}, {});
 }
 
-/// Receivers in a scene, which look along lines or bundles.
+/// Receivers in a scene, with lines or bundles.
 struct Both {
     RandomPoints random;
     Scene scene = oneMesh({soup(random, 60), square(-0.5F)});
@@ -351,7 +351,7 @@ TEST(VisibilityRays, AreTheSameForAllThreadsAndBudgets) {
     RandomPoints random;
     const Scene scene = oneMesh({soup(random, 50)});
     const PosedScene shown(scene);
-    // More than are looked at together.
+    // More than one batch.
     for (const std::size_t count : {std::size_t{500}, std::size_t{140'000}}) {
         const Receivers receivers = scattered(random, count);
         HitRasterizer source(shown);
@@ -362,7 +362,7 @@ TEST(VisibilityRays, AreTheSameForAllThreadsAndBudgets) {
         const std::uint64_t tight = residentBytes() + (count > 1000 ? 60ULL : 4ULL) * (1 << 20);
         EXPECT_EQ(baked(source, receivers, BakeQuantity::kAmbientOcclusion, tight), one);
         setThreadCount(0);
-        // Some of them alone have other neighbours, and roundings.
+        // A subset has other neighbours and other rounding.
         Receivers few;
         std::vector<float> expected;
         for (std::size_t r = 0; r < count; r += count / 250) {
@@ -397,14 +397,14 @@ TEST(VisibilityRays, TellBeforeTheyLook) {
                 EXPECT_LT(done, 1);
                 told.push_back(bytes);
             });
-        // Lines are all looked along at once, bundles are 8 pairs.
+        // All lines run at once, bundles in 8 pairs.
         ASSERT_EQ(told.size(), source == &lines ? 1U : 8U);
         const std::uint64_t before = forecastBake(*source, receivers, settings, {}, {});
         EXPECT_GT(before, 1'000'000U);
         EXPECT_NEAR(static_cast<double>(before), static_cast<double>(told.back()),
                     0.5 * static_cast<double>(before));
     }
-    // A million receivers have values, and their sums twice.
+    // A million receivers store values, and two sums.
     Receivers many = scattered(random, 1'000'000);
     const std::uint64_t few = forecastBake(lines, receivers, settings, {}, {});
     EXPECT_GT(forecastBake(lines, many, settings, {}, {}), few + 30'000'000);

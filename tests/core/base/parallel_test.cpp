@@ -82,7 +82,7 @@ INSTANTIATE_TEST_SUITE_P(Threads, Parallel, testing::Values(1, 2, 5));
 TEST(ParallelThreads, ALoopThatComesSecondGetsThreads) {
     setThreadCount(3);
     std::atomic<bool> begun{false}, ends{false};
-    // The first loop would keep its three threads for as long as the second lasts.
+    // The first loop would keep its three threads as long as the second lasts.
     std::thread other([&] {
         parallelFor(1000, [&](std::size_t) {
             begun = true;
@@ -105,12 +105,12 @@ TEST(ParallelThreads, ALoopThatComesSecondGetsThreads) {
     setThreadCount(0);
 }
 
-/// Whether a child that is forked now has loops on several threads, and ends.
+/// Checks that a newly forked child runs loops on several threads, and ends.
 void expectLoopsInAChild() {
     const pid_t child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
-        alarm(60);  // rather than to wait for ever
+        alarm(60);  // ends a wait without end
         std::atomic<int> there{0};
         // Each body waits for the other, so one thread alone would never end.
         parallelFor(2, [&](std::size_t) {

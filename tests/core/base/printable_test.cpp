@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What strings from files look like in messages, and how long errors are at most.
+// Strings from files in messages, and the maximum length of errors.
 #include "core/base/printable.h"
 
 #include <gtest/gtest.h>

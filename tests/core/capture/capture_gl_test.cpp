@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Captures whose answer is known on paper.
+// Captures with analytic answers.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,7 +36,7 @@ TEST_P(Capture, QuadsGiveTheirLayersDepthsAndColours) {
     constexpr int kQuads = 9;
     std::vector<glm::vec4> colors;
     std::vector<float> depths;
-    // Added far to near, so that draw order is the opposite of depth order.
+    // Added far to near, so that draw order is the reverse of depth order.
     for (int i = kQuads - 1; i >= 0; --i) {
         const float t = static_cast<float>(i) / kQuads;
         const float z = 0.7F + 3.3F * t * t;
@@ -76,8 +76,8 @@ TEST_P(Capture, TiltedPlaneHasTheDepthOfItsPlane) {
     builder.quad(at(-2, -2), at(2, -2), at(2, 2), at(-2, 2), builder.material({1, 1, 1, 0.5F}));
     const View view = testView(128, 96);
     const auto result = capture(builder.scene(), view, settings());
-    // GPUs interpolate between vertices that they have moved onto a grid of 1/256 of a pixel, by
-    // half a step along both axes: of 1/z that is (0.8 + 0.3) / 3 times what half a step is of the
+    // GPUs interpolate between vertices snapped to a grid of 1/256 of a pixel, an error of half a
+    // step along both axes: 1/z changes by (0.8 + 0.3) / 3 times half a step's share of the
     // picture.
     const double step = 2 * view.projection.half_width / view.width / 512;
     const double snapped = sharedContext().device().software ? 0 : 1.1 / 3 * step;
@@ -197,7 +197,7 @@ TEST_P(Capture, FacesFollowTheMaterialOrTheOption) {
     builder.quad({-9, -9, -2}, {-9, 9, -2}, {9, 9, -2}, {9, -9, -2}, single);  // faces away
     const glm::dmat4 mirror(glm::dvec4(-1, 0, 0, 0), glm::dvec4(0, 1, 0, 0), glm::dvec4(0, 0, 1, 0),
                             glm::dvec4(0, 0, -2, 1));
-    builder.instance(0, mirror);  // negative scale turns the winding, and still faces the camera
+    builder.instance(0, mirror);  // negative scale flips the winding, and it still faces the camera
     const std::pair<Faces, std::uint64_t> expected[] = {
         {Faces::kGltf, 2}, {Faces::kFront, 2}, {Faces::kBack, 1}, {Faces::kBoth, 3}};
     for (const auto& [faces, layers] : expected) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plans as values: captured later, in another order, and more than once.
+// Capture plans as values: captured later, in another order, and more than once.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -15,7 +15,7 @@
 namespace peeler::test {
 namespace {
 
-/// Captures the plans in turn, and then the first ones again, against each captured at once.
+/// Captures the plans in turn, and then the first ones again, and compares with immediate captures.
 void expectTheSameInAnyOrder(HitSource& source, const std::vector<View>& views,
                              const std::vector<CaptureSettings>& settings) {
     std::vector<Captured> expected;
@@ -78,8 +78,8 @@ TEST(PicturePlans, OfLayersCompositesAndSamplesInAnyOrder) {
     View view = testView(64, 48);
     view.camera_to_world[3].z = 4;
     std::vector<CaptureSettings> settings(4);
-    settings[1].composite = true;  // is kept while it is counted
-    settings[2].samples = 4;       // likewise
+    settings[1].composite = true;  // kept during the count
+    settings[2].samples = 4;       // kept, too
     settings[3].max_layers = 1;
     settings[3].shadows = true;
     expectTheSameInAnyOrder(renderer, std::vector(4, view), settings);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Composites that are captured without what lies behind opaque surfaces: the same bits as the
-// composite of all layers.
+// Composites captured without the fragments behind opaque surfaces: the same bits as the composite
+// of all layers.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -21,7 +21,7 @@
 namespace peeler::test {
 namespace {
 
-/// "", or the first pixel whose colour or Z are not the same to the bit.
+/// Returns "", or the first pixel with a different bit in colour or Z.
 std::string pixelThatDiffers(const CompositeImage& a, const CompositeImage& b) {
     if (a.window != b.window) return "another window";
     for (std::size_t p = 0; p < a.rgba.size(); ++p) {
@@ -35,7 +35,7 @@ std::string pixelThatDiffers(const CompositeImage& a, const CompositeImage& b) {
     return a.opacity == b.opacity ? "" : "opacity";
 }
 
-/// What all layers give, those behind opaque surfaces, too, composited on the CPU.
+/// Composites all layers on the CPU, including those behind opaque surfaces.
 CompositeImage compositeOfLayers(GlRenderer& renderer, const View& view, CaptureSettings settings) {
     const int samples = settings.samples;
     settings.samples = 1;
@@ -53,7 +53,7 @@ CompositeImage compositeOfLayers(GlRenderer& renderer, const View& view, Capture
     return mean;
 }
 
-/// Compares a composite with that of all layers, and what is told of it with the visible ones.
+/// Compares a composite with that of all layers, and its statistics with the visible ones.
 void expectTheSame(const Scene& scene, const View& view, CaptureSettings settings,
                    const std::string& what) {
     const PosedScene shown(scene, 0);
@@ -75,7 +75,7 @@ void expectTheSame(const Scene& scene, const View& view, CaptureSettings setting
     }
 }
 
-/// Materials that are in turn blended, opaque, and cut out.
+/// Makes the materials blended, opaque and cut out in turn.
 Scene mixed(Scene scene, std::size_t first) {
     for (std::size_t i = first; i < scene.materials.size(); i += 3) {
         scene.materials[i].alpha_mode = AlphaMode::kOpaque;
@@ -115,7 +115,7 @@ TEST(OpaqueFirst, EqualsTheCompositeOfAllLayers) {
     }
 }
 
-// What is blended lets through half of the light, colour by colour.
+// Blended materials transmit half of the light, per channel.
 TEST(OpaqueFirst, FiltersOpaqueSurfacesThroughColouredGlass) {
     for (const auto& [name, plain] : hardScenes()) {
         Scene scene = mixed(plain, 1);
@@ -136,9 +136,9 @@ TEST(OpaqueFirst, FiltersOpaqueSurfacesThroughColouredGlass) {
     }
 }
 
-// Four surfaces in one plane, in every order of blended, opaque and cut-out ones (of which some are
-// not there at all), some of them the same mesh again: what hides what is a matter of draw order.
-// A picture shows 16 orders beside each other.
+// Four surfaces in one plane, in every order of blended, opaque and cut-out ones (some of them
+// fully cut out), some of them the same mesh: draw order decides what hides what. A picture shows
+// 16 orders side by side.
 TEST(OpaqueFirst, KeepsDrawOrderWhereSurfacesCoincide) {
     struct Kind {
         AlphaMode mode;
@@ -195,7 +195,7 @@ TEST(OpaqueFirst, HoldsForEveryWayToSeeAScene) {
     expectTheSame(scene, view, {}, "cropped");
 }
 
-// Only the part of a picture is composited where the scene is.
+// Only the scene's part of a picture is composited.
 TEST(OpaqueFirst, LeavesEmptyWhatIsBesideTheScene) {
     const Scene scene = mixed(hardScenes()[0].scene, 0);
     for (const bool tinted : {false, true}) {
@@ -218,7 +218,7 @@ TEST(OpaqueFirst, LeavesEmptyWhatIsBesideTheScene) {
 TEST(OpaqueFirst, DoesNotDependOnBandsTilesOrTheDriversExtensions) {
     const Scene scene = mixed(hardScenes()[0].scene, 0);
     View view = testView(4200, 150);
-    view.projection.half_width = 0.5;  // all of it, stretched over two raster tiles
+    view.projection.half_width = 0.5;  // the whole picture, stretched over two raster tiles
     view.crop = {3900, 10, 4200, 140};
     for (const int samples : {1, 4}) {
         CaptureSettings settings;
@@ -236,7 +236,7 @@ TEST(OpaqueFirst, DoesNotDependOnBandsTilesOrTheDriversExtensions) {
     }
 }
 
-// Under a budget there is first no room to keep what the planning has found, and then none for the
+// Under a budget there is first no room to keep the plan's results, and then none for the render
 // targets of opaque surfaces.
 TEST(OpaqueFirst, DoesNotDependOnTheBudget) {
     if (kShadowMemory) GTEST_SKIP() << "its memory is not the product's";
@@ -280,7 +280,7 @@ TEST(OpaqueFirst, NeitherListsNorCountsWhereNothingIsTransparent) {
     EXPECT_EQ(passes(builder.scene()), std::pair(2, true));
 }
 
-// What limits and approximations take into account is every fragment.
+// Limits and approximations depend on every fragment.
 TEST(OpaqueFirst, LeavesLimitsAndApproximationsAlone) {
     const Scene scene = mixed(hardScenes()[0].scene, 0);
     const std::size_t all = capture(scene, testView(160, 120)).image.fragments();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points of several pixels: squares around where they are, the same in every pass of every method.
+// Points of several pixels: squares around their centres, the same in every pass of every method.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -26,7 +26,7 @@ CaptureSettings sized(int size) {
     return settings;
 }
 
-/// A view of an odd number of pixels: the middle one is where the axis is.
+/// A view with an odd number of pixels: the axis passes through the middle one.
 const View kView = testView(41, 31);
 
 TEST(Points, CoverASquareAroundWhereTheyAre) {
@@ -61,7 +61,7 @@ TEST(Points, AreTheSameInEveryMethodBandAndStrip) {
     banded.band_bytes = 1 << 14;
     EXPECT_EQ(difference(capture(scene, kView, banded).image, whole), "");
     std::uint64_t fragments = 0;
-    for (int y = 0; y < 31; y += 7) {  // whose points reach in from other strips
+    for (int y = 0; y < 31; y += 7) {  // points reach in from other strips
         View strip = kView;
         strip.crop = {0, y, 41, std::min(y + 7, 31)};
         fragments += capture(scene, strip, settings).image.fragments();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Several samples a pixel: composites converge, merged layers composite to the same picture.
+// Supersampling: composites converge, and merged layers composite to the same picture.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -45,7 +45,7 @@ float worstColor(const CompositeImage& a, const CompositeImage& b) {
     return most;
 }
 
-/// 16 × 16 samples a pixel in a regular grid: a picture 16 times as large, averaged.
+/// Renders 16 × 16 samples per pixel in a regular grid: a picture 16 times as large, averaged.
 CompositeImage reference(const Scene& scene, const View& view) {
     constexpr int kGrid = 16;
     View large = view;
@@ -74,7 +74,7 @@ CompositeImage reference(const Scene& scene, const View& view) {
 TEST(Supersampling, ConvergesToAGridOf16By16Samples) {
     const View view = exhaustive() ? testView(80, 60) : testView(48, 36);
     for (const auto& [name, scene] : hardScenes()) {
-        // Its edges are level, and of those a grid of 16 rows knows no more than 16 samples do.
+        // Its edges are horizontal, and a grid of 16 rows is no better there than 16 samples.
         if (name == std::string("grazing quads")) continue;
         const CompositeImage wanted = reference(scene, view);
         double last = 1e9;
@@ -114,7 +114,7 @@ TEST(Supersampling, LayersOfTheExampleScenesCompositeToTheSupersampledComposite)
         const CompositeImage composite = flat(capture(scene, view, samplesAPixel(4, true)).image);
         CaptureSettings stored = samplesAPixel(4, false);
         stored.color_type = PixelType::kHalf;
-        // What is brighter than white is shown as white.
+        // Values brighter than white are shown as white.
         auto shown = [](CompositeImage image) {
             for (auto& color : image.rgba)
                 for (float& component : color)
@@ -165,7 +165,7 @@ TEST(Supersampling, SamplesThatSeeNothingInABandAddNothingToIt) {
         CaptureSettings settings = samplesAPixel(4, true);
         settings.method = method.name;
         const auto whole = capture(builder.scene(), view, settings);
-        // A row a band where composites are made on the fly; layers need more for a row.
+        // One row per band for on-the-fly composites; layers need more per row.
         settings.band_bytes = method.composite ? 1 << 12 : 1 << 14;
         const auto cut = capture(builder.scene(), view, settings);
         EXPECT_GE(cut.bands.size(), method.composite ? 24U : 2U);
@@ -220,7 +220,7 @@ TEST(Supersampling, AnEdgeHasItsCoverageInAlpha) {
 }
 
 TEST(Supersampling, SurfacesThatMeetAtAnEdgeDoNotLetTheBackgroundThrough) {
-    SceneBuilder builder;  // two opaque halves of a picture, not at the same depth
+    SceneBuilder builder;  // two opaque halves of a picture, at different depths
     builder.quad({-9, -9, -2}, {0.01F, -9, -2}, {0.01F, 9, -2}, {-9, 9, -2},
                  builder.material({1, 0, 0, 1}, AlphaMode::kOpaque));
     builder.quad({0.015F, -9, -3}, {9, -9, -3}, {9, 9, -3}, {0.015F, 9, -3},

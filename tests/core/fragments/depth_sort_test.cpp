@@ -68,8 +68,8 @@ TEST(Gather, SortsByDepthThenDrawOrderAndKeepsTheNearest) {
     }
 }
 
-/// Lists of fragments of random colours, many at one depth; half or float, with coloured opacity or
-/// without.
+/// Lists of fragments with random colours, many at one depth; half or float, with or without
+/// coloured opacity.
 struct Captured {
     Captured(const Window& window, PixelType type, bool tinted, std::mt19937& random) {
         std::uniform_real_distribution<float> component(0, 1);
@@ -79,7 +79,7 @@ struct Captured {
                 const float depth = 0.1F + 0.1F * static_cast<float>(random() % 5);
                 words.insert(words.end(), {std::bit_cast<std::uint32_t>(depth), i});
                 FragmentArray color{colorNames(tinted), type, {}};
-                for (int c = 0; c < (tinted ? 8 : 4); ++c)  // the last is no opacity
+                for (int c = 0; c < (tinted ? 8 : 4); ++c)  // the last one is not an opacity
                     test::appendColor(color, component(random));
                 const auto stored = color.as<std::uint32_t>();
                 words.insert(words.end(), stored.begin(), stored.end());

@@ -14,7 +14,7 @@ struct Fragment {
     std::array<float, 4> rgba;
 };
 
-/// One pixel of one sample.
+/// Returns one pixel of one sample.
 LayeredImage pixelOfSample(const std::vector<Fragment>& fragments) {
     LayeredImage image;
     image.window = {0, 0, 1, 1};
@@ -71,7 +71,7 @@ TEST(Supersampling, DifferentSurfacesStayApart) {
     const auto image = merged({pixelOfSample({{2, 7, kRed}}), pixelOfSample({{2, 8, kGreen}})});
     ASSERT_EQ(image.fragments(), 2U);
     EXPECT_EQ(colorOf(image, 0), (std::array<float, 4>{0.5F, 0, 0, 0.5F}));
-    // All that the red one leaves uncovered.
+    // The area not covered by red.
     EXPECT_EQ(colorOf(image, 1), kGreen);
 }
 

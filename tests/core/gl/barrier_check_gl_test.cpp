@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PEELER_CHECK_BARRIERS finds what a pass leaves to another without a barrier between. (The tests
-// of the labels gl, cli and assets have it set: whatever they draw is checked.)
+// PEELER_CHECK_BARRIERS finds missing barriers between passes. (It is set in the tests of the
+// labels gl, cli and assets: all their drawing is checked.)
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -52,7 +52,7 @@ GLuint programOf(const gl::Functions& gl, std::initializer_list<Stage> stages) {
     return program;
 }
 
-/// What passes do to two buffers of a context that is checked.
+/// Passes over two buffers of a checked context.
 struct Passes {
     const gl::Functions& gl;
     gl::Buffer numbers{gl, 16}, copies{gl, 16};
@@ -68,7 +68,7 @@ struct Passes {
     void barrier() const { gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT); }
 };
 
-/// What the check says of what `act` does; "" if nothing.
+/// Returns the check's complaint about `act`; "" if there is none.
 std::string complaint(const std::function<void(const Passes&)>& act) {
     constexpr const char* kName = "PEELER_CHECK_BARRIERS";
     const bool was_set = std::getenv(kName) != nullptr;
@@ -90,7 +90,7 @@ std::string complaint(const std::function<void(const Passes&)>& act) {
     return said;
 }
 
-/// What is said of one pass behind another, with or without a barrier between.
+/// Returns the complaint about one pass after another, with or without a barrier between them.
 std::string complaintOf(GLuint Passes::*first, GLuint Passes::*second, bool barrier) {
     return complaint([&](const Passes& passes) {
         passes.run(passes.*first);
@@ -111,7 +111,7 @@ TEST(BarrierCheck, WantsOneBeforeWhatAPassReadsIsWritten) {
     EXPECT_EQ(complaintOf(&Passes::reader, &Passes::writer, true), "");
 }
 
-// A barrier for shaders is none for the CPU.
+// A barrier for shaders does not cover the CPU.
 TEST(BarrierCheck, WantsOneBeforeTheCpuReadsOrClears) {
     EXPECT_NE(complaint([](const Passes& passes) {
                   passes.run(passes.writer);
@@ -135,8 +135,8 @@ TEST(BarrierCheck, WantsOneBeforeTheCpuReadsOrClears) {
               "");
 }
 
-// A pass begins where a framebuffer is bound. Within one, shaders have atomics and places of their
-// own.
+// A pass begins when a framebuffer is bound. Within a pass, shaders have atomics and disjoint
+// places.
 TEST(BarrierCheck, WantsNoneWithinAPass) {
     const auto draws = [](const Passes& passes, bool in_one_pass) {
         const gl::Functions& gl = passes.gl;

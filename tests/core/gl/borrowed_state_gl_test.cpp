@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A borrowed context: every row of the table of state with a value that ruins pictures, what cannot
-// be worked within, and contexts that are not current.
+// A borrowed context: every row of the state table with a value that ruins pictures, unusable
+// states, and contexts that are not current.
 #include "core/gl/borrowed_state.h"
 
 #include <dlfcn.h>
@@ -28,7 +28,7 @@ namespace {
 
 using Values = std::vector<double>;
 
-/// What a client of the tests' backend gives as RendererOptions::adopt.
+/// The RendererOptions::adopt function of a client of the tests' backend.
 void* functionOf(const char* name) {
     using Lookup = void* (*)(const char*);
     static const Lookup lookup = [] {
@@ -47,7 +47,7 @@ Function function(const char* name) {
     return reinterpret_cast<Function>(functionOf(name));
 }
 
-/// Somebody's context, current on this thread, and objects of theirs.
+/// A host's context, current on this thread, and its objects.
 struct Host {
     std::unique_ptr<gl::Context> context = gl::createContext({.backend = testBackend()});
     const gl::Functions& gl = context->functions();
@@ -65,7 +65,7 @@ struct Host {
         gl.NamedBufferStorage(name, kBytes, nullptr, GL_MAP_READ_BIT);
         return name;
     }
-    /// A texture with a texel.
+    /// Returns a texture with one texel.
     GLuint texture(GLenum target) const {
         GLuint name = 0;
         gl.CreateTextures(target, 1, &name);
@@ -90,7 +90,7 @@ struct Host {
         gl.CreateVertexArrays(1, &name);
         return name;
     }
-    /// Its vertex shader has `place`, which transform feedback can capture.
+    /// Returns a program whose vertex shader has `place`, which transform feedback can capture.
     GLuint program() const {
         const GLuint shader = gl.CreateShader(GL_VERTEX_SHADER);
         const char* text =
@@ -116,8 +116,8 @@ RendererOptions borrowing() {
     return options;
 }
 
-/// Layers of glass, metal in an environment, a texture with rows of an odd length, a face that is
-/// culled, one that is mirrored, points and lines.
+/// Returns layers of glass, metal in an environment, a texture with rows of an odd length, a culled
+/// face, a mirrored one, points and lines.
 std::shared_ptr<const Scene> makeScene() {
     SceneBuilder builder;
     const int textured = builder.lit(builder.material({1, 0.8, 0.6, 0.6}));
@@ -159,8 +159,7 @@ std::shared_ptr<const Scene> makeScene() {
     return std::make_shared<const Scene>(scene);
 }
 
-/// What a Renderer makes of a scene that it has not seen before, and what state it made the first
-/// of it in.
+/// A Renderer's pictures of a new scene, and the state in which it made the first one.
 struct Pictures {
     std::vector<LayeredImage> layers;
     std::vector<CompositeImage> composites;
@@ -210,7 +209,7 @@ Pictures render(Renderer& renderer, const std::function<Values()>& state = {}) {
     return pictures;
 }
 
-/// Those of a context of our own.
+/// Returns the pictures of our own context.
 const Pictures& expected() {
     static const Pictures pictures = [] {
         RendererOptions options;
@@ -234,12 +233,12 @@ void expectExpected(const Pictures& pictures, const std::string& where) {
     }
 }
 
-/// A row's worst value, and how it is read without the table.
+/// A row's worst value, and how to read it without the table.
 struct Hostile {
     std::string name;
     std::function<void(const Host&)> set;
     std::function<Values(const Host&)> read;
-    bool set_by_passes = false;  ///< passes of peeler's set it to any value, this one too
+    bool set_by_passes = false;  ///< peeler's passes set it to any value, including this one
 };
 
 Hostile enabled(const std::string& name, GLenum capability,
@@ -255,7 +254,7 @@ Hostile enabled(const std::string& name, GLenum capability,
             [=](const Host& host) { return Values{double(host.gl.IsEnabled(capability))}; }};
 }
 
-/// Parameters of one number.
+/// Returns a parameter of one number.
 Hostile number(const std::string& name, GLenum parameter, std::function<void(const Host&)> set) {
     return {name, std::move(set), [=](const Host& host) {
                 std::array<GLdouble, 16> values{};
@@ -274,7 +273,7 @@ Hostile pixelStore(const std::string& name, GLenum parameter, GLint value) {
                   [=](const Host& host) { host.gl.PixelStorei(parameter, value); });
 }
 
-/// So many numbers of each index below a limit.
+/// Returns a reader of this many numbers of each index below a limit.
 std::function<Values(const Host&)> byIndex(const std::vector<GLenum>& parameters, GLenum limit,
                                            std::size_t numbers) {
     return [=](const Host& host) {
@@ -587,7 +586,7 @@ void expectRowIsKept(const Hostile& hostile, bool initial) {
     EXPECT_EQ(hostile.read(host), before) << "put back";
     EXPECT_TRUE(hostile.set_by_passes || pictures.state != before) << "set";
     expectExpected(pictures, hostile.name);
-    // What a Renderer has bound in an earlier call is not there in the next.
+    // A Renderer's bindings from an earlier call are gone in the next.
     expectExpected(render(renderer), hostile.name + ", again");
     EXPECT_EQ(hostile.read(host), before) << "put back again";
     EXPECT_EQ(host.gl.GetError(), static_cast<GLenum>(GL_NO_ERROR));
@@ -633,7 +632,7 @@ TEST(BorrowedState, IsAsItWasWhateverIsRendered) {
         std::vector<Values> before;
         for (const Hostile& state : states)
             before.push_back(state.read(host));
-        gl::takeErrors(host.gl);  // of extensions that are not there
+        gl::takeErrors(host.gl);  // from missing extensions
         expectExpected(render(renderer), "all at once");
         const Shown shown{makeScene()};
         for (const bool exact : {true, false}) {
@@ -651,7 +650,7 @@ TEST(BorrowedState, IsAsItWasWhateverIsRendered) {
     });
 }
 
-/// The error of a call.
+/// Returns the error of a call.
 template <class Call>
 std::optional<Error> errorOf(Call&& call) {
     try {

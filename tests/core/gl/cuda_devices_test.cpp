@@ -14,7 +14,7 @@ namespace {
 
 using Positions = std::vector<std::size_t>;
 
-/// As EGL may list them: not in CUDA's order.
+/// Returns GPUs in an order that EGL may have, unlike CUDA's.
 const std::vector<CudaDevice>& gpus() {
     static const std::vector<CudaDevice> list = {
         {2, "8932f937-d72c-4106-c12f-20bd9faed9f6"},
@@ -40,13 +40,13 @@ TEST(CudaDevices, TheVariableChoosesAndOrders) {
         {"2", {0}},
         {"2,1", {0, 2}},
         {" 1 , 0 ", {2, 1}},
-        {"0,2,-1,1", {1, 0}},  // the guide's example: what follows −1 is not visible
+        {"0,2,-1,1", {1, 0}},  // the guide's example: entries after −1 are not visible
         {"0,7,1", {1}},
         {"0,,1", {1}},
-        {"0,0", {}},  // a device that is named twice empties the list
+        {"0,0", {}},  // a duplicate empties the list
         {"GPU-8932f937-d72c-4106-c12f-20bd9faed9f6", {0}},
         {"GPU-8932f,GPU-0A0B", {0, 2}},
-        {"GPU-8932", {}},  // two begin so
+        {"GPU-8932", {}},  // two begin with this
         {"GPU-", {}},
         {"8932f937", {}},  // "GPU-" belongs to it
         {"GPU-0a0b,GPU-ffff,GPU-8932a", {2}},
@@ -61,7 +61,7 @@ TEST(CudaDevices, WithoutUuidsOnlyNumbersNameThem) {
     EXPECT_EQ(visibleCudaDevices("1,GPU-8932", {{0, ""}, {1, ""}}), Positions{1});
 }
 
-/// The driver has asked CUDA under "2,0": numbers are of what that leaves.
+/// The driver started CUDA under "2,0": numbers count the remaining devices.
 TEST(CudaDevices, ADriverThatReadsTheVariableHasNumberedWhatIsVisible) {
     std::vector<CudaDevice> numbered = gpus();
     numbered[0].ordinal = 0;
@@ -71,7 +71,7 @@ TEST(CudaDevices, ADriverThatReadsTheVariableHasNumberedWhatIsVisible) {
     EXPECT_EQ(visibleCudaDevices(std::nullopt, numbered), (Positions{0, 1}));
 }
 
-/// The environment of a host is read, and never changed; what the host says goes before it.
+/// A host's environment is read and never changed; the host's explicit choice has priority.
 TEST(CudaDevices, TheVariableStaysInTheEnvironment) {
     constexpr const char* kName = "CUDA_VISIBLE_DEVICES";
     const char* const before = std::getenv(kName);

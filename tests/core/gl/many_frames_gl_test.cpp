@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A renderer that goes on for a thousand frames, in the short run forty, holds no more GL
-// objects than after ten.
+// Renderers that run for a thousand frames, in the short run forty, hold no more GL objects than
+// after ten.
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@
 namespace peeler::test {
 namespace {
 
-/// A GL function that peeler itself has no use for.
+/// Loads a GL function that peeler itself does not use.
 template <class Function>
 Function loadFunction(const char* name) {
     const bool osmesa = testBackend() == "osmesa";
@@ -29,8 +29,8 @@ Function loadFunction(const char* name) {
     return reinterpret_cast<Function>(loader(name));
 }
 
-/// How many objects of every kind there are. Names are not handed out again by every driver, so all
-/// that have been are asked.
+/// Returns the number of objects of every kind. Some drivers do not reuse names, so it checks all
+/// past ones.
 std::map<std::string, int> objects() {
     constexpr GLuint kMostNames = 20000;
     std::map<std::string, int> counts;
@@ -59,7 +59,7 @@ void renderManyFrames() {
     std::map<std::string, int> after_ten;
     const int frames = exhaustive() ? 1000 : 40;
     for (int frame = 1; frame <= frames; ++frame) {
-        // With shadows and channels now and then, and a budget under which buffers come and go.
+        // With occasional shadows and channels, and a budget that frees and reallocates buffers.
         settings.shadows = frame % 10 < 2;
         settings.channels.clear();
         if (frame % 10 == 1) settings.channels = {Channel::kNormal, Channel::kMotion};

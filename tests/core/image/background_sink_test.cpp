@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A sink behind another thread gets what it would have got before, and its failures come back.
+// A sink behind a background thread gets the same calls, and its failures return.
 #include "core/image/background_sink.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ struct Log {
     std::vector<float> depths;
     std::vector<const float*> storage;
     std::thread::id writer;
-    std::promise<void> hold;  ///< finish() waits for it, if asked to
+    std::promise<void> hold;  ///< finish() waits for it, if requested
     bool holds = false;
     int fails_at = -1;  ///< the band
 };
@@ -65,7 +65,7 @@ TEST(BackgroundSink, HandsEverythingOnInOrder) {
         for (const float z : {1.0F, 2.0F, 3.0F}) {
             image = onePixelBand(z);
             sink.write(std::move(image));
-            if (!image.z.empty()) image.z.front() = -1;  // storage of the band before
+            if (!image.z.empty()) image.z.front() = -1;  // storage of the previous band
         }
         sink.finish();
         sink.wait();
@@ -97,7 +97,7 @@ TEST(BackgroundSink, FinishDoesNotWait) {
     BackgroundSink sink(std::make_unique<LoggingSink>(log));
     sink.begin({});
     sink.write(onePixelBand(1));
-    sink.finish();  // would never come back
+    sink.finish();  // would never return
     log.hold.set_value();
     sink.wait();
     EXPECT_EQ(log.calls.back(), "finish");

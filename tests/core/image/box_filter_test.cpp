@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Area averages that are known on paper.
+// Area averages with analytic answers.
 #include "core/image/box_filter.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ Pixel tinted(float value) {
     return {value, 2 * value, 3 * value, 1};
 }
 
-/// `values` row by row.
+/// Reduces `values`, row by row.
 std::vector<Pixel> reduce(const std::vector<float>& values, int columns, int width, int height) {
     const int rows = static_cast<int>(values.size()) / columns;
     BoxFilter filter(columns, rows, width, height);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The channels of fragments, against scenes whose answer is known on paper, and against each other.
+// The channels of fragments, against scenes with analytic answers, and against each other.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -39,7 +39,7 @@ class Reader {
             if (array.channels.front() == first) array_ = &array;
     }
     bool found() const { return array_ != nullptr; }
-    /// The first components of a fragment.
+    /// Returns the first components of a fragment.
     glm::dvec4 operator()(std::size_t fragment) const {
         glm::dvec4 value(0);
         for (std::size_t c = 0; c < array_->components(); ++c)
@@ -98,7 +98,7 @@ TEST(Channels, OfASphere) {
         ASSERT_NEAR(-p.z, image.z[f], 1e-5);
         ASSERT_NEAR(distance(f).x, glm::length(p), 1e-5);
 
-        // Vertex normals are the vertices' own directions, and both are interpolated linearly.
+        // Vertex normals are the vertices' directions, and both are interpolated linearly.
         const double side = glm::dot(glm::dvec3(flat(f)), out) > 0 ? 1 : -1;
         ASSERT_LE(angle(glm::dvec3(normal(f)), side * out), 2e-4);
         ASSERT_LE(angle(glm::dvec3(flat(f)), side * out), 2.5 * half_facet);
@@ -114,7 +114,8 @@ TEST(Channels, OfASphere) {
             const double turn = uv(f).x - u;
             ASSERT_NEAR(turn, std::round(turn), 3e-3);
             ASSERT_NEAR(uv(f).y, polar / std::numbers::pi, 2e-3);
-            // Tangents run along the parallels, on both sides; up the image is to the north pole.
+            // Tangents run along the parallels, on both sides; up in the image is toward the north
+            // pole.
             const glm::dvec3 east(std::cos(longitude), 0, -std::sin(longitude));
             ASSERT_LE(angle(glm::dvec3(tangent(f)), east), 0.02);
             const glm::dvec3 up = tangent(f).w * glm::cross(side * n, glm::dvec3(tangent(f)));
@@ -141,7 +142,7 @@ TEST(Channels, BarycentricWeightsGiveThePosition) {
         ASSERT_TRUE(u >= 0 && v >= 0 && u + v <= 1 + 1e-7);
         const glm::dvec3 p = (1 - u - v) * glm::dvec3(corners[0]) + u * glm::dvec3(corners[1]) +
                              v * glm::dvec3(corners[2]);
-        // The rasteriser snaps corners to 1/256 of a pixel, which tilts its plane a little.
+        // The rasteriser snaps vertices to 1/256 of a pixel, which tilts its plane a little.
         ASSERT_LE(glm::distance(p, glm::dvec3(position(f))), 1e-3);
     }
 }
@@ -193,7 +194,7 @@ TEST(Channels, NothingMovesWithoutANextFrame) {
         ASSERT_EQ(motion(f), glm::dvec4(0));
 }
 
-/// Two instances of a mesh of two primitives of different materials, and another node.
+/// Returns two instances of a mesh of two primitives with different materials, and another node.
 Scene named() {
     SceneBuilder builder;
     const int red = builder.material({1, 0, 0, 0.5F}), blue = builder.material({0, 0, 1, 0.5F});
@@ -223,7 +224,7 @@ TEST(Channels, IdsNameNodeMaterialTriangleAndInstance) {
         if (std::abs(p.x - center) < 0.01) continue;
         const Primitive& side = scene.meshes[left ? 0 : 1].primitives[0];
         ASSERT_EQ(id.id(f, 1), static_cast<std::uint32_t>(side.material) + 1);
-        // a, b, c below the diagonal, then a, c, d; those of the second primitive come after.
+        // a, b, c below the diagonal, then a, c, d; those of the second primitive follow.
         const double x = left ? p.x - center + 1 : p.x - center;
         if (std::abs((p.y + 1) / 2 - x) < 0.01) continue;
         const std::uint32_t in_quad = (p.y + 1) / 2 < x ? 1U : 2U;
@@ -269,7 +270,7 @@ TEST(Channels, MirroredInstancesKeepTheirFronts) {
     for (std::size_t f = 0; f < result.image.fragments(); ++f) {
         const glm::dvec3 out = glm::dvec3(position(f)) - glm::dvec3(0, 0, -4);
         const double toward = -glm::dot(out, glm::normalize(glm::dvec3(position(f))));
-        if (std::abs(toward) < 0.1) continue;  // by the silhouette facets decide
+        if (std::abs(toward) < 0.1) continue;  // facets decide near the silhouette
         ASSERT_EQ(facing(f).x, toward > 0 ? 1 : -1) << "fragment " << f;
         ASSERT_GT(glm::dot(glm::dvec3(normal(f)), facing(f).x * out), 0.9);
     }
@@ -321,7 +322,7 @@ TEST(Channels, MaterialsSpeakForThemselvesWhateverTheLight) {
     }
 }
 
-/// Everything that channels could get wrong together: instances, strips, coincident surfaces.
+/// Returns a scene of the hard cases for channels: instances, strips, coincident surfaces.
 Scene mixed() {
     Scene scene = named();
     SceneBuilder builder;
@@ -399,7 +400,7 @@ TEST(Channels, DoNotDependOnBandsOrCrops) {
 
 TEST(Channels, OfMergedSamplesAreThoseOfTheNearestSample) {
     SceneBuilder builder;
-    // Tilted, so that every sample has another Z.
+    // Tilted, so that every sample has a different Z.
     builder.quad({-1, -1, -2}, {1, -1, -2.5F}, {1, 1, -2.7F}, {-1, 1, -2.2F},
                  builder.material({1, 1, 1, 0.5F}));
     CaptureSettings settings = inFloat({Channel::kPosition, Channel::kId});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Composites made on the fly: against the CPU's of the captured layers, against formulas, and in as
-// many geometry passes as were published.
+// Composites made on the fly: against the CPU's composite of the captured layers, against formulas,
+// and with the published number of geometry passes.
 #include "core/image/composite.h"
 
 #include <gtest/gtest.h>
@@ -20,9 +20,9 @@
 namespace peeler::test {
 namespace {
 
-constexpr float kRoundingOfColors = 4e-6F;  // of a few hundred operations on 32-bit floats
+constexpr float kRoundingOfColors = 4e-6F;  // after a few hundred operations on 32-bit floats
 
-/// The largest difference of colour; 1e9 if Z differs anywhere.
+/// Returns the largest colour difference; 1e9 if Z differs anywhere.
 float worst(const CompositeImage& a, const CompositeImage& b) {
     EXPECT_EQ(a.window, b.window);
     float most = 0;
@@ -89,7 +89,7 @@ TEST_P(Exact, KeepsTheNearestLayersAndBlendsOrDropsTheRest) {
     }
 }
 
-/// Quads one behind the other, in no order, `count` of them.
+/// Returns `count` quads one behind the other, in random order.
 Scene quads(int count) {
     SceneBuilder builder;
     for (int i = 0; i < count; ++i) {
@@ -131,7 +131,7 @@ TEST(Dual, FinishesPixelsWithCoincidentFragmentsInMorePasses) {
         compositeOver(capture(builder.scene(), testView(40, 30)).image, {}, expected);
         EXPECT_LE(worst(flat(result.image), expected), kRoundingOfColors);
         EXPECT_EQ(result.report.passes,
-                  3 + 3);  // range, 2 peels of which the first finds all; then 3
+                  3 + 3);  // range, 2 peels where the first finds all; then 3
     }
 }
 
@@ -205,7 +205,7 @@ TEST(Approximations, PutTheNearestOpaqueSurfaceBehindTheOthersIfOnlyTheVisibleIs
     builder.rectangle(9, 9, -4, builder.material({1, 0, 0, 0.25F}));
     builder.rectangle(9, 9, -3, builder.material({0, 1, 0, 0.5F}));
     const std::map<std::string, glm::vec3> expected = {
-        // C = (1/3, 2/3, 0), A = 3/8, so (1 − A)² = 25/64 of the blue comes through.
+        // C = (1/3, 2/3, 0), A = 3/8, so (1 − A)² = 25/64 of the blue passes.
         {"weighted-average", {13.0F / 64, 26.0F / 64, 25.0F / 64}},
         {"weighted-sum", {0.25F, 0.5F, 0.25F}},
         {"unsorted", {0.125F, 0.5F, 0.375F}},
@@ -246,7 +246,7 @@ TEST(OcclusionRatio, EndsWithTheFirstLayerOnFewerPixels) {
     for (const auto& [name, scene] : hardScenes()) {
         const auto all = capture(scene, testView(160, 120));
         for (const double ratio : {0.9, 0.3, 0.05, 0.001}) {
-            // Layer by layer on the captured A-buffer, as a renderer with occlusion queries would.
+            // Layer by layer on the captured A-buffer, like a renderer with occlusion queries.
             std::uint32_t layers = 0;
             for (std::uint64_t touched = all.image.window.pixels();
                  static_cast<double>(touched) >= ratio * 160 * 120 && touched > 0; ++layers) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Merged samples: which ones, and that the pixel looks as before.
+// Merging of deep samples: the merged ones, and the unchanged look of the pixel.
 #include "core/image/merge.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ struct Sample {
     std::uint32_t object, material;
 };
 
-/// One pixel after an empty one. Colour is alpha / 2 in red.
+/// Returns one pixel after an empty one. Colour is alpha / 2 in red.
 LayeredImage pixelOf(const std::vector<Sample>& samples) {
     LayeredImage image;
     image.window = {0, 0, 2, 1};
@@ -56,7 +56,7 @@ TEST(DeepMerge, ExactTakesWhatIsAtTheVerySameDepth) {
     // Two halves over each other: 0.5 + 0.5 · 0.5.
     EXPECT_EQ(colorOf(out, 0), (std::array<float, 4>{0.375F, 0, 0, 0.75F}));
     EXPECT_EQ(colorOf(out, 1), colorOf(image, 2));
-    // The nearest's other channels.
+    // The other channels of the nearest.
     EXPECT_EQ(out.extra[0].as<std::uint32_t>()[1], 1U);
 }
 
@@ -69,13 +69,14 @@ TEST(DeepMerge, ByZMeasuresFromTheNearestSoThatRunsDoNotCreep) {
 }
 
 TEST(DeepMerge, ByIdWantsObjectMaterialDepthAndAlphaAlikeAndNothingBetween) {
-    const LayeredImage image = pixelOf({{1, 0.5F, 1, 1},      // with the next
-                                        {1.1F, 0.6F, 1, 1},   //
-                                        {1.2F, 0.5F, 2, 1},   // another object
-                                        {1.3F, 0.5F, 1, 1},   // the first one's, but behind that
-                                        {1.4F, 0.5F, 1, 2},   // another material
-                                        {1.45F, 0.9F, 1, 2},  // too different in alpha
-                                        {3, 0.9F, 1, 2}});    // too far
+    const LayeredImage image =
+        pixelOf({{1, 0.5F, 1, 1},      // merged with the next
+                 {1.1F, 0.6F, 1, 1},   //
+                 {1.2F, 0.5F, 2, 1},   // another object
+                 {1.3F, 0.5F, 1, 1},   // the first object, but behind that one
+                 {1.4F, 0.5F, 1, 2},   // another material
+                 {1.45F, 0.9F, 1, 2},  // too different in alpha
+                 {3, 0.9F, 1, 2}});    // too far
     EXPECT_EQ(mergedDeep(image, {DeepMerge::kById, 1, 0.2F}).z,
               (Depths{1, 1.2F, 1.3F, 1.4F, 1.45F, 3}));
     EXPECT_EQ(mergedDeep(image, {DeepMerge::kById, 1, 1}).z, (Depths{1, 1.2F, 1.3F, 1.4F, 3}));
@@ -107,7 +108,7 @@ TEST(DeepMerge, TheCompositeStaysWithinRounding) {
             compositeOver(rows, {}, before);
             compositeOver(out, {}, after);
             EXPECT_EQ(before.z, after.z);
-            // Colours are up to 3: half has 11 bits, and several samples round.
+            // Colours reach 3: half has 11 bits, and several samples round.
             const float bound = type == PixelType::kHalf ? 8e-3F : 4e-6F;
             for (std::size_t p = 0; p < before.rgba.size(); ++p) {
                 for (std::size_t c = 0; c < 4; ++c)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Differences that are known on paper.
+// Differences with analytic answers.
 #include "core/image/difference.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ LayeredDifference between(const LayeredImage& a, const LayeredImage& b) {
     return sum;
 }
 
-/// One row of pixels, each a list of fragments whose Z and channels all have one value.
+/// Returns one row of pixels, each a list of fragments with one value for Z and all channels.
 LayeredImage rowOfValues(const std::vector<std::vector<float>>& lists) {
     LayeredImage image;
     image.window = {0, 0, static_cast<int>(lists.size()), 1};
@@ -68,7 +68,7 @@ TEST(Difference, AKnownOffset) {
         z += 0.5F;
     auto colors = b.color.as<float>();
     for (std::size_t i = 0; i < colors.size(); i += 4)
-        colors[i] += 0.25F;  // red alone: a quarter of the values
+        colors[i] += 0.25F;  // only red: a quarter of the values
     const LayeredDifference sum = between(a, b);
     EXPECT_NEAR(sum.all.depth.largest, 0.5, 1e-6);
     EXPECT_NEAR(sum.all.depth.mean(), 0.5, 1e-6);

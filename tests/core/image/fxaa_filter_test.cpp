@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The filter between a renderer and a writer: bands, threads, memory.
+// The FXAA filter between a renderer and a writer: bands, threads, memory.
 #include "core/image/fxaa.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace peeler {
 namespace {
 
-/// Keeps what it gets.
+/// Keeps its input.
 class Canvas : public Sink {
   public:
     void begin(const Plan& plan) override {
@@ -38,7 +38,7 @@ class Canvas : public Sink {
     bool finished = false;
 };
 
-/// Hands on to a sink that outlives it.
+/// Passes bands on to a sink that outlives it.
 class Borrowed : public Sink {
   public:
     explicit Borrowed(Sink& sink) : sink_(sink) {}
@@ -52,8 +52,8 @@ class Borrowed : public Sink {
     Sink& sink_;
 };
 
-/// Two layers of slanted edges on nothing, one steep enough for ends at all distances, and holes;
-/// rows [y0, y1) of a crop that begins anywhere.
+/// Returns two layers of slanted edges over nothing, one steep enough for ends at all distances,
+/// and holes; rows [y0, y1) of a crop with any origin.
 LayeredImage slantedBand(const Window& crop, int y0, int y1) {
     LayeredImage image;
     image.window = {crop.x0, y0, crop.x1, y1};
@@ -76,7 +76,7 @@ LayeredImage slantedBand(const Window& crop, int y0, int y1) {
     return image;
 }
 
-/// The picture after the filter, cut into bands of at most `rows` rows (0: any number).
+/// Returns the filtered picture, in bands of at most `rows` rows (0: any number).
 Canvas filteredInBands(const Window& crop, int rows, const std::array<float, 4>& background = {}) {
     Canvas canvas;
     FxaaFilter filter(std::make_unique<Borrowed>(canvas), background);
@@ -149,7 +149,7 @@ TEST(FxaaFilter, SaysWhatItKeeps) {
         EXPECT_EQ(filter.memory(plan).rows, 15);
         return filter.memory(plan).bytes;
     };
-    // Twice the reach at least, in floats: colour, Z and two lumas.
+    // At least twice the reach, in floats: colour, Z and two lumas.
     EXPECT_GT(memory(640), 1000 + 640 * 2 * kFxaaReach * 7 * sizeof(float));
     EXPECT_LT(memory(3840), 64U << 20);
     EXPECT_GT(memory(65536), 65536 * 2 * kFxaaReach * 7 * sizeof(float));

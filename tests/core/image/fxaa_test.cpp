@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Edges whose coverage is known on paper, and symmetries.
+// FXAA on edges with analytic coverage, and its symmetries.
 #include "core/image/fxaa.h"
 
 #include <gtest/gtest.h>
@@ -65,7 +65,7 @@ TEST(Fxaa, LeavesEdgesAlongThePixelsAlone) {
     }
 }
 
-/// The area of the pixel below the line y = height + slope·x, by 64 columns of it.
+/// Returns the area of the pixel below the line y = height + slope·x, from 64 columns.
 double coverage(int x, int y, double height, double slope) {
     double sum = 0;
     for (int i = 0; i < 64; ++i)
@@ -73,7 +73,7 @@ double coverage(int x, int y, double height, double slope) {
     return sum / 64;
 }
 
-/// How far a picture of the line is from its coverage, and what light it lost.
+/// The difference of a line's picture from its coverage, and the lost light.
 struct Deviation {
     double rms = 0, lost = 0;
 };
@@ -81,7 +81,7 @@ Deviation deviation(const CompositeImage& image, double height, double slope) {
     Deviation sums;
     double on_edge = 0;
     for (int y = 0; y < image.window.height(); ++y) {
-        // Where the search does not meet the border.
+        // Where the search does not reach the border.
         for (int x = kFxaaReach + 2; x < image.window.width() - kFxaaReach - 2; ++x) {
             const double expected = coverage(x, y, height, slope);
             const double difference = static_cast<double>(pixelAt(image, x, y)[0]) - expected;
@@ -97,7 +97,7 @@ Deviation deviation(const CompositeImage& image, double height, double slope) {
 
 TEST(Fxaa, BringsASlantedEdgeNearItsCoverage) {
     struct Row {
-        double slope, at_most;  // of the RMS error without the filter
+        double slope, at_most;  // relative to the RMS error without the filter
     };
     for (const auto& [slope, at_most] :
          {Row{0.045, 0.2}, {0.08, 0.2}, {0.17, 0.2}, {0.29, 0.35}, {0.41, 0.6}, {0.93, 0.85}}) {
@@ -117,7 +117,7 @@ TEST(Fxaa, BringsASlantedEdgeNearItsCoverage) {
 
 using Place = std::function<std::pair<int, int>(int x, int y)>;
 
-/// `image` with what was at place(x, y) at x, y.
+/// Returns `image` with the pixel at place(x, y) moved to x, y.
 CompositeImage rearranged(const CompositeImage& image, int width, int height, const Place& place) {
     CompositeImage out{{0, 0, width, height}, {}, {}};
     for (int y = 0; y < height; ++y) {
@@ -155,7 +155,7 @@ TEST(Fxaa, TreatsAllDirectionsAlike) {
         const float alpha = share();
         return Rgba{share() * alpha, share() * alpha, share() * alpha, alpha};
     }));
-    // Few values: directions that are alike, and pixels without Z.
+    // Few values: equal directions, and pixels without Z.
     expectSymmetric(picture(
         61, 47, [&](int, int) { return random() % 3U ? kClear : grey(random() % 2U ? 1 : 0); }));
     expectSymmetric(picture(61, 47, [&](int x, int y) {
@@ -180,7 +180,7 @@ TEST(Fxaa, TellsNoPictureFromItsBands) {
     }
 }
 
-/// A half plane of `color` on nothing, its edge slanted.
+/// Returns a half plane of `color` over nothing, with a slanted edge.
 CompositeImage onNothing(const Rgba& color) {
     return picture(60, 20, [&](int x, int y) { return y > 5 + 0.13 * x ? color : kClear; });
 }
@@ -193,7 +193,7 @@ TEST(Fxaa, SmoothsAnythingOnNothing) {
         for (std::size_t p = 0; p < out.rgba.size(); ++p) {
             const Rgba& color = out.rgba[p];
             changed += color != image.rgba[p] ? 1 : 0;
-            // All components alike: the straight colour stays.
+            // All components scale together: the straight colour stays.
             for (std::size_t c = 0; c < 3; ++c)
                 EXPECT_NEAR(color[c], static_cast<float>(value) * color[3], 1e-6);
         }
@@ -228,7 +228,7 @@ TEST(Fxaa, WhatGetsColourGetsZ) {
         if (image.z[p] < kNothing) {
             EXPECT_EQ(out.z[p], image.z[p]);
         } else if (out.z[p] < kNothing) {
-            ++covered;  // its neighbour's below or to the left
+            ++covered;  // that of the pixel below or to the left
             EXPECT_TRUE(out.z[p] == image.z[p + 60] || out.z[p] == image.z[p - 1]) << p;
         }
     }

@@ -13,7 +13,7 @@ LayeredImage layeredPicture() {
     return test::makePicture({.seed = 5, .width = 40, .height = 33, .extra = true}).image;
 }
 
-/// Every fragment of `part`, layer by layer, is one of `whole` with all that belongs to it.
+/// Expects every fragment of `part`, layer by layer, to be one of `whole` with all its values.
 void expectFragments(const LayeredImage& whole, const LayeredImage& part,
                      const LayerSelection& selection) {
     ASSERT_EQ(part.offsets.size(), whole.offsets.size());

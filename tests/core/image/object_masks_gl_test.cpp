@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Masks of captured scenes whose pixels are known.
+// Masks of captured scenes with known pixels.
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -16,7 +16,7 @@ struct Found {
     int bands = 0;
 };
 
-/// The masks of objects that are nodes, and instances of nodes.
+/// Returns the masks of objects that are nodes, and instances of nodes.
 Found masksOf(const Scene& scene, const View& view, int canvas = 1, float see_through = 0,
               std::uint64_t band_bytes = 384ULL << 20) {
     ObjectMaskOptions options{.see_through = see_through, .layers = true};
@@ -42,7 +42,7 @@ Found masksOf(const Scene& scene, const View& view, int canvas = 1, float see_th
     return found;
 }
 
-/// The pixels of a window of a picture 16 wide.
+/// Returns the pixels of a window of a picture 16 wide.
 std::vector<PixelRuns::Run> block(const Window& window) {
     std::vector<PixelRuns::Run> runs;
     for (int y = window.y0; y < window.y1; ++y)
@@ -55,8 +55,8 @@ std::vector<PixelRuns::Run> runsOf(const PixelRuns& pixels) {
 }
 
 /// At 16 x 8 pixels an opaque rectangle of the pixels [4, 12) x [2, 6), at distance 2 with 4 pixels
-/// a unit; before its right half, at distance 1 with 8 pixels a unit, half transparent, [8, 16) x
-/// [0, 8).
+/// per unit; in front of its right half, at distance 1 with 8 pixels per unit, a half-transparent
+/// one, [8, 16) x [0, 8).
 SceneBuilder twoQuads() {
     SceneBuilder builder;
     const int opaque = builder.material({1, 0, 0, 1}, AlphaMode::kOpaque);
@@ -93,7 +93,7 @@ TEST(CapturedMasks, AreSeenThroughGlass) {
 TEST(CapturedMasks, OfACanvasCountWhatLiesBesideThePicture) {
     SceneBuilder builder;
     const int red = builder.material({1, 0, 0, 1}, AlphaMode::kOpaque);
-    // At 8 pixels a unit [12, 20) x [2, 6), of which the picture has half; and one left of it.
+    // At 8 pixels per unit [12, 20) x [2, 6), half of it inside the picture; and one to its left.
     builder.quad({0.5F, -0.25F, -1}, {1.5F, -0.25F, -1}, {1.5F, 0.25F, -1}, {0.5F, 0.25F, -1}, red);
     builder.quad({-2, -0.25F, -1}, {-1.5F, -0.25F, -1}, {-1.5F, 0.25F, -1}, {-2, 0.25F, -1}, red);
     const Found canvas = masksOf(builder.scene(), testView(16, 8), 3);
@@ -120,7 +120,7 @@ TEST(CapturedMasks, OfACropAreThoseOfItsPixels) {
         EXPECT_EQ(found.objects[0].amodal.box(), (Window{0, 1, 6, 4}));
         EXPECT_EQ(found.objects[0].visible.box(), (Window{0, 1, 2, 4}));
         EXPECT_EQ(found.objects[1].visible.box(), (Window{2, 0, 8, 4}));
-        // The canvas has all of the scene; it counts from the crop's corner.
+        // The canvas contains the whole scene; its origin is the crop's corner.
         EXPECT_EQ(found.objects[0].canvas_box,
                   canvas == 3 ? (Window{-2, 1, 6, 5}) : (Window{0, 1, 6, 4}));
     }

@@ -93,7 +93,7 @@ TEST_F(JoinTiles, WhereTheyOverlapTheyMustAgree) {
     std::size_t pixel = tile.pixelIndex(12, 23);  // in tiles 0 and 2
     while (tile.count(pixel) == 0)
         ++pixel;
-    const int x = static_cast<int>(pixel) - 50;  // of its second row
+    const int x = static_cast<int>(pixel) - 50;  // in its second row
     ASSERT_LT(x, 20);
     LayeredImage joined;
     tile.extra[1].data[tile.offsets[pixel] * 4U] ^= std::byte{1};
@@ -105,8 +105,8 @@ TEST_F(JoinTiles, WhereTheyOverlapTheyMustAgree) {
 TEST(MergeByDepth, ElementsOfAPictureAreThePicture) {
     const LayeredImage whole =
         test::makePicture({.seed = 17, .width = 40, .height = 30, .extra = true}).image;
-    // Each fragment goes to one of three elements, coincident ones to that of the first of them:
-    // they keep their order only within an element.
+    // Each fragment goes to one of three elements, coincident ones to the first one's: they keep
+    // their order only within an element.
     std::vector<int> owners(whole.fragments());
     for (std::size_t p = 0; p < whole.window.pixels(); ++p) {
         for (std::size_t f = whole.offsets[p]; f < whole.offsets[p + 1]; ++f) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coloured glass: what passes, colour by colour, in the layers and composites of every method.
+// Coloured glass: transmission per channel, in the layers and composites of every method.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -35,7 +35,7 @@ class Panes {
     }
     Scene& scene() { return builder_.scene(); }
     Material& material(std::size_t i) { return scene().materials[i + first_]; }
-    /// The middle pixel's composite.
+    /// Returns the middle pixel's composite.
     TintedColor seen(CaptureSettings s = tintedSettings()) {
         s.composite = true;
         const LayeredImage image = capture(scene(), testView(5, 5), s).image;
@@ -63,7 +63,7 @@ TEST(TintedGlass, FiltersWhatIsBehindItColourByColour) {
             Panes panes({red, green, blue, wall});
             CaptureSettings s = tintedSettings(type);
             s.method = method.name;
-            // Nothing but the wall has a colour of its own; glass that lets none through is it.
+            // Only the wall has a colour of its own; glass without transmission becomes the wall.
             panes.material(3).transmission.factor = 0;
             const glm::vec4 through = red * green * blue * wall;
             EXPECT_EQ(panes.seen(s), (TintedColor{through.r, through.g, through.b, 1, 1, 1, 1}))
@@ -76,10 +76,10 @@ TEST(TintedGlass, HasTheMeanOfItsOpacitiesForAlpha) {
     Panes panes({{0.75F, 0.5F, 0.25F, 1}});
     const TintedColor clear = panes.seen();
     EXPECT_EQ(clear, (TintedColor{0, 0, 0, 0.5F, 0.25F, 0.5F, 0.75F}));
-    // What is not transmitted is diffused, here the base colour itself, and hides what is behind.
+    // The rest is diffuse, here the base colour itself, and hides the background.
     panes.material(0).transmission.factor = 0.5F;
     EXPECT_EQ(panes.seen(), (TintedColor{0.375F, 0.25F, 0.125F, 0.75F, 0.625F, 0.75F, 0.875F}));
-    // Coverage comes on top.
+    // Coverage multiplies both.
     panes.material(0).alpha_mode = AlphaMode::kBlend;
     panes.material(0).base_color.a = 0.5F;
     EXPECT_EQ(panes.seen(),
@@ -99,7 +99,7 @@ TEST(TintedGlass, AbsorbsByBeersLaw) {
     panes.scene().nodes[0].local[3] = {0, 0, 1, 1};
     expectNear(panes.seen(), {0, 0, 0, (2 - r * r - g * g) / 3, 1 - r * r, 1 - g * g, 0}, 1e-6F,
                "twice as thick");
-    // The volume tints what passes, not what is diffused.
+    // The volume tints the transmitted light, not the diffuse.
     t.factor = 0.5F;
     expectNear(panes.seen(),
                {0.5F, 0.5F, 0.5F, 1 - (r * r + g * g + 1) / 6, 1 - r * r / 2, 1 - g * g / 2, 0.5F},
@@ -113,7 +113,7 @@ TEST(TintedGlass, ReflectsAtFullStrengthAndIsNothingThroughMetal) {
     m.metallic = 0;
     m.roughness = 0;
     panes.scene().environment = uniformEnvironment(glm::vec3(1));
-    // Only what is reflected is seen, without a colour.
+    // Only the reflection is visible, without a colour.
     const TintedColor clear = panes.seen();
     EXPECT_NEAR(clear[0], 0.04F, 2e-3F);
     EXPECT_NEAR(clear[0], clear[1], 1e-6F);
@@ -130,7 +130,7 @@ TEST(TintedGlass, OfVerticesAndTexturesCounts) {
     EXPECT_FALSE(has());
     Material& m = panes.material(0);
     m.base_color = {0.5F, 0.5F, 0.5F, 1};
-    EXPECT_FALSE(has());  // grey glass takes as much of every colour
+    EXPECT_FALSE(has());  // grey glass absorbs all colours equally
     m.base_color.g = 0.25F;
     EXPECT_TRUE(has());
     m.metallic = 1;
@@ -229,7 +229,7 @@ TEST(TintedGlass, IsApproximatedByTheFormulasColourByColour) {
 }
 
 TEST(TintedGlass, IsApproximatedInFrontOfTheNearestOpaqueSurface) {
-    // Drawn in this order: a wall, a pane far away, a pane nearby; and a wall that is hidden.
+    // Drawn in this order: a wall, a far pane, a near pane; and a hidden wall.
     SceneBuilder builder;
     builder.rectangle(9, 9, -4, builder.material({0.5F, 1, 0.5F, 1}, AlphaMode::kOpaque));
     for (const float z : {-3.0F, -2.0F}) {
@@ -239,7 +239,7 @@ TEST(TintedGlass, IsApproximatedInFrontOfTheNearestOpaqueSurface) {
         builder.scene().materials.back().transmission.factor = 1;
     }
     builder.rectangle(9, 9, -5, builder.material({1, 0, 0, 1}, AlphaMode::kOpaque));
-    // Opacities (0, .5, .75) and (.5, 0, 0); nothing but the wall has light of its own.
+    // Opacities (0, .5, .75) and (.5, 0, 0); only the wall emits light.
     const auto squared = [](float a) { return (1 - a / 2) * (1 - a / 2); };
     const std::pair<const char*, glm::vec3> expected[] = {
         {"unsorted", {0.5F, 0.5F, 0.25F}},
@@ -288,8 +288,7 @@ TEST(TintedGlass, OfSeveralSamplesIsTheirMean) {
 }
 
 TEST(TintedGlass, LeavesEverythingElseAsItIs) {
-    // Where nothing is coloured glass each opacity is alpha, and all has the bits of a plain
-    // capture.
+    // Without coloured glass each opacity equals alpha, and all bits equal a plain capture.
     Scene scene = glassScene();
     for (Material& m : scene.materials)
         if (m.transmission.factor > 0) m.base_color = glm::vec4(glm::vec3(m.base_color.g), 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts as bodies: how their triangles hang together, what they enclose, how thin they are.
+// Parts as bodies: connectivity, volume, wall thickness.
 #include "core/parts/crossings.h"
 #include "core/parts/volumes.h"
 #include "core/parts/wall_thickness.h"
@@ -22,7 +22,7 @@ using test::icosphere;
 using test::oneMesh;
 using test::placed;
 
-/// A part with all that is known of it.
+/// A part with all its checks.
 struct Checked {
     explicit Checked(PartMesh mesh)
         : raw(std::move(mesh)),
@@ -73,7 +73,7 @@ Primitive inwards(Primitive mesh) {
     return mesh;
 }
 
-/// A matrix that leaves no plane of the part along an axis.
+/// Returns a matrix that leaves no plane of the part axis-aligned.
 glm::dmat4 askew() {
     return glm::rotate(glm::translate(glm::dmat4(1), {3, -1, 2}), 0.7,
                        glm::normalize(glm::dvec3(1, 2, -0.5)));
@@ -128,7 +128,7 @@ TEST(PartCheck, AMissingTriangleLeavesThreeEdgesOpenAroundOneHole) {
 }
 
 TEST(PartCheck, ATJunctionIsOpen) {
-    // One side of the cube's diagonal gets a point in its middle that the other does not have.
+    // One side of the cube's diagonal gets a midpoint that the other side lacks.
     Primitive mesh = cube();
     mesh.indices.resize(mesh.indices.size() - 3);  // 1, 7, 5 of the side x = 1
     const auto middle = static_cast<std::uint32_t>(mesh.positions.size());
@@ -220,13 +220,13 @@ TEST(PartCheck, SpheresThatOverlapHaveTheUnionOfTheirLens) {
     EXPECT_FALSE(part.crossings.pairs.empty());
     const double apart = glm::length(glm::dvec3(0.9, 0.05, 0.02));
     const double lens = std::numbers::pi * (4 + apart) * (2 - apart) * (2 - apart) / 12;
-    // Of what the flat faces leave of the spheres, the lens has a like share.
+    // The lens loses the same share to flat facets as the spheres.
     const double one = test::volumeOf(sphere);
     EXPECT_NEAR(part.united(), 2 * one - lens * one / (4 * std::numbers::pi / 3), 0.01);
     EXPECT_LT(part.united(), part.volume() - 1);
 }
 
-/// Boxes with corners at random whole numbers, so that many of their sides lie in one plane.
+/// Boxes with random integer corners, so that many of their sides are coplanar.
 TEST(PartCheck, ManyBoxesHaveTheUnionOfTheirCells) {
     constexpr int kCells = 12;
     std::mt19937 random(42);
@@ -247,7 +247,7 @@ TEST(PartCheck, ManyBoxesHaveTheUnionOfTheirCells) {
     }
     const double cells = double(std::ranges::count(filled, true));
     for (const glm::dmat4& at : {glm::dmat4(1), askew()}) {
-        // Apart, since welded corners would make their edges crowded.
+        // Apart, since welded corners would overcrowd their edges.
         std::vector<PartMesh> parts;
         std::vector<const PartMesh*> all;
         for (const Primitive& one : boxes)
@@ -262,7 +262,7 @@ TEST(PartCheck, ManyBoxesHaveTheUnionOfTheirCells) {
 }
 
 TEST(PartCheck, AFaceThatHundredsCrossHasItsExactShare) {
-    // A plate, and 300 posts through it, each turned another way.
+    // A plate, and 300 posts through it, each rotated differently.
     std::vector<Primitive> primitives{box({0, 0, 0}, {100, 1, 100})};
     for (int i = 0; i < 300; ++i) {
         Primitive post = box({-1, -1, -1}, {1, 2, 1});
@@ -284,7 +284,7 @@ TEST(PartCheck, ABodyWithoutVolumeIsFlat) {
     const Checked two({sheet}, askew());
     EXPECT_TRUE(two.topology.closed());
     EXPECT_EQ(two.sides, std::vector{ShellSide::kFlat});
-    // Thinner than a millionth of it, and thicker.
+    // Thinner than a millionth of its size, and thicker.
     EXPECT_EQ(Checked({cube()}, glm::scale(askew(), {1, 1e-7, 1})).sides,
               std::vector{ShellSide::kFlat});
     EXPECT_EQ(Checked({cube()}, glm::scale(askew(), {1, 1e-4, 1})).sides,
@@ -331,7 +331,7 @@ TEST(PartCheck, TheThinnestWallIsFoundWhereverItIs) {
 }
 
 TEST(PartCheck, AWallThatThinsTowardsAPointIsFoundThere) {
-    // The floor of the hollow hangs down to one point, between all corners of the outer faces.
+    // The floor of the hollow hangs down to one point, amid all corners of the outer faces.
     Primitive hollow = box({3, 3, 3}, {37, 17, 27});
     const auto tip = static_cast<std::uint32_t>(hollow.positions.size());
     hollow.positions.emplace_back(11.0F, 1.3F, 17.0F);
@@ -436,7 +436,8 @@ TEST(PartCheck, ATubeHasItsWallWhateverItsFacets) {
 }
 
 TEST(PartCheck, SharpEdgesAreNoWallsButAreFound) {
-    // A wedge of 40 degrees has no opposite faces but its ends; one of 20 has, down to nothing.
+    // A wedge of 40 degrees has opposite faces only at its ends; one of 20 also has tapering ones,
+    // down to 0.
     const auto wedge = [](double degrees) {
         const auto x = static_cast<float>(std::tan(degrees * std::numbers::pi / 180));
         Primitive p;

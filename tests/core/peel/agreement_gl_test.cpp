@@ -45,7 +45,7 @@ TEST(Backends, AgreeBitForBitOnHardScenes) {
     }
 }
 
-// Without framebuffer fetch list heads are counted by atomics.
+// Without framebuffer fetch, atomics count list heads.
 TEST(Extensions, DoNotChangeTheResult) {
     const View view = testView(160, 120);
     for (const auto& [name, scene] : hardScenes()) {
@@ -89,8 +89,8 @@ TEST(Bands, DoNotChangeTheResult) {
     }
 }
 
-// A GPU captures a band while the one before is read. With a rasteriser that is the CPU itself it
-// is no gain, but the same.
+// A GPU captures a band while the previous one is read. With a software rasteriser it gains
+// nothing, but gives the same result.
 TEST(Bands, ThatOverlapAreTheSame) {
     const int scale = exhaustive() ? 2 : 1;
     const View view = testView(80 * scale, 60 * scale);
@@ -133,7 +133,7 @@ TEST(Bands, MethodsAndSurfacesAgreeAcrossRasterTiles) {
     for (std::size_t i = 0; i < scene.materials.size(); i += 3)
         scene.materials[i].alpha_mode = AlphaMode::kOpaque;
     View view = testView(4200, 150);
-    view.projection.half_width = 0.5;  // all of it, stretched over two tiles
+    view.projection.half_width = 0.5;  // the whole picture, stretched over two tiles
     view.crop = {3900, 10, 4200, 140};
     for (const Surfaces surfaces : {Surfaces::kAll, Surfaces::kVisible, Surfaces::kTransparent}) {
         CaptureSettings s;
@@ -169,7 +169,7 @@ TEST(Bands, LeaveRoomForWhatTheSinksHold) {
     const PosedScene shown(builder.scene(), 0);
     GlRenderer renderer(sharedContext(), shown);
     CaptureSettings s;
-    // What earlier tests have left free here would be room that the budget does not name.
+    // Memory freed by earlier tests would be room beyond the budget.
     returnFreeMemory();
     s.memory = residentBytes() + (512ULL << 20);
     const CapturePlan plan = renderer.plan(testView(64, 64), s);

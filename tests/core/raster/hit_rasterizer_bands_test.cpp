@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hits found on the CPU are the same however much room there is and whoever asks: threads, bands,
-// budgets of memory, crops; and of pictures of any size.
+// CPU hits do not depend on resources: threads, bands, memory budgets, crops; nor on the picture
+// size.
 #include "core/raster/hit_rasterizer.h"
 
 #include <gtest/gtest.h>
@@ -20,8 +20,8 @@
 namespace peeler::test {
 namespace {
 
-/// Compares bands with the rows of a picture, bit for bit, and keeps nothing: under a memory budget
-/// it counts what a test holds, too.
+/// Compares bands with the rows of a picture, bit for bit, and keeps nothing: a memory budget
+/// includes the test's own memory.
 class ComparingSink final : public Sink {
   public:
     explicit ComparingSink(const LayeredImage& expected) : expected_(expected) {}
@@ -108,7 +108,7 @@ TEST_F(SameBytes, InBandsOfAnyHeight) {
     EXPECT_GT(compare(source), 150U);
 }
 
-/// What triangles cover takes more room than the budget leaves: it is found section by section.
+/// The coverage of triangles exceeds the budget: it is found section by section.
 TEST(HitRasterizer, TheSameBytesUnderABudget) {
     if (kShadowMemory) GTEST_SKIP() << "its memory is not the product's";
     constexpr std::uint64_t kMebibyte = 1 << 20;
@@ -127,8 +127,8 @@ TEST(HitRasterizer, TheSameBytesUnderABudget) {
     HitRasterizer source(posed);
     returnFreeMemory();
     CaptureSettings settings = hitSettings();
-    // Too small a budget is said before the first band, and never in the middle: not even the least
-    // that does. The second time there is what the first one has left.
+    // Too small a budget is reported before the first band, never midway: not even with the
+    // smallest sufficient one. The second run starts with the leftovers of the first.
     int refused = 0, captured = 0;
     for (std::uint64_t more = 90 * kMebibyte; captured < 2; more += 2 * kMebibyte) {
         settings.memory = residentBytes() + more;
@@ -150,7 +150,7 @@ TEST(HitRasterizer, TheSameBytesUnderABudget) {
     EXPECT_GT(refused, 0);
 }
 
-/// The memory of a host is none of ours: a budget may be less than it.
+/// The host's memory is not ours: a budget may be less than that.
 TEST(HitRasterizer, WorksBesideAHostThatHoldsMoreThanTheBudget) {
     constexpr std::uint64_t kMebibyte = 1 << 20;
     const std::vector<std::uint8_t> of_host(500 * kMebibyte, 1);
@@ -209,7 +209,7 @@ TEST(HitRasterizer, ACropHasTheHitsOfThePicture) {
                       whole.keys(whole.image.pixelIndex(x, y)));
 }
 
-/// The same triangle so many times, all of it before the ray of a single pixel.
+/// Returns the same triangle `times` times, all of it in front of the ray of a single pixel.
 Scene triangleOver(std::size_t times) {
     Primitive primitive;
     primitive.positions = {{0.1F, -0.1F, -1}, {0.9F, -0.1F, -2}, {0.5F, -0.9F, -3}};
@@ -230,7 +230,7 @@ TEST(HitRasterizer, ManyTrianglesInOneRay) {
     EXPECT_EQ(traced.plan.layers.size(), triangles);
 }
 
-/// They have no room within the budget, and no row can be cut.
+/// They do not fit the budget, and a row cannot be divided.
 TEST(HitRasterizer, TooManyTrianglesInOneRayAreRefused) {
     if (kShadowMemory) GTEST_SKIP() << "its memory is not the product's";
     constexpr std::uint64_t kMebibyte = 1 << 20;
@@ -274,7 +274,7 @@ TEST(HitRasterizer, BundlesOfOneRayAndOfManyOnASide) {
     }
 }
 
-/// More rays than 32 bits can count, as a camera may have them, and few of them meet anything.
+/// More rays than 32 bits can count, as a camera may have, and few of them hit anything.
 TEST(HitRasterizer, AsManyRaysOnBothSides) {
     constexpr int kSide = 65536;
     const Scene scene = oneMesh({square(60000, 40000, 60003, 40005, -1), square(0, 0, 1, 1, -1),
@@ -291,7 +291,7 @@ TEST(HitRasterizer, AsManyRaysOnBothSides) {
         std::size_t hits = 0, rays = 0;
     };
     View view = parallelView(kSide, kSide);
-    if (!exhaustive()) view.crop = {0, 39990, kSide, 40010};  // all of them take some seconds
+    if (!exhaustive()) view.crop = {0, 39990, kSide, 40010};  // all rows take some seconds
     const CapturePlan plan = source.plan(view, hitSettings());
     Counting sink;
     source.capture(plan, sink);
@@ -303,7 +303,7 @@ TEST(HitRasterizer, AsManyRaysOnBothSides) {
               exhaustive() ? view.crop : Window({60000, 40000, 60003, 40005}));
 }
 
-/// Of wide rows a band has at least one, whatever the sink holds for each pixel.
+/// A band has at least one wide row, whatever the sink stores per pixel.
 TEST(HitRasterizer, WideRowsOfSinksThatHoldMuchFit) {
     class Holding final : public Sink {
       public:

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of a surface is hit on the CPU: what the planes of a view cut off, which faces are asked
-// for, and where alpha lets rays pass.
+// Parts of a surface that CPU hits exclude: clip planes, culled faces, and alpha cutouts.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,8 +15,8 @@
 namespace peeler::test {
 namespace {
 
-/// A floor that reaches behind the eye and far beyond the picture, in strips: every ray that goes
-/// down hits it once, the edges of strips and the cut of the near plane included.
+/// A floor that extends behind the eye and far beyond the picture, in strips: every downward ray
+/// hits it once, including at the edges of strips and at the near plane.
 TEST(HitRasterizer, WhatReachesBehindAPinholeIsCutWithoutCracks) {
     std::mt19937 random(3);
     std::uniform_real_distribution<float> jitter(-0.2F, 0.2F);
@@ -46,7 +45,7 @@ TEST(HitRasterizer, WhatReachesBehindAPinholeIsCutWithoutCracks) {
             settings.depth_clamp = clamp;
             const TracedHits traced = trace(source, view, settings);
             for (int y = 0; y < 200; ++y) {
-                // Beyond a distance of 50 the smallest floor has ended.
+                // Beyond a distance of 50 the smallest floor ends.
                 const double down = view.projection.half_height * (2 * (y + 0.5) / 200 - 1);
                 const std::uint32_t expected = down > 0 && 1 / down < 49 ? 1 : 0;
                 if (down > 0 && !expected) continue;
@@ -75,7 +74,7 @@ TEST(HitRasterizer, HitsEndAtTheNearAndFarPlane) {
         const double z = 2 + (x + 0.5) / 10;
         EXPECT_EQ(traced.image.count(static_cast<std::size_t>(x)), z >= 4 && z < 7 ? 1U : 0U) << x;
     }
-    // The near plane itself is in, the far one is not.
+    // The near plane itself is inside, the far one is outside.
     const Scene planes = oneMesh({square(0, 0, 80, 4, -4), square(0, 0, 80, 4, -7)});
     HitRasterizer both{PosedScene(planes)};
     const TracedHits at = trace(both, view, settings);
@@ -146,7 +145,7 @@ TEST(HitRasterizer, AlphaDecidesWhatIsThere) {
     EXPECT_EQ(pattern(), squares);
     material.alpha_mode = AlphaMode::kBlend;
     EXPECT_EQ(pattern(), squares);
-    // Half a period to the right and, of a quarter of the size, wrapped as the sampler says.
+    // Half a period to the right and, at a quarter of the size, wrapped by the sampler's mode.
     material.base_color_texture.transform[2] = {0.5F, 0, 1};
     EXPECT_EQ(pattern(), expected([](int x, int y) { return (x < 4) != (y < 4); }));
     material.base_color_texture.transform = glm::mat3(1);
@@ -158,7 +157,7 @@ TEST(HitRasterizer, AlphaDecidesWhatIsThere) {
               expected([](int x, int y) { return (x < 2 || x >= 6) == (y < 2 || y >= 6); }));
     sampler.wrap_s = sampler.wrap_t = 33071;  // clamped
     EXPECT_EQ(pattern(), expected([](int x, int y) { return (x < 2) == (y < 2); }));
-    // Between texels alpha is their mean; at the middle of the picture 1/2.
+    // Between texels alpha is interpolated; 1/2 in the middle of the picture.
     material.base_color_texture.transform = glm::mat3(1);
     material.alpha_mode = AlphaMode::kMask;
     sampler.mag_filter = 9729;
@@ -188,8 +187,8 @@ TEST(HitRasterizer, AlphaDecidesWhatIsThere) {
     EXPECT_EQ(pattern(), expected([](int x, int y) { return (x < 4) != (y < 4); }));
 }
 
-/// Of a pinhole weights are not linear on the picture: the texture's middle is seen where the
-/// middle of the square is.
+/// With a pinhole, weights are not linear in the picture: the texture's middle appears at the
+/// middle of the square.
 TEST(HitRasterizer, TexturesLieOnTheSurfaceNotOnThePicture) {
     Primitive floor;
     floor.positions = {{-1.03F, -1, -1}, {1.03F, -1, -1}, {1.03F, -1, -9}, {-1.03F, -1, -9}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The keys of hits found on the CPU: what was hit, and in which order what coincides is drawn.
+// The keys of CPU hits: the elements, and the draw order of coincident ones.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,8 +15,8 @@
 namespace peeler::test {
 namespace {
 
-/// Coincident meshes: twice the hits, at the same Z to the last bit, and in the order in which they
-/// are drawn, whatever corner each triangle begins with and whichever way it goes round.
+/// Coincident meshes: twice the hits, at exactly the same Z, in draw order, for any first corner
+/// and either winding of each triangle.
 TEST(HitRasterizer, WhatCoincidesIsHitTwiceInDrawOrder) {
     const Primitive first = icosphere(3);
     Primitive second = first;
@@ -62,8 +62,8 @@ TEST(HitRasterizer, InstancesThatAreDrawnAtOnceHaveKeysOfTheirOwn) {
     }
 }
 
-/// Keys are those of the draw list, whatever topology, instance and primitive they come from, and
-/// lines and points are not hit.
+/// Keys are those of the draw list for every topology, instance and primitive; lines and points are
+/// not hit.
 TEST(HitRasterizer, KeysSayWhatWasHit) {
     Primitive list = square(0, 0, 2, 8, -1), strip, fan, lines = list;
     strip.topology = Topology::kTriangleStrip;

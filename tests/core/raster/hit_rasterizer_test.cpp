@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hits found on the CPU against what is known on paper: parity, and places.
+// CPU hits against analytic answers: parity, and places.
 #include "core/raster/hit_rasterizer.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ TEST(HitRasterizer, ClosedMeshesHaveEvenRays) {
     }
 }
 
-// What the test above cannot see if it could not fail.
+// Proves that the test above can fail.
 TEST(HitRasterizer, AHoleIsSeen) {
     Primitive mesh = icosphere(3);
     mesh.indices.resize(mesh.indices.size() - 3);
@@ -60,8 +60,8 @@ TEST(HitRasterizer, AHoleIsSeen) {
     EXPECT_GT(odd, 10U);
 }
 
-/// Every ray against every triangle, in double precision: hits are the same but for rays that pass
-/// an edge by a step of the grid or so, and Z is where the ray meets the plane.
+/// Compares every ray with every triangle, in double precision: hits agree except for rays within
+/// about one grid step of an edge, and Z is where the ray meets the plane.
 void compareWithTriangles(const PosedScene& posed, const View& view) {
     HitRasterizer source(posed);
     const TracedHits traced = trace(source, view);
@@ -156,13 +156,13 @@ TEST(HitRasterizer, TrianglesBeyondNumbers) {
     const auto add = [&](glm::vec3 a, glm::vec3 b, glm::vec3 c) {
         primitive.positions.insert(primitive.positions.end(), {a, b, c});
     };
-    add({-kFar, kFar, -1}, {kFar, kFar, -1}, {0, -kFar, -1});   // 1: all of the picture
+    add({-kFar, kFar, -1}, {kFar, kFar, -1}, {0, -kFar, -1});   // 1: the whole picture
     add({kNan, 0, -2}, {8, 0, -2}, {0, -8, -2});                // 2: none
     add({0, 0, -3}, {8, -8, -3}, {4, -4, -3});                  // 3: no area
     add({-1, 1, kNan}, {20, 1, -2}, {-1, -20, -2});             // 4: none
     add({-1, 1, -kFloatInfinity}, {20, 1, -2}, {-1, -20, -2});  // 5: none
-    add({kFar, 1, -5}, {-1, 1, -5}, {-1, -kFar, -5});           // 6: all of the picture
-    add({-kFar, -2, -6}, {kFar, -2, -6}, {4, -6, -6});          // 7: from y = 2 on
+    add({kFar, 1, -5}, {-1, 1, -5}, {-1, -kFar, -5});           // 6: the whole picture
+    add({-kFar, -2, -6}, {kFar, -2, -6}, {4, -6, -6});          // 7: from y = 2 down
     add({2, -2, -7}, {2, -2, -7}, {2, -2, -7});                 // 8: a point
     const Scene scene = oneMesh({primitive});
     HitRasterizer source{PosedScene(scene)};
@@ -173,14 +173,14 @@ TEST(HitRasterizer, TrianglesBeyondNumbers) {
                       (y >= 2 && y < 6 ? std::vector<std::uint32_t>{1, 6, 7}
                                        : std::vector<std::uint32_t>{1, 6}))
                 << x << ", " << y;
-    // Of a pinhole at (4, −4, 4), before which the first and the sixth go on without an end.
+    // A pinhole at (4, −4, 4), where the first and the sixth extend to infinity.
     View eye = parallelView(8, 8);
     eye.camera_to_world[3] = {4, -4, 4, 1};
     eye.projection = {true, 0.5, 0.5, 0.1, kInfinity};
     const TracedHits seen = trace(source, eye);
     for (int y = 0; y < 8; ++y) {
         for (int x = 0; x < 8; ++x) {
-            const double down = 4 + 10 * ((y + 0.5) / 8 - 0.5);  // at Z = 10, where the seventh is
+            const double down = 4 + 10 * ((y + 0.5) / 8 - 0.5);  // at Z = 10, the seventh's plane
             std::vector<std::uint32_t> expected = {1, 6};
             if (down >= 2 && down < 6) expected.push_back(7);
             EXPECT_EQ(seen.keys(seen.image.pixelIndex(x, y)), expected) << x << ", " << y;
@@ -188,7 +188,7 @@ TEST(HitRasterizer, TrianglesBeyondNumbers) {
     }
 }
 
-/// Rays have no beginning unless the near plane is one: hits behind it come first.
+/// Rays have no start except a near plane: hits behind the origin come first.
 TEST(HitRasterizer, HitsBehindTheStartComeFirst) {
     const Scene scene =
         oneMesh({square(0, 0, 4, 4, -3), square(0, 0, 4, 4, 5), square(0, 0, 4, 4, 0),

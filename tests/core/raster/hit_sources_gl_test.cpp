@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sources of hits against each other: GL's rasteriser and that of the CPU.
+// Hit sources against each other: GL's rasteriser and the CPU's.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@
 namespace peeler::test {
 namespace {
 
-// GL snaps corners to a grid of 1/256 of the rays' distance, the CPU to one of 1/65,536.
+// GL snaps vertices to a grid of 1/256 of the ray spacing, the CPU to 1/65,536.
 constexpr double kSnapped = 1.0 / 256 + 1.0 / 65536;
 
 struct KeyedHit {
@@ -29,7 +29,7 @@ struct KeyedHit {
     float z = 0;
 };
 
-/// The hits of a ray by their keys, of which it has none twice.
+/// Returns the hits of a ray by their keys, each of which occurs once.
 std::vector<KeyedHit> hitsOf(const LayeredImage& image, std::size_t ray) {
     const auto keys = image.extra.front().as<const std::uint32_t>();
     std::vector<KeyedHit> hits;
@@ -39,8 +39,8 @@ std::vector<KeyedHit> hitsOf(const LayeredImage& image, std::size_t ray) {
     return hits;
 }
 
-/// Where the corners of a triangle are among the rays; of a camera's picture what lies before the
-/// near plane is cut off.
+/// Returns the outline of a triangle in ray coordinates; a camera's part in front of the near plane
+/// is clipped.
 std::vector<glm::dvec2> outlineOf(const PosedScene& posed, const View& view, std::uint32_t key) {
     WorldElement element = elementOf(posed, key);
     placeCorners(posed, element);
@@ -62,7 +62,7 @@ std::vector<glm::dvec2> outlineOf(const PosedScene& posed, const View& view, std
     return outline;
 }
 
-/// How far a ray of a capture is from the edges of a triangle, in rays.
+/// Returns the distance, in rays, between a ray of a capture and the edges of a triangle.
 double rayToEdge(const PosedScene& posed, const View& view, const LayeredImage& image,
                  std::size_t ray, std::uint32_t key) {
     const auto width = static_cast<std::size_t>(image.window.width());
@@ -71,12 +71,12 @@ double rayToEdge(const PosedScene& posed, const View& view, const LayeredImage& 
     return distanceToEdges(outlineOf(posed, view, key), at + view.sample);
 }
 
-/// What two captures of the same rays have in common.
+/// The agreement of two captures of the same rays.
 struct Agreement {
     std::size_t rays = 0, hits = 0;
-    std::size_t differing = 0;  ///< rays that do not hit the same triangles
-    double farthest = 0;        ///< of such a ray from the edges of such a triangle, in rays
-    double largest_error = 0;   ///< of Z on other rays, in sizes of the scene
+    std::size_t differing = 0;  ///< rays with different triangles
+    double farthest = 0;  ///< distance of such a ray from the edges of such a triangle, in rays
+    double largest_error = 0;  ///< of Z on the other rays, relative to the scene's size
 };
 
 void compare(const PosedScene& posed, const View& view, const LayeredImage& gl,
@@ -106,7 +106,7 @@ void compare(const PosedScene& posed, const View& view, const LayeredImage& gl,
     }
 }
 
-/// The pixels of a camera that has its near plane in most of the scenes, and bundles through them.
+/// Returns the pixels of a camera with its near plane inside most scenes, and bundles through them.
 std::vector<View> viewsOf(const Bounds& box) {
     std::vector<View> views{testView(160, 120)};
     RayGrid grid;
@@ -144,14 +144,13 @@ TEST(HitSources, AgreeOnHardScenesButAtEdges) {
             EXPECT_GT(agreement.hits, agreement.rays / 2) << name;
             EXPECT_LE(agreement.differing, agreement.rays / 20) << name;
             EXPECT_LE(agreement.farthest, kSnapped) << name;
-            if (mode == HitMode::kRaw) continue;  // depths of 32 bits
+            if (mode == HitMode::kRaw) continue;  // 32-bit depths
             EXPECT_LE(agreement.largest_error, 1e-6) << name;
         }
     }
 }
 
-/// What channels say of hits that both have, but near edges, where a ray may miss the triangle
-/// itself.
+/// The channels of common hits agree, except near edges, where a ray may miss the triangle itself.
 TEST(HitSources, SayTheSameOfTheSameHits) {
     SceneBuilder builder;
     const int material = builder.material(glm::vec4(1));
@@ -195,7 +194,7 @@ TEST(HitSources, SayTheSameOfTheSameHits) {
                 for (std::size_t c = 0; c < gl.extra[i].components(); ++c) {
                     const float here = FragmentChannel(gl.extra[i], c).value(a);
                     const float there = FragmentChannel(cpu.extra[i], c).value(b);
-                    // Normals of GL are a shader's, between corners that are snapped.
+                    // GL's normals come from a shader, between snapped vertices.
                     ASSERT_NEAR(here, there, 1e-3) << gl.extra[i].channels[c] << ", ray " << ray;
                 }
             }
@@ -204,7 +203,7 @@ TEST(HitSources, SayTheSameOfTheSameHits) {
     EXPECT_GT(compared, 10'000U);
 }
 
-/// Another source's hits, from one that does not prefer lines.
+/// Another source's hits, from a source that prefers bundles.
 class BundlesOf final : public HitSource {
   public:
     explicit BundlesOf(HitSource& source) : source_(source) {}
@@ -260,7 +259,7 @@ TEST(HitSources, BakeTheSame) {
     std::printf("ambient occlusion: %.5f apart in the mean; from lines of their own %.5f, %.5f\n",
                 same_rays, coarse, fine);
     EXPECT_LE(same_rays, 0.0005);
-    // Finer bundles come nearer to every receiver's own lines.
+    // Finer bundles approximate every receiver's own lines better.
     EXPECT_LE(coarse, 0.01);
     EXPECT_LE(fine, coarse / 2);
 }

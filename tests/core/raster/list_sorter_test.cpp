@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists of every length that are sorted at once, in registers and in memory, on any processor.
+// Sorting of lists of every length, in registers and in memory, on any processor.
 #include "core/raster/list_sorter.h"
 
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ TEST(ListSorter, TakesNumbersOfAllSizes) {
     }
 }
 
-/// What sorts all lists of zeros and ones sorts all lists (Knuth, volume 3, theorem Z).
+/// A network that sorts all lists of zeros and ones sorts all lists (Knuth, volume 3, theorem Z).
 TEST(ListSorter, ComparesEnough) {
     for (const std::size_t length : {2U, 3U, 5U, 8U, 11U, 16U}) {
         std::size_t comparisons = 0;

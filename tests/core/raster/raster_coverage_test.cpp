@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which rays hit which triangles, against the same question asked ray by ray in integers that no
-// product can overflow.
+// Coverage of rays by triangles, against a ray-by-ray test in integers that cannot overflow.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,8 +17,8 @@ namespace {
 
 __extension__ using Wide = __int128;
 
-/// The top-left rule as books have it: inside of all three edges, or on some of them if each of
-/// those is a left or a top one. Corners in any order; y is down.
+/// The textbook top-left rule: inside all three edges, or on some of them if each of those is a
+/// left or a top edge. Corners in any order; y is down.
 bool covers(std::array<SnappedCorner, 3> corner, std::int64_t x, std::int64_t y) {
     const auto side = [](const SnappedCorner& a, const SnappedCorner& b, Wide px, Wide py) {
         return (Wide{b.x} - a.x) * (py - a.y) - (Wide{b.y} - a.y) * (px - a.x);
@@ -31,7 +30,7 @@ bool covers(std::array<SnappedCorner, 3> corner, std::int64_t x, std::int64_t y)
         const SnappedCorner& a = corner[i];
         const SnappedCorner& b = corner[(i + 1) % 3];
         const Wide at = side(a, b, x, y);
-        // Clockwise as seen: left edges go up, top edges go right.
+        // Clockwise on screen: left edges go up, top edges go right.
         const bool left = b.y < a.y, top = b.y == a.y && b.x > a.x;
         if (at < 0 || (at == 0 && !left && !top)) return false;
     }
@@ -46,7 +45,7 @@ Scene triangleScene(const Positions& positions) {
     return oneMesh({primitive});
 }
 
-/// Compares every ray; returns how many hits there are.
+/// Compares every ray; returns the number of hits.
 std::size_t compareAllRays(const Positions& positions, const View& view) {
     const Scene scene = triangleScene(positions);
     HitRasterizer source{PosedScene(scene)};
@@ -75,7 +74,7 @@ std::size_t compareAllRays(const Positions& positions, const View& view) {
     return traced.image.fragments();
 }
 
-/// Triangles that are hard to get right, at random.
+/// Random hard cases of triangles.
 class HardTriangles {
   public:
     explicit HardTriangles(unsigned seed) : random_(seed) {}
@@ -117,7 +116,7 @@ class HardTriangles {
     glm::vec3 anywhere() {
         return {kSide * (1.4F * share() - 0.2F), -kSide * (1.4F * share() - 0.2F), depth()};
     }
-    /// A corner that a ray goes through, or that lies beside one by a step of the grid.
+    /// Returns a corner on a ray, or one grid step beside it.
     glm::vec3 throughRays() {
         const auto at = [&] {
             const int step = random_() % 3 == 0 ? static_cast<int>(random_() % 3) - 1 : 0;
@@ -131,7 +130,7 @@ class HardTriangles {
         positions_.insert(positions_.end(), {a, b, c});
     }
 
-    /// Triangles around a corner, in either orientation: every edge is shared.
+    /// Adds triangles around a corner, in either orientation: every edge is shared.
     void fan() {
         const glm::vec3 middle = corner();
         std::vector<glm::vec3> rim(3 + random_() % 4);
@@ -153,7 +152,7 @@ class HardTriangles {
         const Positions was(positions_);
         add(was[i + random_() % 3], was[i + 1], was[i + 2]);
     }
-    /// A corner on the middle of another triangle's edge.
+    /// Adds a corner on the middle of another triangle's edge.
     void junction() {
         const glm::vec3 a = corner(), b = corner(), c = corner(), d = corner();
         const glm::vec3 middle = 0.5F * (a + b);
@@ -199,7 +198,7 @@ TEST(RasterCoverage, OfHugePicturesTheGridIsCoarserAndStillExact) {
         EXPECT_EQ(CornerGrid(parallelView(side, 1)).bits(), bits) << side;
 }
 
-/// A quad in two triangles is hit by every ray within, once, whichever way the diagonal goes.
+/// Every ray within a quad of two triangles hits it once, with either diagonal.
 TEST(RasterCoverage, SharedEdgesAreHitOnce) {
     const View view = parallelView(16, 16);
     for (const bool turned : {false, true}) {

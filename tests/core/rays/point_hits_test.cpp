@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The hits next to points, where they are known on paper.
+// The hits next to points, with analytic answers.
 #include "core/rays/point_hits.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 namespace peeler::test {
 namespace {
 
-/// A scene of triangles whose hits are found one by one, without any renderer.
+/// A scene of triangles with brute-force hits, without a renderer.
 class Traced {
   public:
     explicit Traced(Scene scene) : scene_(std::move(scene)), shown_(scene_, 0) {
@@ -66,7 +66,7 @@ class Traced {
     std::vector<WorldElement> elements_;
 };
 
-/// Large triangles across Z, all rays through each; the n-th has the key n + 1.
+/// Returns large triangles across Z, all rays through each; the n-th has the key n + 1.
 Scene sheets(const std::vector<float>& heights) {
     SceneBuilder builder;
     const int material = builder.material({1, 1, 1, 1});
@@ -86,7 +86,7 @@ TEST(PointHits, BetweenSheets) {
     EXPECT_EQ(found[0].after.key, 2U);
     EXPECT_EQ(found[1].before.key, 0U);
     EXPECT_EQ(found[1].before.distance, kInfinity);
-    EXPECT_DOUBLE_EQ(found[1].after.distance, 2);  // far in front of where the rays start
+    EXPECT_DOUBLE_EQ(found[1].after.distance, 2);  // far in front of the rays' origins
     EXPECT_DOUBLE_EQ(found[2].before.distance, 3);
     EXPECT_EQ(found[2].before.key, 3U);
     EXPECT_EQ(found[2].after.distance, kInfinity);
@@ -116,11 +116,11 @@ TEST(PointHits, OnASurfaceAndWhereSurfacesCoincide) {
     }
 }
 
-// On a coarse grid what a ray hits is followed to the point's own ray.
+// On a coarse grid a ray's hit is extrapolated to the point's own ray.
 TEST(PointHits, SteepSurfacesAreFollowed) {
     SceneBuilder builder;
     const int material = builder.material({1, 1, 1, 1});
-    // z = 2x and z = −2x, which cross at x = 0, where there are rays; and both once more.
+    // z = 2x and z = −2x, which cross at x = 0, where there are rays; both twice.
     for (int i = 0; i < 2; ++i) {
         builder.triangles({{-8, -4, -16}, {8, -4, 16}, {0, 12, 0}}, material);
         builder.triangles({{-8, -4, 16}, {8, -4, -16}, {0, 12, 0}}, material);
@@ -137,7 +137,7 @@ TEST(PointHits, SteepSurfacesAreFollowed) {
         NextHit before, after;
         for (const std::uint32_t key : {1U, 2U}) {
             const double along = (key == 1 ? 2 : -2) * points[i].x - points[i].z;
-            // Of those that coincide the last one before, the first one after.
+            // Among coincident hits the last one before, the first one after.
             if (along > 0 && along < after.distance) after = {along, key};
             if (along <= 0 && -along < before.distance) before = {-along, key + 2};
         }
@@ -173,7 +173,7 @@ TEST(PointHits, OnASurfaceButForRounding) {
     }
 }
 
-/// Against the slabs that a cube is the intersection of (Kay & Kajiya 1986).
+/// Against the intersection of slabs (Kay & Kajiya 1986).
 TEST(PointHits, InsideAndOutsideACube) {
     const Traced traced(sceneOf({{"", {cube()}}}));
     std::mt19937 random(22);
@@ -183,9 +183,9 @@ TEST(PointHits, InsideAndOutsideACube) {
         points.emplace_back(around(random), around(random), around(random));
     struct Row {
         glm::dvec3 direction;
-        double exact;  ///< share of the points at least
+        double exact;  ///< minimum share of the points
     };
-    // Askew, some rays pass an edge on the other side than the nearest ray does.
+    // At an oblique angle, some rays pass an edge on the other side than the nearest ray.
     for (const Row& row : {Row{{0, 1, 0}, 1}, {{0, 0, -1}, 1}, {{1, 2, -3}, 0.97}}) {
         const glm::dvec3 direction = glm::normalize(row.direction);
         const auto found = traced.around(traced.bundle(direction, 128), points);
@@ -224,11 +224,11 @@ TEST(PointHits, InsideASphereChordsAddUp) {
     for (std::size_t i = 0; i < points.size(); ++i) {
         const double along = glm::dot(points[i], direction);
         const double half = std::sqrt(1 - glm::dot(points[i], points[i]) + along * along);
-        // The mesh is up to 0.004 within the sphere, and seen aslant.
+        // The mesh is up to 0.004 inside the sphere, and seen obliquely.
         EXPECT_NEAR(found[i].before.distance, half + along, 0.008);
         EXPECT_NEAR(found[i].after.distance, half - along, 0.008);
     }
-    // Bands together are the whole.
+    // Bands together equal the whole.
     std::vector<PointHits> banded(points.size());
     for (int y = 0; y < bundle.view.height; y += 5) {
         Bundle part = bundle;

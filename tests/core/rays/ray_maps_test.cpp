@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Maps of rays whose hits are known.
+// Maps of rays with known hits.
 #include "core/rays/ray_maps.h"
 
 #include <gtest/gtest.h>
@@ -86,7 +86,7 @@ TEST(RayMaps, InsideIsByParityAndTheInnermostCounts) {
          0},
         {"touching", {{0, 0}, {2, 1}, {2, 0}, {5, 1}}, 5, {2, 3, 0}, 0},
         {"the same twice: the later one", {{1, 0}, {1, 1}, {3, 0}, {3, 1}}, 2, {0, 2, 0}, 0},
-        // Whichever is drawn first, the shorter one is inside of the longer one.
+        // In either draw order, the shorter one is inside the longer one.
         {"entered together, a", {{1, 0}, {1, 1}, {2, 1}, {5, 0}}, 4, {3, 1, 0}, 0},
         {"entered together, b", {{1, 1}, {1, 0}, {2, 1}, {5, 0}}, 4, {3, 1, 0}, 0},
         {"left together", {{1, 0}, {3, 1}, {5, 1}, {5, 0}}, 4, {2, 2, 0}, 0},
@@ -109,7 +109,7 @@ TEST(RayMaps, InsideIsByParityAndTheInnermostCounts) {
 
 TEST(RayMaps, XRaysFollowBeerAndLambert) {
     RayMapSettings settings{{RayMap::kTransmission}};
-    settings.attenuation = {0.5, 2};  // of the third material nothing is said
+    settings.attenuation = {0.5, 2};  // the third material has no value
     Maps maps(bodies(3), settings);
     EXPECT_EQ(maps({})[0], 1);
     EXPECT_FLOAT_EQ(maps({{0, 0}, {2, 1}, {3, 1}, {4, 0}, {5, 2}, {9, 2}})[0],
@@ -143,7 +143,7 @@ TEST(RayMaps, ChannelsHaveNamesOfTheirOwn) {
                                         "path.material 3", "path.steel_2_4"}));
 }
 
-/// Rays along −Z over [−w, w] × [−h, h], starting at z = 3.
+/// Returns rays along −Z over [−w, w] × [−h, h], starting at z = 3.
 Bundle bundleOf(int width, int height, double w, double h) {
     Bundle bundle;
     bundle.name = "b";
@@ -196,7 +196,7 @@ TEST(RayMaps, LengthsAreAlongTheRaysOfAPinhole) {
     const RayMaps maps(shown, &solids, {{RayMap::kFirst, RayMap::kThickness}});
     Bundle bundle = bundleOf(16, 8, 2, 1);
     bundle.view.projection.perspective = true;
-    // Around the eye's surroundings: two shells, every ray alike.
+    // Around the eye: two shells, the same for every ray.
     const LayeredImage hits = rayHits(bundle, [](const glm::dvec3&, const glm::dvec3&) {
         return std::vector<Hit>{{2, keyOf(0)}, {5, keyOf(0)}};
     });

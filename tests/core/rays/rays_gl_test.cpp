@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays through bodies that are known on paper: parity, lengths, volumes, and where the rays lie.
+// Rays through bodies with analytic answers: parity, lengths, volumes, and the places of rays.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ TEST(ClosedMeshes, EveryRayLeavesWhatItEnters) {
         {"icosphere 5", icosphere(5)},        {"torus", torus(0.4, 64, 32)},
         {"thin torus", torus(0.01, 400, 12)}, {"cube", cube()},
     };
-    const bool with_embree = testBackend() == "egl";  // it says the same beside osmesa
+    const bool with_embree = testBackend() == "egl";  // the result is the same with osmesa
     for (const auto& [name, mesh] : meshes) {
         const OddRays found = countOddRays(name, sceneOf({{"", {mesh}}}), 64, 256, with_embree);
         EXPECT_GT(found.hits, found.rays / 100);
@@ -39,7 +39,7 @@ TEST(ClosedMeshes, EveryRayLeavesWhatItEnters) {
     EXPECT_EQ(fine.cpu, 0U);
 }
 
-// What the tests above cannot see if they could not fail.
+// Proves that the tests above can fail.
 TEST(ClosedMeshes, AHoleIsSeen) {
     Primitive mesh = icosphere(3);
     mesh.indices.resize(mesh.indices.size() - 3);
@@ -67,7 +67,7 @@ struct Traced {
     std::span<const float> t(std::size_t pixel) const {
         return std::span(image.z).subspan(image.offsets[pixel], image.count(pixel));
     }
-    /// A plane a channel.
+    /// Returns one plane per channel.
     std::vector<std::vector<float>> maps(RayMapSettings settings) const {
         const Solids solids(shown);
         const RayMaps maps(shown, &solids, std::move(settings));
@@ -98,12 +98,12 @@ struct Traced {
 
 const glm::dvec3 kAskew = glm::normalize(glm::dvec3(1, 2, -3));
 
-/// From the axis through the origin.
+/// Returns the distance of the ray's axis from the origin.
 double beside(const glm::dvec3& start, const glm::dvec3& direction) {
     return glm::length(glm::cross(start, direction));
 }
 
-/// By each engine.
+/// Runs with each engine.
 class RayLengths : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(By, RayLengths, testing::Values("cpu", "gl"),
                          [](const auto& row) { return std::string(row.param); });
@@ -113,7 +113,7 @@ TEST_P(RayLengths, ChordsOfASphere) {
     const Traced traced(GetParam(), sceneOf({{"", {mesh}}}), kAskew, {512});
     const std::vector<float> thickness = traced.maps({{RayMap::kThickness}}).at(0);
 
-    // How far the triangles lie within the sphere, at their middles.
+    // The depth of the triangles' centres inside the sphere.
     double within = 0;
     for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
         const glm::dvec3 sum = glm::dvec3(mesh.positions[mesh.indices[i]]) +
@@ -131,13 +131,13 @@ TEST_P(RayLengths, ChordsOfASphere) {
         const double off = 2 * half - static_cast<double>(thickness[p]);
         worst = std::max(worst, off);
         ASSERT_GE(off, -1e-6);
-        // Both ends, seen aslant.
+        // Both ends, seen obliquely.
         ASSERT_LE(off, 2.1 * within / half) << d;
     }
     std::printf("%zu rays; triangles are up to %.2g within the sphere, chords up to %.2g short\n",
                 rays, within, worst);
 
-    // The mesh is convex, so its own chords follow from its planes alone.
+    // The mesh is convex, so its planes alone give its chords.
     std::mt19937 random(7);
     std::size_t hit = 0;
     for (int i = 0; i < 1000; ++i) {
@@ -152,7 +152,7 @@ TEST_P(RayLengths, ChordsOfASphere) {
             const double at = glm::dot(normal, a - start) / along;
             (along < 0 ? in : out) = along < 0 ? std::max(in, at) : std::min(out, at);
         }
-        // Where only vertices stand out, no plane says whether a ray hits.
+        // Where only vertices protrude, no plane decides whether a ray hits.
         if (std::abs(out - in) < 1e-3) continue;
         const double chord = std::max(0.0, out - in);
         hit += chord > 0 ? 1 : 0;
@@ -214,7 +214,7 @@ TEST_P(RayLengths, VolumesOfASphereATorusAndACube) {
     }
 }
 
-/// By each engine.
+/// Runs with each engine.
 class BundleRays : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(By, BundleRays, testing::Values("cpu", "gl"),
                          [](const auto& row) { return std::string(row.param); });
@@ -247,8 +247,8 @@ TEST_P(BundleRays, AreWhereTheHelpSaysTheyAre) {
         }
     }
     EXPECT_GT(traced.image.fragments(), 10000U);
-    // The rasteriser has corners on a grid of 1/256 pixel: a ray of a fragment may miss a triangle,
-    // one that is seen edge-on by more than that.
+    // The rasteriser snaps vertices to a grid of 1/256 pixel: a fragment's ray may miss a triangle,
+    // an edge-on one by more than that.
     EXPECT_LT(farthest, spacing / 16);
     const double misses = 1 - static_cast<double>(exact) / double(traced.image.fragments());
     std::printf("%.2g of the hits lie beside their rays, at most %.2g of the rays' distance\n",
@@ -275,7 +275,7 @@ TEST_P(BundleRays, DirectionsAreEven) {
 }
 
 TEST_P(BundleRays, BoundsCutNothingOffAlongTheRays) {
-    // A slab across the rays, far thinner than the sphere, and one that is beside its middle.
+    // A slab across the rays, far thinner than the sphere, and one off its centre.
     const Bounds slabs[] = {{{-0.5, -0.5, -0.001}, {0.5, 0.5, 0.001}},
                             {{-0.5, -0.5, 0.7}, {0.5, 0.5, 0.7}}};
     for (const Bounds& slab : slabs) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which surfaces are closed, and which solid a key belongs to.
+// Closed surfaces, and the solid of each key.
 #include "core/rays/solids.h"
 
 #include <gtest/gtest.h>
@@ -14,14 +14,14 @@
 namespace peeler::test {
 namespace {
 
-/// A sphere of quads between parallels; with the poles as rows of equal vertices, so that there
-/// some triangles are degenerate. With `open` the first and last rows of quads are missing.
+/// Returns a sphere of quads between parallels; the poles are rows of equal vertices, so some
+/// triangles there are degenerate. With `open` the first and last rows of quads are missing.
 Primitive globe(int columns, int rows, bool open, int material = 0, float radius = 1) {
     Primitive primitive;
     primitive.material = material;
     for (int row = 0; row <= rows; ++row) {
         for (int column = 0; column <= columns; ++column) {
-            // The seam and the poles lie at the same bits.
+            // The seam and the poles have identical bits.
             const double u = 2 * std::numbers::pi * (column % columns) / columns;
             const double v = std::numbers::pi * row / rows;
             const double ring = row == 0 || row == rows ? 0 : std::sin(v);
@@ -44,7 +44,7 @@ Primitive globe(int columns, int rows, bool open, int material = 0, float radius
     return primitive;
 }
 
-/// A side of the cube from −1 to 1, of its own material.
+/// Returns one side of the cube from −1 to 1, with its own material.
 Primitive cubeSide(int side) {
     const int axis = side / 2;
     const float sign = side % 2 == 0 ? -1.0F : 1.0F;
@@ -99,7 +99,7 @@ TEST(Solids, SidesOfDifferentMaterialsAreOneCube) {
 }
 
 TEST(Solids, ASphereIsClosedWhateverItsPolesAndSeamAreMadeOf) {
-    // 12 by 7 quads; half of the triangles at the poles have two corners only.
+    // 12 by 7 quads; half of the triangles at the poles have only two corners.
     EXPECT_EQ(solidsOf({globe(12, 7, false)}), (List{{{0}, 144, 0}}));
     EXPECT_EQ(solidsOf({globe(12, 7, true)}), (List{{{0}, 120, 24}}));
 }
@@ -107,7 +107,7 @@ TEST(Solids, ASphereIsClosedWhateverItsPolesAndSeamAreMadeOf) {
 TEST(Solids, PrimitivesThatAreClosedStandAlone) {
     const Primitive outer = globe(8, 4, false, 0), inner = globe(8, 4, false, 1, 0.5F);
     EXPECT_EQ(solidsOf({outer, inner}), (List{{{0}, 48, 0}, {{1}, 48, 0}}));
-    // A closed one, and two that are open.
+    // One closed surface, and two open ones.
     EXPECT_EQ(solidsOf({cubeSide(0), inner, cubeSide(1)}), (List{{{1}, 48, 0}, {{0, 2}, 4, 8}}));
 }
 
@@ -155,7 +155,7 @@ TEST(Solids, ADeformedMeshHasItsOwnTopology) {
     EXPECT_EQ(found(Solids(PosedScene(scene))), (List{{{0}, 4, 0}, {{0}, 4, 4}}));
 }
 
-/// Every key leads where DrawList says, in a scene with all that makes keys irregular.
+/// Every key maps to the DrawList's element, in a scene with everything that makes keys irregular.
 TEST(Solids, KeysAreThoseOfTheDrawList) {
     Primitive empty, points;
     points.topology = Topology::kPoints;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What three axes say of cells, and rays that do not leave what they enter.
+// Voxel votes of three axes, and rays that do not leave each solid that they enter.
 #include "core/rays/voxels.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 namespace peeler::test {
 namespace {
 
-/// Rows [y0, y1) of a picture.
+/// Returns the rows [y0, y1) of a picture.
 LayeredImage rowsOf(const LayeredImage& image, int y0, int y1) {
     LayeredImage band;
     band.window = {image.window.x0, y0, image.window.x1, y1};
@@ -32,7 +32,7 @@ LayeredImage rowsOf(const LayeredImage& image, int y0, int y1) {
     return band;
 }
 
-/// By (x · cells.y + y) · cells.z + z.
+/// Returns the votes by (x · cells.y + y) · cells.z + z.
 std::vector<std::uint8_t> votesOf(const VoxelVotes& votes, const AxisBundles& axes) {
     std::vector<std::uint8_t> all, plane(static_cast<std::size_t>(axes.cells.y * axes.cells.z));
     for (int x = 0; x < axes.cells.x; ++x) {
@@ -42,8 +42,8 @@ std::vector<std::uint8_t> votesOf(const VoxelVotes& votes, const AxisBundles& ax
     return all;
 }
 
-/// Hits at random of one to four solids; of some there is an odd number, some coincide, and some
-/// are beyond the cells.
+/// Returns random hits of one to four solids; some have an odd number, some coincide, and some are
+/// outside the cells.
 LayeredImage randomHits(const Bundle& bundle, double length, std::mt19937& random) {
     std::uniform_int_distribution<int> places(-4, 40), counts(0, 9), solids(0, 3);
     return rayHits(bundle, [&](const glm::dvec3&, const glm::dvec3&) {
@@ -57,8 +57,8 @@ LayeredImage randomHits(const Bundle& bundle, double length, std::mt19937& rando
     });
 }
 
-/// Adds the votes of a bundle cell by cell: a centre is inside of a solid that has an odd number of
-/// hits before it, unless the last of these has none to go with.
+/// Adds the votes of a bundle cell by cell: a centre is inside a solid with an odd number of hits
+/// in front of it, unless the last of these is unpaired.
 void addVotes(const AxisBundles& axes, std::size_t axis, const LayeredImage& hits,
               std::vector<std::uint8_t>& votes) {
     const Bundle& bundle = axes.bundles[axis];
@@ -91,7 +91,7 @@ void addVotes(const AxisBundles& axes, std::size_t axis, const LayeredImage& hit
 
 class Voxels : public testing::Test {
   protected:
-    /// The lattice over a box that is not a cube.
+    /// Returns the lattice over a box that is not a cube.
     static AxisBundles lattice(int resolution) {
         const Bounds box{{-1.5, -1.25, -1}, {1.5, 1.25, 1.75}};
         return axisBundles(box, box, {resolution});
@@ -188,7 +188,8 @@ TEST_F(Voxels, RandomHitsAreCountedAsCellByCell) {
     const PosedScene shown(scene);
     const Solids solids(shown);
     std::mt19937 random(7);
-    // Lines of less than a word, of just one, of one and a bit, and of two and more; one cell wide.
+    // Lines of less than a word, exactly one, slightly more than one, and more than two; one cell
+    // wide.
     for (const glm::ivec3& cells :
          {glm::ivec3(7, 10, 20), {5, 20, 64}, {20, 3, 65}, {2, 9, 150}, {1, 70, 3}, {30, 1, 1}}) {
         const glm::dvec3 corner(-0.3, 0.2, 1.1);
@@ -238,7 +239,7 @@ TEST_F(Voxels, RandomHitsAreCountedAsCellByCell) {
 
 TEST_F(Voxels, OddRaysAreCountedBySolid) {
     Bundle bundle = lattice(40).bundles[2];
-    // The second sphere cannot be left where x > 0.
+    // The second sphere has no exit where x > 0.
     const auto hits = [&](const glm::dvec3& start, const glm::dvec3&) {
         std::vector<Hit> found = {{1, keyOf(0)}, {2, keyOf(0)}, {3, keyOf(1)}};
         if (!(start.x > 0)) found.push_back({4, keyOf(1)});

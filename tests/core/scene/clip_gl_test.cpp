@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Clip volumes: half-spaces against the positions of fragments, meshes against analysis and Embree.
+// Clip volumes: half-spaces against the positions of fragments, meshes against analytic answers and
+// Embree.
 #include <peeler/clip.h>
 
 #include <gtest/gtest.h>
@@ -17,7 +18,7 @@
 namespace peeler::test {
 namespace {
 
-/// The point in space of testView() that pixel (x, y) shows at a depth.
+/// Returns the point in the space of testView() at pixel (x, y) and a depth.
 glm::dvec3 pointAt(const View& view, int x, int y, double z) {
     const double u = (x + 0.5) / view.width * 2 - 1, v = 1 - (y + 0.5) / view.height * 2;
     return {u * view.projection.half_width * z, v * view.projection.half_height * z, -z};
@@ -35,7 +36,7 @@ void forEachPoint(const LayeredImage& image, const View& view, F&& f) {
     }
 }
 
-/// A closed ball of triangles around `centre`, counter-clockwise from outside; a node of its own.
+/// Adds a node with a closed ball of triangles around `centre`, counter-clockwise from outside.
 int addBall(SceneBuilder& builder, const glm::dvec3& centre, double radius, int steps) {
     std::vector<glm::vec3> corners;
     const auto point = [&](int i, int j) {
@@ -83,7 +84,7 @@ TEST(Clip, HalfSpacesKeepWhatLiesInThem) {
     }
 }
 
-/// The settings that keep what is inside (or outside) a node's mesh.
+/// Returns settings that keep the inside (or outside) of a node's mesh.
 CaptureSettings clippedBy(int node, bool inside = true) {
     CaptureSettings settings;
     settings.clip.nodes = {node};
@@ -184,7 +185,7 @@ TEST(Clip, TheSurfacesOfAMeshCountAmongABandsBytes) {
     }
 }
 
-/// Depths along −Z at which a ray enters and leaves a mesh, as Embree finds them.
+/// Embree gives the depths along −Z at which a ray enters and leaves a mesh.
 TEST(Clip, ABallKeepsAsManyLayersAsEmbreeFindsHitsInside) {
     auto scenes = hardScenes();
     SceneBuilder builder;
@@ -219,7 +220,7 @@ TEST(Clip, ABallKeepsAsManyLayersAsEmbreeFindsHitsInside) {
     }
     std::printf("%zu pixels with layers inside the ball, %zu differ\n", inside_pixels, wrong);
     EXPECT_GT(inside_pixels, 10000U);
-    // Where a ray passes a triangle's edge at less than a pixel's 256th, GL and Embree may differ.
+    // GL and Embree may differ where a ray passes within 1/256 of a pixel of a triangle's edge.
     EXPECT_LT(wrong, inside_pixels / 200);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draw order and keys: the same whether instances are drawn at once or one by one.
+// Draw order and keys: the same for instanced and individual draws.
 #include "core/scene/draw_list.h"
 
 #include <gtest/gtest.h>
@@ -16,8 +16,8 @@ glm::dmat4 placeAt(double x, double scale = 1) {
     return glm::scale(glm::translate(glm::dmat4(1), glm::dvec3(x, 0, 0)), glm::dvec3(scale, 1, 1));
 }
 
-/// A mesh of a strip of three triangles; a node that shows it at four places, the third mirrored; a
-/// node that shows it once.
+/// Returns a mesh of a strip of three triangles; a node with four instances, the third mirrored; a
+/// node with one.
 Scene rowOfStrips() {
     Scene scene;
     scene.materials.resize(1);
@@ -31,7 +31,7 @@ Scene rowOfStrips() {
     return scene;
 }
 
-/// The same with a second primitive in the mesh, of two triangles.
+/// Returns the same with a second primitive in the mesh, of two triangles.
 Scene grove() {
     Scene scene = rowOfStrips();
     scene.meshes[0].primitives.emplace_back().positions.resize(6);
@@ -56,7 +56,7 @@ TEST(DrawList, DrawsTheInstancesOfANodeAtOnce) {
     const Scene scene = rowOfStrips();
     const PosedScene shown(scene);
     const DrawList& list = shown.drawList();
-    // A mirrored instance winds the other way, so it is drawn apart.
+    // A mirrored instance has the opposite winding, so it is a separate draw.
     EXPECT_EQ(draws(list),
               (std::vector<Expected>{{2, 1, false}, {1, 7, true}, {1, 10, false}, {1, 13, false}}));
     EXPECT_EQ(list.draws()[0].instance_keys, 3U);
@@ -69,7 +69,7 @@ TEST(DrawList, DrawsMeshesOfSeveralPrimitivesPlaceByPlace) {
     const Scene scene = grove();
     const PosedScene shown(scene);
     const DrawList& list = shown.drawList();
-    // GL would take the first primitive of all places before the second one of any.
+    // GL would draw the first primitive of all instances before the second of any.
     EXPECT_EQ(draws(list), (std::vector<Expected>{{1, 1, false},
                                                   {1, 4, false},
                                                   {1, 6, false},
@@ -115,8 +115,8 @@ TEST(DrawList, KnowsWhereKeysComeFrom) {
 }
 
 TEST(DrawList, FindsKeysAmongSurfacesOfAnySize) {
-    // A mesh with primitives of nothing before, between and behind; one of many triangles; many of
-    // one. Which key is where follows from counting.
+    // A mesh with empty primitives before, between and after others; one of many triangles; many of
+    // one. Counting gives the place of each key.
     Scene scene;
     scene.materials.resize(1);
     const auto add = [&](const std::vector<std::size_t>& triangles, std::size_t nodes) {
@@ -159,7 +159,7 @@ TEST(DrawList, GivesDeformedMeshesGeometriesOfTheirOwn) {
     scene.meshes[0].primitives[0].targets.resize(1);
     const PosedScene shown(scene);
     const DrawList& list = shown.drawList();
-    EXPECT_EQ(list.geometries().size(), 2U);  // one for each node, whatever its instances
+    EXPECT_EQ(list.geometries().size(), 2U);  // one per node, regardless of its instances
     EXPECT_EQ(list.draws()[0].instances, 2U);
 }
 

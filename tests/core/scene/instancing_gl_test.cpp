@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instances drawn at once are what they are one by one, and a renderer that is shown another moment
-// is what a new one would be: bit for bit.
+// Instanced draws equal individual ones, and a renderer that moves to another time equals a new
+// one: bit for bit.
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -22,8 +22,8 @@ glm::dmat4 somewhere(std::mt19937& random) {
     return glm::scale(place, glm::dvec3(0.3, 0.25, 0.35));
 }
 
-/// A quad that is seen through at 40 places of which two coincide and one is mirrored; with
-/// `several` the mesh has an alpha tested quad, too. And a rectangle that cuts through them.
+/// Returns a transparent quad at 40 places, two of them coincident and one mirrored; with `several`
+/// the mesh has an alpha-tested quad, too. A rectangle cuts through them.
 Scene crowdOfInstances(unsigned seed, bool several) {
     SceneBuilder builder;
     const int glass = builder.lit(builder.material({0.2F, 0.5F, 0.9F, 0.4F}));
@@ -32,13 +32,13 @@ Scene crowdOfInstances(unsigned seed, bool several) {
     builder.quad({0, -1, -1}, {0, -1, 1}, {0, 1, 1}, {0, 1, -1}, grid);
     builder.rectangle(1.5F, 0.9F, -3, glass);
     Scene& scene = builder.scene();
-    // A volume's thickness grows with the mesh.
+    // A volume's thickness scales with the mesh.
     Transmission& volume = scene.materials[static_cast<std::size_t>(glass)].transmission;
     volume.factor = 0.6F;
     volume.thickness = 0.8F;
     volume.attenuation_distance = 0.3F;
     volume.attenuation_color = {0.9F, 0.5F, 0.3F};
-    // The second mesh's primitive joins the first, and its colours decide what is cut out.
+    // The second mesh's primitive joins the first, and its colours define the cutout.
     Primitive second = scene.meshes[1].primitives[0];
     second.colors = {{1, 1, 1, 1}, {1, 1, 1, 0}, {1, 1, 1, 1},
                      {1, 1, 1, 0}, {1, 1, 1, 1}, {1, 1, 1, 1}};
@@ -55,7 +55,7 @@ Scene crowdOfInstances(unsigned seed, bool several) {
     return scene;
 }
 
-/// The same with a node for each instance, in their place.
+/// Returns the same with one node per instance, in their place.
 Scene expanded(Scene scene) {
     const std::vector<glm::dmat4> places = *scene.nodes[0].instances;
     scene.nodes[0].instances.reset();
@@ -102,8 +102,8 @@ TEST(Instancing, IsTheExpandedSceneBitForBit) {
 }
 
 /// Two overlapping rectangles in one plane as one mesh, at three places in that plane: all
-/// fragments of a pixel coincide, and those of the second primitive at one place with those of the
-/// first at others.
+/// fragments of a pixel coincide, and so do those of the second primitive at one place with those
+/// of the first at others.
 TEST(Instancing, KeepsTheOrderOfCoincidentPrimitives) {
     for (const AlphaMode mode : {AlphaMode::kBlend, AlphaMode::kOpaque}) {
         SceneBuilder builder;
@@ -128,7 +128,7 @@ TEST(Instancing, KeepsTheOrderOfCoincidentPrimitives) {
     }
 }
 
-/// A wobbling cloth: a morph target, a skin, a node that moves, a light that does.
+/// Returns a wobbling cloth: a morph target, a skin, a moving node, a moving light.
 Scene moving() {
     SceneBuilder builder;
     const int cloth = builder.lit(builder.material({0.8F, 0.7F, 0.3F, 0.6F}));

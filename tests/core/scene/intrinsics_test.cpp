@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cameras of calibrated intrinsics: where points are seen, as OpenCV's formula says.
+// Cameras with calibrated intrinsics: projected points, by OpenCV's formula.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -39,8 +39,8 @@ CameraChoice cameraOf(const Intrinsics& intrinsics, const Size& size) {
     return choice;
 }
 
-/// The pixel of the picture that was asked for, its centre at whole numbers, where a point in front
-/// of the camera (x right, y down, z forward) is seen.
+/// Returns the pixel of the requested picture, with centres at whole numbers, of a point in front
+/// of the camera (x right, y down, z forward).
 glm::dvec2 seenAt(const View& view, const glm::dvec3& point) {
     const glm::dvec2 pixel = PixelRays(view).pixel({point.x, -point.y, -point.z});
     return pixel - view.sample - glm::dvec2(view.crop.x0, view.crop.y0);
@@ -135,7 +135,7 @@ TEST(Intrinsics, CropsAreOfThePictureThatIsAskedFor) {
 }
 
 TEST(Poses, ThatAreRigidStayAsTheyAre) {
-    // Three quarters of a right angle, as doubles have it: normalising would change its last bits.
+    // Three quarters of a right angle in double precision: normalising would change its last bits.
     CameraChoice choice;
     glm::dmat4 pose(1);
     int changed = 0;

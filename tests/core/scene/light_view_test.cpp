@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a light sees.
+// Views from a light.
 #include "core/scene/lights.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace peeler::test {
 namespace {
 
-/// A cloud of points about `middle`, seeded.
+/// Returns a seeded cloud of points around `middle`.
 Scene cloud(const glm::dvec3& middle) {
     std::mt19937 random(1992);
     std::uniform_real_distribution<double> unit(-1, 1);
@@ -54,7 +54,7 @@ TEST(LightView, OfADirectionalLightIsTight) {
         EXPECT_NEAR(low[axis], -1 / 1.01, 1e-6);
         EXPECT_NEAR(high[axis], 1 / 1.01, 1e-6);
     }
-    EXPECT_GT(low.z, 0.005);  // before the far plane, 0 with reversed Z
+    EXPECT_GT(low.z, 0.005);  // in front of the far plane, which is 0 with reversed Z
     EXPECT_LT(high.z, 0.995);
     EXPECT_GT(high.z - low.z, 0.97);
 }
@@ -78,7 +78,7 @@ TEST(LightView, OfASpotLightIsItsCone) {
 }
 
 TEST(LightView, OfWhatIsSeenEdgeOnHasAWidth) {
-    const Scene scene = cloud({0, 0, -5});  // flat
+    const Scene scene = cloud({0, 0, -5});  // degenerate
     const auto view =
         lightView(placedLight(LightType::kDirectional, {0, 0, 0}, {1, 0, 0}), PosedScene(scene));
     ASSERT_TRUE(view);
@@ -102,7 +102,7 @@ TEST(LightView, TheBuiltInLightStandsInForNone) {
     const auto lights = placedLights(PosedScene(scene, 0));
     ASSERT_EQ(lights.size(), 1U);
     EXPECT_EQ(lights[0].name, "key");
-    // From above, left and in front.
+    // From above, from the left and from the front.
     const glm::dvec3 toward(lights[0].to_world[2]);
     EXPECT_NEAR(glm::length(toward), 1, 1e-6);
     EXPECT_LT(toward.x, -0.4);

@@ -17,8 +17,8 @@ namespace {
 
 constexpr LightType kDirectional = LightType::kDirectional, kPoint = LightType::kPoint;
 
-/// A rough white wall of half extents (4, 4) at z = −4 that faces the camera at the origin, and
-/// whatever lights are added. Its diffuse share is 0.96 of base colour; the rest is specular.
+/// A rough white wall of half extents (4, 4) at z = −4 that faces the camera at the origin, and the
+/// added lights. Its diffuse share is 0.96 of base colour; the rest is specular.
 class Wall {
   public:
     Wall() {
@@ -35,8 +35,8 @@ class Wall {
         builder_.light(added, placement);
     }
 
-    /// The colour that the pixels of a 65x65 picture see, less what the environment adds (which is
-    /// what remains with the lights at 0): from the lights alone. Row by row.
+    /// Returns the colours of a 65x65 picture, row by row, from the lights alone: without the
+    /// environment's share (the picture with the lights at 0).
     std::vector<glm::dvec3> seen() {
         std::vector<glm::dvec3> bright = colors();
         std::vector<double> intensities;
@@ -53,7 +53,7 @@ class Wall {
     }
     glm::dvec3 atCenter() { return seen()[32 * 65 + 32]; }
 
-    /// Where the ray of a pixel meets the wall.
+    /// Returns the point where a pixel's ray hits the wall.
     static glm::dvec3 point(int x, int y) {
         return {4 * 0.5 * ((x + 0.5) / 65 * 2 - 1), 4 * 0.5 * (1 - (y + 0.5) / 65 * 2), -4};
     }
@@ -73,8 +73,8 @@ class Wall {
     SceneBuilder builder_;
 };
 
-/// Radiance / irradiance of the wall for light along l and the view along v (unit, away from the
-/// surface), its normal +Z: glTF 2.0, appendix B, roughness 1, white.
+/// Returns the wall's radiance / irradiance for light along l and the view along v (unit, away from
+/// the surface), its normal +Z: glTF 2.0, appendix B, roughness 1, white.
 double brdf(const glm::dvec3& l, const glm::dvec3& v) {
     const double pi = std::numbers::pi;
     const glm::dvec3 h = glm::normalize(l + v);
@@ -83,7 +83,8 @@ double brdf(const glm::dvec3& l, const glm::dvec3& v) {
     return (1 - fresnel) / pi + fresnel / pi * 0.5 / (l.z + v.z);
 }
 
-/// Compares every eighth pixel with irradiance(point, l), l being the direction toward the light.
+/// Compares every eighth pixel with irradiance(point, l), where l is the direction toward the
+/// light.
 void expectLight(Wall& wall, const std::function<glm::dvec3(const glm::dvec3&)>& toward,
                  const std::function<double(const glm::dvec3&)>& irradiance) {
     const auto seen = wall.seen();
@@ -104,7 +105,7 @@ void expectLight(Wall& wall, const std::function<glm::dvec3(const glm::dvec3&)>&
 TEST(Lights, OneLuxOnWhiteIsOneOverPi) {
     Wall wall;
     wall.add(lightOf(kDirectional, 1), {5, 6, 7});
-    // 0.96 of it diffuse; what the rough surface mirrors straight back comes on top.
+    // 0.96 of it is diffuse, plus the rough surface's reflection straight back.
     EXPECT_NEAR(wall.atCenter().g, (0.96 + 0.04 / 4) / std::numbers::pi, 1e-6);
 }
 
@@ -120,7 +121,7 @@ TEST(Lights, DirectionalLightHasNoPlace) {
 }
 
 TEST(Lights, ShineOnAMixOfDielectricAndMetal) {
-    // glTF 2.0, appendix B.3.5: what both reflect is mixed, so halfway it is the mean.
+    // glTF 2.0, appendix B.3.5: reflections are mixed linearly, so halfway gives the mean.
     const glm::dvec3 forward = glm::normalize(glm::dvec3(1, -1, -2));
     const auto lit = [&](float metallic, float roughness) {
         SceneBuilder builder;
@@ -178,7 +179,7 @@ TEST(Lights, RangeIsAWindow) {
             const double d = glm::length(at - p);
             return 10 * std::clamp(1 - std::pow(d / 1.6, 4), 0.0, 1.0) / (d * d);
         });
-    // The corners lie beyond it.
+    // The corners are beyond it.
     EXPECT_EQ(wall.seen()[0], glm::dvec3(0));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Colours and texture coordinates that morph targets displace, as the GPU and the CPU show them.
+// Morphed colours and texture coordinates, on the GPU and the CPU.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,8 +9,8 @@
 namespace peeler::test {
 namespace {
 
-/// A wall of the colour (1, 0, 1) that a target turns to (0, 1, 1), in front of a texture of a
-/// white and a yellow texel, which the target goes through.
+/// Returns a wall of the colour (1, 0, 1) that a target changes to (0, 1, 1); the target also moves
+/// it across a texture of a white and a yellow texel.
 Scene wall(AlphaMode mode = AlphaMode::kOpaque) {
     SceneBuilder builder;
     builder.rectangle(1, 1, -2, builder.material({1, 1, 1, 1}, mode));
@@ -18,7 +18,7 @@ Scene wall(AlphaMode mode = AlphaMode::kOpaque) {
     scene.images = {{"texels", 2, 1, {255, 255, 255, 255, 255, 255, 0, 255}}};
     TextureRef& texture = scene.materials.back().base_color_texture;
     texture.image = 0;
-    texture.sampler.mag_filter = texture.sampler.min_filter = 9728;  // the nearest
+    texture.sampler.mag_filter = texture.sampler.min_filter = 9728;  // nearest
     Primitive& primitive = scene.meshes[0].primitives[0];
     const std::size_t vertices = primitive.positions.size();
     primitive.colors.assign(vertices, {1, 0, 1, 1});
@@ -52,11 +52,11 @@ TEST(MorphedSurfaces, HaveDisplacedColorsAndTexcoords) {
     };
     EXPECT_EQ(shown(0), glm::vec4(1, 0, 1, 1));
     EXPECT_EQ(shown(1), glm::vec4(0, 1, 0, 1));  // on the yellow texel
-    EXPECT_EQ(shown(2), glm::vec4(0, 1, 1, 1));  // clamped, and on the white one again
+    EXPECT_EQ(shown(2), glm::vec4(0, 1, 1, 1));  // clamped, on the white one again
     EXPECT_EQ(shown(0.25), glm::vec4(0.75F, 0.25F, 1, 1));
 }
 
-/// The numbers of all channels of the first hit; none where nothing is hit.
+/// Returns the values of all channels of the first hit; empty without a hit.
 std::vector<float> firstHit(const std::string& engine, const PosedScene& posed) {
     CaptureSettings settings = floats();
     settings.hit_mode = HitMode::kRefined;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes in time, and what skins and morph targets make of vertices.
+// Nodes over time, and vertices under skins and morph targets.
 #include "core/scene/posed_scene.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ Node nodeAt(const glm::dvec3& translation, std::vector<int> children = {}) {
     return node;
 }
 
-/// An animation with one channel, from `first` at 0 to `second` at 1 second.
+/// Returns an animation with one channel, from `first` at 0 to `second` at 1 second.
 Animation moving(int node, AnimatedProperty property, std::vector<float> first,
                  const std::vector<float>& second) {
     Animation animation;
@@ -47,7 +47,7 @@ TEST(Pose, ChangesOnePropertyAndLeavesTheOthers) {
     const int first[] = {0}, both[] = {0, 1};
     EXPECT_EQ(restPose(scene).locals[0], node.local);
     EXPECT_EQ(poseAt(scene, {}, 0.5).locals[0], node.local);
-    // X of the node is Y of the world, twice as long.
+    // The node's X is the world's Y, twice as long.
     const glm::dmat4 moved = poseAt(scene, first, 0.5).locals[0];
     expectNear(glm::dvec3(moved * glm::dvec4(1, 0, 0, 1)), {4, 2, 2}, 1e-12);
     const glm::dmat4 grown = poseAt(scene, both, 0.5).locals[0];
@@ -72,7 +72,7 @@ TEST(Trs, IsTranslationTimesRotationTimesScale) {
 }
 
 /// A strip of vertices along Y from 0 to 2 with normals +X, moved by two bones: one at the origin,
-/// the other at (0, 1, 0) below it. Vertices up to 1 follow the first, above it the second.
+/// and its child at (0, 1, 0). Vertices up to 1 follow the first, those above the second.
 struct Arm {
     Scene scene;
 
@@ -102,7 +102,7 @@ struct Arm {
         root.trs.reset();
         scene.nodes = {mesh, root, nodeAt({0, 1, 0})};
         scene.scenes = {{"", {0, 1}}};
-        // The second bone bends by a right angle about Z: what was up points to −X.
+        // The second bone bends by a right angle about Z: up becomes −X.
         const float h = std::sqrt(0.5F);
         scene.animations = {moving(2, AnimatedProperty::kRotation, {0, 0, 0, 1}, {0, 0, h, h})};
     }
@@ -135,7 +135,7 @@ TEST(Skin, BendsByARightAngle) {
         expectNear(bent.normals[i], {1, 0, 0});
         expectNear(bent.tangents[i], {0, 1, 0});
     }
-    // (0.5, 1 + a) turns about (0, 1): a along −X, 0.5 up.
+    // (0.5, 1 + a) rotates about (0, 1): a along −X, 0.5 up.
     for (std::size_t i = 11; i <= 20; ++i) {
         const double along = static_cast<double>(i) / 10 - 1;
         expectNear(worldPosition(shown, i), {-along, 1.5, 0});
@@ -148,7 +148,7 @@ TEST(Skin, BendsByARightAngle) {
 }
 
 TEST(Skin, KeepsItsPrecisionFarFromTheOrigin) {
-    const glm::dvec3 far(1e7, -2e7, 3e7);  // a float would be wrong by 2
+    const glm::dvec3 far(1e7, -2e7, 3e7);  // single precision would be off by 2
     const Arm arm(glm::translate(glm::dmat4(1), far));
     const PosedScene shown = arm.at(1);
     expectNear(worldPosition(shown, 20), far + glm::dvec3(-1, 1.5, 0), 1e-5);
@@ -167,7 +167,7 @@ TEST(Skin, TurnsNormalsWithTheInverseTransposeAndMirrors) {
 }
 
 TEST(Skin, IsMirroredByTheJointsThatMoveIt) {
-    // The first joint is mirrored, and everything hangs on the second one, which is not.
+    // The first joint is mirrored, and all vertices follow the second one, which is not.
     Arm arm;
     arm.scene.skins[0].inverse_bind[0] = glm::scale(glm::dmat4(1), glm::dvec3(-1, 1, 1));
     Primitive& strip = arm.scene.meshes[0].primitives[0];
@@ -175,7 +175,7 @@ TEST(Skin, IsMirroredByTheJointsThatMoveIt) {
     for (auto& weights : strip.joint_sets[0].weights)
         weights = {0, 1, 0, 0};
     EXPECT_FALSE(arm.at(0).meshes()[0].mirrored);
-    // Without joints it is the node that counts.
+    // Without joints the node decides.
     strip.joint_sets.clear();
     EXPECT_FALSE(arm.at(0).meshes()[0].mirrored);
     arm.scene.nodes[0].local = glm::scale(glm::dmat4(1), glm::dvec3(1, 1, -1));
@@ -185,7 +185,7 @@ TEST(Skin, IsMirroredByTheJointsThatMoveIt) {
 TEST(Skin, TakesAllJointSetsAndScalesWeights) {
     Arm arm;
     Primitive& strip = arm.scene.meshes[0].primitives[0];
-    // The same weights, a third of them in one set and two thirds in another, 30 in all.
+    // The same weights, a third of them in one set and two thirds in another, with a total of 30.
     JointSet second = strip.joint_sets[0];
     for (auto& weights : strip.joint_sets[0].weights)
         weights *= 10;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Walking the node forest: order, world matrices, bounds, depth.
+// Traversal of the node forest: order, world matrices, bounds, depth.
 #include "core/scene/posed_scene.h"
 
 #include <gtest/gtest.h>

@@ -71,7 +71,7 @@ TEST(WorldPosition, LiesOnTheRayOfThePixel) {
     expectPoint(40, 0, 5, {15, 21, 32});
 }
 
-/// What the rasterizer projects to a pixel comes back from it.
+/// The inverse returns each point from the pixel that the rasteriser projects it to.
 TEST(WorldPosition, InvertsTheClipMatrix) {
     for (const bool perspective : {true, false}) {
         View view;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table against the integrals that it tabulates, done in another way.
+// The albedo table against its integrals, computed in another way.
 #include "core/shading/albedo_table.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,8 @@ glm::vec4 entry(const std::vector<glm::vec4>& table, int row, int column) {
     return table[static_cast<std::size_t>(row * kAlbedoTableSize + column)];
 }
 
-/// The albedo of GGX with Schlick's Fresnel term, light by light over the hemisphere.
+/// Integrates the albedo of GGX with Schlick's Fresnel term over light directions in the
+/// hemisphere.
 double ggxAlbedo(double f0, double roughness, double n_dot_v) {
     const double a2 = std::pow(roughness, 4), v_sine = std::sqrt(1 - n_dot_v * n_dot_v);
     constexpr int kSteps = 300;
@@ -44,7 +45,7 @@ double ggxAlbedo(double f0, double roughness, double n_dot_v) {
 
 TEST(AlbedoTable, IsSchlicksTermForAMirror) {
     const auto table = albedoTable();
-    for (int column = 6; column <= kLast; ++column) {  // the least roughness is not quite 0
+    for (int column = 6; column <= kLast; ++column) {  // the minimum roughness is not quite 0
         const double cosine = static_cast<double>(column) / kLast;
         EXPECT_NEAR(entry(table, 0, column).y, std::pow(1 - cosine, 5), 1e-3);
         EXPECT_NEAR(entry(table, 0, column).x + entry(table, 0, column).y, 1, 1e-3);
@@ -80,8 +81,8 @@ TEST(AlbedoTable, OfSheenGrowsTowardGrazingAngles) {
         EXPECT_GT(entry(table, row, 6).z, entry(table, row, 60).z + 0.05F) << row;
 }
 
-/// The part of GGX that F0 scales or, with `bias`, that F90 does, light by light over the
-/// hemisphere: its mean direction, where the viewer is in the plane of X and Z, on the side of -X.
+/// Integrates the part of GGX that F0 scales or, with `bias`, F90, over the hemisphere: its mean
+/// direction for a viewer in the XZ plane on the side of -X.
 glm::dvec3 meanDirection(bool bias, double roughness, double n_dot_v) {
     const double a2 = std::pow(roughness, 4);
     const glm::dvec3 v(-std::sqrt(1 - n_dot_v * n_dot_v), 0, n_dot_v);
@@ -108,7 +109,7 @@ glm::dvec3 meanDirection(bool bias, double roughness, double n_dot_v) {
     return moment / sum;
 }
 
-/// The mean cosine with the normal of what a level of this roughness is filtered with.
+/// Returns the mean cosine between the normal and the filter of a level with this roughness.
 double levelCosine(double roughness) {
     const double a2 = std::pow(roughness, 4);
     constexpr int kSteps = 20000;

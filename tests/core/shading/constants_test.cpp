@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is embedded against what is calculated now, bit for bit. Both come from the same object
-// files (peeler_calculating), so neither flags nor units of a unity build can make a difference;
-// the mathematical library of another machine than the one that built could, in a last bit.
+// Embedded constants against freshly computed ones, bit for bit. Both come from the same object
+// files (peeler_calculating), so neither flags nor unity builds can make a difference; the maths
+// library of a machine other than the build machine could, in a last bit.
 #include "core/shading/constants.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What surfaces reflect of light from all around, against integrals of their lobes over it that are
-// done here, direction by direction.
+// Reflections of environment light, against integrals of the lobes, computed here direction by
+// direction.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,8 +15,8 @@ namespace {
 
 using Light3 = std::function<double(const glm::dvec3&)>;
 
-/// Brighter along +Y: whoever looks in the wrong direction, or too wide, sees too little or too
-/// much.
+/// Brighter along +Y: a lobe in the wrong direction, or too wide, gives too little or too much
+/// light.
 double slope(const glm::dvec3& direction) {
     return 1 + direction.y;
 }
@@ -41,8 +41,8 @@ Environment pictureOf(const Light3& light) {
     return picture;
 }
 
-/// Unit normals that lean from the viewer, who is along +Z, by `degrees` upward, and by as much
-/// obliquely and down.
+/// Returns unit normals that lean away from the viewer, who is along +Z, by `degrees` upward, and
+/// by the same angle obliquely and downward.
 std::vector<glm::dvec3> leaningBy(double degrees) {
     std::vector<glm::dvec3> normals;
     const double a = degrees * kPi / 180;
@@ -53,7 +53,8 @@ std::vector<glm::dvec3> leaningBy(double degrees) {
     return normals;
 }
 
-/// What facets of the material with these normals look like, seen by parallel rays along -Z.
+/// Returns the radiance of facets of the material with these normals, in an orthographic view along
+/// -Z.
 std::vector<double> seen(const Material& material, const Light3& light,
                          const std::vector<glm::dvec3>& normals) {
     SceneBuilder builder;
@@ -82,8 +83,8 @@ std::vector<double> seen(const Material& material, const Light3& light,
     return found;
 }
 
-/// `lobe` (BRDF times cosine, of a direction in the surface's own frame, whose X is the side of the
-/// viewer) times light, over the hemisphere above the normal.
+/// Integrates `lobe` (BRDF times cosine, for a direction in the surface's own frame, with X on the
+/// viewer's side) times light, over the hemisphere above the normal.
 double integral(const glm::dvec3& n, const std::function<double(const glm::dvec3&)>& lobe,
                 const Light3& light) {
     constexpr int kSteps = 240;
@@ -106,7 +107,7 @@ glm::dvec3 halfVector(const glm::dvec3& l, double n_dot_v) {
     return glm::normalize(l + glm::dvec3(std::sqrt(1 - n_dot_v * n_dot_v), 0, n_dot_v));
 }
 
-/// GGX with height-correlated Smith shadowing and Schlick's Fresnel term from f0 to 1.
+/// Returns GGX with height-correlated Smith shadowing and Schlick's Fresnel term from f0 to 1.
 double ggx(double f0, double alpha, double n_dot_v, const glm::dvec3& l) {
     const double a2 = alpha * alpha;
     const glm::dvec3 h = halfVector(l, n_dot_v);
@@ -118,7 +119,7 @@ double ggx(double f0, double alpha, double n_dot_v, const glm::dvec3& l) {
     return fresnel * a2 / (kPi * d * d) / (1 + lambda(l.z) + lambda(n_dot_v)) / (4 * n_dot_v);
 }
 
-/// Reflected once, and what microfacets pass on to each other (Fdez-Agüera 2019).
+/// Returns single scattering plus the multiple scattering between microfacets (Fdez-Agüera 2019).
 double reflectedByGgx(double f0, double alpha, const glm::dvec3& n, const Light3& light) {
     const auto lobe = [&](const glm::dvec3& l) { return ggx(f0, alpha, n.z, l); };
     const auto white = [](const glm::dvec3&) { return 1.0; };
@@ -132,8 +133,8 @@ double reflectedByGgx(double f0, double alpha, const glm::dvec3& n, const Light3
     return integral(n, lobe, light) + albedo * mean * missing / (1 - mean * missing) * around;
 }
 
-// In light that is linear in the direction, what a lobe sees depends on its mean direction and on
-// its mean cosine with that, which are what light is looked up by.
+// With light linear in the direction, a lobe's result depends on its mean direction and its mean
+// cosine with that direction, the two parameters of the lookup.
 TEST(EnvironmentLobes, OfRoughMetalsLookWhereTheyReflect) {
     Material m;
     m.metallic = 1;
@@ -169,7 +170,8 @@ TEST(EnvironmentLobes, OfDielectricsLookWhereFresnelsTermSendsThem) {
     }
 }
 
-/// Estevez & Kulla, "Production Friendly Microfacet Sheen BRDF", 2017, times the cosine.
+/// Returns the sheen BRDF of Estevez & Kulla, "Production Friendly Microfacet Sheen BRDF", 2017,
+/// times the cosine.
 double fibres(double alpha, double n_dot_v, const glm::dvec3& l) {
     const glm::dvec3 h = halfVector(l, n_dot_v);
     const double t = (1 - alpha) * (1 - alpha);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Prefiltered environments against integrals that are known.
+// Prefiltered environments against known integrals.
 #include "core/shading/environment_maps.h"
 #include "core/shading/studio.h"
 
@@ -16,7 +16,8 @@
 namespace peeler::test {
 namespace {
 
-/// A picture of `width` x `width / 2` pixels with this radiance at (u, v) of their middles.
+/// Returns a picture of `width` x `width / 2` pixels with this radiance at the (u, v) of their
+/// centres.
 Environment environmentOf(int width, const std::function<glm::vec3(float, float)>& radiance) {
     Environment result;
     result.width = width;
@@ -37,7 +38,7 @@ void forEachTexel(const CubeMap& cube, const std::function<void(glm::vec3, glm::
                 check(cubeDirection(face, x, y, cube.size), cube.texels[i++]);
 }
 
-/// Where it is brightest.
+/// Returns the brightest direction.
 glm::vec3 brightest(const CubeMap& cube) {
     glm::vec3 found(0);
     float most = 0;
@@ -51,7 +52,7 @@ TEST(EnvironmentMaps, FacesAreOpenGLs) {
     const glm::vec3 axes[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
     for (int face = 0; face < 6; ++face)
         EXPECT_GT(glm::dot(cubeDirection(face, 4, 4, 9), axes[face]), 0.9999F);
-    // The first texel of +X is seen up and toward +Z.
+    // The first texel of +X points up and toward +Z.
     EXPECT_GT(cubeDirection(0, 0, 0, 9).y, 0.5F);
     EXPECT_GT(cubeDirection(0, 0, 0, 9).z, 0.5F);
 }
@@ -75,14 +76,14 @@ TEST(EnvironmentMaps, HalfWhiteHalfBlackHasTheIrradianceOfAHemisphere) {
     forEachTexel(maps.irradiance, [](glm::vec3 n, glm::vec3 value) {
         ASSERT_NEAR(value.g, 0.5 + 0.5 * double(n.y), 0.01);
     });
-    // A lobe about the horizon sees half of each, whatever its width.
+    // A lobe about the horizon covers half of each, for any width.
     for (const CubeMap& level : maps.radiance) {
         const auto row = static_cast<std::size_t>(level.size / 2 * level.size);
         const double mean = 0.5 * double(level.texels[row].g + level.texels[row - 1].g);
         EXPECT_NEAR(mean, 0.5, 0.02) << level.size;
     }
-    // Straight up the roughest lobe, whose mirrored directions fall as the cosine squared, and
-    // which is weighted by the cosine: all white.
+    // Straight up, with the roughest lobe: mirrored directions are distributed as the cosine
+    // squared and weighted by the cosine: all white.
     EXPECT_NEAR(maps.radiance.back().texels[2 * 64 + 3 * 8 + 3].g, 1, 0.02);
 }
 
@@ -127,8 +128,8 @@ TEST(EnvironmentMaps, TheLeftOfTheMiddleIsAlongX) {
     EXPECT_GT(glm::dot(brightest(maps.irradiance), glm::vec3(1, 0, 0)), 0.99F);
 }
 
-/// A GGX lobe seen head-on, weighted by the cosine, over what is brighter toward +X: by brute
-/// force.
+/// Integrates a head-on GGX lobe, weighted by the cosine, over light that increases toward +X, by
+/// brute force.
 double blurredSlope(double roughness, double inclination) {
     const double a2 = std::pow(roughness, 4);
     double sum = 0, weights = 0;
@@ -138,7 +139,7 @@ double blurredSlope(double roughness, double inclination) {
         const double cosine_h = std::cos(theta / 2);
         const double d = cosine_h * cosine_h * (a2 - 1) + 1;
         const double weight = a2 / (d * d) * std::cos(theta) * std::sin(theta);
-        // Around the lobe's axis only the part along it remains of a linear function.
+        // Around the lobe's axis only the axial part of a linear function remains.
         sum += weight * (1 + std::cos(theta) * std::sin(inclination));
         weights += weight;
     }
@@ -146,7 +147,7 @@ double blurredSlope(double roughness, double inclination) {
 }
 
 TEST(EnvironmentMaps, LevelsAreTheConvolutionWithGgx) {
-    // 1 + x: what is linear in the direction has an easy integral.
+    // 1 + x: linear in the direction, hence an easy integral.
     const auto maps = prefilter(environmentOf(256, [](float u, float v) {
         const double longitude = (0.5 - double(u)) * 2 * kPi, latitude = (0.5 - double(v)) * kPi;
         return glm::vec3(static_cast<float>(1 + std::sin(longitude) * std::cos(latitude)));
@@ -158,15 +159,15 @@ TEST(EnvironmentMaps, LevelsAreTheConvolutionWithGgx) {
             const double inclination = std::asin(std::clamp(double(n.x), -1.0, 1.0));
             const double expected =
                 roughness > 0 ? blurredSlope(roughness, inclination) : 1 + double(n.x);
-            // Only some: brute force is slow.
+            // Only some texels: brute force is slow.
             if (std::abs(n.y) > 0.1F || std::abs(n.z) < 0.6F) return;
             ASSERT_NEAR(radiance.g, expected, 0.015) << roughness;
         });
     }
 }
 
-/// Of a lamp of radiance 1 that is seen within an angle of `lamp`, what a GGX lobe about `n` sees,
-/// seen head-on and weighted by the cosine: by brute force.
+/// Integrates a lamp of radiance 1 within `angle` of the direction `lamp` over a head-on GGX lobe
+/// about `n`, weighted by the cosine, by brute force.
 double blurredLamp(double roughness, const glm::dvec3& n, const glm::dvec3& lamp, double angle) {
     const double a2 = std::pow(roughness, 4), cosine_lamp = glm::dot(n, lamp);
     const double sine_lamp = std::sqrt(std::max(0.0, 1 - cosine_lamp * cosine_lamp));
@@ -177,7 +178,7 @@ double blurredLamp(double roughness, const glm::dvec3& n, const glm::dvec3& lamp
         const double t = (i + 0.5) / kSteps, theta = t * t * kPi / 2;
         const double d = std::pow(std::cos(theta / 2), 2) * (a2 - 1) + 1;
         const double weight = t * a2 / (d * d) * std::cos(theta) * std::sin(theta);
-        // The share of a circle about the axis that lies within the lamp.
+        // The fraction of a circle about the axis inside the lamp.
         const double sines = std::sin(theta) * sine_lamp;
         const double bound = std::cos(angle) - std::cos(theta) * cosine_lamp;
         double share = bound < 0 ? 1 : 0;
@@ -189,7 +190,7 @@ double blurredLamp(double roughness, const glm::dvec3& n, const glm::dvec3& lamp
 }
 
 TEST(EnvironmentMaps, ALampIsSeenAlikeAcrossTheEdgesOfFaces) {
-    // Beside the edge of +X and +Z, and beside a corner.
+    // Beside the edge between +X and +Z, and beside a corner.
     for (const glm::dvec3& where : {glm::dvec3(1, 0.1, 0.97), glm::dvec3(1, 0.93, 1.05)}) {
         const glm::dvec3 lamp = glm::normalize(where);
         const double angle = 0.2;
@@ -232,7 +233,7 @@ TEST(EnvironmentMaps, AreTheSameOnOneThread) {
         EXPECT_TRUE(same(alone.radiance[i], together.radiance[i]));
 }
 
-/// What a white diffuse surface reflects that faces this way, of an environment's green light.
+/// Returns the green light that a white diffuse surface with this normal reflects.
 double whiteFacing(const EnvironmentMaps& maps, const glm::vec3& normal) {
     double nearest = -1, found = 0;
     forEachTexel(maps.irradiance, [&](glm::vec3 direction, glm::vec3 value) {
@@ -247,7 +248,7 @@ TEST(Studio, BringsWhiteCloseToWhite) {
     EXPECT_NEAR(whiteFacing(maps, {0, 1, 0}), 1.12, 0.05);
     EXPECT_NEAR(whiteFacing(maps, {0, 0, 1}), 0.77, 0.06);
     EXPECT_NEAR(whiteFacing(maps, glm::normalize(glm::vec3(-0.67F, 1, 0.74F))), 1.2, 0.05);  // key
-    // The side that is turned away, and the underside, keep their shape.
+    // The far side and the underside keep some shading.
     EXPECT_NEAR(whiteFacing(maps, {1, 0, 0}), 0.44, 0.05);
     EXPECT_NEAR(whiteFacing(maps, {0, -1, 0}), 0.22, 0.05);
 }
@@ -262,7 +263,7 @@ TEST(Studio, HasContrastForWhatMirrorsIt) {
     const auto all = static_cast<double>(studio.radiance.size());
     EXPECT_NEAR(static_cast<double>(bright) / all, 0.06, 0.02);
     EXPECT_NEAR(static_cast<double>(dark) / all, 0.4, 0.15);
-    // The floor is nowhere brighter than the grey that it is.
+    // The floor is nowhere brighter than its own grey.
     for (std::size_t p = studio.radiance.size() * 3 / 4; p < studio.radiance.size(); ++p)
         EXPECT_LT(studio.radiance[p].g, 0.41F);
 }
@@ -276,7 +277,7 @@ TEST(Studio, IsTheSameOnOneThread) {
 }
 
 TEST(EnvironmentMaps, LargePicturesKeepTheirMean) {
-    // Wider than the cube can hold, and of a size that is not a power of 2.
+    // Larger than the cube's maximum, and not a power of 2.
     const auto maps = prefilter(environmentOf(
         2500, [](float u, float) { return glm::vec3(std::fmod(u * 1250, 1.0F) * 2); }));
     EXPECT_EQ(maps.radiance.front().size, 512);

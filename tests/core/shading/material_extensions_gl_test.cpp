@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the KHR_materials extensions change of the surface itself, against their formulas, and all
-// of them at once: one lamp, and a black environment.
+// Changes of the KHR_materials extensions to the surface itself, against their formulas, and all of
+// them at once: one lamp, and a black environment.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -34,7 +34,7 @@ TEST(Specular, ScalesAndTintsReflections) {
     const glm::dvec3 seen = LitWall(m).radiance(50);
     EXPECT_NEAR(seen.r, lobe(0.5 * 0.02, 0.5, 0.6, 50), 1e-6);
     EXPECT_NEAR(seen.g, lobe(0.5 * 0.04, 0.5, 0.6, 50), 1e-6);
-    EXPECT_NEAR(seen.b, lobe(0.5 * 1, 0.5, 0.6, 50), 1e-6);  // no more than all of it
+    EXPECT_NEAR(seen.b, lobe(0.5 * 1, 0.5, 0.6, 50), 1e-6);  // capped at full reflection
     m.specular.factor = 0;
     m.base_color = {1, 1, 1, 1};
     EXPECT_NEAR(LitWall(m).radiance(50).g, std::cos(50 * kPi / 180) / kPi, 1e-6);  // Lambert
@@ -45,7 +45,7 @@ TEST(Specular, LeavesDiffuseLightItsColour) {
     m.base_color = {1, 1, 1, 1};
     m.specular.color = {5, 0, 0};
     const glm::dvec3 seen = LitWall(m).radiance(0);
-    // The strongest component is what does not get through.
+    // The strongest component is the part that is not transmitted.
     EXPECT_NEAR(seen.g, (1 - 0.2) / kPi, 1e-6);
     EXPECT_NEAR(seen.b, seen.g, 1e-7);
 }
@@ -69,8 +69,8 @@ TEST(EmissiveStrength, GoesBeyondOne) {
     EXPECT_NEAR(seen.b, 60000, 0.1);
 }
 
-/// GGX with a roughness along X and another along Y (KHR_materials_anisotropy), the view along the
-/// normal.
+/// Returns GGX with different roughnesses along X and Y (KHR_materials_anisotropy), with the view
+/// along the normal.
 double stretchedGgx(double at, double ab, double degrees, double azimuth) {
     const double a = degrees * kPi / 180, b = azimuth * kPi / 180;
     const glm::dvec3 l(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
@@ -93,7 +93,7 @@ TEST(Anisotropy, StretchesHighlightsAlongTheTangent) {
             EXPECT_NEAR(wall.radiance(degrees, azimuth).g, stretchedGgx(at, ab, degrees, azimuth),
                         1e-4)
                 << degrees << ", " << azimuth;
-    // Turned by a quarter.
+    // Rotated by a quarter turn.
     wall.scene().materials.back().anisotropy.rotation = static_cast<float>(kPi / 2);
     EXPECT_NEAR(wall.radiance(25, 90).g, stretchedGgx(at, ab, 25, 0), 1e-4);
 }
@@ -108,7 +108,7 @@ TEST(Anisotropy, FollowsItsTextureWithOrWithoutTangents) {
     const double ab = 0.25, at = ab + (1 - ab) * 0.36;
     EXPECT_NEAR(wall.radiance(40, 90).g, stretchedGgx(at, ab, 40, 0), 2e-3);
     EXPECT_NEAR(wall.radiance(40, 0).g, stretchedGgx(at, ab, 40, 90), 2e-3);
-    // The rotation comes on top, from the tangent toward the bitangent: 90 − 60 degrees.
+    // The rotation is added, from the tangent toward the bitangent: 90 − 60 degrees.
     wall.scene().materials.back().anisotropy.rotation = static_cast<float>(-kPi / 3);
     EXPECT_NEAR(wall.radiance(40, 30).g, stretchedGgx(at, ab, 40, 0), 2e-3);
     wall.scene().materials.back().anisotropy.rotation = 0;
@@ -119,7 +119,7 @@ TEST(Anisotropy, FollowsItsTextureWithOrWithoutTangents) {
     const double none = wall.radiance(40, 90).g;
     wall.scene().materials.back().anisotropy = {};
     EXPECT_NEAR(none, wall.radiance(40, 90).g, 1e-6);
-    // No direction to stretch along: likewise.
+    // The same without texture coordinates, which define the direction.
     wall.scene().materials.back().anisotropy.strength = 1;
     wall.scene().meshes[0].primitives[0].texcoords[0].clear();
     EXPECT_NEAR(none, wall.radiance(40, 90).g, 1e-6);
@@ -139,13 +139,13 @@ TEST(Anisotropy, TurnsWithTheTransformOfItsTexture) {
     wall.scene().images.push_back({"flat", 1, 1, {128, 128, 255, 255}});
     material.anisotropy.texture.image = 0;
     material.anisotropy.texture.transform = turn;
-    // The mesh's tangents are taken as they are.
+    // The mesh's tangents are used unchanged.
     EXPECT_NEAR(wall.radiance(40, 0).g, stretchedGgx(at, ab, 40, 0), 2e-3);
     mesh.tangents.clear();
     for (const double azimuth : {-35.0, 0.0, 55.0})
         EXPECT_NEAR(wall.radiance(40, azimuth).g, stretchedGgx(at, ab, 40, azimuth + 35), 2e-3)
             << azimuth;
-    // Beside a normal texture it is that one's coordinates that count. 128 is not quite flat.
+    // With a normal texture, its coordinates decide. 128 is not exactly flat.
     material.normal_texture.image = 1;
     EXPECT_NEAR(wall.radiance(40, 0).g, stretchedGgx(at, ab, 40, 0), 5e-3);
     material.normal_texture.transform = turn;
@@ -201,7 +201,7 @@ TEST(MaterialExtensions, AtTheirDefaultsAreThePlainMaterialBitForBit) {
 }
 
 TEST(MaterialExtensions, FitTheDeviceAllAtOnce) {
-    // Every texture there is, shadows, an environment, and the method that reads the most textures.
+    // All textures at once, shadows, an environment, and the method that reads the most textures.
     Material m = black(0.5F);
     m.base_color = {1, 1, 1, 1};
     m.clearcoat.factor = 1;
@@ -227,7 +227,7 @@ TEST(MaterialExtensions, FitTheDeviceAllAtOnce) {
 }
 
 TEST(MaterialExtensions, AreScaledByTheirTextures) {
-    // Every texture holds one colour; the factors that multiply with it give the same picture.
+    // Every texture holds one colour; factors with the same products give the same picture.
     const auto picture = [](bool textured) {
         Material m = black(0.5F);
         m.base_color = {0.3F, 0.3F, 0.3F, 1};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of a material reaches the shaders.
+// The fields of a material that reach the shaders.
 #include "core/shading/materials.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the surface shaders compute.
+// Results of the surface shaders.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@
 namespace peeler::test {
 namespace {
 
-/// A quad of 2x2 at z = -2 that looks at the camera, with UVs and, if asked for, normals and
+/// Returns a quad of 2x2 at z = -2 that faces the camera, with UVs and, optionally, normals and
 /// tangents. Its normal map leans to +X, or the normals themselves do.
 Scene leaningQuad(bool mapped, bool normals, bool tangents) {
     SceneBuilder builder;
@@ -38,7 +38,7 @@ Scene leaningQuad(bool mapped, bool normals, bool tangents) {
 }
 
 TEST(Shading, NormalMapsTurnWithTheSurface) {
-    // Turned around, mirrored, scaled: a normal map must look like the geometry it stands for.
+    // Rotated, mirrored, scaled: a normal map must look like the geometry that it represents.
     const auto scaled = [](double x, double y, double z, double back) {
         glm::dmat4 m(1);
         m[0][0] = x, m[1][1] = y, m[2][2] = z, m[3][2] = back;
@@ -71,7 +71,7 @@ TEST(Shading, NormalMapsTurnWithTheSurface) {
     }
 }
 
-/// What the middle of a quad shows that looks at the camera.
+/// Returns the middle of a quad that faces the camera.
 glm::vec4 middle(const Scene& scene) {
     const auto result = capture(scene, testView(9, 9));
     const std::size_t center = result.image.pixelIndex(4, 4);
@@ -84,14 +84,14 @@ void expectAlike(const glm::vec4& seen, const glm::vec4& expected) {
         EXPECT_NEAR(seen[c], expected[c], 2e-3 * expected[c]);
 }
 
-/// The part of KHR_texture_transform that turns and scales, in degrees.
+/// Returns KHR_texture_transform's rotation (in degrees) and scale.
 glm::mat3 turnedAndScaled(double degrees, double u, double v) {
     const double angle = degrees * std::acos(-1.0) / 180;
     const double c = std::cos(angle), s = std::sin(angle);
     return glm::mat3(glm::dmat3(c * u, -s * u, 0, s * v, c * v, 0, 0.25, 0.5, 1));
 }
 
-/// A map that leans, as the normals of the surface or of its varnish.
+/// Leaning maps, as the normals of the surface or of its clearcoat.
 using MapOf = std::function<TextureRef&(Material&)>;
 const std::pair<const char*, MapOf> kNormalMaps[] = {
     {"normal texture", [](Material& m) -> TextureRef& { return m.normal_texture; }},
@@ -103,7 +103,7 @@ const std::pair<const char*, MapOf> kNormalMaps[] = {
      }}};
 
 TEST(Shading, NormalMapsTurnWithTheirTextures) {
-    // Without tangents, a transformed texture is the same as transformed coordinates.
+    // Without tangents, transforming a texture equals transforming its coordinates.
     const glm::mat3 transforms[] = {turnedAndScaled(90, 1, 1), turnedAndScaled(-37, 1, 1),
                                     turnedAndScaled(0, -1, 1), turnedAndScaled(0, 1, -1),
                                     turnedAndScaled(20, 4, 4), turnedAndScaled(65, -0.5, 2)};
@@ -123,7 +123,7 @@ TEST(Shading, NormalMapsTurnWithTheirTextures) {
             const glm::vec4 expected = middle(in_mesh);
             EXPECT_GT(glm::distance(expected, as_it_is), 0.02F * glm::length(glm::vec3(as_it_is)));
             expectAlike(middle(turned), expected);
-            // Tangents of the mesh are taken as they are.
+            // The mesh's tangents are used unchanged.
             turned.meshes[0].primitives[0].tangents.assign(6, {1, 0, 0, 1});
             expectAlike(middle(turned), as_it_is);
         }
@@ -131,8 +131,8 @@ TEST(Shading, NormalMapsTurnWithTheirTextures) {
 }
 
 TEST(Shading, ATurnedNormalMapLeansAsFarTheOtherWay) {
-    // U' = cos U + sin V, and U and V lie along +X and −Y: turned by an angle, the map leans as the
-    // normal turned back by it, about the surface's own.
+    // U' = cos U + sin V, and U and V are along +X and −Y: if the map rotates by an angle, its lean
+    // rotates back by that angle about the surface's normal.
     const glm::vec3 texel = glm::vec3(218, 150, 200) / 255.0F * 2.0F - 1.0F;
     for (const double degrees : {0.0, 90.0, 180.0, -50.0}) {
         SCOPED_TRACE(degrees);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Midpoint shadow maps where geometry says what is lit.
+// Midpoint shadow maps, in scenes where geometry gives the lit region.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ CaptureSettings withShadows(int size) {
 }
 
 /// The same picture with shadows, without them, and without light: every fragment of the first
-/// should have the colour of the second (lit), of the third (in shadow), or one between.
+/// should have the colour of the second (lit), of the third (in shadow), or one in between.
 struct Exposures {
     LayeredImage shadowed, lit, dark;
 
@@ -44,7 +44,7 @@ struct Exposures {
     bool isDark(std::size_t f) const { return color(shadowed, f) == color(dark, f); }
     bool tells(std::size_t f) const { return color(lit, f) != color(dark, f); }
 
-    /// The point that fragment f of pixel (x, y) shows, in the space of the test view's camera.
+    /// Returns the point of fragment f of pixel (x, y), in the space of the test view's camera.
     glm::dvec3 point(const View& view, int x, int y, std::size_t f) const {
         const double z = static_cast<double>(shadowed.z[f]);
         return {z * view.projection.half_width * ((x + 0.5) / view.width * 2 - 1),
@@ -63,7 +63,8 @@ void forEach(const Exposures& seen, const View& view,
         }
 }
 
-/// A wall of half extents (4, 4) at z = −4 and, at z, a square of half extent 0.3 before it.
+/// Returns a wall of half extents (4, 4) at z = −4 and, at z, a square of half extent 0.3 in front
+/// of it.
 SceneBuilder wallAndSquare(float z, AlphaMode mode, float alpha = 1) {
     SceneBuilder builder;
     const int white = builder.lit(builder.material({1, 1, 1, 1}, AlphaMode::kOpaque));
@@ -72,8 +73,8 @@ SceneBuilder wallAndSquare(float z, AlphaMode mode, float alpha = 1) {
     return builder;
 }
 
-/// The wall is in shadow inside the rectangle and lit outside; nearer to its edge than `tolerance`
-/// it may be either. The square itself is lit.
+/// Expects the wall to be in shadow inside the rectangle and lit outside; within `tolerance` of its
+/// edge it may be either. The square itself is lit.
 void expectShadow(const Scene& scene, int size, const glm::dvec2& low, const glm::dvec2& high,
                   double tolerance) {
     const View view = testView(255, 255);
@@ -105,21 +106,21 @@ void expectShadow(const Scene& scene, int size, const glm::dvec2& low, const glm
 
 TEST(Shadows, OfADirectionalLightLieWhereTheRaysEnd) {
     SceneBuilder builder = wallAndSquare(-3, AlphaMode::kOpaque);
-    // The rays move by (0.5, −0.25) on the way from the square to the wall.
+    // The rays shift by (0.5, −0.25) between the square and the wall.
     builder.light(lightOf(LightType::kDirectional, 2),
                   *lookAlong({7, 8, 9}, {0.5, -0.25, -1}, {0, 1, 0}));
-    // A texel of the map covers 8 · 1.01 / 512 of the wall, or a little more askew.
+    // A texel of the map covers 8 · 1.01 / 512 of the wall, or slightly more at an angle.
     expectShadow(builder.scene(), 512, {0.2, -0.55}, {0.8, 0.05}, 0.025);
 }
 
 TEST(Shadows, OfASpotLightLieWhereTheRaysEnd) {
     SceneBuilder builder = wallAndSquare(-2, AlphaMode::kOpaque);
     Light spot = lightOf(LightType::kSpot, 50);
-    spot.inner_cone = 0.9;  // all of the picture
+    spot.inner_cone = 0.9;  // the whole picture
     spot.outer_cone = 1;
     // Shadows are twice as large as the square, seen from (0.3, 0.2, 0).
     builder.light(spot, *lookAlong({0.3, 0.2, 0}, {0, 0, -1}, {1, 2, 0}));
-    // A texel covers 2 · 4 · tan(1) · 1.01 / 1024 of the wall; the map is turned against it.
+    // A texel covers 2 · 4 · tan(1) · 1.01 / 1024 of the wall; the map is rotated against it.
     expectShadow(builder.scene(), 1024, {-0.9, -0.8}, {0.3, 0.4}, 0.025);
 }
 
@@ -173,14 +174,14 @@ TEST(Shadows, SurfacesThatCoincideAreLit) {
     SceneBuilder builder = wallAndSquare(-3, AlphaMode::kOpaque);
     const int white = builder.scene().meshes[0].primitives[0].material;
     builder.rectangle(4, 4, -4, white);
-    // The same square again, cut along the other diagonal: depths that differ by rounding.
+    // The same square again, split along the other diagonal: its depths differ by rounding.
     builder.quad({0.3, -0.3, -3}, {0.3, 0.3, -3}, {-0.3, 0.3, -3}, {-0.3, -0.3, -3}, white);
     builder.light(lightOf(LightType::kDirectional, 2),
                   *lookAlong({7, 8, 9}, {0.5, -0.25, -1}, {0, 1, 0}));
     expectShadow(builder.scene(), 512, {0.2, -0.55}, {0.8, 0.05}, 0.025);
 }
 
-/// A closed sphere about (0, 0, −3) with its exact normals.
+/// Returns a closed sphere around (0, 0, −3) with its exact normals.
 SceneBuilder sphere() {
     constexpr int kRound = 160, kRows = 80;
     std::vector<glm::vec3> positions, normals;
@@ -209,7 +210,7 @@ TEST(Shadows, AreFreeOfAcneWithoutABias) {
         const Exposures seen(builder.scene(), view, 2048);
         std::size_t facing = 0, away = 0, wrong = 0;
         forEach(seen, view, [&](std::size_t f, const glm::dvec3& p) {
-            // Outside faces the light or, beyond the shadow's edge, inside does and gets none.
+            // The outside faces the light or, beyond the shadow's edge, the inside does, unlit.
             const double cosine = -glm::dot(p - glm::dvec3(0, 0, -3), glm::normalize(forward));
             if (cosine > 0.05) {
                 ++facing;
@@ -232,7 +233,7 @@ TEST(Shadows, TheBuiltInLightCastsThem) {
     const auto shadowed = capture(builder.scene(), view, s).image;
     s.shadows = false;
     const auto lit = capture(builder.scene(), view, s).image;
-    // From the square at z = −3 to the wall the key light moves by (0.918, −1.606).
+    // Between the square at z = −3 and the wall the key light shifts by (0.918, −1.606).
     std::size_t dark = 0, wrong = 0;
     for (int y = 0; y < view.height; ++y)
         for (int x = 0; x < view.width; ++x) {
@@ -242,7 +243,7 @@ TEST(Shadows, TheBuiltInLightCastsThem) {
             const double distance = std::max(off.x, off.y) - 0.3;
             if (std::abs(distance) < 0.05) continue;
             dark += distance < 0 ? 1 : 0;
-            // A GPU's compiler rounds otherwise in a shader that looks for shadows.
+            // A GPU's compiler rounds differently in a shader with shadows.
             const bool seen = color(shadowed, f).g > 0.999F * color(lit, f).g;
             wrong += seen == (distance > 0) ? 0 : 1;
         }
@@ -250,7 +251,7 @@ TEST(Shadows, TheBuiltInLightCastsThem) {
     EXPECT_GT(dark, 100U);
 }
 
-/// Opaque, masked and transparent squares in disorder under three lights.
+/// Returns opaque, masked and transparent squares at random places under three lights.
 Scene crowdOfSquares() {
     SceneBuilder builder = wallAndSquare(-3, AlphaMode::kOpaque);
     for (int i = 0; i < 30; ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures in the studio: its embedded maps are those that it would be prefiltered to.
+// Pictures in the studio: its embedded maps equal freshly prefiltered ones.
 #include <gtest/gtest.h>
 
 #include "core/shading/constants.h"
@@ -8,7 +8,7 @@
 namespace peeler::test {
 namespace {
 
-/// Spheres of metal, smooth and rough, and of a cloth, in an environment.
+/// Returns spheres of smooth and rough metal and of a cloth, in an environment.
 LayeredImage spheresIn(const Environment& environment) {
     SceneBuilder builder;
     for (const int i : {0, 1, 2}) {

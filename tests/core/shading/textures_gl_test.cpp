@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How textures are sampled: wrap modes, filters, transforms and UV sets, texel by texel.
+// Texture sampling: wrap modes, filters, transforms and UV sets, texel by texel.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,12 +13,12 @@ constexpr int kRepeat = 10497, kClamp = 33071, kMirror = 33648;
 constexpr int kNearest = 9728, kLinear = 9729;
 constexpr int kSize = 4, kPixels = 60;
 
-/// 4x4 texels, each with a red and a green of its own; what is stored is linear (black to 60%).
+/// 4x4 texels, each with its own red and green; stored values are linear (black to 60%).
 std::uint8_t stored(int x, int y, int channel) {
     return static_cast<std::uint8_t>(channel == 0 ? 40 * x + 10 * y : 45 * y + 5 * x);
 }
 
-/// The texel that a coordinate outside the texture stands for (OpenGL 4.6, §8.14.2).
+/// Returns the texel for a coordinate outside the texture (OpenGL 4.6, §8.14.2).
 int wrapped(int texel, int mode) {
     if (mode == kClamp) return std::clamp(texel, 0, kSize - 1);
     const int period = ((texel % (2 * kSize)) + 2 * kSize) % (2 * kSize);
@@ -42,8 +42,8 @@ double sampled(const glm::dvec2& uv, int channel, const Sampler& s) {
                     share.y);
 }
 
-/// A square that fills the view, its first UV set from −1.03 to 1.97 and its second the other way
-/// around. The texture is that of emission, which is sRGB, or of occlusion, which is linear.
+/// A square that fills the view, its first UV set from −1.03 to 1.97 and its second reversed. The
+/// texture is emissive, which is sRGB, or occlusion, which is linear.
 class Square {
   public:
     Square() {
@@ -59,7 +59,7 @@ class Square {
             for (int x = 0; x < kSize; ++x)
                 image.rgba.insert(image.rgba.end(), {stored(x, y, 0), stored(x, y, 1), 0, 255});
         scene().images.push_back(image);
-        // White light from all around, of which a linear texture lets a part through.
+        // White light from all around, attenuated by a linear texture.
         Environment environment;
         environment.width = environment.height = 1;
         environment.radiance.assign(1, glm::vec3(1));
@@ -70,8 +70,8 @@ class Square {
     Material& material() { return scene().materials.back(); }
     TextureRef& texture() { return material().occlusion_texture; }
 
-    /// Compares every pixel away from texel edges with the formula for its UV, and returns how
-    /// many.
+    /// Compares every pixel away from texel edges with the formula for its UV, and returns the
+    /// number of pixels.
     int check(const glm::dmat3& transform = glm::dmat3(1), bool second = false) {
         CaptureSettings s;
         s.color_type = PixelType::kFloat;
@@ -118,7 +118,7 @@ TEST(Textures, WrapAsTheirSamplersSay) {
 }
 
 TEST(Textures, AreTransformed) {
-    // Offset · rotation · scale, as KHR_texture_transform has it.
+    // Offset · rotation · scale, as in KHR_texture_transform.
     const double c = std::cos(0.6), s = std::sin(0.6);
     const glm::dmat3 rotation(c, -s, 0, s, c, 0, 0, 0, 1);
     glm::dmat3 offset(1), scale(1);
@@ -147,7 +147,7 @@ TEST(Textures, UseTheSecondUvSet) {
 }
 
 TEST(Textures, OfOneMaterialHaveEachTheirOwnSet) {
-    // The same image twice: occlusion by the first set, emission by the second.
+    // The same image twice: occlusion with the first set, emission with the second.
     Square square;
     square.texture().sampler = {kNearest, kNearest, kClamp, kClamp};
     const int alone = square.check();
@@ -178,7 +178,7 @@ TEST(Textures, OfOneMaterialHaveEachTheirOwnSet) {
 }
 
 TEST(Textures, ShrunkenAreFilteredOrNotAsTheirSamplersSay) {
-    // 15 texels a pixel: the mean with mipmaps, single texels without.
+    // 15 texels per pixel: the mean with mipmaps, single texels without.
     const auto deviation = [](int min_filter) {
         Square square;
         square.texture().sampler = {kNearest, min_filter, kRepeat, kRepeat};

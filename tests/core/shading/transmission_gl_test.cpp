@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light that passes through surfaces, as layers hold it (shaders/transmission.glsl).
+// Transmitted light in layers (shaders/transmission.glsl).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,7 +36,7 @@ class Pane {
         s.shading = shading;
         return capture(scene(), testView(5, 5), s).image;
     }
-    /// The middle pixel's nearest layer.
+    /// Returns the middle pixel's nearest layer.
     glm::vec4 front(Shading shading = Shading::kPbr) {
         const LayeredImage image = seen(Surfaces::kAll, shading);
         const std::size_t middle = image.pixelIndex(2, 2);
@@ -53,20 +53,20 @@ TEST(Transmission, IsTakenOffAlpha) {
     EXPECT_NEAR(Pane({1, 1, 1, 1}, 0.7F).front().a, 0.3, 1e-6);
     EXPECT_NEAR(Pane({1, 1, 1, 1}, 1).front().a, 0, 1e-6);
     EXPECT_EQ(Pane({1, 1, 1, 1}, 0).front().a, 1);
-    // Coverage comes on top.
+    // Coverage multiplies.
     EXPECT_NEAR(Pane({1, 1, 1, 0.5F}, 0.4F, AlphaMode::kBlend).front().a, 0.5 * 0.6, 1e-6);
 }
 
 TEST(Transmission, OfColouredGlassIsAsMuchAsItsColourLetsPass) {
     EXPECT_NEAR(Pane({1, 0.5F, 0, 1}, 1).front().a, 0.5, 1e-6);
     EXPECT_NEAR(Pane({0.9F, 0.3F, 0.3F, 1}, 0.8F).front().a, 1 - 0.8 * 0.5, 1e-6);
-    // What does not pass has the glass's colour.
+    // The rest has the glass's colour.
     const glm::vec4 flat = Pane({1, 0.5F, 0, 1}, 1).front(Shading::kUnlit);
     EXPECT_LT(glm::distance(flat, glm::vec4(0.5F, 0.25F, 0, 0.5F)), 1e-6F);
 }
 
 TEST(Transmission, LeavesReflectionsAtFullStrength) {
-    // In light from all around: what the pane reflects, and the diffuse rest.
+    // With light from all around: the pane's reflection, and the diffuse rest.
     Pane clear({1, 1, 1, 1}, 1), half({1, 1, 1, 1}, 0.5F), none({1, 1, 1, 1}, 0);
     for (Pane* pane : {&clear, &half, &none}) {
         pane->material().roughness = 0;
@@ -108,7 +108,7 @@ TEST(Transmission, ThroughAVolumeFollowsBeersLaw) {
     pane.scene().nodes[0].local[3] = {0, 0, 2, 1};
     const glm::vec3 twice = left * left;
     EXPECT_NEAR(pane.front().a, 1 - (twice.r + twice.g + twice.b) / 3, 1e-5);
-    // Its texture's green.
+    // The green of its texture.
     pane.scene().nodes[0].local = glm::dmat4(1);
     pane.scene().images.push_back({"none", 1, 1, {255, 0, 255, 255}});
     t.thickness_texture.image = 0;
@@ -140,7 +140,7 @@ TEST(Transmission, CastsNoShadow) {
                           builder.lit(builder.material({1, 1, 1, 1}, AlphaMode::kOpaque)));
         const int glass = builder.material({1, 1, 1, 1}, AlphaMode::kOpaque);
         builder.scene().materials.back().transmission.factor = transmission;
-        // Between the lamp, which is above, and the wall, out of the viewer's sight.
+        // Between the lamp, which is above, and the wall, outside the view.
         builder.quad({-2, 1.2F, -3.5F}, {2, 1.2F, -3.5F}, {2, 1.2F, -1}, {-2, 1.2F, -1}, glass);
         Light sun;
         sun.intensity = 3;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cameras around a scene, and scenes of one size.
+// Cameras around a scene, and normalised scenes.
 #include "core/views/many_cameras.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace peeler {
 namespace {
 
-/// A scene whose bounds are the box from (1, 2, 3) to (3, 8, 7): its middle is (2, 5, 5).
+/// Returns a scene with the box from (1, 2, 3) to (3, 8, 7) as its bounds: its centre is (2, 5, 5).
 Scene boxScene() {
     Scene scene;
     scene.scenes.resize(1);
@@ -91,14 +91,14 @@ TEST(ManyCameras, ChanceHasASeed) {
     other.seed = 1;
     EXPECT_EQ(around(asked).back().pose, around(asked).back().pose);
     EXPECT_NE(around(asked).back().pose, around(other).back().pose);
-    // The first draw of mt19937_64 with seed 0 is a constant of the standard library's text.
+    // The C++ standard defines the first draw of mt19937_64 with seed 0.
     EXPECT_NEAR(((*around(asked).front().pose)[3].y - kMiddle.y) /
                     glm::distance(glm::dvec3((*around(asked).front().pose)[3]), kMiddle),
                 2 * (2947667278772165694ULL >> 11U) * 0x1p-53 - 1, 1e-12);
 }
 
 TEST(ManyCameras, SidesAreAllSeenAlike) {
-    // The mean of directions over a sphere is 0, over its upper half (0, 1/2, 0).
+    // The mean direction over a sphere is 0, over its upper half (0, 1/2, 0).
     for (const auto& [place, mean] :
          {std::pair{Around::kSphere, 0.0}, {Around::kHemisphere, 0.5}}) {
         glm::dvec3 sum(0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Views from layers whose answer is known on paper.
+// Views from layers, with analytic answers.
 #include "core/views/reprojection.h"
 #include "core/views/surface_cells.h"
 
@@ -19,7 +19,7 @@ namespace {
 
 using Color = std::array<float, 4>;
 
-/// At the origin; a pixel is 0.02 wide at distance 1.
+/// Returns a view at the origin; a pixel is 0.02 wide at distance 1.
 View viewOf(int width, int height, bool perspective = true) {
     View view;
     view.width = width;
@@ -35,7 +35,7 @@ View movedView(View view, const glm::dvec3& by) {
     return view;
 }
 
-/// Turned about a point on the axis at this distance.
+/// Returns the view rotated about a point on the axis at this distance.
 View orbited(View view, double distance, double degrees) {
     const glm::dvec3 center(0, 0, -distance);
     view.camera_to_world = glm::translate(glm::dmat4(1), center) *
@@ -65,7 +65,7 @@ LayeredImage seenFrom(const LayeredImage& image, const View& from, const View& t
     return whole;
 }
 
-/// The one fragment of a pixel.
+/// Returns the only fragment of a pixel.
 Color onlyFragment(const LayeredImage& image, int x, int y) {
     const std::size_t pixel = image.pixelIndex(x, y);
     EXPECT_EQ(image.count(pixel), 1U) << x << ' ' << y;
@@ -141,7 +141,7 @@ TEST(Reprojection, WhatWasHiddenComesOutFromBehind) {
         for (int x = 0; x < 38; ++x) {
             const bool front = covered(x + 4, y);
             expectColor(onlyFragment(seen, x, y), front ? kSquare : paint(x + 2, y));
-            // With one layer the wall has a hole where the square was.
+            // With one layer the wall has a hole in place of the square.
             const bool known = front || !covered(x + 2, y);
             ASSERT_EQ(first_layer.count(first_layer.pixelIndex(x, y)), known ? 1U : 0U);
             holes += !known;
@@ -188,7 +188,7 @@ TEST(Reprojection, ATiltedPlaneHasNoCracksAndLiesWhereItShould) {
             for (int x = 0; x < 64; ++x) {
                 const glm::dvec3 direction(to.camera_to_world * glm::dvec4(ray(x, y), 0));
                 const double z = -(1 + glm::dot(n, eye)) / glm::dot(n, direction);
-                // Where the point is on the captured picture, in pixels.
+                // The point's position in the captured picture, in pixels.
                 const glm::dvec3 point = eye + z * direction;
                 const glm::dvec2 at = glm::dvec2(point.x, -point.y) / -point.z * 50.0 + 32.0;
                 const double margin = std::min(std::min(at.x, at.y), 64 - std::max(at.x, at.y));
@@ -207,8 +207,8 @@ TEST(Reprojection, ATiltedPlaneHasNoCracksAndLiesWhereItShould) {
 }
 
 TEST(Reprojection, EdgesDoNotGrow) {
-    // A ball of radius 1 at distance 4, seen from the side at the same distance: no pixel beyond
-    // its outline, and of the visible part few missing.
+    // A ball of radius 1 at distance 4, seen from the side at the same distance: no pixel outside
+    // its silhouette, and few missing in the visible part.
     constexpr int kSize = 240;
     constexpr double kPixel = 1.6 / kSize;
     View from = viewOf(kSize, kSize);
@@ -236,13 +236,13 @@ TEST(Reprojection, EdgesDoNotGrow) {
                 const double z = hit(ray(x, y));
                 const std::uint32_t count = seen.count(seen.pixelIndex(x, y));
                 if (count > 0) {
-                    // No more than a pixel's corner out of the outline's tangent cone.
+                    // At most a pixel's corner outside the silhouette's tangent cone.
                     const glm::dvec3 d = glm::normalize(ray(x, y));
                     const double angle = std::acos(-d.z) - std::asin(0.25);
                     EXPECT_LT(angle, 0.71 * kPixel) << degrees << ": " << x << ' ' << y;
                 }
                 if (z <= 0) continue;
-                // Did the captured camera see this point from above 10°?
+                // Whether the captured camera saw this point from above 10°.
                 const glm::dvec3 normal = z * ray(x, y) - center;
                 const glm::dvec3 eye(-4 * std::sin(turn), 0, 4 * std::cos(turn));
                 if (glm::dot(normal, glm::normalize(eye - normal)) < 0.17) continue;
@@ -255,7 +255,7 @@ TEST(Reprojection, EdgesDoNotGrow) {
     }
 }
 
-/// Lists without any sense to them: surfaces that cross, touch and end anywhere.
+/// Returns meaningless lists: surfaces that cross, touch and end anywhere.
 LayeredImage noise(const Window& window) {
     std::mt19937 random(20);
     std::uniform_real_distribution<float> any(0, 1);
@@ -266,7 +266,7 @@ LayeredImage noise(const Window& window) {
         for (int k = 0; k < count; ++k) {
             const float alpha = 0.1F + 0.8F * any(random);
             list.push_back({z, {alpha * any(random), alpha * any(random), alpha, alpha}});
-            if (k % 2 == x % 2) z += any(random) * any(random);  // else they coincide
+            if (k % 2 == x % 2) z += any(random) * any(random);  // otherwise they coincide
         }
         return list;
     });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which fragments are one surface, where the answer is known.
+// Fragments of one surface, in scenes with known answers.
 #include "core/views/surface_cells.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace peeler::test {
 namespace {
 
-/// Orthographic, a pixel is one unit wide, so that a step in Z is a slope.
+/// Returns an orthographic view with pixels of one unit, so that a step in Z is a slope.
 View unitView(int width, int height) {
     View view;
     view.width = width;
@@ -21,7 +21,8 @@ View unitView(int width, int height) {
     return view;
 }
 
-/// The place in its pixel's list of what continues the k-th fragment of (x, y), −1 = nothing.
+/// Returns the index, in its pixel's list, of the continuation of the k-th fragment of (x, y), −1 =
+/// none.
 int placeOfNext(const LayeredImage& image, const SurfaceLinks& links, int x, int y, int k,
                 Side side) {
     const std::uint32_t next =
@@ -33,7 +34,7 @@ int placeOfNext(const LayeredImage& image, const SurfaceLinks& links, int x, int
 }
 
 TEST(SurfaceLinks, SurfacesOnDifferentLayersStayThemselves) {
-    // A plane behind a square: behind it, it is on layer 1, beside it on layer 0.
+    // A plane behind a square: it is on layer 1 behind the square, on layer 0 beside it.
     const auto covered = [](int x) { return x >= 3 && x < 6; };
     const LayeredImage image = fragmentLists({0, 0, 9, 2}, [&](int x, int) {
         std::vector<TestFragment> list;
@@ -50,7 +51,7 @@ TEST(SurfaceLinks, SurfacesOnDifferentLayersStayThemselves) {
 }
 
 TEST(SurfaceLinks, ParallelSurfacesCloserThanTheirStep) {
-    // Nearest in depth to a fragment of the one behind is the next fragment of the one in front.
+    // The nearest in depth to a fragment of the back surface is the next fragment of the front one.
     const LayeredImage image = fragmentLists({0, 0, 8, 3}, [](int x, int) {
         const float z = 10 + 3.0F * static_cast<float>(x);
         return std::vector<TestFragment>{{z, {}}, {z + 2, {}}};
@@ -120,7 +121,7 @@ TEST(SurfaceLinks, DepthsThatAreNoneHaveNoLinks) {
 }
 
 TEST(SurfaceCells, APlanesCornersAreThePlanesAndShared) {
-    // In perspective a plane is linear in 1/Z, so corners are exact, also at the edge.
+    // In perspective a plane is linear in 1/Z, so corners are exact, also at the border.
     View view = unitView(16, 12);
     view.projection = {true, 0.8, 0.6, 0.1};
     const auto inverse = [](double x, double y) { return 0.2 + 0.003 * x - 0.004 * y; };

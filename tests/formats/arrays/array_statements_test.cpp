@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What becomes of everything that scenes and layers as arrays can say (formats/README.md).
+// Handling of every statement of scenes and layers as arrays (formats/README.md).
 #include <functional>
 #include <nlohmann/json.hpp>
 
@@ -11,7 +11,7 @@
 namespace peeler::test {
 namespace {
 
-/// A triangle.
+/// Returns a triangle.
 TensorFile scene(const std::function<void(TensorFile&)>& change = [](TensorFile&) {}) {
     TensorFile file;
     file.set<float>("vertices", "F32", {3, 3}, {0, 0, 0, 1, 0, 0, 0, 1, 0});
@@ -19,7 +19,7 @@ TensorFile scene(const std::function<void(TensorFile&)>& change = [](TensorFile&
     return file;
 }
 
-/// 2 × 1 pixels with 1 and 2 fragments.
+/// Returns 2 × 1 pixels with 1 and 2 fragments.
 TensorFile layers(const std::function<void(TensorFile&)>& change = [](TensorFile&) {}) {
     TensorFile file;
     file.texts = {{"displayWindow", "[2, 1]"}, {"dataWindow", "[0, 0, 2, 1]"}};

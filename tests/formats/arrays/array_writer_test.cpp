@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of arrays as numpy and zipfile read them, and headers of .safetensors.
+// Array files read by numpy and zipfile, and .safetensors headers.
 #include "formats/arrays/array_writer.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@
 namespace peeler {
 namespace {
 
-/// {"name": [dtype, shape, values]} of every array; the checksums are verified on the way.
+/// Prints {"name": [dtype, shape, values]} of every array; verifies the checksums, too.
 constexpr const char* kRead = R"(
 import json, sys, zipfile, numpy
 assert zipfile.ZipFile(sys.argv[1]).testzip() is None
@@ -141,7 +141,7 @@ TEST(ArrayWriter, EveryNumberIsWrittenOnce) {
     EXPECT_EQ(scratch.files(), std::vector<std::string>{"a.npz"});
 }
 
-/// Arrays that NumPy alone reads from a .safetensors, and its texts.
+/// Prints the arrays of a .safetensors, read by NumPy alone, and its metadata.
 constexpr const char* kReadTensors = R"(
 import json, sys, numpy
 data = open(sys.argv[1], "rb").read()
@@ -216,7 +216,7 @@ TEST(ArrayWriter, TextsOfAnNpzAreArrays) {
     EXPECT_THROW(ArrayWriter(path, {{"x"}}, {{"x", "y"}}), Error);
 }
 
-/// The bytes of a .safetensors with this header.
+/// Returns the bytes of a .safetensors with this header.
 std::vector<std::uint8_t> tensors(const std::string& header, std::size_t data) {
     const std::uint64_t length = header.size();
     std::vector<std::uint8_t> file(8 + header.size() + data);

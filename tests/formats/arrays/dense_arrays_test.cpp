@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists of fragments as planes: known ones, and the same numbers that lists have.
+// Fragment lists as dense planes: known ones, and the same numbers as in the lists.
 #include <Imath/half.h>
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ std::vector<Out> planes(const DenseSettings& settings, std::uint32_t layers,
     return values;
 }
 
-/// Equal, or both no number.
+/// Expects equal values, or NaN in both.
 void expectSame(const std::vector<float>& got, const std::vector<float>& expected) {
     ASSERT_EQ(got.size(), expected.size());
     for (std::size_t i = 0; i < got.size(); ++i)
@@ -52,7 +52,7 @@ void expectSame(const std::vector<float>& got, const std::vector<float>& expecte
 constexpr DensePlanes::Column kNumber{NumberType::kFloat, 1};
 
 TEST(DensePlanes, TheKthOfAListIsInPlaneK) {
-    // Three pixels with one, no and three fragments, which are not the first of the picture.
+    // Three pixels with one, no and three fragments, not at the start of the picture.
     const std::vector<std::uint32_t> offsets{10, 11, 11, 14};
     const std::vector<float> z{1, 2, 3, 4};
     expectSame(planes<float>({}, 2, kNumber, offsets, z), {1, kNan, kNan, kNan, 2, 3});
@@ -69,7 +69,7 @@ TEST(DensePlanes, FillIsForNumbersThatAreNoIntegers) {
     const std::vector<float> z{1, 2, 3};
     expectSame(planes<float>({.fill = -1}, 2, kNumber, offsets, z), {1, -1, -1, -1, 2, 3});
     expectSame(planes<float>({.fill = kInf}, 2, kNumber, offsets, z), {1, kInf, kInf, kInf, 2, 3});
-    // The last fragment again, of every component; a pixel without any has none.
+    // Repeats the last fragment, in every component; a pixel without fragments stays NaN.
     expectSame(planes<float>({.fill = 7, .repeat_last = true}, 3, kNumber, offsets, z),
                {1, 1, 1, kNan, kNan, kNan, 2, 3, 3});
     const std::vector<float> uv{1, 10, 2, 20, 3, 30};
@@ -176,7 +176,7 @@ TEST(DenseArrays, HaveTheNumbersOfTheLists) {
             EXPECT_EQ(dense.at("count").shape, "(" + pixels + ")");
             EXPECT_EQ(dense.at("z").shape, "(" + pixels + ", " + std::to_string(n) + ")");
             EXPECT_EQ(dense.at("rgba").shape, "(" + pixels + ", " + std::to_string(n) + ", 4)");
-            EXPECT_EQ(dense.at("rgba").type, "<f4");  // of half, exactly
+            EXPECT_EQ(dense.at("rgba").type, "<f4");  // half, converted exactly
             EXPECT_EQ(dense.at("id").type, "<u4");
             EXPECT_FALSE(dense.contains("layer"));
             EXPECT_FALSE(dense.contains("ray_splits"));
@@ -298,7 +298,7 @@ TEST(DenseArrays, TheHashIsOfThePlanesToo) {
     options.as = "arrays";
     EXPECT_TRUE(is_new());
     options.dense = {};
-    EXPECT_FALSE(is_new());  // lists have none of it
+    EXPECT_FALSE(is_new());  // not for lists
 }
 
 class DenseHits : public testing::Test, protected test::TracedSpheres {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layers and composites as arrays: written, read back, and what is not a picture.
+// Layers and composites as arrays: written, read back, and invalid pictures.
 #include "formats/arrays/picture_arrays.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@
 namespace peeler::test {
 namespace {
 
-/// A picture with everything that its file can say.
+/// Returns options for a picture with all optional data.
 OutputOptions richOptions() {
     OutputOptions options;
     Provenance& p = options.provenance;
@@ -173,7 +173,7 @@ TEST(PictureArrays, CompositesAreReadAsPixels) {
     EXPECT_EQ(stored.z, expected.z);
     EXPECT_TRUE(isLoneComposite(OpenedPicture(path).info()));
     EXPECT_THROW(openLayered(path), Error);
-    // A .npz says no more than its arrays do, and its size is known likewise.
+    // A .npz holds only its arrays, and its size is known, too.
     const std::string npz = scratch / "a.npz";
     writePicture(*makeSink(npz, options), picture);
     EXPECT_EQ(forecastPicture(npz, picture.plan, options).bytes, std::filesystem::file_size(npz));

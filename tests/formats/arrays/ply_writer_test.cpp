@@ -11,7 +11,7 @@
 namespace peeler {
 namespace {
 
-/// x y z and two bytes.
+/// Returns x y z and two bytes.
 std::vector<std::byte> point(double x, float y, std::uint32_t id, std::uint8_t red) {
     std::vector<std::byte> bytes(17);
     std::memcpy(bytes.data(), &x, 8);

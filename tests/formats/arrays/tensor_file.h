@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A .safetensors file as another program writes it: in the order of the names, not padded.
+// A .safetensors file in another program's style: sorted by name, without padding.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples for LaRI and X-Ray of known fragments; tests/cmd reads them as their loaders do.
+// Samples for LaRI and X-Ray with known fragments; tests/cmd reads them like their loaders.
 #include <Imath/half.h>
 #include <gtest/gtest.h>
 
@@ -25,8 +25,9 @@ using test::readNpz;
 using test::ScratchDir;
 using test::SyntheticPicture;
 
-/// Four pixels with two, no, one and one fragments. The second one's is black and opaque, the
-/// third one's invisible. The camera stands at (10, 20, 30) and looks along +X, +Z is on its right.
+/// Returns four pixels with two, no, one and one fragments. The second one's is black and opaque,
+/// the third one's invisible. The camera is at (10, 20, 30) and looks along +X, with +Z on its
+/// right.
 SyntheticPicture fourPixels() {
     SyntheticPicture picture;
     View& view = picture.plan.view;
@@ -48,7 +49,7 @@ SyntheticPicture fourPixels() {
     return picture;
 }
 
-/// The same with the channels that X-Ray needs.
+/// Returns the same with the channels that X-Ray needs.
 SyntheticPicture fourHits() {
     SyntheticPicture picture = fourPixels();
     FragmentArray normals{{"Ng.X", "Ng.Y", "Ng.Z"}, PixelType::kFloat, {}};
@@ -56,7 +57,7 @@ SyntheticPicture fourHits() {
     FragmentArray facing{{"facing"}, PixelType::kHalf, {}},
         distance{{"distance"}, PixelType::kFloat, {}};
     for (int f = 0; f < 4; ++f) {
-        // Toward the viewer, who is at −X; the second one shows its back.
+        // Toward the viewer, who is at −X; the second one shows its back face.
         for (const float n : {-1.0F, 0.0F, 0.0F})
             appendValue(normals.data, n);
         for (const float c : {0.0F, 0.25F, 1.0F})
@@ -88,8 +89,8 @@ TEST(LariSample, HasDepthsPoseAndAPictureOverBlack) {
     expected[3 * 15] = half(16).bits();
     EXPECT_EQ(ldi.as<std::uint16_t>(), expected);
 
-    // Blender's axes: (x, −z, y) of ours. Its camera is at (10, −30, 20), looks along +X, which
-    // is −Z of the camera, and has its X on the right, which is −Y there.
+    // Blender's axes: (x, −z, y) of ours. Its camera is at (10, −30, 20), looks along +X, the
+    // camera's −Z, and has its X on the right, i.e. −Y there.
     const std::string npy = test::bytesOf(scratch / "003.npy");
     ASSERT_EQ(npy.size(), 128U + 12 * 8);
     EXPECT_TRUE(test::contains(npy.substr(0, 128), "'<f8'") &&
@@ -98,8 +99,8 @@ TEST(LariSample, HasDepthsPoseAndAPictureOverBlack) {
     std::memcpy(pose.data(), npy.data() + 128, 96);
     EXPECT_EQ(pose, (std::vector<double>{0, -1, 0, -30, 0, 0, 1, -20, -1, 0, 0, 10}));
 
-    // 0.5 + 0.5 · 0 of red, 0.5 of green from behind; black is not quite black where there is
-    // something, and alpha is whether there is.
+    // 0.5 + 0.5 · 0 of red, 0.5 of green from behind; black is not quite black where there is a
+    // fragment, and alpha is the coverage.
     const auto rgba = [&](std::size_t p) {
         const auto image = readFlatImage(path).image.rgba[p];
         std::array<long, 4> bytes{};
@@ -139,7 +140,7 @@ TEST(LariSample, AllFilesAppearOrNone) {
         const SyntheticPicture picture = fourPixels();
         sink->begin(picture.plan);
         sink->write(LayeredImage(picture.image));
-        // Nothing can be renamed to a folder that is not empty.
+        // A rename cannot replace a folder that is not empty.
         std::filesystem::create_directories(scratch / blocked / "full");
         EXPECT_THROW(sink->finish(), Error);
         EXPECT_EQ(scratch.files().size() - 1, [&] {
@@ -192,7 +193,7 @@ TEST(Xray, IsAMatrixOfSixteenRows) {
     EXPECT_EQ(row(0, 3, 1), (std::vector<float>{0, 0, 0}));
     EXPECT_EQ(row(0, 3, 2), (std::vector<float>{0, 0, 0}));
     EXPECT_EQ(row(0, 3, 3), (std::vector<float>{1, 1, 1}));
-    EXPECT_EQ(row(21, 1, 3), (std::vector<float>{-1}));  // its front is behind
+    EXPECT_EQ(row(21, 1, 3), (std::vector<float>{-1}));  // a back face
     EXPECT_EQ(row(0, 3, 4), (std::vector<float>{0, 0, 0}));
     EXPECT_NEAR(row(0, 3, 5)[0], 0.537099, 1e-5);  // 0.25, encoded
     for (const float blue : row(0, 3, 6))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// .vdb as OpenVDB's own tools read it.
+// .vdb files read by OpenVDB's own tools.
 #include "formats/arrays/vdb_writer.h"
 
 #include <gtest/gtest.h>
@@ -23,8 +23,8 @@ std::uint8_t& cellAt(std::vector<std::uint8_t>& values, int x, int y, int z) {
     return values[static_cast<std::size_t>((x * kCells.y + y) * kCells.z + z)];
 }
 
-/// 2 in a box that fills some of OpenVDB's blocks wholly and others in part, 1 and 3 in a cell
-/// each.
+/// Returns 2 in a box that fills some of OpenVDB's blocks wholly and others partly, and 1 and 3 in
+/// one cell each.
 std::vector<std::uint8_t> box() {
     std::vector<std::uint8_t> values(static_cast<std::size_t>(kCells.x * kCells.y * kCells.z));
     for (int x = 3; x < 20; ++x)
@@ -36,7 +36,7 @@ std::vector<std::uint8_t> box() {
     return values;
 }
 
-/// Those of 2 and more are inside.
+/// Writes the cells; values of 2 and more are inside.
 void writeCells(const std::string& path, const std::vector<std::uint8_t>& values) {
     const auto length = static_cast<std::size_t>(kCells.z);
     static_assert(kCells.z > 64 && kCells.z < 128);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One camera, known on paper, as the files of each format have it.
+// One known camera in the files of each format.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -18,19 +18,19 @@
 
 namespace peeler::test {
 
-/// The camera stands at (1, 2, 5); to its right is +Y, up is +Z, and it looks along −X. All its
-/// numbers are exact in binary, and so is its quaternion.
+/// Returns the pose of a camera at (1, 2, 5) with +Y on its right and +Z up, looking along −X. All
+/// its numbers, including its quaternion, are exact in binary.
 inline glm::dmat4 knownPose() {
     return {{0, 1, 0, 0}, {0, 0, 1, 0}, {1, 0, 0, 0}, {1, 2, 5, 1}};
 }
-/// Off the middle of 640 × 480 pixels, which are not square.
+/// Off-centre in 640 × 480 pixels, which are not square.
 inline constexpr Intrinsics kKnownLens{500, 400, 300.25, 200.5};
 inline constexpr Size kKnownSize{640, 480};
 
 // Its world to camera in OpenCV's axes: rows right, down, forward, and −R · eye.
 inline const std::string kKnownOpencvRows = "[0,1,0,-2],[0,0,-1,5],[-1,0,0,1]";
 inline const std::string kKnownOpenglRows = "[0,0,1,1],[1,0,0,2],[0,1,0,5]";
-/// The same where the world's +Z is up: (x, y, z) is (x, −z, y) there.
+/// The same in a world with +Z up: (x, y, z) is (x, −z, y) there.
 inline const std::string kKnownBlenderRows = "[0,0,1,1],[0,-1,0,-5],[1,0,0,2]";
 
 inline std::filesystem::path put(const std::filesystem::path& path, const std::string& text) {
@@ -39,7 +39,7 @@ inline std::filesystem::path put(const std::filesystem::path& path, const std::s
     return path;
 }
 
-/// Numbers as they lie in memory, as binary files have them.
+/// Numbers in memory layout, as in binary files.
 class PackedNumbers {
   public:
     template <class T>
@@ -92,7 +92,7 @@ inline std::string colmapImagesBinary() {
     return file.add(std::uint64_t{1}).add(1.5).add(2.5).add(std::int64_t{-1}).text;
 }
 
-/// A .npy file, version 1.
+/// Returns a .npy file, version 1.
 inline std::string npyText(const std::string& type, const std::string& shape,
                            const std::string& numbers, bool columns = false) {
     std::string header = "{'descr': '" + type +
@@ -115,7 +115,7 @@ inline std::string lineText(const std::string& place) {
            place + "}\n";
 }
 
-/// The cameras of a file, which have to be read without a warning.
+/// Returns the cameras of a file, which must be read without a warning.
 inline std::vector<FileCamera> readCameras(const std::filesystem::path& path,
                                            const CameraFileOptions& options = {}) {
     ReadWarnings warnings(false, path.string());
@@ -124,7 +124,7 @@ inline std::vector<FileCamera> readCameras(const std::filesystem::path& path,
     return cameras;
 }
 
-/// The view of a triangle that a camera of a file has.
+/// Returns a file camera's view of a triangle.
 inline View viewOfCamera(const FileCamera& camera) {
     static const Scene scene = [] {
         Scene made;
@@ -141,7 +141,7 @@ inline View viewOfCamera(const FileCamera& camera) {
     return makeView(posed, SceneExtent(posed), cameraChoice(camera));
 }
 
-/// Whether two views are the same to the last bit (0 and −0 are one).
+/// Expects two views to be the same to the last bit (0 and −0 are equal).
 inline void expectSameView(const View& a, const View& b, const std::string& which) {
     EXPECT_EQ(a.camera_to_world, b.camera_to_world) << which;
     EXPECT_EQ(a.projection.perspective, b.projection.perspective) << which;
@@ -155,7 +155,7 @@ inline void expectSameView(const View& a, const View& b, const std::string& whic
     EXPECT_EQ(a.sample, b.sample) << which;
 }
 
-/// The error of reading a file; `what` and `where` are parts of its texts.
+/// Expects an error when reading the file; `what` and `where` are parts of its texts.
 inline void expectRefusedCameras(const std::filesystem::path& path, const std::string& what,
                                  const std::string& where, const CameraFileOptions& options = {},
                                  ErrorKind kind = ErrorKind::kInput) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of cameras that others write: one camera that is known on paper, in every format.
+// Camera files of other programs: one known camera, in every format.
 #include <cmath>
 #include <functional>
 
@@ -23,7 +23,7 @@ void expectKnown(const FileCamera& camera, const std::string& which) {
     EXPECT_EQ(camera.camera_to_world, knownPose()) << which;
     EXPECT_EQ(camera.intrinsics, kKnownLens) << which;
     EXPECT_EQ(camera.size, kKnownSize) << which;
-    // What is 10 in front of it, 3 to the right and 2 down: OpenCV's formula.
+    // A point 10 in front of it, 3 to the right and 2 down: OpenCV's formula.
     const glm::dvec3 point(1 - 10, 2 + 3, 5 - 2);
     const View view = viewOfCamera(camera);
     const glm::dvec4 own = glm::inverse(view.camera_to_world) * glm::dvec4(point, 1);
@@ -90,7 +90,7 @@ TEST(CameraFiles, OneCameraOfEveryFormat) {
     std::string one_line = with_k;
     std::erase(one_line, '\n');
     expectKnown(only(put(scratch / "k.jsonl", one_line)), "K");
-    // In a world with +Z up it is +Z that is up where nothing is said; here that is +Y.
+    // In a world with +Z up the default up is +Z; here that is +Y.
     const std::string level = lineText(R"("eye": [4, 0, 0], "target": [0, 0, 0])");
     const FileCamera upright = only(put(scratch / "u.jsonl", level), blender);
     EXPECT_EQ(glm::dvec3(upright.camera_to_world[1]), glm::dvec3(0, 1, 0));
@@ -163,7 +163,7 @@ TEST(CameraFiles, FieldsOfViewAndSizesOfTransforms) {
     const ScratchDir scratch;
     const std::string frame = R"("frames": [{"file_path": "train/r_0", "transform_matrix": [)" +
                               kKnownOpenglRows + "]}]}";
-    // NeRF's own: a field of view, and pictures without an extension whose size is not said.
+    // NeRF's own: a field of view, and pictures without an extension or a size.
     const auto path = put(scratch / "transforms_train.json",
                           R"({"camera_angle_x": 0.6911112070083618, )" + frame);
     const FileCamera nerf = only(path, {{}, {800, 600}});
@@ -176,7 +176,7 @@ TEST(CameraFiles, FieldsOfViewAndSizesOfTransforms) {
     EXPECT_EQ(nerf.intrinsics->cy, 299.5);
     expectRefusedCameras(path, "leaves the size of pictures open", "/camera_angle_x");
 
-    // What a frame says goes before what the file says of all.
+    // A frame's values override those of the file.
     const FileCamera own = only(put(
         scratch / "own.json", R"({"w": 640, "h": 480, "fl_x": 100, "cx": 320, "cy": 240, "frames": [
         {"fl_x": 50, "cx": 10.5, "camera_angle_y": 1.5707963267948966, "transform_matrix": [)" +
@@ -195,7 +195,8 @@ TEST(CameraFiles, FieldsOfViewAndSizesOfTransforms) {
 
 TEST(CameraFiles, ObjectsOfBop) {
     const ScratchDir scratch;
-    // The picture has no pose, so the world is the camera's: of OpenCV in the file, as objects are.
+    // The picture has no pose, so the world is the camera's: OpenCV's axes in the file, like the
+    // objects.
     const auto path = put(scratch / "data/test/000001/scene_camera_left.json",
                           R"({"10": {"cam_K": [500,0,300.25,0,400,200.5,0,0,1]},
                              "2": {"cam_K": [1,0,2,0,3,4,0,0,1],
@@ -214,13 +215,13 @@ TEST(CameraFiles, ObjectsOfBop) {
     EXPECT_EQ(cameras[0].size, (Size{64, 48}));
     ASSERT_EQ(cameras[0].objects.size(), 2U);
     EXPECT_EQ(cameras[0].objects[0].id, 5);
-    // 10 in front, 3 to the right, 2 down of the camera that is known.
+    // 10 in front, 3 to the right, 2 down of the known camera.
     EXPECT_EQ(glm::dvec3(cameras[0].objects[0].to_world[3]), glm::dvec3(-9, 5, 3));
     EXPECT_EQ(cameras[0].objects[1].to_world, glm::dmat4(1));
     EXPECT_EQ(cameras[1].camera_to_world,
               glm::dmat4({1, 0, 0, 0}, {0, -1, 0, 0}, {0, 0, -1, 0}, {0, 0, 0, 1}));
     EXPECT_EQ(glm::dvec3(cameras[1].objects[0].to_world[3]), glm::dvec3(0, 0, 0.001));
-    // The world turned takes the objects with it.
+    // A rotated world rotates the objects with it.
     const auto turned = readCameras(path, {Convention::kBlender, {}});
     EXPECT_EQ(glm::dvec3(turned[0].objects[0].to_world[3]), glm::dvec3(-9, 3, -5));
     EXPECT_EQ(glm::dvec3(turned[0].camera_to_world[3]), glm::dvec3(1, 5, -2));
@@ -234,7 +235,7 @@ TEST(CameraFiles, ModelsOfColmap) {
     put(scratch / "m/images.txt",
         "8 1 0 0 0 0 0 0 4 b 1.png\r\n\r\n2 1e0 0 0 0 1 2 3 2 a.png\n\n5 -1 0 0 0 0 0 0 1 c.png");
     const std::vector<FileCamera> cameras = readCameras(scratch / "m");
-    ASSERT_EQ(cameras.size(), 3U);  // by the numbers of images
+    ASSERT_EQ(cameras.size(), 3U);  // ordered by image id
     EXPECT_EQ(cameras[0].name, "a");
     EXPECT_EQ(glm::dvec3(cameras[0].camera_to_world[3]), glm::dvec3(-1, -2, -3));
     EXPECT_EQ(cameras[1].name, "c");
@@ -242,7 +243,7 @@ TEST(CameraFiles, ModelsOfColmap) {
     EXPECT_EQ(cameras[1].camera_to_world[1], glm::dvec4(0, -1, 0, 0));
     EXPECT_EQ(cameras[2].picture, "b 1.png");
     EXPECT_EQ(cameras[2].intrinsics, (Intrinsics{500, 400, 319.5, 239.5}));
-    // Binary files go before text, as in COLMAP.
+    // Binary files have priority over text, as in COLMAP.
     put(scratch / "m/cameras.bin", colmapCamerasBinary());
     put(scratch / "m/images.bin", colmapImagesBinary());
     EXPECT_EQ(readCameras(scratch / "m").size(), 1U);
@@ -297,7 +298,7 @@ TEST(CameraFiles, LinesOfOurOwn) {
     EXPECT_EQ(cameras[0].size, (Size{0, 0}));
     EXPECT_EQ(cameras[0].name, "0");
     EXPECT_EQ(cameras[1].ortho_height, 3);
-    // Straight down: north, −Z, is up, as where a camera is built of an eye.
+    // Straight down: north, −Z, is up, as for a camera built from an eye.
     EXPECT_EQ(glm::dvec3(cameras[0].camera_to_world[1]), glm::dvec3(0, 0, -1));
     CameraChoice asked;
     asked.size = {64, 48};
@@ -314,7 +315,7 @@ TEST(CameraFiles, PosesThatAreNearlyRigidAreTaken) {
     const View view = viewOfCamera(camera);
     EXPECT_LT(distanceFromRigid(view.camera_to_world), 1e-15);
     EXPECT_NEAR(glm::length(view.camera_to_world[0] - knownPose()[0]), 0, 2e-5);
-    // The other way round the eye stays where the axes put it.
+    // In the other direction the eye stays where the axes put it.
     const FileCamera inverse =
         only(put(scratch / "w.jsonl",
                  lineText("\"worldToCamera\": [[0,1.00002,0,-2],[0,0,-1,5],[-1,0,0,1]]")));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of cameras that are wrong: each is refused by name, with the place, and none crashes.
+// Invalid camera files: each is refused by name, with the place, without a crash.
 #include <sys/stat.h>
 
 #include <cstdio>
@@ -13,14 +13,14 @@ namespace {
 
 using Convention = CameraConvention;
 
-/// A text with the first of its `part` replaced.
+/// Returns a text with the first `part` replaced.
 std::string withPart(std::string text, const std::string& part, const std::string& other) {
     const std::size_t at = text.find(part);
     EXPECT_NE(at, std::string::npos) << part;
     return text.replace(at, part.size(), other);
 }
 
-/// A damaged text, and the error it has to be.
+/// A damaged text, and its expected error.
 struct BadCameras {
     std::string part, other, what, where;
 };
@@ -152,11 +152,11 @@ TEST(CameraRefusals, ColmapText) {
     }
     put(images, kColmapImagesText + kColmapImagesText);
     expectRefusedCameras(scratch.path(), "there twice", "image 9");
-    // Without the lines of points every other image would be lost.
+    // Ignoring the lines of points would lose every other image.
     const std::string image = kColmapImagesText.substr(0, kColmapImagesText.find("1.5"));
     put(images, image + "10" + image.substr(image.find(" 0.5")));
     expectRefusedCameras(scratch.path(), "a point's id, not \"0.5\"", "images.txt:3");
-    put(images, "9 1 0 0 0 0 0 0 3 1\n10 1 0 0 0 0 0 0 3 2\n");  // names that are numbers
+    put(images, "9 1 0 0 0 0 0 0 3 1\n10 1 0 0 0 0 0 0 3 2\n");  // numeric names
     expectRefusedCameras(scratch.path(), "ends before a point's y", "images.txt:2");
     put(images, "#\n");
     expectRefusedCameras(scratch.path(), "no cameras", "images.txt");
@@ -274,7 +274,7 @@ TEST(CameraRefusals, WhatIsNoFile) {
         ASSERT_EQ(mkfifo((scratch / name).c_str(), 0600), 0);
         expectRefusedCameras(scratch / name, "not a regular file", name);
     }
-    // Of a size that is not read: at once, since nothing of it is.
+    // Too large to read: refused at once, without reading.
     for (const char* name : {"l.json", "l.npy", "l.npz", "l.jsonl", "l", "images.bin"}) {
         std::filesystem::resize_file(put(scratch / "big" / name, ""), std::uint64_t{2} << 30);
         put(scratch / "big/cameras.bin", colmapCamerasBinary());
@@ -291,7 +291,7 @@ TEST(CameraRefusals, WhatIsNoFile) {
         "not of numbers", "c.npy", {Convention::kOpengl, {}});
 }
 
-/// Every cut of a file, and random bytes in it: cameras or an Error, nothing else.
+/// Expects truncated files and random bytes in them to give cameras or an Error.
 void expectSturdy(const std::filesystem::path& file, const std::filesystem::path& read,
                   const CameraFileOptions& options, std::uint64_t seed) {
     const std::string whole = bytesOf(file);
@@ -299,7 +299,7 @@ void expectSturdy(const std::filesystem::path& file, const std::filesystem::path
     const auto outcome = [&](const std::string& text) {
         put(file, text);
         try {
-            ReadWarnings warnings(false, read.string());  // a key may have become another one
+            ReadWarnings warnings(false, read.string());  // a key may have changed into another one
             return peeler::readCameras(read, options, warnings).size();
         } catch (const Error& error) {
             EXPECT_TRUE(error.kind() == ErrorKind::kInput || error.kind() == ErrorKind::kUsage)
@@ -340,7 +340,7 @@ TEST(CameraRefusals, DamagedFiles) {
     put(scratch / "b/images.bin", colmapImagesBinary());
     for (const char* name : {"m/cameras.txt", "m/images.txt", "b/cameras.bin", "b/images.bin"})
         expectSturdy(scratch / name, (scratch / name).parent_path(), {}, seed++);
-    // Nothing of a binary file may be missing.
+    // A truncated binary file is refused.
     for (const char* name : {"b/cameras.bin", "b/images.bin"}) {
         const std::string whole = bytesOf(scratch / name);
         for (std::size_t size = 0; size < whole.size(); ++size) {

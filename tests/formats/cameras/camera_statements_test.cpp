@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What becomes of everything that files of cameras can say (formats/README.md).
+// Handling of every statement of camera files (formats/README.md).
 #include "cmd/batch/batch_report.h"
 #include "formats/arrays/table_writers.h"
 #include "formats/cameras/camera_files.h"
@@ -17,7 +17,7 @@ std::vector<Text> cameraWarnings(const std::filesystem::path& file, bool strict)
     return warnings.take();
 }
 
-/// transforms.json with another member of the file, and of its frame.
+/// Returns transforms.json with another member in the file and in its frame.
 std::string transformsSaying(const std::string& of_file, const std::string& of_frame = "") {
     return R"({"camera_angle_x": 1, "w": 640, "h": 480, )" + of_file + R"("frames": [{)" +
            of_frame + R"("transform_matrix": [)" + kKnownOpenglRows + ",[0,0,0,1]]}]}";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of cameras that we write: what stands in them, and that they are read back as they were.
+// Camera files that we write: their content, and lossless reading.
 #include <cmath>
 #include <cstdio>
 #include <glm/gtc/quaternion.hpp>
@@ -41,7 +41,7 @@ TEST(CameraWriters, TransformsOfOneLens) {
     EXPECT_FALSE(json["frames"][0].contains("fl_x"));
     const std::vector<FileCamera> read = readCameras(scratch / "t.json");
     EXPECT_EQ(read[1].picture, cameras[1].picture);
-    EXPECT_EQ(read[1].name, cameras[1].name);  // in a member of its own
+    EXPECT_EQ(read[1].name, cameras[1].name);  // in a separate member
     EXPECT_EQ(read[1].near, 0.5);
     EXPECT_FALSE(read[0].near);
 
@@ -89,7 +89,7 @@ TEST(CameraWriters, ModelsOfColmap) {
         positions.substr(8, 35),
         PackedNumbers().add(std::uint64_t{1}).add({1, -2.5, 1e-7}).text + "\xFF" + '\0' + "\x07");
 
-    // A folder that is there, and one that is named with a slash.
+    // An existing folder, and one with a trailing slash.
     writeCameras(scratch / "model", cameras);
     EXPECT_EQ(readCameras(scratch / "model").size(), 3U);
     writeCameras((scratch / "other.model/").string(), cameras);
@@ -172,7 +172,7 @@ TEST(CameraWriters, WhatCannotBeWrittenIsRefused) {
     EXPECT_NEAR(readCameras(scratch / "t.json")[0].intrinsics->fx, 240, 1e-10);
 }
 
-/// A camera of random pose, lens and size, as its numbers come out of calibrations and of files.
+/// Returns a camera of random pose, lens and size, like calibrated ones and those from files.
 FileCamera randomCamera(std::mt19937_64& random) {
     const auto uniform = [&](double a, double b) {
         return std::uniform_real_distribution<double>(a, b)(random);
@@ -190,7 +190,7 @@ FileCamera randomCamera(std::mt19937_64& random) {
                                    rounded(uniform(-w, 2 * w)), rounded(uniform(-h, 2 * h))};
     const glm::dquat turn(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
     camera.camera_to_world = glm::dmat4(glm::mat3_cast(glm::normalize(turn)));
-    if (random() % 2) {  // as floats have it
+    if (random() % 2) {  // in single precision
         for (int column = 0; column < 3; ++column)
             for (int row = 0; row < 3; ++row)
                 camera.camera_to_world[column][row] =
@@ -224,7 +224,7 @@ TEST(CameraWriters, TransformsMakeTheSameViewsToTheLastBit) {
         EXPECT_NEAR(a.cy, b.cy, 1e-12 * 6000);
         EXPECT_EQ(camera.size, cameras.back().size);
     }
-    // Those of few digits, two thirds of them, are what they were.
+    // Those of few digits, two thirds of them, are unchanged.
     EXPECT_GT(as_they_were, repeats() * 6 / 10);
     const std::string path = scratch / "t.json", again = scratch / "again.json";
     writeCameras(path, cameras);
@@ -312,7 +312,7 @@ TEST(CameraWriters, EveryFormatReadsBackWhatItWrote) {
     for (int i = 0; i < 200; ++i) {
         FileCamera camera = randomCamera(random);
         camera = fileCamera(viewOfCamera(camera), std::to_string(i));
-        camera.size = {640, 480};  // BOP has one
+        camera.size = {640, 480};  // BOP has a single size
         cameras.push_back(camera);
     }
     for (const char* name : {"t.json", "scene_camera.json", "model", "text/cameras.txt"}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cryptomatte: hashes of the specification and of Psyop's own tests, coverage on paper.
+// Cryptomatte: hashes of the specification and of Psyop's own tests, and analytic coverage.
 #include "formats/exr/cryptomatte.h"
 
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ TEST(Cryptomatte, DescribesItselfInFourAttributes) {
               (nlohmann::json{{"bunny", "13851a76"}, {"default", "42c9679f"}}));
 }
 
-/// A pixel with fragments of these objects and alphas, front to back.
+/// Returns a pixel with fragments of these objects and alphas, front to back.
 LayeredImage pixelOfObjects(const std::vector<std::pair<std::uint32_t, float>>& fragments) {
     LayeredImage image;
     image.window = {0, 0, 1, 1};
@@ -88,7 +88,7 @@ std::vector<std::pair<std::string, float>> ranks(const LayeredImage& image,
 TEST(Cryptomatte, CoverageIsWhatEachObjectAddsToAlpha) {
     const auto found =
         ranks(pixelOfObjects({{1, 0.25F}, {2, 0.5F}, {1, 0.5F}, {3, 1}, {2, 1}}), {"a", "b", "c"});
-    // a: 0.25 + 0.75·0.5·0.5, b: 0.75·0.5, c: the rest; what is behind c is hidden.
+    // a: 0.25 + 0.75·0.5·0.5, b: 0.75·0.5, c: the rest; c hides everything behind it.
     ASSERT_EQ(found.size(), 3U);
     EXPECT_EQ(found[0], (std::pair<std::string, float>{"a", 0.4375F}));
     EXPECT_EQ(found[1], (std::pair<std::string, float>{"b", 0.375F}));

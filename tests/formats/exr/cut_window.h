@@ -7,7 +7,7 @@
 
 namespace peeler::test {
 
-/// The pixels of a window inside the image, as an image of their own.
+/// Returns the pixels of a window of the image, as a separate image.
 inline LayeredImage cutWindow(const LayeredImage& image, const Window& window) {
     LayeredImage tile;
     tile.window = window;
@@ -34,7 +34,7 @@ inline LayeredImage cutWindow(const LayeredImage& image, const Window& window) {
     return tile;
 }
 
-/// The same with the plan that a render of the tile would have made.
+/// Returns the same with the plan of a render of the tile.
 inline SyntheticPicture cutPicture(const SyntheticPicture& whole, const Window& window) {
     SyntheticPicture tile;
     tile.image = cutWindow(whole.image, window);

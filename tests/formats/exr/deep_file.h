@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deep files through OpenEXR's own classes: read to compare with, written as others write them.
+// Deep files through OpenEXR's own classes: read for comparison, or written in other programs'
+// style.
 #pragma once
 
 #include <Imath/half.h>
@@ -22,8 +23,8 @@
 
 namespace peeler::test {
 
-/// The samples of one part: of each pixel (row-major in the data window) and channel a list, every
-/// value as the double that it is.
+/// The samples of one part: one list per pixel (row-major in the data window) and channel, each
+/// value as a double.
 struct DeepPart {
     std::string name = "deep";
     Imath::Box2i window;
@@ -39,9 +40,9 @@ struct DeepPart {
 
 namespace detail {
 
-constexpr std::size_t kSlot = 4;  // bytes kept for each sample, whatever its type
+constexpr std::size_t kSlot = 4;  // bytes per sample, for any type
 
-/// Buffers in the shape that OpenEXR wants: an array of pointers for each channel.
+/// Buffers in OpenEXR's layout: an array of pointers per channel.
 struct Buffers {
     std::map<std::string, std::vector<std::vector<unsigned char>>> samples;
     std::map<std::string, std::vector<char*>> pointers;
@@ -95,7 +96,7 @@ inline void storeAt(unsigned char* to, Imf::PixelType type, double value) {
 
 }  // namespace detail
 
-/// A part of these channels, floats, with the same samples in every pixel: of each sample the
+/// Returns a part of these float channels with the same samples in every pixel: each sample's
 /// values in the order of `channels`.
 inline DeepPart deepPart(const Imath::Box2i& window, const std::vector<std::string>& channels,
                          const std::vector<std::vector<double>>& samples) {
@@ -112,7 +113,7 @@ inline DeepPart deepPart(const Imath::Box2i& window, const std::vector<std::stri
     return part;
 }
 
-/// One part of a file of deep scan lines.
+/// Reads one part of a deep scan-line file.
 inline DeepPart readDeepPart(Imf::MultiPartInputFile& file, int index) {
     DeepPart part;
     const Imf::Header& header = file.header(index);
@@ -127,7 +128,7 @@ inline DeepPart readDeepPart(Imf::MultiPartInputFile& file, int index) {
     Imf::DeepScanLineInputPart input(file, index);
     input.setFrameBuffer(buffers.frameBuffer(part));
     input.readPixelSampleCounts(part.window.min.y, part.window.max.y);
-    buffers.allocate(part);  // in the places that the frame buffer knows
+    buffers.allocate(part);  // at the frame buffer's addresses
     input.readPixels(part.window.min.y, part.window.max.y);
     for (const auto& [name, type] : part.types) {
         auto& lists = part.values[name];
@@ -149,7 +150,7 @@ struct DeepFileOptions {
     std::function<void(std::size_t part, Imf::Header&)> header{};  ///< changes a header
 };
 
-/// Writes parts as a program that knows nothing of peeler would.
+/// Writes parts like a program that does not know peeler.
 inline void writeDeepFile(const std::string& path, std::vector<DeepPart> parts,
                           const DeepFileOptions& options = {}) {
     std::vector<Imf::Header> headers;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deep EXR files as other programs write them: samples out of order, tiles, parts that belong
-// together, and what cannot be read.
+// Deep EXR files of other programs: unsorted samples, tiles, related parts, and unreadable files.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -25,7 +24,8 @@ namespace fs = std::filesystem;
 using test::DeepPart;
 using test::readAll;
 
-/// Two pixels have samples: (5, 4) has three out of order, (6, 4) one at infinity.
+/// Returns a part where two pixels have samples: (5, 4) has three unsorted ones, (6, 4) one at
+/// infinity.
 DeepPart foreignPart(Imf::PixelType depth_type) {
     DeepPart part;
     part.window = {{3, 2}, {12, 9}};
@@ -118,7 +118,7 @@ TEST_F(ForeignDeep, PartsOfTheSameSamplesAreJoinedAndOthersAreNot) {
     test::writeDeepFile(scratch / "parts.exr", {first, second, third});
     const LayeredImage image = readAll(scratch / "parts.exr");
     expectForeign(image);
-    ASSERT_EQ(image.extra.size(), 1U);  // the mask has other counts
+    ASSERT_EQ(image.extra.size(), 1U);  // the mask has other sample counts
     EXPECT_EQ(image.extra[0].channels.front(), "object");
     const auto ids = image.extra[0].as<std::uint32_t>();
     EXPECT_EQ(std::vector<std::uint32_t>(ids.begin(), ids.end()),

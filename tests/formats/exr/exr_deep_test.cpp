@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deep EXR files of ours: sample by sample with OpenEXR, and back through our reader.
+// Our deep EXR files: sample by sample with OpenEXR, and back through our reader.
 #include <OpenEXR/ImfDeepImageStateAttribute.h>
 #include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfStandardAttributes.h>
@@ -36,7 +36,7 @@ using test::ScratchDir;
 using test::SyntheticPicture;
 using test::writePicture;
 
-/// makePicture with a float channel too.
+/// Returns makePicture with a float channel.
 SyntheticPicture makeRichPicture(test::SyntheticOptions options) {
     options.extra = true;
     SyntheticPicture picture = makePicture(options);
@@ -54,8 +54,8 @@ void writeDeep(const fs::path& path, const SyntheticPicture& picture,
     writePicture(writer, picture, heights);
 }
 
-/// Calls check(channel's list in the file, first fragment) for every pixel of the part's window;
-/// all pixels outside it must be empty.
+/// Calls check(channel's list in the file, first fragment) for every pixel of the part's data
+/// window; all pixels outside it must be empty.
 template <class Check>
 void forEachPixel(const DeepPart& part, const LayeredImage& image, Check&& check) {
     const Window& all = image.window;
@@ -166,7 +166,7 @@ TEST_F(ExrDeep, OnlyWhatIsCompositedStandsBesideColour) {
 TEST_F(ExrDeep, ChannelsInThePartOfTheColourAreReadToo) {
     const SyntheticPicture picture = makeRichPicture({.seed = 13, .width = 24, .height = 18});
     writeDeep(scratch / "now.exr", picture);
-    // As in older files: only integers stand in a part of their own.
+    // Like older files: only integers are in a separate part.
     Imf::MultiPartInputFile file((scratch / "now.exr").c_str());
     DeepPart color = test::readDeepPart(file, 0), ids = test::readDeepPart(file, 1);
     for (const char* name : {"N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z"}) {
@@ -177,7 +177,7 @@ TEST_F(ExrDeep, ChannelsInThePartOfTheColourAreReadToo) {
     test::writeDeepFile(scratch / "before.exr", {color, ids}, {.display = {{0, 0}, {23, 17}}});
     const LayeredImage before = readAll(scratch / "before.exr");
     const LayeredImage now = readAll(scratch / "now.exr");
-    // Another program's file does not say that there are empty columns beside its data window.
+    // Another program's file does not record empty columns outside its data window.
     expectSame(before, test::cutWindow(now, before.window));
 }
 
@@ -236,7 +236,7 @@ TEST_F(ExrDeep, TheStateSaysWhetherSamplesCoincide) {
             for (std::uint32_t f = image.offsets[p] + 1; f < image.offsets[p + 1]; ++f)
                 image.z[f] = image.z[f - 1] + 1;
         }
-        // The last list of all, so that the writer has to look everywhere.
+        // The very last list, so that the writer has to check everything.
         std::size_t last = image.window.pixels() - 1;
         while (image.count(last) < 2)
             --last;
@@ -323,12 +323,12 @@ TEST_F(ExrDeep, ABandThatDoesNotFitThePlanIsRefused) {
         writer.write(test::cutRows(picture.image, 0, 5));
         writer.finish();
     });
-    expectInternal([&] {  // a fragment more than planned
+    expectInternal([&] {  // one fragment more than planned
         SyntheticPicture wrong = picture;
         ++wrong.plan.fragments_stored;
         writeDeep(scratch / "out.exr", wrong);
     });
-    expectInternal([&] {  // a window that cuts fragments off
+    expectInternal([&] {  // a data window that cuts off fragments
         SyntheticPicture wrong = picture;
         for (LayerPlan& layer : wrong.plan.layers)
             --layer.data_window.x1;

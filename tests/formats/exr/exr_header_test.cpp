@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The camera attributes say which point is seen in which pixel.
+// Camera attributes: the pixel of each point.
 #include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStringAttribute.h>
@@ -45,7 +45,7 @@ TEST_P(Camera, MatricesProjectKnownPoints) {
     const Imf::Header header = exrHeader(plan, {}, plan.view.crop);
     const Imath::M44f to_camera = Imf::worldToCamera(header), to_ndc = Imf::worldToNDC(header);
 
-    // Points given by where they are seen: u right, v down, at distance d in front of the eye.
+    // Points given by their image position: u right, v down, at distance d in front of the eye.
     for (const auto& [u, v, d] : {std::array{0.5, 0.5, 4.0},
                                   {0.0, 0.0, 2.0},
                                   {1.0, 1.0, 7.0},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every bit of a file that has changed is found, and a camera that contradicts itself where there
-// is no hash.
+// Integrity checks: every changed bit of a file is found, and so is a camera that contradicts
+// itself in a file without a hash.
 #include "formats/exr/exr_integrity.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -31,7 +31,7 @@ namespace {
 
 constexpr const char* kOutputHash = "0123456789abcdef";
 
-/// One way to store a small picture.
+/// A way to store a small picture.
 struct SmallFile {
     const char* name;
     const char* as;
@@ -57,7 +57,7 @@ std::string write(const SmallFile& file, const std::string& path, bool perspecti
     return path;
 }
 
-/// Whether anything is noticed of a file that is not what was written.
+/// Whether the reader detects a changed file.
 bool isFound(const std::string& path) {
     try {
         return exrIntegrity(path).state == ExrIntegrity::kChanged;
@@ -101,7 +101,7 @@ TEST_P(EachBit, ThatHasChangedIsFound) {
     ASSERT_GT(bytes.size(), 1000U);
     for (std::size_t at = 0; at < bytes.size(); ++at) {
         for (std::size_t bit = 0; bit < 8; ++bit) {
-            // Of neighbouring bytes different ones.
+            // A different bit in neighbouring bytes.
             if (!exhaustive() && bit != at * 5 % 8) continue;
             const auto put = [&](int value) {
                 file.seekp(static_cast<std::streamoff>(at));
@@ -169,7 +169,7 @@ TEST(ExrIntegrity, IsTheHashThatTheDocumentDescribes) {
     EXPECT_EQ(bytes.substr(digits, 16), hexText(hashOf(all)));
 }
 
-/// Copies a file of one part by OpenEXR's own classes, with another header.
+/// Copies a single-part file with OpenEXR's own classes, with another header.
 std::string rewrite(const std::string& path, const std::function<void(Imf::Header&)>& change) {
     const std::string copy = path + ".copy.exr";
     Imf::InputFile in(path.c_str());
@@ -187,7 +187,7 @@ TEST(ExrIntegrity, FilesWithoutAHashAreToldApart) {
     EXPECT_EQ(exrIntegrity(older).state, ExrIntegrity::kNone);
     EXPECT_EQ(outputHashOf(older), kOutputHash);
     EXPECT_NO_THROW(requireUnchanged(older));
-    // Another program that copies what it does not know.
+    // Another program that copies unknown attributes.
     const std::string again = rewrite(
         path, [](Imf::Header& h) { h.insert("comment", Imf::StringAttribute("brighter")); });
     EXPECT_EQ(exrIntegrity(again).state, ExrIntegrity::kChanged);
@@ -232,7 +232,7 @@ TEST_P(CameraOf, AFileWithoutAHashMustNotContradictItself) {
             });
         };
         EXPECT_EQ(scale(1.001F), Sentences{sentence(name)});
-        EXPECT_EQ(scale(1.0000001F), Sentences());  // what another machine may round to
+        EXPECT_EQ(scale(1.0000001F), Sentences());  // another machine's rounding
         EXPECT_EQ(denied([&](Imf::Header& h) { h = without(h, name); }), Sentences{sentence(name)});
     }
     for (const char* name : {"worldToCamera", "worldToNDC"}) {
@@ -252,7 +252,7 @@ TEST_P(CameraOf, AFileWithoutAHashMustNotContradictItself) {
                   h.insert("peeler:projection", Imf::StringAttribute("fisheye"));
               }),
               Sentences{sentence("peeler:projection")});
-    // Whichever of the two has changed.
+    // Either of the two may have changed.
     const Sentences both = denied([](Imf::Header& h) {
         std::string& json = h.typedAttribute<Imf::StringAttribute>("peeler:cameraJson").value();
         json.replace(json.find("-0.7"), 4, "-0.8");

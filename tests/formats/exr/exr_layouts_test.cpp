@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every layout written and read, turned into deep files and back, and sets of files kept together.
+// Every layout written and read, converted to deep files and back, and file sets kept together.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
@@ -44,7 +44,7 @@ void writeLayout(const fs::path& path, const SyntheticPicture& picture, std::str
     test::writePicture(writer, picture, {7, 20});
 }
 
-/// What peeler convert does.
+/// Does the same as peeler convert.
 void convert(const fs::path& from, Sink& to) {
     const auto reader = openLayered(from);
     const Window crop = reader->info().plan.view.crop;
@@ -221,7 +221,7 @@ TEST_F(ExrLayouts, ASetThatCannotBeFinishedLeavesNothing) {
             path, {.layout = std::string(kPerFileLayout), .provenance = shortProvenance()});
         writer.begin(picture.plan);
         writer.write(LayeredImage(picture.image));
-        // In the way of the last layer's file, so that others have their names already.
+        // Blocks the last layer's file, when others already have their names.
         fs::create_directory(scratch / "out.layer_000.exr");
         std::ofstream(scratch / "out.layer_000.exr" / "full") << "x";
         EXPECT_THROW(writer.finish(), Error);
@@ -234,9 +234,9 @@ TEST_F(ExrLayouts, APictureOfOthersIsOneLayer) {
     const SyntheticPicture picture = makePicture({.seed = 13});
     ExrCompositeWriter writer(scratch / "ours.exr", {.provenance = shortProvenance()});
     test::writePicture(writer, picture);
-    // Ours had layers, which are gone.
+    // Our file had layers, which are gone.
     EXPECT_THROW(openLayered(scratch / "ours.exr"), Error);
-    // oiiotool keeps our attributes, but for what it is told to forget.
+    // oiiotool keeps our attributes, except those that it is asked to remove.
     for (const char* channels : {"R,G,B,A,Z", "R,G,B,A", "R,G,B"}) {
         const std::string path = scratch / "flat.exr";
         const test::Outcome result =

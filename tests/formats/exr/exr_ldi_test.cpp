@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layered EXR files: pixel by pixel with OpenEXR, back through our reader, same bytes however cut.
+// Layered EXR files: pixel by pixel with OpenEXR, back through our reader, same bytes for any
+// bands.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfInputPart.h>
@@ -55,7 +56,7 @@ void writeLdi(const fs::path& path, const SyntheticPicture& picture,
     writePicture(writer, picture, heights);
 }
 
-/// One channel of a part, read by OpenEXR's classes, as raw bytes of its type.
+/// Reads one channel of a part with OpenEXR's classes, as raw bytes of its type.
 template <class T>
 std::vector<T> readChannel(Imf::MultiPartInputFile& file, int part_index, const char* name,
                            Imf::PixelType type) {
@@ -338,12 +339,12 @@ TEST_F(ExrLdi, ABandThatDoesNotFitThePlanIsRefused) {
         writer.write(test::cutRows(picture.image, 0, 5));
         writer.finish();
     });
-    expectInternal([&] {  // a fragment more than planned
+    expectInternal([&] {  // one fragment more than planned
         SyntheticPicture wrong = picture;
         ++wrong.plan.fragments_stored;
         writeLdi(path, wrong);
     });
-    expectInternal([&] {  // a window that cuts fragments off
+    expectInternal([&] {  // a data window that cuts off fragments
         SyntheticPicture wrong = picture;
         --wrong.plan.layers[1].data_window.x1;
         writeLdi(path, wrong);
@@ -357,7 +358,7 @@ TEST_F(ExrLdi, DamagedFilesAreErrorsNotCrashes) {
     EXPECT_GT(test::refusalsOfDamaged(scratch / "out.exr", 5, 300), 100);
 }
 
-/// Else pixels would be what the memory held before.
+/// Otherwise pixels would hold stale memory.
 TEST_F(ExrLdi, ChunksThatAreNotCompressedAreWhole) {
     const SyntheticPicture picture = makePicture({.seed = 83, .width = 40, .height = 30});
     const std::string path = scratch / "out.exr";

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of other programs' OpenEXR files: which pixels, which channels, which part, and what
-// their headers say.
+// OpenEXR pictures of other programs: pixels, channels, parts, and header attributes.
 #include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStringAttribute.h>
@@ -31,7 +30,7 @@ struct ReadPicture {
     ExrInfo info;
     std::vector<Text> warnings;
 
-    /// The only fragment of a pixel.
+    /// Returns the only fragment of a pixel.
     std::size_t at(int x, int y) const {
         const std::size_t pixel = image.pixelIndex(x, y);
         EXPECT_EQ(image.count(pixel), 1U);
@@ -48,7 +47,7 @@ ReadPicture read(const std::string& path, const LayeredReadOptions& options = {}
     return picture;
 }
 
-/// R, G and B of these values under a prefix.
+/// Returns R, G and B of these values under a prefix.
 FlatPart grey(double value, const std::string& prefix = "") {
     FlatPart part;
     for (const char* name : {"R", "G", "B"})
@@ -116,7 +115,7 @@ TEST_F(ExrPictures, TheDisplayWindowIsThePictureAndTheDataWindowIsWhatIsStored) 
     const Window display{0, 0, 8, 6};
     struct Case {
         Imath::Box2i data;
-        Window all;  ///< with what lies outside of the display window
+        Window all;  ///< including pixels outside the display window
     };
     for (const Case& c :
          {Case{{{2, 1}, {5, 3}}, display}, Case{{{-2, -1}, {9, 6}}, {-2, -1, 10, 7}},
@@ -215,13 +214,13 @@ TEST_F(ExrPictures, TheOnlyLayerOfChannelsIsThePicture) {
     part.values["ViewLayer.Combined.A"] = {0.75};
     EXPECT_EQ(readFlat({part}).colorAt(0, 0), (Color{0.5F, 0.5F, 0.5F, 0.75F}));
 
-    // Of two one is named.
+    // With two candidates, one must be named.
     part.values.merge(grey(0.25, "diffuse.").values);
     EXPECT_THROW(readFlat({part}), Error);
     LayeredReadOptions diffuse;
     diffuse.part = "diffuse";
     EXPECT_EQ(readFlat({part}, {}, diffuse).colorAt(0, 0), (Color{0.25F, 0.25F, 0.25F, 1}));
-    // Beside the picture itself they are channels of it.
+    // Beside the picture itself they are its channels.
     part.values.merge(grey(0.125).values);
     const ReadPicture both = readFlat({part});
     EXPECT_EQ(both.colorAt(0, 0)[0], 0.125F);
@@ -230,7 +229,7 @@ TEST_F(ExrPictures, TheOnlyLayerOfChannelsIsThePicture) {
 }
 
 TEST_F(ExrPictures, LuminanceAndChromaAreAColour) {
-    // Of R, G, B = 0.5, 0.25, 0.125 by the weights of Rec. 709.
+    // R, G, B = 0.5, 0.25, 0.125 with the weights of Rec. 709.
     const double y = 0.2126 * 0.5 + 0.7152 * 0.25 + 0.0722 * 0.125;
     for (const Imf::PixelType type : {Imf::HALF, Imf::FLOAT}) {
         const ReadPicture picture = readFlat({{.values = {{"Y", {y}},
@@ -326,7 +325,7 @@ TEST_F(ExrPictures, WhatAHeaderSaysGoesAlong) {
     test::DeepPart part =
         deepPart({{0, 0}, {1, 0}}, {"A", "R", "G", "B", "Z"}, {{1, 0.5, 0.5, 0.5, 2}});
     test::writeDeepFile(path_, {part}, {.header = say});
-    // From one file into the next, and from that into another.
+    // From one file to the next, and on to another.
     std::string from = path_;
     for (const std::string to : {scratch_ / "b.exr", scratch_ / "c.exr"}) {
         ReadPicture picture = read(from);

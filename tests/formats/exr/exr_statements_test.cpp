@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What becomes of everything that an OpenEXR file of another program can say (formats/README.md).
+// Handling of every statement of other programs' OpenEXR files (formats/README.md).
 #include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfPreviewImage.h>
 #include <OpenEXR/ImfStandardAttributes.h>
@@ -29,7 +29,7 @@ std::string flat(const std::vector<FlatPart>& parts, const FlatFileOptions& opti
     return bytesOf(folder / "a.exr");
 }
 
-/// A flat file of one part with these channels, half.
+/// Returns a flat single-part file with these channels, half.
 std::string channels(const std::map<std::string, std::vector<double>>& values) {
     return flat({{.values = values}});
 }
@@ -50,18 +50,18 @@ std::string deep(const std::vector<DeepPart>& parts, const DeepFileOptions& opti
     return bytesOf(folder / "a.exr");
 }
 
-/// A deep file of one part with these channels and samples.
+/// Returns a deep single-part file with these channels and samples.
 std::string samples(const std::vector<std::string>& names,
                     const std::vector<std::vector<double>>& values) {
     return deep({deepPart({{0, 0}, {1, 0}}, names, values)});
 }
 
-/// A deep file of one sample a pixel whose Z is this.
+/// Returns a deep file of one sample per pixel with this Z.
 std::string sampleAt(double z) {
     return samples({"A", "R", "G", "B", "Z"}, {{1, 0.5, 0.5, 0.5, z}});
 }
 
-/// Two deep parts, which have as many samples or not.
+/// Returns two deep parts, with equal sample counts or not.
 std::string deepParts(std::size_t second, const std::string& channel) {
     DeepPart a = deepPart({{0, 0}, {1, 0}}, {"A", "R", "G", "B", "Z"}, {{1, 0.5, 0.5, 0.5, 2}});
     DeepPart b = deepPart({{0, 0}, {1, 0}}, {channel, "Z"},
@@ -71,7 +71,7 @@ std::string deepParts(std::size_t second, const std::string& channel) {
     return deep({a, b});
 }
 
-/// The file with the value of its attribute `compression` changed.
+/// Returns the file with another value of its attribute `compression`.
 std::string compressedAs(std::string bytes, char compression) {
     const std::string record("compression\0compression\0\1\0\0\0", 28);
     bytes.at(bytes.find(record) + record.size()) = compression;
@@ -87,7 +87,7 @@ ChangeHeader views(bool parts) {
     };
 }
 
-/// Reads all pixels; of files that are called pixels.exr for what has no header.
+/// Reads all pixels; statements without a header use a file named pixels.exr.
 std::vector<Text> readStatement(const std::filesystem::path& file, bool strict) {
     LayeredReadOptions options;
     options.strict = strict;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flat OpenEXR files as other programs write them, by OpenEXR's own classes.
+// Flat OpenEXR files in other programs' style, through OpenEXR's own classes.
 #pragma once
 
 #include <OpenEXR/ImfChannelList.h>
@@ -19,8 +19,8 @@
 
 namespace peeler::test {
 
-/// The pixels of one part: of each channel a number for every pixel of the data window, row-major,
-/// or one for all.
+/// The pixels of one part: one number per channel and pixel of the data window, row-major, or one
+/// for all pixels.
 struct FlatPart {
     std::string name = "flat";
     Imath::Box2i window{{0, 0}, {3, 2}};

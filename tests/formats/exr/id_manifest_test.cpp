@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names of ids: through OpenEXR's own manifest, and back from the bytes of the attribute.
+// Names of ids: through OpenEXR's own manifest, and back from the attribute's bytes.
 #include "formats/exr/exr_header.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ namespace {
 const IdNames kNames{
     {"body", "body", "Übergröße", ""}, {"glass", "default material"}, {0, 1, 2, 1}};
 
-/// What a header holds, as a file has it: the length, and what zlib has packed.
+/// Returns a header's attribute in the stored form: the length, and zlib's data.
 std::vector<std::byte> stored(const IdNames& names) {
     Imf::Header header;
     for (const char* channel : {"layer_000.id.object", "layer_000.id.material", "id.objects"})
@@ -111,7 +111,7 @@ TEST(IdManifest, DamageIsAnError) {
 
 TEST(IdManifest, ShorterThanItsVersion) {
     for (std::uint8_t n = 0; n < 4; ++n) {
-        // RFC 1950: a block that is stored, n zeros, and their Adler-32, n * 2^16 + 1.
+        // RFC 1950: a stored block, n zeros, and their Adler-32, n * 2^16 + 1.
         std::vector<std::uint8_t> bytes = {n, 0, 0, 0, 0, 0, 0, 0, 0x78, 0x01, 1, n, 0};
         bytes.insert(bytes.end(), {static_cast<std::uint8_t>(~n), 0xFF});
         bytes.insert(bytes.end(), n, 0);
@@ -125,8 +125,8 @@ TEST(IdManifest, ShorterThanItsVersion) {
     }
 }
 
-/// Names that begin alike, that are empty, that come again, that are longer than 255 bytes: OpenEXR
-/// writes them by what they have in common, and the most used first.
+/// Names with common prefixes, empty ones, repeated ones, and ones longer than 255 bytes: OpenEXR
+/// writes common prefixes once, and the most used names first.
 TEST(IdManifest, AnyNamesReadBack) {
     std::mt19937 random(11);
     for (int round = 0; round < 60; ++round) {
@@ -145,7 +145,7 @@ TEST(IdManifest, AnyNamesReadBack) {
     }
 }
 
-/// The bytes of a manifest as it is stored, and what it is made of.
+/// The stored bytes of a manifest, and its pieces.
 class ManifestBytes {
   public:
     ManifestBytes& number(std::uint32_t value) {
@@ -158,7 +158,7 @@ class ManifestBytes {
             bytes_ += text;
         return *this;
     }
-    /// That says why it is refused; "" if it is not.
+    /// Returns the reason for a refusal; "" without one.
     std::string problem() const {
         const auto size = static_cast<std::uint64_t>(bytes_.size());
         std::vector<std::byte> stored(8 + bytes_.size() / 500 + 1000);
@@ -185,12 +185,12 @@ class ManifestBytes {
 TEST(IdManifest, AsksForNoMoreThanNamesNeed) {
     constexpr std::uint32_t kTexts = 2'000'000, kRuns = 1'000'000, kIds = 4'000'000;
     const std::string too_much = "the manifest is damaged: its names are too many or too long";
-    // A text of 255 letters, and texts that are it again.
+    // A text of 255 letters, and texts that repeat it.
     ManifestBytes again;
     again.number(kTexts).text("\xFF\1").text("\1", kTexts - 1);
     again.text(std::string(255, 'a')).text("\xFF", kTexts - 1);
     EXPECT_EQ(again.problem(), too_much);
-    // Runs that are all of a hundred thousand texts.
+    // Runs that each consist of a hundred thousand texts.
     ManifestBytes runs;
     runs.number(100'000).text(std::string(1, '\0')).text("\1", 99'999);
     runs.text(std::string(1, '\0'), 99'999).number(kRuns);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures made from a seed: random fragment lists, with their plan, cut into bands at will.
+// Pictures from a seed: random fragment lists, with their plan, cut into arbitrary bands.
 #pragma once
 
 #include <Imath/half.h>
@@ -27,7 +27,7 @@ struct SyntheticOptions {
 
 struct SyntheticPicture {
     Plan plan;
-    LayeredImage image;  ///< of the whole crop
+    LayeredImage image;  ///< the whole crop
 };
 
 template <class T>
@@ -44,8 +44,8 @@ inline void appendColor(FragmentArray& array, float value) {
     }
 }
 
-/// Blocks of pixels, some empty, with 0 to `most_layers` fragments; a third of them at the depth of
-/// the one before; layers deeper down cover ever smaller windows.
+/// Returns blocks of pixels, some empty, with 0 to `most_layers` fragments; a third of them at the
+/// depth of the previous one; deeper layers cover ever smaller windows.
 inline SyntheticPicture makePicture(const SyntheticOptions& options) {
     SyntheticPicture picture;
     Plan& plan = picture.plan;
@@ -104,7 +104,7 @@ inline SyntheticPicture makePicture(const SyntheticOptions& options) {
     return picture;
 }
 
-/// The rows [y0, y1) as an image of their own.
+/// Returns the rows [y0, y1) as a separate image.
 inline LayeredImage cutRows(const LayeredImage& image, int y0, int y1) {
     LayeredImage band;
     band.window = {image.window.x0, y0, image.window.x1, y1};
@@ -127,7 +127,7 @@ inline LayeredImage cutRows(const LayeredImage& image, int y0, int y1) {
     return band;
 }
 
-/// Feeds a sink; `heights` of bands are used in turn.
+/// Feeds a sink; cycles through the band `heights`.
 inline void writePicture(Sink& sink, const SyntheticPicture& picture,
                          const std::vector<int>& heights = {1 << 20}) {
     sink.begin(picture.plan);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A file stands under its name only when it is whole; failures leave nothing and say why.
+// Atomic files: a final name exists only for a whole file; failures leave nothing and give the
+// reason.
 #include "formats/file/atomic_file.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +31,7 @@ bool folders_cannot_be_synced = false;
 
 }  // namespace
 
-/// In place of the C library's.
+/// Replaces the C library's function.
 extern "C" int fsync(int file) {
     struct stat status {};
     if (!folders_cannot_be_synced || fstat(file, &status) != 0 || !S_ISDIR(status.st_mode))
@@ -53,7 +54,7 @@ std::size_t filesIn(const fs::path& folder) {
         std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
 
-/// The Error of an action, which must be of kind kOutput with where and hint.
+/// Returns the Error of an action, which must be of kind kOutput with where and hint.
 std::string outputError(const std::function<void()>& action) {
     try {
         action();
@@ -144,7 +145,7 @@ TEST_F(Atomic, SymbolicLinksAreFollowedToWhatIsNotThereYet) {
     EXPECT_TRUE(fs::is_symlink(scratch / "latest"));
     EXPECT_EQ(test::bytesOf(scratch / "v003/out.bin"), "new");
     EXPECT_EQ(filesIn(scratch / "v003"), 1U);
-    // An absolute one, into a folder that is missing.
+    // An absolute one, into a missing folder.
     fs::create_symlink(scratch / "v004/out.bin", scratch / "next");
     AtomicFile(scratch / "next").commit();
     EXPECT_TRUE(fs::is_symlink(scratch / "next"));
@@ -183,7 +184,7 @@ TEST_F(Atomic, TogetherAllAppearOrNone) {
                 EXPECT_FALSE(fs::exists(name));
             }
             if (blocked) {
-                fs::create_directory(folder / "even/0");  // what is renamed last
+                fs::create_directory(folder / "even/0");  // the last one to be renamed
                 const std::string what = outputError([&] { commitAll(files); });
                 EXPECT_NE(what.find("cannot rename"), std::string::npos) << what;
                 files.clear();
@@ -264,7 +265,7 @@ int inChild(const std::function<void()>& action) {
     return status;
 }
 
-/// A host may have closed them, and what a driver prints would go into the file.
+/// A host may have closed them; a driver's output would then go into the file.
 TEST_F(Atomic, HasNoNumberOfAStandardStream) {
     const int status = inChild([&] {
         for (const int stream : {0, 1, 2})
@@ -288,7 +289,7 @@ TEST_F(Atomic, WhatAKilledProcessLeftIsRemovedByTheNextOne) {
     });
     ASSERT_TRUE(WIFSIGNALED(status));
     ASSERT_EQ(filesIn(scratch.path()), 1U);
-    std::ofstream(scratch / ".other.peeler-notes") << "mine";  // no hidden file of ours
+    std::ofstream(scratch / ".other.peeler-notes") << "mine";  // not one of our hidden files
     AtomicFile next(scratch / "next.bin");
     EXPECT_EQ(filesIn(scratch.path()), 2U);
     EXPECT_TRUE(fs::exists(scratch / ".other.peeler-notes"));
@@ -299,7 +300,7 @@ TEST_F(Atomic, WhatIsStillBeingWrittenStays) {
     AtomicFile first(path);
     first.append(textBytes("whole"));
     first.flush();
-    // Who has not looked into the folder, by this name, looks now.
+    // A process that has not yet checked the folder, by this name, checks it now.
     const int status = inChild([&] { AtomicFile(scratch / "./other.bin").commit(); });
     EXPECT_EQ(status, 0);
     first.commit();
@@ -364,7 +365,7 @@ TEST_F(Atomic, AFileSizeLimitIsAnErrorLikeAFullDisk) {
     EXPECT_EQ(filesIn(scratch.path()), 0U);
 }
 
-/// A file system of 256 KiB.
+/// A 256 KiB file system.
 class SmallDisk {
   public:
     explicit SmallDisk(fs::path where) : where_(std::move(where)) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What becomes of everything that a format can say: the tables of formats/README.md as tests.
+// Handling of every statement of a format: the tables of formats/README.md as tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 
 namespace peeler::test {
 
-/// One thing that a file can say, in the smallest file that says it.
+/// One statement, in the smallest file that contains it.
 struct Statement {
     std::string says;     ///< the first cell of its row in formats/README.md
     std::string becomes;  ///< the second: "read", "warned" or "refused"
@@ -29,7 +29,7 @@ struct Statement {
 using ReadStatement =
     std::function<std::vector<Text>(const std::filesystem::path& file, bool strict)>;
 
-/// The rows of the table below "### FORMAT" in formats/README.md: what is said, what it becomes.
+/// Returns the rows of the table below "### FORMAT" in formats/README.md: statement and outcome.
 inline std::map<std::string, std::string> statementRows(const std::string& format) {
     std::istringstream text(bytesOf(sourceDir() / "formats/README.md"));
     std::map<std::string, std::string> rows;
@@ -46,8 +46,8 @@ inline std::map<std::string, std::string> statementRows(const std::string& forma
     return rows;
 }
 
-/// What becomes of a statement: "read", "warned" or "refused". Fails if --strict would not refuse
-/// just what is warned or refused.
+/// Returns a statement's outcome: "read", "warned" or "refused". Fails unless --strict refuses
+/// exactly the warned and refused ones.
 inline std::string outcomeOf(const std::filesystem::path& file, const ReadStatement& read) {
     std::string outcome;
     try {
@@ -67,8 +67,8 @@ inline std::string outcomeOf(const std::filesystem::path& file, const ReadStatem
     return outcome;
 }
 
-/// Expects every statement to become what it says here, and the table of the format to have the
-/// same rows.
+/// Expects every statement to have its outcome here, and the table of the format to have the same
+/// rows.
 inline void expectStatements(const std::string& format, const std::vector<Statement>& statements,
                              const ReadStatement& read) {
     std::map<std::string, std::string> tested;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Work in a program of its own: its result, its errors, its end by crash, time or memory.
+// Work in a helper process: its result, its errors, its end by crash, time or memory.
 #include "formats/file/helper_process.h"
 
 #include <gtest/gtest.h>
@@ -106,7 +106,7 @@ TEST(HelperProcess, GivesNoMoreMemoryThanAllowed) {
         << "nor before it is told what is promised";
 }
 
-/// Nothing of this process goes into the other: no file, no environment, no action of a signal.
+/// The other process inherits nothing of this one: no file, no environment, no signal action.
 TEST(HelperProcess, InheritsNothing) {
     const SharedFile open_meanwhile;
     sigset_t set, before;
@@ -124,7 +124,7 @@ TEST(HelperProcess, InheritsNothing) {
     EXPECT_EQ(result.takeOne<std::uint64_t>(), 0U) << "an ignored signal";
 }
 
-/// Whether this kernel filters calls of the system, and this build has a filter for it.
+/// Whether this kernel filters system calls, and this build has a filter for it.
 bool filtersCalls() {
 #if defined(__x86_64__) || defined(__aarch64__)
     return !kShadowMemory && prctl(PR_GET_SECCOMP, 0, 0, 0, 0) >= 0;
@@ -185,7 +185,7 @@ TEST(HelperProcess, BelievesNoLieAboutAnError) {
     }
 }
 
-/// Then nobody can be told how a child ended, and the result has to say it.
+/// Then no exit status is available, so the result itself must carry it.
 TEST(HelperProcess, WorksWhereChildrenAreIgnored) {
     const auto action = std::signal(SIGCHLD, SIG_IGN);
     EXPECT_EQ(ask("echo", {1, 2}).take<std::uint8_t>(), (Bytes{1, 2}));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A stand-in for a decoder that the data has taken over: it answers with any bytes.
+// A stand-in for a decoder hijacked by its data: it answers with any bytes.
 #pragma once
 
 #include <cstring>
@@ -10,7 +10,7 @@
 
 namespace peeler::test {
 
-/// Numbers one after the other, as a result holds them.
+/// Numbers one after another, in a result's format.
 class Answer {
   public:
     template <class T>
@@ -19,13 +19,13 @@ class Answer {
         bytes_.insert(bytes_.end(), bytes, bytes + sizeof value);
         return *this;
     }
-    /// An array: its size, which may be a lie, and bytes.
+    /// Adds an array: its size, which may be false, and bytes.
     Answer& addArray(std::uint64_t size, const Bytes& bytes) {
         add(size).bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
         return *this;
     }
 
-    /// What runHelper() makes of a program that answers so.
+    /// Returns runHelper()'s result for a program with this answer.
     SharedFile run() const {
         const ScratchDir scratch;
         const std::filesystem::path program = scratch / "decoder";

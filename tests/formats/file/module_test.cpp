@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Modules are found by the place of the code that looks for them, be it a program or a library.
+// Modules are found relative to the code that looks for them, in a program or a library.
 #include "formats/file/module.h"
 
 #include <dlfcn.h>
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a library in this folder finds by the name "part".
+/// Returns the module "part" that a library in this folder finds.
 std::string foundFrom(const fs::path& folder) {
     fs::create_directories(folder);
     const fs::path library = folder / "finder.so";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files are opened in one way: regular ones are read, all else is refused at once.
+// One way to open files: regular ones are read, everything else is refused at once.
 #include "formats/file/regular_file.h"
 
 #include <fcntl.h>
@@ -60,7 +60,7 @@ TEST(RegularFile, IsReadInPartsAndAtOnce) {
     EXPECT_EQ(file.readSome(20, four), 0U);
 }
 
-/// Every way in, with what is no file: none waits, and all say so.
+/// Every entry point, with paths that are not files: none waits, and all report it.
 TEST(RegularFile, PipesDevicesAndFoldersAreRefused) {
     const ScratchDir scratch;
     ASSERT_EQ(mkfifo((scratch / "pipe").c_str(), 0600), 0);
@@ -107,7 +107,7 @@ TEST(RegularFile, PipesDevicesAndFoldersAreRefused) {
     close(server);
 }
 
-/// The kind of the Error that an action throws, which says why.
+/// Returns the kind of the Error that an action throws, with its reason.
 std::optional<ErrorKind> kindOf(const std::function<void()>& action) {
     try {
         action();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shards byte by byte against IEEE Std 1003.1-2017 (pax, "ustar Interchange Format"), by Python's
-// tarfile, and when they are full, kept, damaged.
+// Tar shards byte by byte against IEEE Std 1003.1-2017 (pax, "ustar Interchange Format"), with
+// Python's tarfile, and full, kept or damaged ones.
 #include "formats/file/tar_shards.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The members of tar files, in order: [file, name, contents].
+/// Prints the members of tar files, in order: [file, name, contents].
 constexpr const char* kMembers = R"(
 import json, sys, tarfile
 found = []
@@ -39,7 +39,7 @@ class Shards : public testing::Test {
         std::ofstream(scratch_ / name, std::ios::binary) << text;
         return (scratch_ / name).string();
     }
-    /// A sample of two files; `hash` tells what is in them.
+    /// Adds a sample of two files; `hash` identifies its contents.
     TarShards::Stored add(TarShards& shards, const std::string& key, const std::string& hash = "h",
                           std::size_t bytes = 600) const {
         const std::string text = key + hash + std::string(bytes, 'x');
@@ -47,7 +47,7 @@ class Shards : public testing::Test {
                                     {"ldi.npz", write("in.npz", "npz of " + key)}};
         return shards.add(key, {{"outputHash", hash}, {"scene", key}}, files);
     }
-    /// A run over samples that keeps what it may; which of them it added.
+    /// Runs over samples and keeps the valid ones; returns those that it added.
     std::vector<std::string> run(const std::vector<std::pair<std::string, std::string>>& samples,
                                  const ShardSettings& settings, bool all = true) const {
         TarShards shards(pattern_, settings);
@@ -156,8 +156,8 @@ TEST_F(Shards, AreThoseOfPythonAndReadByIt) {
     EXPECT_EQ(members[1][1], "key_0001.none");
     EXPECT_EQ(members[1][2], "");
     EXPECT_EQ(members[2][2], "{\"outputHash\":\"0f\",\"view\":1}\n");
-    // The same file but for the numbers of devices, which Python leaves empty where there is none,
-    // the sums that they are in, and the zeros that it fills its last record with.
+    // The same file except for the device numbers, which Python leaves empty without a device, the
+    // checksums that include them, and the zeros that fill its last record.
     const auto made = test::runPython(R"(
 import io, sys, tarfile
 source, made = open(sys.argv[1], "rb").read(), io.BytesIO()
@@ -209,7 +209,7 @@ TEST_F(Shards, OfWhichAllIsKeptAreNotTouched) {
     EXPECT_EQ(bytes(), before);
     for (int i = 0; i < 3; ++i)
         EXPECT_EQ(inode(i), inodes[i]);
-    // One that is gone is made again, and no other.
+    // A missing shard is written again, and no other.
     fs::remove(shard(1));
     EXPECT_EQ(run(all, settings), (std::vector<std::string>{"c", "d"}));
     EXPECT_EQ(bytes(), before);
@@ -229,7 +229,8 @@ TEST_F(Shards, AreMadeOfWhatIsKeptAndWhatIsNew) {
     EXPECT_NE(bytes(), wanted);
     EXPECT_EQ(run(all, settings), std::vector<std::string>{"d"});
     EXPECT_EQ(bytes(), wanted) << "as if made at once";
-    // Other limits, another order, fewer: nothing is made again, and what is behind is told.
+    // Other limits, another order, fewer samples: nothing is written again, and the surplus is
+    // reported.
     EXPECT_TRUE(run(all, {.samples = 3}).empty());
     EXPECT_EQ(surplus_, shard(2).string());
     fs::remove(shard(2));
@@ -258,7 +259,7 @@ TEST_F(Shards, ThatAreDamagedCountForNothing) {
     EXPECT_EQ(made(whole.substr(0, whole.size() - 1)), 2U);
     EXPECT_EQ(made(whole.substr(0, whole.size() - 512)), 2U);
     EXPECT_EQ(made(whole + std::string(512, '\0')), 2U);
-    // Sizes and names are not believed.
+    // Sizes and names are not trusted.
     for (const auto& [at, text] : {std::pair<std::size_t, std::string>{124, "77777777777"},
                                    {124, "00000000000"},
                                    {0, "/"},
@@ -271,7 +272,7 @@ TEST_F(Shards, ThatAreDamagedCountForNothing) {
         damaged.replace(at, text.size(), text);
         EXPECT_EQ(made(damaged), 2U) << at << ' ' << text;
     }
-    // Nor with a checksum that is right: the size goes beyond the end.
+    // Nor with a correct checksum: the size goes beyond the end.
     std::string damaged = whole;
     damaged.replace(124, 11, "77777777777");
     unsigned sum = 8 * ' ';
@@ -281,7 +282,7 @@ TEST_F(Shards, ThatAreDamagedCountForNothing) {
     std::snprintf(text, sizeof text, "%06o", sum);
     damaged.replace(148, 6, text);
     EXPECT_EQ(made(damaged), 2U);
-    // What is told of a sample is.
+    // A sample's recorded properties are trusted.
     const std::size_t about = whole.find("{\"outputHash\"");
     damaged = whole;
     damaged[about] = '[';
@@ -336,7 +337,7 @@ TEST_F(Shards, FilesInAScratchFolderGoWithIt) {
         EXPECT_TRUE(fs::exists(folder)) << "it is locked";
     }
     EXPECT_TRUE(fs::is_empty(scratch_ / "new"));
-    // That of a killed process of this machine is not locked.
+    // A folder of a killed process on this machine is not locked.
     const fs::path left = scratch_ / "other" / folder.filename();
     fs::create_directories(left);
     std::ofstream(left / "a.png") << "half";

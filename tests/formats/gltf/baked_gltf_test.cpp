@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// glTF files with baked values: what is added, and that nothing else is lost.
+// glTF files with baked values: the additions, without any loss.
 #include "formats/gltf/baked_gltf.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What stands in a .glb.
+/// The content of a .glb.
 struct Glb {
     explicit Glb(const fs::path& path) {
         const std::string text = bytesOf(path);
@@ -45,7 +45,7 @@ struct Glb {
     std::span<const std::uint8_t> binary;
 };
 
-/// Values of the triangle at a node: grey levels, and ten times them.
+/// Returns values of the triangle at a node: grey levels, and ten times them.
 BakedPrimitive values(int node, std::uint16_t grey = 1000) {
     BakedPrimitive result;
     result.node = node;
@@ -58,7 +58,7 @@ BakedPrimitive values(int node, std::uint16_t grey = 1000) {
     return result;
 }
 
-/// The file with those values, as a .glb that stands in the folder.
+/// Returns the file with those values, as a .glb in the folder.
 fs::path bake(const fs::path& source, const std::vector<BakedPrimitive>& primitives) {
     GlbWriter package(source, GltfOptions{});
     addVertexValues(package, "_AO", primitives);
@@ -68,7 +68,7 @@ fs::path bake(const fs::path& source, const std::vector<BakedPrimitive>& primiti
     return path;
 }
 
-/// A reader that is not ours.
+/// Reads with an independent reader.
 tinygltf::Model readByTinygltf(const fs::path& path) {
     tinygltf::TinyGLTF reader;
     reader.SetImageLoader([](tinygltf::Image*, int, std::string*, std::string*, int, int,
@@ -83,7 +83,7 @@ tinygltf::Model readByTinygltf(const fs::path& path) {
 }
 
 TEST(BakedGltf, HasColoursThatNoTargetDisplaces) {
-    // They are those of a pose, in which the targets have displaced them already.
+    // Values are those of a pose, where the targets have displaced them already.
     const ScratchDir folder;
     GltfBuilder builder = triangle();
     const int black = builder.addAccessor<float>(std::vector<float>(9), "VEC3");
@@ -155,7 +155,7 @@ TEST(BakedGltf, KeepsWhatItDoesNotKnow) {
 }
 
 TEST(BakedGltf, TakesInBuffersAndImagesFromEverywhere) {
-    // Positions in a data URI, the rest in a file; an image in a file, one in a data URI.
+    // Positions in a data URI, the rest in a file; one image in a file, one in a data URI.
     const ValueTexture dot{"", 1, 3, {1, 0, 0}};
     const Bytes png = encodePng(dot, 8);
     GltfBuilder builder = triangle();
@@ -180,7 +180,7 @@ TEST(BakedGltf, TakesInBuffersAndImagesFromEverywhere) {
     const Glb glb(baked);
     EXPECT_EQ(glb.json_text.find("\"uri\""), std::string::npos);
     EXPECT_EQ(glb.json["buffers"].size(), 1U);
-    EXPECT_EQ(glb.json["bufferViews"][0]["byteOffset"], 4);  // behind the 3 bytes, aligned
+    EXPECT_EQ(glb.json["bufferViews"][0]["byteOffset"], 4);  // after the 3 bytes, aligned
     const auto image = glb.view(glb.json["images"][0]["bufferView"].get<std::size_t>());
     EXPECT_EQ(Bytes(image.begin(), image.end()), png);
     EXPECT_EQ(glb.json["images"][0]["mimeType"], "image/png");
@@ -230,7 +230,7 @@ TEST(BakedGltf, CopiesMeshesThatNodesShowDifferently) {
         builder.gltf["nodes"].push_back({{"mesh", 0}, {"name", "node " + std::to_string(i)}});
     const ScratchDir folder;
     const fs::path source = builder.write(folder);
-    // Nodes 0 and 2 see the same, 1 something else, 3 nothing.
+    // Nodes 0 and 2 have the same values, 1 has others, 3 has none.
     const Glb glb(bake(source, {values(0), values(1, 2000), values(2)}));
     ASSERT_EQ(glb.json["meshes"].size(), 3U);
     const auto mesh_of = [&](std::size_t node) {
@@ -247,14 +247,14 @@ TEST(BakedGltf, CopiesMeshesThatNodesShowDifferently) {
     EXPECT_NE(attributes(0)["COLOR_0"], attributes(1)["COLOR_0"]);
     EXPECT_EQ(glb.json["accessors"].size(), 1U + 4U);
 
-    // When all agree nothing is copied.
+    // If all agree nothing is copied.
     const Glb same(bake(source, {values(0), values(1), values(2), values(3)}));
     EXPECT_EQ(same.json["meshes"].size(), 1U);
     EXPECT_EQ(same.json["accessors"].size(), 1U + 2U);
 }
 
 TEST(BakedGltf, NumbersVerticesAsTheFileDoes) {
-    // Six vertices of which the second triangle alone is drawn, after a primitive that is left out.
+    // Six vertices where only the second triangle is drawn, after a skipped primitive.
     GltfBuilder builder = triangle();
     builder.gltf["accessors"].clear();
     builder.gltf["bufferViews"].clear();
@@ -306,8 +306,8 @@ TEST(BakedGltf, GivesMaterialsOcclusionTextures) {
 }
 
 TEST(BakedGltf, LeavesMaterialsToPrimitivesWithoutThoseUvs) {
-    // Of material 0 two primitives of which one has UVs, in a variant of which both have material
-    // 1; two without a material of which one has UVs.
+    // Two primitives of material 0, one with UVs, both with material 1 in a variant; two without a
+    // material, one with UVs.
     GltfBuilder builder = triangle();
     const Json bare = builder.primitive();
     const int uv = builder.addAccessor<float>({0, 0, 1, 0, 0, 1}, "VEC2");
@@ -405,7 +405,7 @@ TEST(BakedGltf, MovesCompressedViewsButNotThePlaceOfTheirData) {
 }
 
 TEST(BakedGltf, StandsBesideDracosAttributes) {
-    // Never decoded here: what stands in the JSON matters.
+    // Never decoded here: only the JSON matters.
     GltfBuilder builder = triangle();
     const Json promise = {{"componentType", 5126}, {"count", 2}, {"type", "VEC3"}};
     for (const char* name : {"POSITION", "COLOR_0"})
@@ -422,7 +422,7 @@ TEST(BakedGltf, StandsBesideDracosAttributes) {
         return glb.json["accessors"][primitive["attributes"][name].get<std::size_t>()]["count"];
     };
     for (const char* name : {"POSITION", "COLOR_0", "_AO"})
-        EXPECT_EQ(count_of(name), 3) << name;  // as many as came out, whatever was promised
+        EXPECT_EQ(count_of(name), 3) << name;  // the decoded count, not the promised one
 }
 
 TEST(BakedGltf, KeepsTheOrderOfMembers) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vertex data of every legal kind arrives as the numbers that it means; damaged data is refused.
+// Vertex data of every legal kind has its exact values; damaged data is refused.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ TEST(GltfAccessor, ReadsPackedFloats) {
 
 TEST(GltfAccessor, ReadsInterleavedVertices) {
     GltfBuilder builder = triangle();
-    // position, normal, uv: 32 bytes a vertex
+    // position, normal, uv: 32 bytes per vertex
     const std::vector<float> vertices = {0, 0, 0, 0, 0, 1, 0.25F, 0.5F,  //
                                          2, 0, 0, 0, 1, 0, 0.75F, 1.5F,  //
                                          0, 3, 0, 1, 0, 0, -1,    2};
@@ -90,7 +90,7 @@ TEST(GltfAccessor, ReadsColorsWithAlpha) {
     EXPECT_EQ(onlyPrimitive(load(builder)).colors[1], glm::vec4(0, 0, 0, 1));
 }
 
-/// KHR_mesh_quantization: every type it allows for positions, with and without normalisation.
+/// KHR_mesh_quantization: every type that it allows for positions, with and without normalisation.
 template <typename T>
 class QuantizedPosition : public testing::Test {};
 using QuantizedTypes = testing::Types<std::int8_t, std::uint8_t, std::int16_t, std::uint16_t>;
@@ -150,7 +150,7 @@ TEST(GltfAccessor, AppliesSparseSubstitutionToIndicesAndToAStretch) {
         {"indices", {{"bufferView", places}, {"componentType", 5123}}},
         {"values", {{"bufferView", values}}}};
     builder.attributes()["POSITION"] = position;
-    // Indices without a base: zeros but for the substitutes, which are all of them.
+    // Indices without a base: zeros except the substitutes, here all of them.
     const int which = builder.addView(toBytes<std::uint8_t>({0, 1, 2}));
     const int index_values = builder.addView(toBytes<std::uint32_t>({3, 4, 5}));
     builder.primitive()["indices"] =

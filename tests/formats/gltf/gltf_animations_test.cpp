@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Animations of glTF files: samplers, channels, and what is wrong with some.
+// Animations of glTF files: samplers, channels, and invalid ones.
 #include "formats/gltf/gltf_parts.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace peeler::test {
 namespace {
 
-/// A triangle whose node moves from (0, 0, 0) to (1, 2, 3) within two seconds.
+/// Returns a triangle with a node that moves from (0, 0, 0) to (1, 2, 3) within two seconds.
 GltfBuilder movingTriangle() {
     GltfBuilder builder = triangle();
     const int times = builder.addAccessor<float>({0.5F, 2.5F}, "SCALAR");
@@ -89,7 +89,7 @@ TEST(GltfAnimations, ASamplerMayServeSeveralProperties) {
 
 TEST(GltfAnimations, LeaveOutWhatTheyCannotMove) {
     GltfBuilder builder = movingTriangle();
-    channel(builder)["target"].erase("node");  // the specification wants it ignored
+    channel(builder)["target"].erase("node");  // the specification requires it to be ignored
     EXPECT_TRUE(load(builder).animations[0].channels.empty());
     EXPECT_TRUE(load(builder).warnings.empty());
 

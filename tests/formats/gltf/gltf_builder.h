@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes small glTF files for tests: JSON plus a buffer that grows by whole accessors.
+// A builder of small glTF files for tests: JSON plus a buffer that grows by whole accessors.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ inline void writeFile(const std::filesystem::path& path, const Bytes& bytes) {
     writeFile(path, std::string(bytes.begin(), bytes.end()));
 }
 
-/// JSON and BIN chunk as a .glb, both padded to 4 bytes.
+/// Returns JSON and BIN chunk as a .glb, both padded to 4 bytes.
 inline std::string glb(std::string text, Bytes bin) {
     const auto number = [](std::size_t value) {
         std::string bytes(4, '\0');
@@ -84,7 +84,7 @@ struct GltfBuilder {
         return static_cast<int>(gltf["accessors"].size()) - 1;
     }
 
-    /// Tightly packed values of "SCALAR", "VEC2", …
+    /// Adds tightly packed values of "SCALAR", "VEC2", …
     template <typename T>
     int addAccessor(const std::vector<T>& values, const std::string& type,
                     const Json& more = Json::object()) {
@@ -119,7 +119,7 @@ struct GltfBuilder {
     }
 };
 
-/// One triangle (0,0,0) (1,0,0) (0,1,0) at one node of one scene.
+/// Returns one triangle (0,0,0) (1,0,0) (0,1,0) at one node of one scene.
 inline GltfBuilder triangle() {
     GltfBuilder builder;
     const int position = builder.addAccessor<float>({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3");
@@ -135,7 +135,7 @@ inline Scene load(GltfBuilder builder, const GltfOptions& options = {}) {
     return readGltf(builder.write(folder), options);
 }
 
-/// The error that reading ends in, which must be one.
+/// Returns the error of reading, which must fail.
 inline Error errorOf(const std::filesystem::path& path, const GltfOptions& options = {}) {
     try {
         readGltf(path, options);
@@ -150,19 +150,19 @@ inline Error errorOf(GltfBuilder builder, const GltfOptions& options = {}) {
     return errorOf(builder.write(folder), options);
 }
 
-/// What is wrong with the JSON of a file, and where the error of reading it points.
+/// A fault in a file's JSON, and the error's expected place.
 struct Damage {
     const char *name, *json, *where;
 };
 
-/// What a file says falsely of its data, where the error of reading it points, and words of it.
+/// A false claim of a file about its data, the error's expected place, and words of it.
 struct Lie {
     const char* name;
     void (*tell)(GltfBuilder&);
     const char *where, *words;
 };
 
-/// Is there a warning with these words?
+/// Whether there is a warning with these words.
 inline bool warned(const Scene& scene, const std::string& words) {
     for (const Text& warning : scene.warnings)
         if (contains(warning, words)) return true;

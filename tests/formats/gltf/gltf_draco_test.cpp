@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draco-compressed primitives: what the library's encoder wrote, fallbacks, false promises.
+// Draco-compressed primitives: output of the library's encoder, fallbacks, false promises.
 #include <draco/compression/expert_encode.h>
 #include <draco/mesh/mesh.h>
 #include <gtest/gtest.h>
@@ -18,13 +18,13 @@ namespace {
 
 constexpr const char* kName = "KHR_draco_mesh_compression";
 
-/// Vertices on a waved grid of n × n, their triangles, and whatever else a primitive may have.
+/// Vertices on a wavy grid of n × n, their triangles, and optional attributes.
 struct Grid {
     std::uint32_t n = 0;
     std::vector<std::array<float, 3>> positions;
     std::vector<std::array<std::uint32_t, 3>> faces;
     std::vector<std::array<std::uint8_t, 4>> joints;
-    std::vector<std::array<std::uint8_t, 4>> colors;  ///< and weights: they add up to 1
+    std::vector<std::array<std::uint8_t, 4>> colors;  ///< also the weights: they add up to 1
 
     explicit Grid(std::uint32_t size) : n(size) {
         for (std::uint32_t y = 0; y < n; ++y)
@@ -43,7 +43,7 @@ struct Grid {
             }
     }
 
-    /// As libdraco's mesh: position 0, generic joints 1, normalised colours 2.
+    /// Fills libdraco's mesh: position 0, generic joints 1, normalised colours 2.
     void fill(draco::Mesh& result) const {
         result.SetNumFaces(faces.size());
         for (std::uint32_t i = 0; i < faces.size(); ++i)
@@ -80,7 +80,7 @@ struct Grid {
     }
 };
 
-/// A file whose accessors have no buffer view. `mode` 5 tells the accessors of a strip.
+/// Returns a file with accessors without a buffer view. `mode` 5: the accessors of a strip.
 GltfBuilder dracoGrid(const Grid& grid, const Bytes& bytes, int mode = 4) {
     GltfBuilder builder;
     const int view = builder.addView(bytes);
@@ -113,8 +113,8 @@ Json& dracoExtension(GltfBuilder& builder) {
     return builder.primitive()["extensions"][kName];
 }
 
-/// Corners of all triangles, each turned to its smallest one, sorted: what stays the same when an
-/// encoder renumbers vertices and turns triangles.
+/// Returns the corners of all triangles, each rotated to start with its smallest, sorted: an
+/// invariant when an encoder renumbers vertices and rotates triangles.
 std::vector<std::array<std::array<long, 3>, 3>> shapes(const std::vector<glm::vec3>& positions,
                                                        const std::vector<std::uint32_t>& indices) {
     std::vector<std::array<std::array<long, 3>, 3>> result;
@@ -122,7 +122,7 @@ std::vector<std::array<std::array<long, 3>, 3>> shapes(const std::vector<glm::ve
         auto& shape = result.emplace_back();
         for (std::size_t c = 0; c < 3; ++c)
             for (int axis = 0; axis < 3; ++axis)
-                // x and y are whole numbers, and tell the vertex.
+                // x and y are whole numbers, and identify the vertex.
                 shape[c][static_cast<std::size_t>(axis)] =
                     std::lround(positions[indices[i + c]][axis] * (axis == 2 ? 0.0F : 1.0F));
         std::rotate(shape.begin(), std::min_element(shape.begin(), shape.end()), shape.end());
@@ -201,8 +201,8 @@ TEST(GltfDraco, DecodesSharedDataOnceAndForEveryPrimitive) {
     Json& primitives = builder.gltf["meshes"][0]["primitives"];
     primitives.push_back(primitives[0]);
     GltfOptions options;
-    // Decoded once: 12 + 4 bytes a point (at most 3 a triangle), 12 a triangle. What the scene
-    // holds of two primitives is more, so the limit lets the first check pass and the last fail.
+    // Decoded once: 12 + 4 bytes per point (at most 3 per triangle), 12 per triangle. A scene with
+    // two primitives holds more, so the first check passes and the last one fails.
     options.max_geometry_bytes = grid.faces.size() * (3 * 16 + 12);
     EXPECT_EQ(load(builder).meshes[0].primitives.size(), 2U);
     EXPECT_EQ(load(builder, options).meshes[0].primitives.size(), 2U);
@@ -260,7 +260,7 @@ TEST_P(GltfDracoLies, AreRefused) {
     EXPECT_NE(std::string(error.what()).find(GetParam().words), std::string::npos) << error.what();
 }
 
-// Of the data: DRACO, two bytes of version, type, method, two of flags; kind of traversal,
+// Layout of the data: DRACO, two bytes of version, type, method, two of flags; kind of traversal,
 // vertices, triangles.
 constexpr std::size_t kType = 7, kFaces = 13;
 

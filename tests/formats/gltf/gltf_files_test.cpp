@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene may make us open, and what is told of files that are no scene.
+// Files that a scene may open, and the messages about files that are not scenes.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -13,14 +13,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The triangle, its buffer under the URI.
+/// Returns the triangle, with its buffer under the URI.
 GltfBuilder withUri(const std::string& uri) {
     GltfBuilder builder = triangle();
     builder.gltf["buffers"] = {{{"byteLength", builder.bin.size()}, {"uri", uri}}};
     return builder;
 }
 
-/// Goes to a folder and back.
+/// A change of the working folder, undone at the end.
 class WorkingFolder {
   public:
     explicit WorkingFolder(const fs::path& folder) : before_(fs::current_path()) {
@@ -129,7 +129,7 @@ TEST(GltfFiles, RefusesWhatLeavesTheFolder) {
     expectBufferRefused(folder, "link.bin", "symbolic link");
     fs::create_directory_symlink(outer.path(), folder / "away");
     expectBufferRefused(folder, "away/outside.bin", "symbolic link");
-    // A folder whose name only begins alike is another folder.
+    // A folder that only shares the prefix is another folder.
     const std::string twin = folder.path().string() + "-twin";
     fs::create_directory(twin);
     writeFile(fs::path(twin) / "a.bin", triangle().bin);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// KHR_lights_punctual as the reader takes it, and what it refuses.
+// KHR_lights_punctual in the reader, and its refusals.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -11,7 +11,7 @@
 namespace peeler::test {
 namespace {
 
-/// A triangle, and a node that carries light 0 of these.
+/// Returns a triangle, and a node with light 0 of these.
 GltfBuilder lit(const Json& lights) {
     GltfBuilder builder = triangle();
     builder.gltf["extensions"]["KHR_lights_punctual"]["lights"] = lights;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Materials, texture references, and which images are decoded.
+// Materials, texture references, and the images that are decoded.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -106,8 +106,8 @@ TEST(GltfTextureTransform, IsTranslationTimesRotationTimesScale) {
     addImages(builder, {onePixelPng(0, 0, 0)});
     const TextureRef texture = load(builder).materials[0].emissive_texture;
     EXPECT_EQ(texture.texcoord, 1);
-    // Scaled: (2, 3). A quarter turn counter-clockwise as the picture is seen, with v down, takes
-    // +u to −v and +v to +u: (3, −2). Moved: (3.5, −1.75).
+    // Scaled: (2, 3). A quarter turn counter-clockwise on screen, with v down, maps +u to −v and +v
+    // to +u: (3, −2). Moved: (3.5, −1.75).
     const glm::vec3 uv = texture.transform * glm::vec3(1, 1, 1);
     EXPECT_NEAR(uv.x, 3.5, 1e-6);
     EXPECT_NEAR(uv.y, -1.75, 1e-6);
@@ -219,7 +219,7 @@ TEST(GltfTextures, OfFormatsThatAreNotDecodedNeedAFallback) {
         const Scene without = load(builder, options);
         EXPECT_FALSE(without.materials[0].emissive_texture);
         EXPECT_TRUE(warned(without, "it has an image of " + name + " only"));
-        // A texture that nothing uses does no harm.
+        // An unused texture does no harm.
         builder.gltf["materials"][0].erase("emissiveTexture");
         EXPECT_NO_THROW(load(builder));
     }
@@ -228,7 +228,7 @@ TEST(GltfTextures, OfFormatsThatAreNotDecodedNeedAFallback) {
 TEST(GltfTextures, PreferTheImagesOfExtensions) {
     for (const char* name : {"EXT_texture_webp", "KHR_texture_basisu"}) {
         GltfBuilder builder = withMaterial(R"({"emissiveTexture":{"index":0}})");
-        // Which format an image has is told by its bytes, so PNGs do for both.
+        // The bytes determine an image's format, so PNGs work for both.
         addImages(builder, {onePixelPng(1, 2, 3), onePixelPng(4, 5, 6)});
         builder.gltf["textures"][0]["extensions"][name] = {{"source", 1}};
         builder.gltf["extensionsUsed"] = {name};
@@ -253,7 +253,7 @@ TEST(GltfTextures, MayBeKtx2) {
     EXPECT_EQ(scene.images[0].rgba[1], 8);
     EXPECT_TRUE(scene.warnings.empty());
 
-    // Damaged: left out with the reason, for `strict` an error; or there is a fallback.
+    // Damaged: dropped with the reason, an error with `strict`; or there is a fallback.
     Ktx2File damaged = file;
     damaged.model = 160;
     GltfBuilder other = withMaterial(R"({"emissiveTexture":{"index":0}})");
@@ -311,7 +311,7 @@ TEST(GltfTextures, FallBackWhereTheWebpImageIsMissing) {
     GltfOptions strict;
     strict.strict = true;
     EXPECT_EQ(errorOf(builder, strict).where(), "/images/2");
-    // Neither is there: the texture is left out, as one without any extension.
+    // Both are missing: the texture is dropped, like one without any extension.
     builder.gltf["images"][0] = {{"uri", "missing.png"}};
     EXPECT_FALSE(load(builder).materials[0].emissive_texture);
 }

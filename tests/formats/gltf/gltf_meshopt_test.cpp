@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compressed buffer views in glTF files: what reads them need not know, fallbacks, false promises.
+// Compressed buffer views in glTF files: transparent to their readers, fallbacks, false promises.
 #include <gtest/gtest.h>
 
 #include "formats/gltf/gltf_builder.h"
@@ -33,7 +33,7 @@ TEST(GltfMeshopt, IsReadUnderBothNamesFromBothContainers) {
     }
 }
 
-/// A second buffer with the uncompressed triangle, upside down so that one sees which was read.
+/// Adds a second buffer with the uncompressed triangle, upside down to identify it.
 void addFallback(GltfBuilder& builder, const ScratchDir& folder) {
     std::vector<float> corners = kTriangleCorners;
     corners[9] = -1;
@@ -56,12 +56,12 @@ TEST(GltfMeshopt, ReadsTheFallbackOnlyWhereTheDataIsDamaged) {
     EXPECT_TRUE(scene.warnings.empty());
     const std::uint64_t hash = scene.content_hash;
 
-    // Not even opened otherwise: it may be missing, and does not enter the hash.
+    // Otherwise it is not even opened: it may be missing, and is not hashed.
     std::filesystem::rename(folder / "fallback.bin", folder / "away.bin");
     EXPECT_EQ(readGltf(builder.write(folder)).content_hash, hash);
     std::filesystem::rename(folder / "away.bin", folder / "fallback.bin");
 
-    builder.bin[0] = 0xA1;  // a version that the library does not decode
+    builder.bin[0] = 0xA1;  // a version that the library cannot decode
     const Scene excused = readGltf(builder.write(folder));
     EXPECT_EQ(excused.meshes[0].primitives[0].positions[2], glm::vec3(0, -1, 0));
     EXPECT_TRUE(warned(excused, "version 1 of the codec"));

@@ -11,7 +11,7 @@
 namespace peeler::test {
 namespace {
 
-/// A triangle with two joints: nodes 1 and 2.
+/// Returns a triangle with two joints: nodes 1 and 2.
 GltfBuilder skinned() {
     GltfBuilder builder = triangle();
     builder.attributes()["JOINTS_0"] =
@@ -161,7 +161,7 @@ TEST(GltfSkins, CountTheRoomOfEveryNodeThatTheyDeform) {
     for (int i = 0; i < 10; ++i)
         builder.gltf["nodes"].push_back({{"mesh", 0}, {"skin", 0}});
     GltfOptions tight;
-    tight.max_geometry_bytes = 600;  // of three vertices: 120 bytes a node
+    tight.max_geometry_bytes = 600;  // of three vertices: 120 bytes per node
     EXPECT_EQ(errorOf(builder, tight).where(), "/nodes/7");
     EXPECT_EQ(load(builder).nodes.size(), 13U);
 }

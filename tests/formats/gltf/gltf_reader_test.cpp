@@ -22,7 +22,7 @@ GltfBuilder empty(const std::string& members) {
 }
 
 TEST(GltfNodes, ComposeTranslationRotationScale) {
-    // A quarter turn about z, written with few digits, after a scale of (2, 3, 4).
+    // A quarter turn about z, in few digits, after a scale of (2, 3, 4).
     const Scene scene = load(empty(R"("nodes":[{"translation":[10,20,30],"scale":[2,3,4],
         "rotation":[0,0,0.7071,0.7071]}])"));
     const glm::dmat4& local = scene.nodes.at(0).local;
@@ -57,7 +57,7 @@ TEST(GltfNodes, NestTenThousandLevels) {
     // One more, in front of the first.
     builder.gltf["nodes"].push_back({{"children", {0}}});
     EXPECT_NE(std::string(errorOf(builder).what()).find("deeper than 10000"), std::string::npos);
-    // The chain closed to a ring.
+    // The chain closed into a ring.
     builder.gltf["nodes"][depth - 1]["children"] = {depth};
     EXPECT_NE(std::string(errorOf(builder).what()).find("ancestor"), std::string::npos);
 }
@@ -108,7 +108,7 @@ TEST(GltfMeshes, HaveAllSevenTopologies) {
 }
 
 TEST(GltfMeshes, LoseIncompletePrimitives) {
-    // Three vertices: one line and one vertex left over.
+    // Three vertices: one line and a remaining vertex.
     GltfBuilder builder = triangle();
     builder.primitive()["mode"] = 1;
     Scene scene = load(builder);
@@ -239,7 +239,7 @@ TEST(GltfReader, TakesVersionsThatAreNumbers) {
 }
 
 TEST(GltfReader, TakesNodesBelowTheRootAsRoots) {
-    // UniGLTF lists a child of a node that is in no scene.
+    // UniGLTF writes a child of a node that is in no scene.
     const char* below = R"("nodes":[{"children":[1,2],"translation":[9,9,9]},
                                     {"name":"model","children":[3],"translation":[1,0,0]},{},{}],
                            "scenes":[{"nodes":[1]}])";
@@ -250,7 +250,7 @@ TEST(GltfReader, TakesNodesBelowTheRootAsRoots) {
     EXPECT_EQ(scene.nodes[1].children, std::vector<int>{3});
     EXPECT_EQ(idNames(scene).parents[1], 0U);
 
-    // Where another scene shows the parent, it keeps its child.
+    // If another scene shows the parent, it keeps its child.
     const Scene two = load(empty(
         R"("nodes":[{"children":[1]},{"children":[2]},{}],"scenes":[{"nodes":[0]},{"nodes":[2]}])"));
     EXPECT_EQ(two.nodes[1].children, std::vector<int>{2});
@@ -265,7 +265,7 @@ TEST(GltfReader, ShowsNodesOnceThatAreListedTwice) {
 }
 
 TEST(GltfReader, TakesDeepScenesWhoseNodesAreAllListed) {
-    // What is known of a node is kept: 9,000 levels, and as many nodes at their end.
+    // Node results are cached: 9,000 levels, and as many nodes at their end.
     constexpr std::size_t kDepth = 9000;
     Json nodes = Json::array(), roots = Json::array();
     for (std::size_t i = 0; i < kDepth; ++i)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What becomes of everything that a glTF can say (formats/README.md).
+// Handling of every statement of a glTF file (formats/README.md).
 #include <cmath>
 #include <functional>
 
@@ -12,7 +12,7 @@ namespace {
 
 using Edit = std::function<void(GltfBuilder&)>;
 
-/// A statement, by what it adds to a triangle with a textured material.
+/// A statement, as an addition to a triangle with a textured material.
 struct Said {
     const char *says, *becomes;
     Edit edit;
@@ -24,7 +24,7 @@ std::string bytesOfGlb(const GltfBuilder& builder) {
     return glb(gltf.dump(), builder.bin);
 }
 
-/// Adds members to the root, or to what is there of the same names.
+/// Adds members to the root, or to existing ones of the same names.
 Edit merged(const char* json) {
     return [json](GltfBuilder& b) { b.gltf.merge_patch(Json::parse(json)); };
 }
@@ -45,7 +45,7 @@ Edit attribute(const char* name, std::vector<T> values, const char* type,
     return [=](GltfBuilder& b) { b.attributes()[name] = b.addAccessor<T>(values, type, more); };
 }
 
-/// An extension that the file declares, in the material.
+/// Adds an extension to the material, and declares it.
 Edit materialExtension(const std::string& name, const char* json) {
     return [name, json](GltfBuilder& b) {
         b.gltf["extensionsUsed"].push_back(name);
@@ -60,7 +60,7 @@ Edit together(std::vector<Edit> edits) {
     };
 }
 
-/// A skin of one joint, the node itself.
+/// Adds a skin of one joint, the node itself.
 void addSkin(GltfBuilder& b) {
     b.attributes()["JOINTS_0"] = b.addAccessor<std::uint8_t>(Bytes(12), "VEC4");
     b.attributes()["WEIGHTS_0"] =
@@ -71,7 +71,7 @@ void addSkin(GltfBuilder& b) {
     b.gltf["nodes"][0]["skin"] = 0;
 }
 
-/// Keys of the node's translation at 0 and 1 s.
+/// Adds keys of the node's translation at 0 and 1 s.
 void addAnimation(GltfBuilder& b) {
     const int times = b.addAccessor<float>({0, 1}, "SCALAR");
     const int values = b.addAccessor<float>({0, 0, 0, 1, 0, 0}, "VEC3");
@@ -88,7 +88,7 @@ void addTarget(GltfBuilder& b) {
     b.gltf["meshes"][0]["weights"] = {0.5};
 }
 
-/// A grey pixel, which is a PNG.
+/// A grey pixel; the data is a PNG.
 constexpr const char* kDataUriImage =
     R"({"images":[{"uri":"data:image/gif;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptV)"
     R"(AAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg=="}]})";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A small glTF file whose buffer views are meshopt-compressed.
+// A small glTF file with meshopt-compressed buffer views.
 #pragma once
 
 #include <string>
@@ -13,7 +13,8 @@ namespace peeler::test {
 inline const std::vector<float> kTriangleCorners = {0, 0, 0, 0, 1, 0,
                                                     0, 0, 0, 1, 0, 0};  // 16 bytes each
 
-/// The triangle with indices, both compressed: views 0 and 1 lie in buffer 1, which has no URI.
+/// Returns the triangle with indices, both compressed: views 0 and 1 are in buffer 1, which has no
+/// URI.
 inline GltfBuilder compressed(const std::string& name = "EXT_meshopt_compression") {
     GltfBuilder builder;
     const Bytes corners = encodeAttributes(kTriangleCorners.data(), 3, 16);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compresses with the library's own encoders, for tests of the decoders.
+// meshopt streams for tests of the decoders, compressed with the library's own encoders.
 #pragma once
 
 #include <meshoptimizer.h>

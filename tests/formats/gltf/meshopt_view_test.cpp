@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// meshopt streams: every mode and filter against what went in, the extension's rules, damage.
+// meshopt streams: every mode and filter against the input, the extension's rules, damage.
 #include "formats/gltf/gltf_decoders.h"
 
 #include <gtest/gtest.h>
@@ -79,14 +79,14 @@ TEST(MeshoptView, GivesAttributesOfEveryStrideBack) {
 }
 
 TEST(MeshoptView, GivesTrianglesAndIndicesBack) {
-    // A strip of quads: every triangle begins with the vertex it was written with.
+    // A strip of quads: every triangle keeps its first vertex.
     std::vector<unsigned int> indices;
     for (unsigned int i = 0; i < 900; ++i)
         for (const unsigned int corner : {2 * i, 2 * i + 1, 2 * i + 2})
             indices.push_back(corner);
     const Bytes triangles = encodeTriangles(indices), sequence = encodeIndices(indices);
     const std::vector<std::uint16_t> narrow(indices.begin(), indices.end());
-    // The codec may turn a triangle, so only the set of its corners in order is kept.
+    // The codec may rotate a triangle, so only the cyclic order of its corners is kept.
     const auto turned = [](auto values) {
         for (std::size_t i = 0; i < values.size(); i += 3)
             while (values[i] > values[i + 1] || values[i] > values[i + 2])
@@ -142,12 +142,12 @@ TEST(MeshoptView, DecodesQuaternions) {
     }
 }
 
-/// Each number gets an exponent of its own: of newer meshoptimizers' modes that is the first.
+/// Each number gets its own exponent: the first of newer meshoptimizers' modes.
 template <typename... Mode>
 void encodeExponents(void (*encode)(void*, std::size_t, std::size_t, int, const float*, Mode...),
                      const std::vector<float>& values, std::vector<std::uint32_t>& encoded) {
     encoded.resize(values.size());
-    // 24 bits of mantissa are those of a float.
+    // 24 bits are a float's mantissa.
     encode(encoded.data(), values.size(), 4, 24, values.data(), Mode{}...);
 }
 
@@ -161,8 +161,8 @@ TEST(MeshoptView, DecodesExponents) {
         EXPECT_NEAR(decoded[i], values[i], std::abs(values[i]) * 3e-7F) << i;
 }
 
-/// KHR_meshopt_compression, Appendix B, filter 4, the other way round: K bits of Y, Co, Cg, and
-/// K − 1 of alpha under a bit that marks K.
+/// KHR_meshopt_compression, Appendix B, filter 4, inverted: K bits of Y, Co, Cg, and K − 1 of alpha
+/// under a bit that marks K.
 template <typename Number>
 std::vector<Number> encodeColors(const std::vector<glm::vec4>& colors, int bits) {
     const int max = (1 << bits) - 1;
@@ -193,7 +193,7 @@ TEST(MeshoptView, DecodesColors) {
         const Bytes bytes = encodeAttributes(encoded.data(), colors.size(), 4 * sizeof(Number));
         const auto decoded =
             decodeAs<Number>({bytes, "ATTRIBUTES", "COLOR", 4 * sizeof(Number), colors.size()});
-        // Halving Co and Cg loses a bit each; alpha has one bit less.
+        // Halving Co and Cg loses one bit each; alpha has one bit less.
         const float step = 2.5F / static_cast<float>((1 << bits) - 1);
         for (std::size_t i = 0; i < decoded.size(); ++i)
             EXPECT_NEAR(static_cast<float>(decoded[i]) / one,
@@ -236,7 +236,7 @@ TEST(MeshoptView, SaysWhichVersionItDoesNotDecode) {
 }
 
 TEST(MeshoptView, BelievesNoCountThatTheBytesCannotHold) {
-    // Zeros are what compresses best: the least that the codec needs, exactly.
+    // Zeros compress best: exactly the codec's minimum.
     for (const std::size_t stride : {4U, 12U, 64U, 256U}) {
         const std::size_t count = 10000;
         const Bytes values(count * stride), bytes = encodeAttributes(values.data(), count, stride);
@@ -280,7 +280,7 @@ TEST(MeshoptView, OutlivesAnyByte) {
                 damaged[1 + random() % (damaged.size() - 1)] = static_cast<std::uint8_t>(random());
             MeshoptStream other = stream;
             other.bytes = damaged;
-            problemOf(other);  // an error or numbers, but nothing else
+            problemOf(other);  // an error or numbers, nothing else
         }
     }
 }

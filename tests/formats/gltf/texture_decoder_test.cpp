@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every kind of PNG, BMP and TGA becomes the RGBA that its numbers mean; JPEG, WebP and TIFF open;
-// damage is refused.
+// Every kind of PNG, BMP and TGA gives its exact RGBA; JPEG, WebP and TIFF open; damage is refused.
 #include "formats/gltf/gltf_decoders.h"
 
 #include <OpenImageIO/filesystem.h>
@@ -22,8 +21,8 @@ Bytes rgbaOf(const Bytes& file) {
     return decodeTexture(file, "image").image.rgba;
 }
 
-/// An 8-bit RGB picture of one colour, or of all pixels, in a format that OpenImageIO writes; empty
-/// if it cannot.
+/// Returns an 8-bit RGB picture of one colour, or of all pixels, in a format that OpenImageIO
+/// writes; empty if it cannot.
 Bytes encoded(const std::string& format, int width, int height, const Bytes& color) {
     const auto output = OIIO::ImageOutput::create(format);
     if (!output) return {};
@@ -44,7 +43,7 @@ Bytes encoded(const std::string& format, int width, int height, const Bytes& col
 }
 
 TEST(TextureDecoder, KeepsRgbaAsStored) {
-    // Straight alpha: colours under alpha 0 survive, nothing is multiplied.
+    // Straight alpha: colours under alpha 0 survive, nothing is premultiplied.
     const Bytes pixels = {10, 20, 30, 0, 200, 100, 50, 128};
     const Image image = decodeTexture(png(2, 1, PngColor::kRgba, 8, pixels), "name").image;
     EXPECT_EQ(image.name, "name");
@@ -70,7 +69,7 @@ TEST(TextureDecoder, ExpandsGrey) {
               (Bytes{0, 0, 0, 255, 77, 77, 77, 255}));
     EXPECT_EQ(rgbaOf(png(2, 1, PngColor::kGreyAlpha, 8, {9, 0, 77, 33})),
               (Bytes{9, 9, 9, 0, 77, 77, 77, 33}));
-    // One bit a pixel: 0b01000000
+    // One bit per pixel: 0b01000000
     EXPECT_EQ(rgbaOf(png(2, 1, PngColor::kGrey, 1, {0x40})),
               (Bytes{0, 0, 0, 255, 255, 255, 255, 255}));
 }
@@ -97,13 +96,13 @@ TEST(TextureDecoder, RoundsSixteenBits) {
 }
 
 TEST(TextureDecoder, NeverParsesMetadata) {
-    // A text whose checksum is wrong, a profile that is none: neither matters.
+    // A text with a wrong checksum and an invalid profile: neither matters.
     Bytes file = png(1, 1, PngColor::kRgb, 8, {1, 2, 3},
                      {{"iCCP", {'x', 0, 0, 1, 2, 3}}, {"tEXt", {'a', 0, 'b'}}});
     const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
     file[text.find("tEXt") + 4] ^= 1;
     EXPECT_EQ(rgbaOf(file), (Bytes{1, 2, 3, 255}));
-    // Its pixels' checksum does.
+    // The checksum of its pixels does.
     file[text.find("IDAT") + 8] ^= 1;
     EXPECT_THROW(rgbaOf(file), Error);
 
@@ -113,7 +112,7 @@ TEST(TextureDecoder, NeverParsesMetadata) {
     EXPECT_EQ(decodeTexture(jpeg, "").image.width, 8);
 }
 
-/// A WebP in the container that RFC 9649, section 2.7, calls extended: two lossless pixels between
+/// Returns a WebP in the extended container (RFC 9649, section 2.7): two lossless pixels between
 /// chunks of metadata.
 Bytes extendedWebp(const Bytes& exif) {
     Bytes chunks;
@@ -142,7 +141,7 @@ Bytes extendedWebp(const Bytes& exif) {
 }
 
 TEST(TextureDecoder, ReadsWebpWithoutItsMetadata) {
-    // Of Exif readers skip the first six bytes, though there may be fewer.
+    // Readers skip the first six bytes of Exif, though there may be fewer.
     const Bytes file = extendedWebp({'E', 'x', 'i', 'f', 0});
     EXPECT_EQ(rgbaOf(file), (Bytes{200, 100, 50, 255, 1, 2, 3, 255}));
     const Bytes reduced = withoutWebpMetadata(file).bytes;
@@ -152,11 +151,11 @@ TEST(TextureDecoder, ReadsWebpWithoutItsMetadata) {
     EXPECT_EQ(reduced[20], 0);  // flags
     EXPECT_EQ(reduced[4], reduced.size() - 8);
     EXPECT_EQ(withoutWebpMetadata(reduced).bytes, reduced);
-    // A chunk that claims more than is there.
+    // A chunk larger than the file.
     EXPECT_THROW(rgbaOf(Bytes(file.begin(), file.end() - 2)), Error);
 }
 
-/// Exif with an orientation, of either byte order (CIPA DC-008, 4.6.2).
+/// Returns Exif with an orientation, in either byte order (CIPA DC-008, 4.6.2).
 Bytes exifOf(std::uint8_t orientation, bool little) {
     const auto number = [&](Bytes& to, unsigned value, unsigned size) {
         for (unsigned i = 0; i < size; ++i)
@@ -177,7 +176,7 @@ Bytes exifOf(std::uint8_t orientation, bool little) {
     return exif;
 }
 
-/// With a segment of Exif behind the first marker.
+/// Returns the JPEG with an Exif segment after the first marker.
 Bytes withExif(Bytes jpeg, const Bytes& exif) {
     Bytes segment = {0xFF, 0xE1, 0, static_cast<std::uint8_t>(exif.size() + 2)};
     segment.insert(segment.end(), exif.begin(), exif.end());
@@ -194,7 +193,7 @@ TEST(TextureDecoder, WarnsOfAnOrientationThatItDoesNotCarryOut) {
         EXPECT_EQ(turned.image.width, 8);
         ASSERT_EQ(turned.notes.size(), 1U);
         EXPECT_NE(turned.notes[0].find("orientation 6"), std::string::npos) << turned.notes[0];
-        // Cut anywhere, it says nothing.
+        // Truncated anywhere, it has no effect.
         const Bytes whole = exifOf(6, little);
         for (std::size_t size = 0; size < whole.size(); ++size)
             EXPECT_TRUE(
@@ -259,7 +258,7 @@ TEST(TextureDecoder, ReadsJpeg) {
     EXPECT_EQ(image.rgba[3], 255);
 }
 
-/// Red, green and blue, as palettes of BMP have them.
+/// Red, green and blue, in the layout of BMP palettes.
 const Bytes kPalette = {0, 0, 255, 0, 0, 255, 0, 0, 255, 0, 0, 0};
 const Bytes kRed = {255, 0, 0, 255}, kGreen = {0, 255, 0, 255}, kBlue = {0, 0, 255, 255};
 
@@ -271,7 +270,7 @@ Bytes joined(std::initializer_list<Bytes> parts) {
 }
 
 TEST(TextureDecoder, ReadsBmpOfEveryDepth) {
-    // Rows are multiples of four bytes, the lowest row first.
+    // Rows are padded to four bytes, the lowest row first.
     EXPECT_EQ(rgbaOf(bmp(1, 2, 24, 0, {}, {0, 0, 255, 9, 0, 255, 0, 9})), joined({kGreen, kRed}));
     EXPECT_EQ(rgbaOf(bmp(1, -2, 24, 0, {}, {0, 0, 255, 9, 0, 255, 0, 9})), joined({kRed, kGreen}));
     EXPECT_EQ(rgbaOf(bmp(3, 1, 8, 0, kPalette, {2, 0, 1, 9})), joined({kBlue, kRed, kGreen}));
@@ -287,7 +286,7 @@ TEST(TextureDecoder, ReadsBmpOfEveryDepth) {
 }
 
 TEST(TextureDecoder, ReadsBmpInRunLengths) {
-    // A run, pixels as they are (padded), an end of a line, a jump, an end.
+    // A run, literal pixels (padded), an end of a line, a jump, an end.
     EXPECT_EQ(rgbaOf(bmp(3, 2, 8, 1, kPalette, {2, 1, 1, 2, 0, 0, 0, 3, 0, 1, 2, 0, 0, 1})),
               joined({kRed, kGreen, kBlue, kGreen, kGreen, kBlue}));
     EXPECT_EQ(rgbaOf(bmp(3, 1, 4, 2, kPalette, {3, 0x12, 0, 1})), joined({kGreen, kBlue, kGreen}));
@@ -304,13 +303,13 @@ TEST(TextureDecoder, ReadsTgaOfEveryType) {
     EXPECT_EQ(rgbaOf(tga(2, 1, 1, 32, 8, {30, 20, 10, 128})), (Bytes{10, 20, 30, 128}));
     EXPECT_EQ(rgbaOf(tga(2, 2, 1, 16, 0, {0, 0x7C, 0xE0, 0x03})), joined({kRed, kGreen}));
     EXPECT_EQ(rgbaOf(tga(3, 2, 1, 8, 0, {7, 8})), (Bytes{7, 7, 7, 255, 8, 8, 8, 255}));
-    // Run lengths: two of one colour, then one as it is.
+    // Run lengths: two of one colour, then a literal one.
     EXPECT_EQ(rgbaOf(tga(10, 3, 1, 24, 0, {0x81, 0, 0, 255, 0, 0, 255, 0})),
               joined({kRed, kRed, kGreen}));
     EXPECT_EQ(rgbaOf(tga(11, 3, 1, 8, 0, {2, 1, 2, 3})),
               (Bytes{1, 1, 1, 255, 2, 2, 2, 255, 3, 3, 3, 255}));
     Bytes palette = tga(1, 2, 1, 8, 0, {0, 0, 255, 0, 255, 0, 5, 4});
-    palette[1] = 1;  // two colours of 24 bits, from number 4 on
+    palette[1] = 1;  // two 24-bit colours, from index 4 on
     palette[3] = 4;
     palette[5] = 2;
     palette[7] = 24;
@@ -356,7 +355,7 @@ TEST(TextureDecoder, NeverEndsOtherwiseThanInAnImageOrAnInputError) {
         bmp(3, 2, 8, 1, kPalette, {2, 1, 1, 2, 0, 0, 0, 3, 0, 1, 2, 0, 0, 1}),
         bmp(2, 1, 16, 0, {}, {0, 0x7C, 0xE0, 0x03}),
         tga(10, 3, 1, 24, 0, {0x81, 0, 0, 255, 0, 0, 255, 0})};
-    unsigned state = 1;  // a seed of its own: the same damage every time
+    unsigned state = 1;  // a fixed seed: the same damage every time
     const auto random = [&] { return state = state * 1664525U + 1013904223U, state >> 8U; };
     const auto attempt = [](const Bytes& file) {
         try {
@@ -379,7 +378,7 @@ TEST(TextureDecoder, NeverEndsOtherwiseThanInAnImageOrAnInputError) {
 }
 
 TEST(TextureDecoder, RefusesPicturesThatAreTooLargeBeforeAllocating) {
-    // 2^31 − 1 pixels a side in the header of a file of 70 bytes.
+    // 2^31 − 1 pixels per side in the header of a 70-byte file.
     Bytes file = png(1, 1, PngColor::kGrey, 8, {0});
     for (const std::size_t offset : {16U, 20U}) {
         file[offset] = 0x7F;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes BasisLZ: Huffman tables, codebooks and slices, symbol by symbol (KTX 2.0, "BasisLZ/ETC1S
-// Bitstream Specification").
+// A writer of BasisLZ: Huffman tables, codebooks and slices, symbol by symbol (KTX 2.0,
+// "BasisLZ/ETC1S Bitstream Specification").
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ class BasisCode {
             for (std::size_t i = 0; i < lengths_.size(); ++i)
                 if (lengths_[i] == length) codes_[i] = code++;
     }
-    /// A code of `count` symbols, all of about the same length.
+    /// Returns a code of `count` symbols, all of about the same length.
     static BasisCode flat(std::size_t count) {
         std::uint8_t bits = 0;
         while (std::size_t{1} << bits < count)
@@ -33,13 +33,13 @@ class BasisCode {
         return BasisCode(lengths);
     }
 
-    /// Codes are written from the highest bit on.
+    /// Writes a code from its highest bit.
     void put(BitWriter& bits, std::size_t symbol) const {
         for (unsigned i = lengths_.at(symbol); i-- > 0;)
             bits.put(codes_[symbol] >> i & 1U, 1);
     }
 
-    /// Lengths are packed by a code of their own, in which 0 to 10 have 4 bits, 11 to 20 have 5.
+    /// Returns the code for lengths, which has 4 bits for 0 to 10 and 5 for 11 to 20.
     static BasisCode ofLengths() {
         std::vector<std::uint8_t> lengths(21, 4);
         std::fill(lengths.begin() + 11, lengths.end(), std::uint8_t{5});
@@ -64,11 +64,11 @@ class BasisCode {
     std::vector<unsigned> codes_;
 };
 
-/// What is written of a picture; slices are the caller's.
+/// The codebooks of a picture; slices are the caller's.
 struct BasisBooks {
     using Endpoint = std::array<unsigned, 4>;  ///< R, G, B of 5 bits, intensity
     std::vector<Endpoint> endpoints = {{16, 16, 16, 0}};
-    std::vector<std::uint32_t> selectors = {0};  ///< two bits a texel
+    std::vector<std::uint32_t> selectors = {0};  ///< two bits per texel
     std::size_t history = 0;
     bool grey = false;   ///< endpoints have one channel
     bool plain = false;  ///< selectors are not packed
@@ -121,7 +121,7 @@ struct BasisBooks {
     }
 };
 
-/// A file of one level with these slices: of colours, and maybe a second one.
+/// Returns a file of one level with these slices: of colours, and optionally a second one.
 inline Ktx2File basisFile(std::uint32_t width, std::uint32_t height, const BasisBooks& books,
                           const std::vector<Bytes>& slices) {
     Ktx2File file;
@@ -149,18 +149,18 @@ inline Ktx2File basisFile(std::uint32_t width, std::uint32_t height, const Basis
     return file;
 }
 
-/// The numbers of a block in the codebooks.
+/// Codebook indices of a block.
 struct BasisBlock {
     std::size_t endpoint = 0, selector = 0;
 };
 
-/// A slice in which every block has its numbers written out, and refers to no other.
+/// Returns a slice with explicit indices for every block, without references to others.
 inline Bytes plainSlice(const BasisBooks& books, std::size_t columns,
                         const std::vector<BasisBlock>& blocks) {
     BitWriter bits;
     std::size_t before = 0;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
-        const bool first = i % columns % 2 == 0 && i / columns % 2 == 0;  // of 2 × 2
+        const bool first = i % columns % 2 == 0 && i / columns % 2 == 0;  // of 2 × 2 blocks
         if (first) books.predictions.put(bits, 0xFF);
         const std::size_t all = books.endpoints.size();
         books.deltas().put(bits, (blocks[i].endpoint + all - before) % all);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// BasisLZ becomes the texels of ETC1S that were written, by every way of writing them; what is
-// damaged is refused.
+// BasisLZ gives the original ETC1S texels, with every encoding; damage is refused.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -38,13 +37,13 @@ std::string problemOf(const Ktx2File& file) {
     return problemOf([&] { pixelsOf(file); });
 }
 
-/// Texels of one row, from left to right, by their selectors.
+/// Returns the texels of one row, from left to right, as selectors.
 std::uint32_t rowOf(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
     return a | b << 2U | c << 4U | d << 6U;
 }
 
-/// Four endpoints that are told apart by their red: 5 bits 0, 8, 16, 24, so 8 bits 0, 66, 132, 198,
-/// and 2 more where the selector is 2.
+/// Returns four endpoints with different reds: 5 bits 0, 8, 16, 24, i.e. 8 bits 0, 66, 132, 198,
+/// plus 2 with selector 2.
 BasisBooks redBooks() {
     BasisBooks books;
     books.endpoints = {{0, 0, 0, 0}, {8, 0, 0, 0}, {16, 0, 0, 0}, {24, 0, 0, 0}};
@@ -53,7 +52,7 @@ BasisBooks redBooks() {
 }
 constexpr std::uint8_t kReds[] = {2, 68, 134, 200};
 
-/// The reds of all blocks, by their upper left texel.
+/// Returns the reds of all blocks, from their upper left texels.
 std::vector<std::uint8_t> redsOf(const Ktx2File& file) {
     const std::vector<Color> pixels = pixelsOf(file);
     std::vector<std::uint8_t> reds;
@@ -64,7 +63,7 @@ std::vector<std::uint8_t> redsOf(const Ktx2File& file) {
 }
 
 TEST(BasisEtc1s, HasTheModifiersOfTheTable) {
-    // "Intensity modifier sets for ETC1 compressed textures", of selectors −b, −a, +a, +b.
+    // "Intensity modifier sets for ETC1 compressed textures", for selectors −b, −a, +a, +b.
     constexpr int kModifiers[8][2] = {{2, 8},   {5, 17},  {9, 29},   {13, 42},
                                       {18, 60}, {24, 80}, {33, 106}, {47, 183}};
     BasisBooks books;
@@ -108,14 +107,14 @@ TEST(BasisEtc1s, HasCodebooksOfEveryKind) {
         }
     EXPECT_EQ(pictures[0][0], (Color{72, 72, 72, 255}));  // 255 − 183
     EXPECT_EQ(pictures[0][4], (Color{17, 17, 17, 255}));  // 0 + 17
-    EXPECT_EQ(pictures[0][8], (Color{53, 53, 53, 255}));  // 82 − 29: of 0x78 the lowest bits, 0
+    EXPECT_EQ(pictures[0][8], (Color{53, 53, 53, 255}));  // 82 − 29: the lowest bits of 0x78, 0
     EXPECT_EQ(pictures[0][9], (Color{91, 91, 91, 255}));  // 82 + 9: 2
     EXPECT_EQ(pictures[0][12], (Color{194, 194, 194, 255}));  // 181 + 13
 }
 
 TEST(BasisEtc1s, HasASecondSliceForAlpha) {
     BasisBooks books = redBooks();
-    books.endpoints.push_back({31, 8, 31, 0});  // whose green is alpha
+    books.endpoints.push_back({31, 8, 31, 0});  // its green is alpha
     const std::vector<Bytes> slices = {plainSlice(books, 1, {{1, 0}}),
                                        plainSlice(books, 1, {{4, 0}})};
     for (const Color& pixel : pixelsOf(basisFile(4, 4, books, slices)))
@@ -123,7 +122,7 @@ TEST(BasisEtc1s, HasASecondSliceForAlpha) {
 }
 
 TEST(BasisEtc1s, RefersToTheBlocksAround) {
-    // 2 × 2 blocks, two bits each from the lowest on: 0 left, 1 above, 2 above and left, 3 written.
+    // 2 × 2 blocks, two bits each from the lowest: 0 left, 1 above, 2 above and left, 3 explicit.
     const BasisBooks books = redBooks();
     const auto sliceOf = [&](unsigned predictions, const std::vector<std::size_t>& deltas) {
         BitWriter bits;
@@ -141,7 +140,7 @@ TEST(BasisEtc1s, RefersToTheBlocksAround) {
             out.push_back(kReds[endpoint]);
         return out;
     };
-    // Written differences wrap around: 1; 1 + 3 = 0; 0 + 2 = 2; 2 + 1 = 3.
+    // Explicit differences wrap around: 1; 1 + 3 = 0; 0 + 2 = 2; 2 + 1 = 3.
     EXPECT_EQ(redsOf(sliceOf(0xFF, {1, 3, 2, 1})), reds({1, 0, 2, 3}));
     EXPECT_EQ(redsOf(sliceOf(0xF3, {1, 2, 3})), reds({1, 1, 3, 2}));  // left
     EXPECT_EQ(redsOf(sliceOf(0x5F, {1, 1})), reds({1, 2, 1, 2}));     // above
@@ -151,7 +150,7 @@ TEST(BasisEtc1s, RefersToTheBlocksAround) {
 }
 
 TEST(BasisEtc1s, RepeatsPredictions) {
-    // Nine pairs of one row: the first is written, the last symbol repeats it 3 + 5 times.
+    // Nine pairs in one row: the first is explicit, the last symbol repeats it 3 + 5 times.
     const BasisBooks books = redBooks();
     BitWriter bits;
     books.predictions.put(bits, 0xFF);
@@ -170,7 +169,7 @@ TEST(BasisEtc1s, RepeatsPredictions) {
         EXPECT_EQ(reds[i], kReds[(i + 1) % 4]);
 }
 
-/// Blocks in a row, which all have endpoint 0, by what is written of their selectors.
+/// Returns blocks in a row, all with endpoint 0; `write` writes their selectors.
 Ktx2File selectorsFile(const BasisBooks& books, std::uint32_t count,
                        const std::function<void(BitWriter&, std::size_t)>& write) {
     BitWriter bits;
@@ -182,7 +181,8 @@ Ktx2File selectorsFile(const BasisBooks& books, std::uint32_t count,
     return basisFile(4 * count, 4, books, {bits.bytes()});
 }
 
-/// Four selectors, all of one value each, of an endpoint that shows which: 132 − 8, − 2, + 2, + 8.
+/// Returns four selectors of one value each, with an endpoint that distinguishes them: 132 − 8, −
+/// 2, + 2, + 8.
 BasisBooks selectorBooks(std::size_t history) {
     BasisBooks books;
     books.selectors = {0x00000000, 0x55555555, 0xAAAAAAAA, 0xFFFFFFFF};
@@ -198,8 +198,8 @@ std::vector<std::uint8_t> shown(const std::vector<std::size_t>& selectors) {
 }
 
 TEST(BasisEtc1s, RemembersSelectors) {
-    // Symbols from 4 on are places of the history, of which new ones take the last two in turn, and
-    // one that is used changes places with the one at half of its own.
+    // Symbols from 4 on are history positions. New entries replace the last two in turn, and a used
+    // one swaps with the one at half its position.
     const BasisBooks books = selectorBooks(4);
     const std::vector<std::size_t> symbols = {1, 2, 6, 5, 4, 3, 6, 7};
     // {0 0 1 0}, {0 0 1 2}; place 2: 1, {0 1 0 2}; place 1: 1, {1 0 0 2}; place 0: 1;
@@ -211,7 +211,7 @@ TEST(BasisEtc1s, RemembersSelectors) {
 }
 
 TEST(BasisEtc1s, RepeatsSelectors) {
-    // The symbol behind the history is a run of what is at its front: 3 + 1, then 3 + 62 by length.
+    // The symbol after the history repeats its front: 3 + 1 times, then 3 + 62 with a length.
     const BasisBooks books = selectorBooks(2);
     const auto file = selectorsFile(books, 72, [&](BitWriter& bits, std::size_t i) {
         if (i == 0) books.codes().put(bits, 3);  // goes to place 1
@@ -273,7 +273,7 @@ TEST(BasisEtc1s, RefusesWhatIsCutShort) {
     EXPECT_TRUE(contains(problemOf(file), "slice of BasisLZ is cut short"));
     file.levels[0].bytes.pop_back();
     EXPECT_TRUE(contains(problemOf(file), "not within its level"));
-    // Of the global data endpoints, selectors and tables, each one too short by half.
+    // The global data's endpoints, selectors and tables, each cut in half.
     const char* const words[] = {"cut short", "cut short", "cut short"};
     for (std::size_t part = 0; part < 3; ++part) {
         file = whole;
@@ -319,12 +319,12 @@ TEST(BasisEtc1s, RefusesGlobalDataThatContradictsItself) {
     Ktx2File alpha = whole;
     alpha.channels = {0, 15};
     EXPECT_TRUE(contains(problemOf(alpha), "slice of 0 bytes"));
-    // Where it is: in the image description.
+    // Its place: in the image description.
     EXPECT_TRUE(
         contains(problemOf(alpha), "byte " + std::to_string(20 + alpha.descriptorAt() + 60 + 4)));
 }
 
-/// A table whose lengths are these, as whoever reads them sees it.
+/// Returns a table with these lengths, read back.
 HuffmanTable tableOf(const std::vector<std::uint8_t>& lengths) {
     BitWriter bits;
     BasisCode(lengths).putTable(bits);
@@ -357,7 +357,7 @@ TEST(HuffmanTable, RefusesLengthsThatMakeNoCode) {
     EXPECT_TRUE(contains(problemOf([] { tableOf({1, 1, 1}); }), "too many"));
     EXPECT_TRUE(contains(problemOf([] { tableOf({2, 2, 2}); }), "too few"));
     EXPECT_TRUE(contains(problemOf([] { tableOf({1, 16}); }), "too few"));
-    // One symbol alone may have one code, the other bit is none.
+    // A single symbol may have one code; the other bit is invalid.
     const HuffmanTable one = tableOf({0, 1});
     const Bytes bits = {0x02};
     BitReader reader(bits, 100);
@@ -380,11 +380,11 @@ TEST(HuffmanTable, TakesRunsOfLengths) {
         BitReader reader(bits.bytes(), 0);
         return HuffmanTable::read(reader);
     };
-    // 3 zeros, 11 zeros, a 4 and 3 and 7 + 5 more: 16 codes of 4 bits.
+    // 3 zeros, 11 zeros, a 4, then 3 and 7 + 5 more: 16 codes of 4 bits.
     const HuffmanTable table =
         read(30, {{17, 0, 3}, {18, 0, 7}, {4, 0, 0}, {19, 0, 2}, {20, 5, 7}});
     EXPECT_EQ(table.symbols(), 30U);
-    const Bytes bits = {0x80};  // codes 0, and 1 from its highest bit on
+    const Bytes bits = {0x80};  // codes 0, and 1 from its highest bit
     BitReader reader(bits, 0);
     EXPECT_EQ(table.decode(reader), 14U);
     EXPECT_EQ(table.decode(reader), 15U);

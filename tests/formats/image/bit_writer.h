@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bits of which each byte begins with its lowest, as UASTC and BasisLZ have them.
+// A bit stream with the lowest bit of each byte first, as in UASTC and BasisLZ.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ class BitWriter {
         }
     }
     std::size_t count() const { return count_; }
-    /// The last byte is filled with zeros.
+    /// The last byte is padded with zeros.
     const Bytes& bytes() const { return bytes_; }
 
   private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// BMP and TGA files byte by byte.
+// BMP and TGA files, byte by byte.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +8,13 @@
 
 namespace peeler::test {
 
-/// A number as `size` bytes, the lowest first.
+/// Adds a number as `size` bytes, little-endian.
 inline void addNumber(Bytes& to, std::uint32_t value, std::size_t size) {
     for (std::size_t i = 0; i < size; ++i)
         to.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
 }
 
-/// A BMP with the header of Windows 3: a palette, or masks, and what stands behind it.
+/// Returns a BMP with the header of Windows 3: a palette, or masks, and the following data.
 inline Bytes bmp(int width, int height, std::uint32_t bits, std::uint32_t packing,
                  const Bytes& colors, const Bytes& pixels) {
     Bytes file = {'B', 'M'};
@@ -35,7 +35,7 @@ inline Bytes bmp(int width, int height, std::uint32_t bits, std::uint32_t packin
     return file;
 }
 
-/// A TGA without a palette: `descriptor` says which corner comes first.
+/// Returns a TGA without a palette: `descriptor` gives the first corner.
 inline Bytes tga(std::uint8_t type, std::uint32_t width, std::uint32_t height, std::uint8_t bits,
                  std::uint8_t descriptor, const Bytes& pixels) {
     Bytes file(12, 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How light is shown: what straight pixels keep of it over any background, and metering.
+// Display of light: straight pixels over any background, and metering.
 #include "formats/image/display.h"
 
 #include <gtest/gtest.h>
@@ -15,9 +15,9 @@ namespace {
 
 using Rgba = std::array<float, 4>;
 
-/// The largest difference, in 255ths and over 256 greys from black to white, between a
-/// premultiplied colour over the grey in linear light and a straight pixel over it as viewers have
-/// it, encoded.
+/// Returns the largest difference, in 255ths and over 256 greys from black to white, between a
+/// premultiplied colour over the grey in linear light and a straight pixel over it in a viewer,
+/// encoded.
 double worstError(const Rgba& shown, const StraightPixel& pixel) {
     double worst = 0;
     for (int grey = 0; grey < 256; ++grey) {
@@ -32,7 +32,7 @@ double worstError(const Rgba& shown, const StraightPixel& pixel) {
     return worst;
 }
 
-/// As it was: at alpha A, clipped.
+/// Returns the naive result: at alpha A, clipped.
 StraightPixel clipped(const Rgba& shown) {
     const float alpha = std::max(shown[3], 1.0F / 255);
     return {{std::min(1.0F, shown[0] / alpha), std::min(1.0F, shown[1] / alpha),
@@ -43,7 +43,7 @@ StraightPixel clipped(const Rgba& shown) {
 TEST(StraightPixels, LightOnClearGlassSurvivesOverEveryGrey) {
     const struct {
         Rgba shown;
-        double before, after;  // at least, at most
+        double before, after;  // minimum, maximum
     } rows[] = {{{0.05F, 0.05F, 0.05F, 0}, 62, 23},  {{0.18F, 0.18F, 0.18F, 0}, 116, 22},
                 {{0.5F, 0.5F, 0.5F, 0}, 186, 18},    {{0.8F, 0.8F, 0.8F, 0.3F}, 154, 11},
                 {{0.18F, 0.09F, 0.02F, 0}, 116, 49}, {{0.18F, 0, 0, 0}, 116, 61}};
@@ -64,7 +64,8 @@ TEST(StraightPixels, LightOnClearGlassSurvivesOverEveryGrey) {
     }
 }
 
-/// The worst error of light of this colour, and of all parts of it, on what covers `alpha`.
+/// Returns the worst error of light of this colour, and of all fractions of it, with coverage
+/// `alpha`.
 double worstOfLight(const std::array<float, 3>& color, float alpha) {
     double worst = 0;
     for (int i = 1; i <= 50; ++i) {
@@ -86,7 +87,7 @@ TEST(StraightPixels, AreOffByNoMoreThanTheGuideOfLightSays) {
     EXPECT_LE(clear, 24);
     EXPECT_LE(covering, 73.5);
     EXPECT_LE(colored, 130);
-    // The bounds are no wider than they must be.
+    // The bounds are tight.
     EXPECT_GT(clear, 23);
     EXPECT_GT(covering, 69);
     EXPECT_GT(colored, 129);
@@ -121,7 +122,7 @@ TEST(StraightPixels, NothingJumpsWhereLightExceedsCoverage) {
         for (float light = alpha; light <= 1; light += 1e-4F) {
             const StraightPixel pixel = straightPixel({light, light / 2, light / 4, alpha});
             EXPECT_GE(pixel.alpha, before - 1e-5F);
-            // The steepest piece is the curve's linear one.
+            // The steepest part is the curve's linear one.
             EXPECT_LE(pixel.alpha - before, 12.93F * 1e-4F) << alpha << ' ' << light;
             before = pixel.alpha;
         }
@@ -135,7 +136,7 @@ TEST(Displays, ToneMapsSeeOpaqueAndCoveredPartsAlike) {
     for (std::size_t c = 0; c < 3; ++c)
         EXPECT_NEAR(half[c], opaque[c] / 2, 1e-6);
     EXPECT_EQ(half[3], 0.5F);
-    // Light of 3 on clear glass is seen as light of 3 on anything.
+    // Light of 3 on clear glass appears like light of 3 on any surface.
     const Rgba clear = display.shown({3, 3, 3, 0}), covered = display.shown({3, 3, 3, 1});
     EXPECT_FLOAT_EQ(clear[0], covered[0]);
     EXPECT_EQ(display.shown({}), Rgba{});
@@ -168,17 +169,17 @@ float metered(const std::vector<Rgba>& pixels) {
 }
 
 TEST(Metering, AimsHalfwayBetweenMiddleGreyAndHighlights) {
-    // One grey v: the mean asks for log2(0.18 / v), the highlights for log2(1 / v).
+    // One grey v: the mean gives log2(0.18 / v), the highlights log2(1 / v).
     for (const float v : {0.01F, 0.18F, 1.0F, 50.0F}) {
         EXPECT_NEAR(metered(std::vector<Rgba>(100, {v, v, v, 1})),
                     (std::log2(0.18 / v) + std::log2(1 / v)) / 2, 0.06);
     }
-    // 90 of 0.1 and 10 of 10: the mean is at 0.1^0.9·10^0.1, the highlights at 10.
+    // 90 of 0.1 and 10 of 10: the mean is 0.1^0.9·10^0.1, the highlights are at 10.
     std::vector<Rgba> pixels(90, {0.1F, 0.1F, 0.1F, 1});
     pixels.insert(pixels.end(), 10, {10, 10, 10, 1});
     const double mean = 0.9 * std::log2(0.1) + 0.1 * std::log2(10);
     EXPECT_NEAR(metered(pixels), (std::log2(0.18) - mean - std::log2(10)) / 2, 0.06);
-    // A few sparks, or none, decide nothing.
+    // A few sparks have no effect, nor does their absence.
     std::vector<Rgba> sparks(990, {0.18F, 0.18F, 0.18F, 1});
     sparks.insert(sparks.end(), 10, {1e6F, 1e6F, 1e6F, 1});
     EXPECT_NEAR(metered(sparks), metered(std::vector<Rgba>(10, {0.18F, 0.18F, 0.18F, 1})), 0.15);
@@ -187,7 +188,7 @@ TEST(Metering, AimsHalfwayBetweenMiddleGreyAndHighlights) {
 }
 
 TEST(Metering, KeepsHighlightsBelowFour) {
-    // Dark, and a twentieth of it very bright: halfway would leave that at 2^(3.5).
+    // Dark, and a twentieth very bright: halfway would leave that at 2^(3.5).
     std::vector<Rgba> pixels(95, {0.001F, 0.001F, 0.001F, 1});
     pixels.insert(pixels.end(), 5, {10, 10, 10, 1});
     EXPECT_NEAR(metered(pixels), std::log2(4.0 / 10), 0.06);
@@ -206,7 +207,7 @@ TEST(Metering, DoesNotDependOnBandsOrOrder) {
         meter.add(pictureOf({pixels.begin() + static_cast<std::ptrdiff_t>(first),
                              pixels.begin() + static_cast<std::ptrdiff_t>(first + 500)}));
     EXPECT_EQ(meter.stops(), whole);
-    EXPECT_EQ(std::round(whole * 10) / 10, whole);  // what is told can be given
+    EXPECT_EQ(std::round(whole * 10) / 10, whole);  // the reported value can be given
 }
 
 TEST(Metering, OfUnknownLightChangesOnlyWhatCannotBeShown) {

@@ -18,7 +18,7 @@
 namespace peeler::test {
 namespace {
 
-/// Writes `values`, three or four a pixel, with OpenImageIO.
+/// Writes `values`, three or four per pixel, with OpenImageIO.
 std::string writeFloats(const ScratchDir& folder, const std::string& name, int width, int height,
                         const std::vector<float>& values, int channels = 3) {
     const std::string path = folder / name;
@@ -29,7 +29,7 @@ std::string writeFloats(const ScratchDir& folder, const std::string& name, int w
     return path;
 }
 
-/// What a file holds, and what is warned of.
+/// The content and warnings of a file.
 struct Sky {
     Environment environment;
     std::vector<Text> warnings;
@@ -135,7 +135,7 @@ TEST(EnvironmentFile, CutShortIsRefused) {
     }
 }
 
-/// A Radiance file of `bytes`, four a pixel.
+/// Writes a Radiance file of `bytes`, four per pixel.
 std::string writeRadiance(const ScratchDir& folder, const std::string& header,
                           const std::string& resolution, const std::string& bytes) {
     const std::string path = folder / "sky.hdr";
@@ -144,7 +144,7 @@ std::string writeRadiance(const ScratchDir& folder, const std::string& header,
     return path;
 }
 
-/// A grey pixel of brightness n / 128.
+/// Returns a grey pixel of brightness n / 128.
 std::string grey(int n) {
     return std::string(3, static_cast<char>(n)) + '\x81';
 }
@@ -154,7 +154,7 @@ TEST(EnvironmentFile, MayHaveEachOfTheEightOrientations) {
     for (const bool rows_first : {true, false})
         for (const char x_sign : {'+', '-'})
             for (const char y_sign : {'+', '-'}) {
-                // X grows to the right, Y upward; what the resolution names first is outside.
+                // X grows to the right, Y upward; the resolution's first axis is the outer loop.
                 std::string bytes;
                 for (int a = 0; a < (rows_first ? kHeight : kWidth); ++a)
                     for (int b = 0; b < (rows_first ? kWidth : kHeight); ++b) {
@@ -242,7 +242,7 @@ TEST(EnvironmentFile, WarnsOfPicturesThatAreNotTwiceAsWideAsHigh) {
     const ScratchDir folder;
     for (const auto& [width, height] : {std::pair(64, 32), {1, 1}, {63, 32}, {64, 33}})
         EXPECT_TRUE(skyOf(writeExr(folder, width, height)).warnings.empty());
-    // A light probe, and crosses of cubes.
+    // A light probe, and cube crosses.
     for (const auto& [width, height] : {std::pair(32, 32), {24, 32}, {32, 24}, {8, 48}})
         EXPECT_EQ(skyOf(writeExr(folder, width, height)).warnings.size(), 1U);
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Headers of OpenEXR are refused before a library reads them where they would be read in another
-// way than their sizes say.
+// OpenEXR headers are refused before a library parses them in a way that contradicts their sizes.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -32,7 +31,8 @@ std::string channel(const std::string& name) {
     return name + '\0' + std::string(16, '\1');
 }
 
-/// What is said of a file with a header of this attribute, and bytes behind it; "" if nothing.
+/// Returns the complaint about a file with this attribute in its header, and bytes after it; "" if
+/// there is none.
 std::string complaint(const std::string& attribute) {
     const ScratchDir scratch;
     const auto path = scratch / "a.exr";

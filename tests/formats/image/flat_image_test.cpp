@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is written comes back linear and premultiplied, whatever the format.
+// Written pictures come back linear and premultiplied, in every format.
 #include "formats/image/flat_image.h"
 
 #include <OpenImageIO/imageio.h>
@@ -25,7 +25,7 @@ class FlatImageFile : public testing::Test {
   protected:
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
 
-    /// Two pixels beside each other: half covered, and opaque.
+    /// Writes two adjacent pixels: half covered, and opaque.
     std::string write(const std::string& name) const {
         CompositeImage picture;
         picture.window = {0, 0, 2, 1};
@@ -63,7 +63,7 @@ TEST_F(FlatImageFile, JpegHasNoAlpha) {
     EXPECT_NEAR(flat.image.rgba[1][2], 1, 0.05);
 }
 
-/// Writes samples as they are with OpenImageIO.
+/// Writes samples unchanged with OpenImageIO.
 template <class T>
 void writeSamples(const std::string& path, OIIO::ImageSpec spec, const std::vector<T>& samples) {
     const auto output = OIIO::ImageOutput::create(path);
@@ -73,7 +73,7 @@ void writeSamples(const std::string& path, OIIO::ImageSpec spec, const std::vect
 }
 
 TEST_F(FlatImageFile, OfATiffIsTurnedAsItsTagSays) {
-    // 2 x 3 pixels, and the six as they are seen; TIFF 6.0, section 8.
+    // 2 x 3 pixels, and the six in viewing order; TIFF 6.0, section 8.
     const std::vector<std::uint16_t> stored = {1, 2, 3, 4, 5, 6};
     const std::vector<std::vector<int>> seen = {
         {1, 2, 3, 4, 5, 6}, {2, 1, 4, 3, 6, 5}, {6, 5, 4, 3, 2, 1}, {5, 6, 3, 4, 1, 2},
@@ -102,7 +102,7 @@ TEST_F(FlatImageFile, OfAJpegIsTurnedAsItsExifSays) {
     const FlatImage flat = readFlatImage(path("a.jpg"));
     EXPECT_EQ(flat.width, 8);
     EXPECT_EQ(flat.height, 16);
-    EXPECT_NEAR(flat.image.rgba[0][0], 0, 0.01);  // what was above is on the right
+    EXPECT_NEAR(flat.image.rgba[0][0], 0, 0.01);  // the former top is on the right
     EXPECT_NEAR(flat.image.rgba[7][0], 1, 0.01);
 }
 
@@ -127,7 +127,7 @@ struct Tiff {
     bool tiled = false;
 };
 
-/// A TIFF of 64 pixels in each row, not compressed, all bits 0: of a strip a row, or one tile.
+/// Returns an uncompressed TIFF of 64 pixels per row, all bits 0: one strip per row, or one tile.
 std::string stored(const Tiff& tiff) {
     constexpr std::uint32_t kWidth = 64, kShort = 3, kLong = 4, kTile = 64;
     const auto count = static_cast<std::uint32_t>(tiff.channels);
@@ -159,7 +159,7 @@ std::string stored(const Tiff& tiff) {
                    number(static_cast<std::uint32_t>(values.size()), 4) + text;
         ++entry_count;
     };
-    constexpr std::uint32_t kPixels = 1U << 18U;  // behind all lists
+    constexpr std::uint32_t kPixels = 1U << 18U;  // after all lists
     entry(256, kLong, {kWidth});
     entry(257, kLong, {rows});
     entry(258, kShort, std::vector<std::uint32_t>(count, bits));

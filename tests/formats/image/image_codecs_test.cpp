@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The decoders that are built in give what OpenImageIO's give, bit for bit, and encoders write what
-// both read.
+// The built-in decoders match OpenImageIO's, bit for bit, and both read the encoders' files.
 #include <gtest/gtest.h>
 #include <turbojpeg.h>
 
@@ -25,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a decoder makes of a file. Empty = it refuses it.
+/// A decoded file. Empty = refused.
 struct Decoded {
     std::vector<std::string> channels;
     int width = 0, height = 0;
@@ -62,7 +61,7 @@ Decoded decoded(ImageDecoder& decoder) {
     return result;
 }
 
-/// Of the module alone.
+/// Decodes with the module alone.
 Decoded byOpenImageIo(const std::string& format, const Bytes& file) {
     try {
         return decoded(*imageLibrary().decoder(format, "picture." + format, file));
@@ -79,7 +78,7 @@ Decoded builtInPng(const Bytes& file) {
     }
 }
 
-/// What the module has to decode is refused here.
+/// Decodes with the built-in decoder; refuses files that need the module.
 Decoded builtInJpeg(const Bytes& file) {
     try {
         const auto decoder = jpegDecoder("picture.jpg", file);
@@ -114,7 +113,7 @@ struct Kind {
     std::vector<PngChunk> chunks{};
 };
 
-/// The samples that tRNS names are among the first of seed 5, so that some pixel is transparent.
+/// tRNS names samples that are among the first of seed 5, so that some pixel is transparent.
 std::vector<Kind> kinds() {
     const PngChunk palette = {"PLTE", randomBytes(768, 1)};
     const auto colors = [&](std::size_t count) {
@@ -128,17 +127,18 @@ std::vector<Kind> kinds() {
         all.push_back({PngColor::kGrey, depth, {{"tRNS", {0, 1}}}});
         all.push_back({PngColor::kPalette, depth, {colors(most)}});
         all.push_back({PngColor::kPalette, depth, {colors(most), {"tRNS", {7, 200}}}});
-        all.push_back({PngColor::kPalette, depth, {colors(most - most / 4)}});  // some are missing
+        all.push_back(
+            {PngColor::kPalette, depth, {colors(most - most / 4)}});  // some entries are missing
     }
     const Bytes first = randomBytes(6, 5);
     for (const std::uint8_t depth : Bytes{8, 16}) {
         for (const PngColor color :
              {PngColor::kGrey, PngColor::kRgb, PngColor::kGreyAlpha, PngColor::kRgba})
             all.push_back({color, depth});
-        all.push_back({PngColor::kRgb, depth, {colors(9)}});  // a suggestion only
+        all.push_back({PngColor::kRgb, depth, {colors(9)}});  // only a suggestion
     }
     all.push_back({PngColor::kGrey, 16, {{"tRNS", {first[0], first[1]}}}});
-    all.push_back({PngColor::kGrey, 8, {{"tRNS", {9, first[0]}}}});  // more bits than there are
+    all.push_back({PngColor::kGrey, 8, {{"tRNS", {9, first[0]}}}});  // more than 8 bits
     all.push_back({PngColor::kGrey, 8, {{"tRNS", {first[0]}}}});
     all.push_back({PngColor::kPalette, 8, {colors(2), {"tRNS", {1, 2, 3}}}});
     all.push_back({PngColor::kRgba, 8, {{"tRNS", first}}});
@@ -162,7 +162,7 @@ TEST(BuiltInPng, IsOpenImageIosInEveryKind) {
             }
 }
 
-/// What the encoder makes of samples, whose 16 bits are the machine's.
+/// Encodes samples; 16-bit ones are in machine byte order.
 Bytes encodedPng(const ImageToEncode& image, const Bytes& samples, int rows_at_once) {
     struct : EncodedFile {
         std::uint64_t size() const override { return bytes.size(); }
@@ -187,7 +187,7 @@ Bytes encodedPng(const ImageToEncode& image, const Bytes& samples, int rows_at_o
     return file.bytes;
 }
 
-// Rows are compressed in pieces, side by side. The largest picture is more than are held at once.
+// Rows are compressed in pieces, in parallel. The largest picture exceeds the number held at once.
 TEST(BuiltInPng, EncodesTheSameBytesOnAnyNumberOfThreads) {
     for (const auto& [width, height] : {std::pair(1, 1), {3, 200}, {300, 500}, {1100, 1300}}) {
         for (const int channels : {1, 2, 3, 4}) {
@@ -256,7 +256,7 @@ TEST(BuiltInPng, TellsTheSameDescription) {
     EXPECT_THROW(imageDecoder("png", scratch / "missing.png"), std::runtime_error);
 }
 
-/// One step of damage after the other, of seeds of their own.
+/// Applies random damage step by step, with fixed seeds.
 template <class Attempt>
 void damage(const Bytes& file, unsigned rounds, const Attempt& attempt) {
     std::mt19937 random(3);
@@ -276,7 +276,7 @@ TEST(BuiltInPng, NeverTakesDamageThatOpenImageIoRefuses) {
         try {
             reduced = withoutPngMetadata(file).bytes;
         } catch (const Error&) {
-            return;  // no decoder sees it
+            return;  // invisible to a decoder
         }
         const Decoded ours = builtInPng(reduced);
         if (!ours.bytes.empty()) {
@@ -297,7 +297,7 @@ TEST(BuiltInDecoders, AllocateNothingForPicturesThatAreTooLarge) {
     EXPECT_THROW(imageDecoder("png", "huge.png", file), std::runtime_error);
 }
 
-/// The environment is the host's, and OpenImageIO's limits may be.
+/// The environment belongs to the host, and may hold OpenImageIO's limits.
 TEST(ImageLibrary, LeavesTheEnvironmentAlone) {
     unsetenv("OPENIMAGEIO_THREADS");
     setLibraryThreads(1);
@@ -310,7 +310,7 @@ struct JpegKind {
     int pixels = TJPF_RGB;
     int subsampling = TJSAMP_444;
     int flags = 0;
-    int adobe = -1;  ///< what Adobe's marker is to say of the colours; −1 = leave it
+    int adobe = -1;  ///< colour transform in Adobe's marker; −1 = unchanged
 };
 constexpr JpegKind kJpegs[] = {
     {"4:4:4"},
@@ -340,7 +340,7 @@ Bytes jpeg(const JpegKind& kind, int width, int height) {
     tjFree(memory);
     tjDestroy(compressor);
     if (kind.adobe < 0) return file;
-    // SOI and the marker segment after it: JFIF's or Adobe's becomes one of Adobe's.
+    // SOI and the marker segment after it: JFIF's or Adobe's is replaced by one of Adobe's.
     const Bytes adobe = {0xFF, 0xD8, 0xFF, 0xEE, 0,   14,
                          'A',  'd',  'o',  'b',  'e', 0,
                          100,  0,    0,    0,    0,   static_cast<std::uint8_t>(kind.adobe)};
@@ -385,7 +385,7 @@ TEST(BuiltInJpeg, LeavesTheRestToTheModule) {
 
 TEST(BuiltInDecoders, AreOpenImageIosOnRealTextures) {
     PEELER_REQUIRE_ASSETS(assets);
-    constexpr std::size_t kEvery = 5;  // half a second each in all
+    constexpr std::size_t kEvery = 5;  // half a second in total for each
     std::size_t found = 0, compared = 0;
     for (const auto& entry : fs::recursive_directory_iterator(assets)) {
         const std::string extension = entry.path().extension();

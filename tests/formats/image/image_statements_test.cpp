@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What becomes of everything that textures, environments and compared pictures can say
-// (formats/README.md).
+// Handling of every statement of textures, environments and compared pictures (formats/README.md).
 #include <OpenEXR/ImfEnvmap.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenImageIO/imageio.h>
@@ -25,7 +24,7 @@ std::string text(const Bytes& bytes) {
     return {bytes.begin(), bytes.end()};
 }
 
-/// A picture as OpenImageIO writes it.
+/// Returns a picture written by OpenImageIO.
 std::string written(const std::string& name, const OIIO::ImageSpec& spec,
                     const std::vector<float>& values) {
     const ScratchDir folder;
@@ -69,7 +68,7 @@ std::string radiance(const std::string& header, const std::string& resolution = 
            std::string(8, '\x81');
 }
 
-/// The bytes of a black EXR.
+/// Returns the bytes of a black EXR.
 std::string exrWith(const std::function<void(Imf::Header&)>& change, std::size_t parts = 1) {
     const ScratchDir folder;
     writeBlackFile(folder / "a.exr", {{0, 0}, {1, 0}}, {{0, 0}, {7, 3}}, change, parts);

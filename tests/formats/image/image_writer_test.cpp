@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Known linear colours become known bytes; the table of formats says what it has.
+// Known linear colours give known bytes; the table of formats describes its entries.
 #include "formats/image/image_writer.h"
 
 #include <OpenImageIO/imageio.h>
@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using Rgba = std::array<float, 4>;
 
-/// One row of pixels, one fragment each (none where alpha and colour are 0).
+/// Returns one row of pixels, one fragment each (none where alpha and colour are 0).
 test::SyntheticPicture rowOfPixels(const std::vector<Rgba>& colors) {
     test::SyntheticPicture picture;
     const int width = static_cast<int>(colors.size());
@@ -49,7 +49,7 @@ struct Pixels {
 
 Pixels readBack(const fs::path& path) {
     OIIO::ImageSpec config;
-    config.attribute("oiio:UnassociatedAlpha", 1);  // as stored, please
+    config.attribute("oiio:UnassociatedAlpha", 1);  // keep straight alpha
     const auto input = OIIO::ImageInput::open(path.string(), &config);
     if (!input) throw std::runtime_error(OIIO::geterror());
     const OIIO::ImageSpec& spec = input->spec();
@@ -103,7 +103,7 @@ TEST_F(ImageFile, BackgroundExposureAndCrop) {
     options.exposure = -1;
     const Pixels pixels = writeAndRead(
         scratch / "out.png", rowOfPixels({{}, {1, 1, 1, 1}, {0.5F, 0, 0, 0.5F}}), options);
-    const std::vector<std::uint16_t> wanted = {0,   0,   188, 255,   // 0.5, whatever the exposure
+    const std::vector<std::uint16_t> wanted = {0,   0,   188, 255,   // 0.5, at any exposure
                                                188, 188, 188, 255,   // half of 1
                                                137, 0,   137, 255};  // (0.25, 0, 0) and half of 0.5
     EXPECT_EQ(pixels.values, wanted);
@@ -136,7 +136,7 @@ TEST_F(ImageFile, AutomaticExposureIsMeteredOnTheWholePicture) {
     const std::vector<Rgba> bright(100, {100, 100, 100, 1});
     test::SyntheticPicture picture = rowOfPixels(bright);
     const Pixels pixels = writeAndRead(scratch / "out.png", picture, options);
-    // Halfway between 0.18 and 1, in stops: √0.18 = 0.424, which sRGB has at 174; by tenths.
+    // Halfway between 0.18 and 1, in stops: √0.18 = 0.424, sRGB 174; rounded to tenths.
     EXPECT_NEAR(options.outcome->exposure, std::log2(0.424 / 100), 0.051);
     EXPECT_NEAR(pixels.values[0], 174, 4);
     // A part of a picture is not metered, so that parts agree.
@@ -230,7 +230,7 @@ TEST(ToneMaps, CurvesAreWhatTheyClaim) {
     for (const ToneMap& entry : toneMaps()) {
         SCOPED_TRACE(std::string(entry.name));
         float before = -1;
-        for (float v = 0; v <= 20; v += 0.125F) {  // greys stay grey and never fall
+        for (float v = 0; v <= 20; v += 0.125F) {  // greys stay grey and are monotonic
             const auto mapped = entry.map({v, v, v});
             EXPECT_NEAR(mapped[0], mapped[1], 2e-3F);
             EXPECT_NEAR(mapped[0], mapped[2], 2e-3F);
@@ -245,17 +245,17 @@ TEST(ToneMaps, CurvesAreWhatTheyClaim) {
         }
         throw std::runtime_error("no such tone map");
     };
-    // Neutral: base colours below the shoulder lose the 4 % Fresnel offset, nothing else.
+    // Neutral: base colours below the shoulder lose only the 4 % Fresnel offset.
     const auto base = map("neutral", {0.5F, 0.3F, 0.2F});
     EXPECT_NEAR(base[0], 0.46F, 1e-6);
     EXPECT_NEAR(base[1], 0.26F, 1e-6);
     EXPECT_NEAR(base[2], 0.16F, 1e-6);
-    // ACES: 18 % grey by the formula, worked out by hand.
+    // ACES: 18 % grey by the formula, computed by hand.
     EXPECT_NEAR(map("aces", {0.18F, 0.18F, 0.18F})[0], 0.1055F, 2e-3);
     EXPECT_EQ(map("none", {5, 0, -1}), (std::array<float, 3>{5, 0, -1}));
 }
 
-/// Kind and hint of the Error that makeSink throws.
+/// Returns kind and hint of the Error that makeSink throws.
 std::string usageHint(const std::string& path, const OutputOptions& options) {
     try {
         makeSink(path, options);

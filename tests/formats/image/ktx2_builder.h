@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes KTX 2.0 files, right ones and wrong ones, byte for byte known.
+// A writer of valid and invalid KTX 2.0 files, with known bytes.
 #pragma once
 
 #include <algorithm>
@@ -12,13 +12,13 @@
 
 namespace peeler::test {
 
-/// Appends a number, the lowest byte first.
+/// Appends a number, little-endian.
 inline void appendNumber(Bytes& out, std::uint64_t value, std::size_t size = 4) {
     for (std::size_t i = 0; i < size; ++i)
         out.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
 }
 
-/// Overwrites one.
+/// Overwrites a number.
 inline void setNumber(Bytes& out, std::size_t at, std::uint64_t value, std::size_t size = 4) {
     for (std::size_t i = 0; i < size; ++i)
         out.at(at + i) = static_cast<std::uint8_t>(value >> (8 * i));
@@ -26,10 +26,10 @@ inline void setNumber(Bytes& out, std::size_t at, std::uint64_t value, std::size
 
 struct Ktx2Part {
     Bytes bytes;                 ///< as they are stored
-    std::uint64_t unpacked = 0;  ///< what the index says
+    std::uint64_t unpacked = 0;  ///< the size in the index
 };
 
-/// The parts of a file; what is not set is that of a picture of UASTC in sRGB, without levels.
+/// The parts of a file; the defaults describe a UASTC picture in sRGB, without levels.
 struct Ktx2File {
     std::uint32_t vk_format = 0, width = 4, height = 4;
     std::uint32_t scheme = 0;  ///< 1 BasisLZ, 2 Zstandard, 3 ZLIB
@@ -39,7 +39,7 @@ struct Ktx2File {
     Bytes global{};
     std::vector<Ktx2Part> levels{};  ///< the largest first
 
-    /// Where what follows the index of levels stands.
+    /// Returns the position after the index of levels.
     std::size_t descriptorAt() const { return 80 + 24 * levels.size(); }
 
     Bytes descriptor() const {
@@ -111,7 +111,7 @@ struct Ktx2File {
     }
 };
 
-/// A picture of UASTC with one level, which is not packed.
+/// Returns an uncompressed UASTC picture with one level.
 inline Ktx2File uastcFile(std::uint32_t width, std::uint32_t height, const Bytes& blocks) {
     Ktx2File file;
     file.width = width;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// KTX 2.0 files become pictures as they say; what they say is checked, and every refusal names the
-// byte.
+// KTX 2.0 files decode as specified; all fields are checked, and every refusal names the byte.
 #include <gtest/gtest.h>
 #include <libdeflate.h>
 #include <zstd.h>
@@ -96,7 +95,7 @@ TEST(Ktx2, IsUnpacked) {
         const Picture picture = decoded(file.bytes());
         EXPECT_EQ(picture.rgba, expected) << name;
         EXPECT_EQ(picture.stored.codec, name);
-        // Cut short, damaged, and of another length than is said.
+        // Truncated, damaged, and with another length than declared.
         file.levels[0].bytes.pop_back();
         EXPECT_TRUE(contains(problemOf(file.bytes()), scheme == 2 ? "Zstandard: " : "ZLIB"));
         file.levels[0].bytes = Bytes(packed.size(), 0x55);
@@ -173,7 +172,7 @@ TEST(Ktx2, HasTheChannelsThatItSays) {
     };
     EXPECT_EQ(shown(0), (Bytes{1, 2, 3, 255}));  // RGB
     EXPECT_EQ(shown(3), (Bytes{1, 2, 3, 4}));    // RGBA
-    EXPECT_EQ(shown(4), (Bytes{1, 2, 3, 255}));  // R, repeated; or colours of a beta of toktx
+    EXPECT_EQ(shown(4), (Bytes{1, 2, 3, 255}));  // R, repeated; or colours from a beta of toktx
     EXPECT_EQ(shown(5), (Bytes{1, 4, 0, 255}));  // R, repeated, and G in alpha
     EXPECT_EQ(shown(6), (Bytes{1, 2, 0, 255}));  // R and G
     EXPECT_TRUE(contains(problemOf([] {
@@ -210,7 +209,7 @@ TEST(Ktx2, HasItsMetadata) {
     EXPECT_EQ(Bytes(swizzled.rgba.begin(), swizzled.rgba.begin() + 4), (Bytes{3, 0, 4, 255}));
     ASSERT_EQ(swizzled.stored.notes.size(), 1U);
     EXPECT_TRUE(contains(swizzled.stored.notes[0], "b0a1"));
-    // Of a texture without alpha a is 1.
+    // In a texture without alpha, a is 1.
     file.channels = {0};
     file.metadata = {{"KTXswizzle", "aaar"}};
     const Bytes white = decoded(file.bytes()).rgba;
@@ -265,7 +264,7 @@ TEST(Ktx2, MayHaveLevelsThatAreChecked) {
     EXPECT_TRUE(contains(problemOf(file.bytes()), "has 16 bytes, and not 32"));
 }
 
-/// A field of the header that is another number.
+/// A header field with another value.
 struct Damage {
     const char* name;
     std::size_t at;
@@ -330,8 +329,8 @@ TEST(Ktx2, IsRefusedWhereverItEnds) {
 }
 
 TEST(Ktx2, PromisesNoMoreThanItsPackingCan) {
-    // 16,384 pixels a side are 268,435,456 bytes, of which 8,191 of Zstandard can be no more than
-    // 268,402,688; where they can be, they are not.
+    // 16,384 pixels per side are 268,435,456 bytes; 8,191 bytes of Zstandard can expand to at most
+    // 268,402,688. Larger data could hold them, but does not.
     Ktx2File file = uastcFile(16384, 16384, {});
     for (const auto& [scheme, most] : {std::pair(2U, 8192U), std::pair(3U, 260112U)}) {
         file.scheme = scheme;
@@ -357,7 +356,7 @@ TEST(Ktx2, NeverEndsOtherwiseThanInAPictureOrAnError) {
     packed.metadata = {{"KTXswizzle", "bgra"}};
     const std::vector<Bytes> files = {uastcFile(8, 4, twoBlocks()).bytes(), packed.bytes(),
                                       basisFile(12, 8, books, {slice, slice}).bytes()};
-    unsigned state = 1;  // a seed of its own: the same damage every time
+    unsigned state = 1;  // a fixed seed: the same damage every time
     const auto random = [&] { return state = state * 1664525U + 1013904223U, state >> 8U; };
     for (const Bytes& file : files)
         for (int round = 0; round < 3000; ++round) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes PNG files of every colour type, uncompressed, byte for byte known.
+// A writer of uncompressed PNG files of every colour type, with known bytes.
 #pragma once
 
 #include <array>
@@ -18,14 +18,14 @@ struct PngChunk {
     Bytes data;
 };
 
-/// How many samples a pixel has.
+/// Returns the number of samples per pixel.
 inline std::uint32_t channelsOf(PngColor color) {
     constexpr std::array<std::uint32_t, 7> kChannels = {1, 0, 3, 1, 2, 0, 4};
     return kChannels[static_cast<std::size_t>(color)];
 }
 
-/// Rows that each begin with a filter byte: one pass, or seven (§8.2, Adam7). Nothing but these
-/// bytes where there are no samples.
+/// Returns rows that each begin with a filter byte: one pass, or seven (§8.2, Adam7). Without
+/// samples only these bytes.
 inline Bytes filteredRows(std::uint32_t width, std::uint32_t height, std::uint32_t bits,
                           const Bytes& samples, bool interlaced) {
     struct Pass {
@@ -51,8 +51,8 @@ inline Bytes filteredRows(std::uint32_t width, std::uint32_t height, std::uint32
     return rows;
 }
 
-/// PNG (ISO/IEC 15948). `samples` are the bytes of all rows without filter bytes; `chunks` go
-/// before the pixels, e.g. PLTE and tRNS. At most 64 KiB of pixels.
+/// Returns a PNG (ISO/IEC 15948). `samples` are the bytes of all rows without filter bytes;
+/// `chunks` go before the pixels, e.g. PLTE and tRNS. At most 64 KiB of pixels.
 inline Bytes png(std::uint32_t width, std::uint32_t height, PngColor color, std::uint8_t depth,
                  const Bytes& samples, const std::vector<PngChunk>& chunks = {},
                  bool interlaced = false) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table gives the byte that the function gives, wherever the byte changes and in between.
+// The sRGB table equals the function, at every change of the byte and in between.
 #include "formats/image/image_writer.h"
 
 #include <gtest/gtest.h>

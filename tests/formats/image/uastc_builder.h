@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes blocks of UASTC of every mode, field by field (Khronos Data Format Specification 1.3,
+// A writer of UASTC blocks of every mode, field by field (Khronos Data Format Specification 1.3,
 // "Universal ASTC Compressed Texture Images").
 #pragma once
 
@@ -14,8 +14,8 @@ namespace peeler::test {
 struct UastcLayout {
     unsigned code, code_bits;
     unsigned
-        first;  ///< the bit that PAT, CSEL or else endpoints begin at ("mode encoding summary")
-    unsigned pattern_bits, patterns;  ///< PAT, and how many there are
+        first;  ///< first bit of PAT, CSEL or otherwise the endpoints ("mode encoding summary")
+    unsigned pattern_bits, patterns;  ///< PAT, and the number of patterns
     bool selects;                     ///< CSEL
     unsigned subsets, channels, planes;
     unsigned digits;  ///< 3: trits, 5: quints, 1: none
@@ -24,7 +24,7 @@ struct UastcLayout {
     std::size_t endpoints() const { return std::size_t{2} * subsets * channels; }
 };
 
-/// By Mode Index; the one of a single colour has no fields here.
+/// By Mode Index; the single-colour mode has no fields here.
 inline constexpr UastcLayout kUastcLayouts[] = {
     {0x01, 4, 19, 0, 1, false, 1, 3, 1, 3, 6, 4},  {0x35, 6, 21, 0, 1, false, 1, 3, 1, 1, 8, 2},
     {0x1D, 5, 20, 5, 30, false, 2, 3, 1, 1, 4, 3}, {0x03, 5, 20, 4, 11, false, 3, 3, 1, 3, 2, 2},
@@ -41,9 +41,9 @@ inline constexpr UastcLayout kUastcLayouts[] = {
 struct UastcFields {
     std::size_t mode = 0;
     unsigned pattern = 0, selector = 0;
-    /// Of each subset and channel low and high; the digit stands above endpoint_bits.
+    /// Low and high for each subset and channel; the digit is above endpoint_bits.
     std::vector<unsigned> endpoints{};
-    /// Of each texel, in modes of two planes of each texel two; anchors have no highest bit.
+    /// One per texel, two in modes of two planes; anchors have no highest bit.
     std::vector<unsigned> weights{};
     std::vector<std::size_t> anchors = {0};  ///< texels
 };
@@ -75,7 +75,7 @@ inline Bytes uastcBlock(const UastcFields& fields) {
     return block;
 }
 
-/// A block of one colour.
+/// Returns a block of one colour.
 inline Bytes solidUastcBlock(std::uint8_t r, std::uint8_t g, std::uint8_t b, std::uint8_t a) {
     BitWriter bits;
     bits.put(0x17, 5);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Folders of masks: what is in them, what is left of what was there before.
+// Mask folders: their content, and the remains of earlier runs.
 #include "formats/masks/mask_folder.h"
 
 #include <gtest/gtest.h>
@@ -49,8 +49,8 @@ TEST(GreyPng, KeepsItsSamples) {
         EXPECT_EQ(std::lround(samples[i] * 65535), words[i]);
 }
 
-/// A picture of 4 x 3 pixels of a camera 5 above the origin, which looks down on it with +Z at the
-/// bottom of the picture: focal lengths of 4 and 6 pixels.
+/// Returns a picture of 4 x 3 pixels from a camera 5 above the origin, looking down at it, with +Z
+/// at the bottom of the picture: focal lengths of 4 and 6 pixels.
 View view() {
     View view;
     view.width = 4;
@@ -76,7 +76,7 @@ ObjectMasks masks(std::initializer_list<std::uint32_t> amodal,
     return masks;
 }
 
-/// Three objects, the second of which is nowhere and the third hidden.
+/// Three objects; the second is outside the picture, and the third is hidden.
 class MaskFiles : public testing::Test {
   protected:
     MaskFiles() {
@@ -142,7 +142,7 @@ TEST_F(MaskFiles, AreBops) {
     ASSERT_EQ(gt.size(), 2U);
     EXPECT_EQ(gt[0]["obj_id"], 1);
     EXPECT_EQ(gt[1]["obj_id"], 3);
-    // Right stays, down in the picture is +Z, and the distance is 5 less the height.
+    // X stays, the picture's down is +Z, and the distance is 5 minus the height.
     const double place[] = {1000, 3000, 3000}, turned[] = {1, 0, 0, 0, 0, 1, 0, -1, 0};
     for (std::size_t i = 0; i < 3; ++i)
         EXPECT_NEAR(gt[0]["cam_t_m2c"][i].get<double>(), place[i], 1e-9);
@@ -212,7 +212,7 @@ TEST_F(MaskFiles, AreKnownByTheirRecord) {
     EXPECT_TRUE(all.bytesOf(3, "hash"));
     fs::remove(scratch_ / "ids/000003_layer_000.png");
     EXPECT_FALSE(all.bytesOf(3, "hash"));
-    // Records are others' files: damage is not trusted.
+    // Records come from elsewhere: damage is not trusted.
     for (const char* const damage : {"", "{", "[]", "{\"hash\": 3}",
                                      "{\"hash\": \"hash\", \"masks\": -1, \"layers\": 1e99}"}) {
         std::ofstream(all.record(3)) << damage;
@@ -257,7 +257,7 @@ TEST_F(MaskFiles, HaveNoRecordUntilAllOfThemAreThere) {
     const auto begun = fs::path(all.record(0)).replace_extension(".begun");
     write(all, 0, "before");
     EXPECT_FALSE(fs::exists(begun));
-    // As a kill leaves it: some files, of more than there will be.
+    // The state after a kill: some files, and more than the next run writes.
     const fs::path blocked = scratch_ / "ids/000000_layer_000.png";
     fs::remove(blocked);
     fs::create_directory(blocked);
@@ -272,7 +272,7 @@ TEST_F(MaskFiles, HaveNoRecordUntilAllOfThemAreThere) {
     EXPECT_TRUE(all.bytesOf(0, "after"));
     EXPECT_FALSE(fs::exists(begun));
     EXPECT_FALSE(fs::exists(scratch_ / "mask/000000_000001.png"));
-    // Earlier versions said so in the record.
+    // Earlier versions recorded it like this.
     std::ofstream(all.record(0)) << R"({"hash": "", "masks": 3, "layers": 2})";
     std::ofstream(scratch_ / "mask/000000_000002.png") << "left";
     write(all, 0, "after");

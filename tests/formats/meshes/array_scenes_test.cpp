@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes as arrays, in either container, and what is wrong with some.
+// Scenes as arrays, in either container, and invalid ones.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -14,7 +14,7 @@
 namespace peeler::test {
 namespace {
 
-/// An array and its numbers, as a file has them.
+/// An array and its numbers, in the file's layout.
 struct GivenArray {
     NamedArray array;
     std::string numbers;

@@ -32,7 +32,7 @@ double areaOf(const std::vector<glm::vec3>& corners, const Triangle& t) {
     return glm::cross(at(1) - at(0), at(2) - at(0)).z / 2;
 }
 
-/// Cuts it, and expects triangles of one orientation that are as large as the polygon together.
+/// Triangulates the polygon, and expects triangles of one orientation with its total area.
 std::vector<Triangle> expectCut(const std::vector<glm::vec2>& outline, double area) {
     const std::vector<glm::vec3> corners = tilted(outline);
     PolygonCutter cutter;
@@ -56,7 +56,7 @@ TEST(Polygons, ConvexOnesAreFans) {
 }
 
 TEST(Polygons, ConcaveOnesAreCovered) {
-    expectCut({{0, 0}, {4, 0}, {1, 1}, {0, 4}}, 4);  // an arrow's head
+    expectCut({{0, 0}, {4, 0}, {1, 1}, {0, 4}}, 4);                                  // an arrowhead
     expectCut({{0, 0}, {3, 0}, {3, 3}, {2, 3}, {2, 1}, {1, 1}, {1, 3}, {0, 3}}, 7);  // a U
     std::vector<glm::vec2> star, comb;
     for (int i = 0; i < 14; ++i) {
@@ -74,7 +74,7 @@ TEST(Polygons, ConcaveOnesAreCovered) {
 TEST(Polygons, WithCornersOnALineRepeatedOnesAndBridges) {
     expectCut({{0, 0}, {1, 0}, {2, 0}, {2, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}, 4);
     expectCut({{0, 0}, {1, 0}, {1, 0}, {1, 1}, {0, 1}}, 1);
-    // A square with a hole, to which a bridge leads from its corner.
+    // A square with a hole, joined to its corner by a bridge.
     expectCut({{0, 0}, {4, 0}, {4, 4}, {0, 4}, {0, 0}, {1, 1}, {1, 3}, {3, 3}, {3, 1}, {1, 1}}, 12);
 }
 
@@ -153,7 +153,7 @@ TEST_F(MeshScenes, OfStripsOfAPly) {
 }
 
 TEST_F(MeshScenes, OfAPlyWhoseLinesEndByCarriageReturnsAlone) {
-    // The first byte of the data is a line feed: the header's end has to be found without it.
+    // The first data byte is a line feed: the header's end must be found without it.
     const float coordinates[] = {std::bit_cast<float>(0x3F80000AU), 0, 0, 0, 1, 0, 0, 0, 1};
     const std::string data(reinterpret_cast<const char*>(coordinates), sizeof coordinates);
     const std::string face("\x03\0\0\0\0\1\0\0\0\2\0\0\0", 13);
@@ -232,14 +232,14 @@ TEST_F(MeshScenes, OfAnObjHaveTheTexturesOfItsMtl) {
     const auto imageOf = [&](const TextureRef& texture) -> const Image& {
         return scene.images.at(static_cast<std::size_t>(texture.image));
     };
-    // Colours from one, alpha from the other, as large as both are.
+    // Colours from one texture, alpha from the other, at the larger size.
     const TextureRef& colors = material.base_color_texture;
     EXPECT_EQ(imageOf(colors).width, 2);
     EXPECT_EQ(imageOf(colors).height, 2);
     EXPECT_EQ(imageOf(colors).rgba,
               (Bytes{10, 20, 30, 200, 40, 50, 60, 200, 10, 20, 30, 100, 40, 50, 60, 100}));
     EXPECT_EQ(colors.sampler.wrap_s, 33071);
-    // (u, v) of the file is 2 u + 0.5, 3 v + 0.25; both count V from below, glTF from above.
+    // The file's (u, v) is 2 u + 0.5, 3 v + 0.25; both count V from below, glTF from above.
     EXPECT_EQ(colors.transform[0][0], 2);
     EXPECT_EQ(colors.transform[1][1], 3);
     EXPECT_EQ(colors.transform[2][0], 0.5F);
@@ -267,7 +267,7 @@ TEST_F(MeshScenes, AreTurnedAndScaledByTheirNodes) {
     EXPECT_EQ(glm::dvec3(other.nodes[0].local * corner), glm::dvec3(-1, 0.5, 1.5));
 }
 
-/// A box is smooth over no edge at 80 degrees, and over all at 100.
+/// A box has no smooth edge at 80 degrees, and only smooth ones at 100.
 TEST_F(MeshScenes, AreSmoothWithinAnAngle) {
     const std::string box =
         "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What becomes of everything that an OBJ and its MTL can say (formats/README.md).
+// Handling of every statement of an OBJ and its MTL (formats/README.md).
 #include "formats/file/file_statements.h"
 #include "formats/image/png_builder.h"
 #include "formats/meshes/scene_reader.h"
@@ -7,7 +7,7 @@
 namespace peeler::test {
 namespace {
 
-/// A triangle with a normal, of the material m of m.mtl, between other statements.
+/// Returns a triangle with a normal and the material m of m.mtl, between other statements.
 std::string obj(const std::string& before, const std::string& behind = "") {
     return before +
            "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\n"
@@ -17,12 +17,12 @@ std::string obj(const std::string& before, const std::string& behind = "") {
 
 const std::string kName = "a.obj";
 
-/// An OBJ that says something; its material says nothing of interest.
+/// Returns a statement in an OBJ, with a trivial material.
 Statement ofObj(const std::string& says, const std::string& becomes, const std::string& bytes) {
     return {says, becomes, kName, bytes, {{"m.mtl", "newmtl m\nKd 1 0 0\n"}}};
 }
 
-/// An OBJ whose material says something.
+/// Returns a statement in the material of an OBJ.
 Statement ofMtl(const std::string& says, const std::string& becomes, const std::string& statement) {
     const Bytes picture = png(1, 1, PngColor::kRgb, 8, {1, 2, 3});
     return {says,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What becomes of everything that a PLY can say (formats/README.md).
+// Handling of every statement of a PLY (formats/README.md).
 #include "formats/file/file_statements.h"
 #include "formats/image/png_builder.h"
 #include "formats/meshes/scene_reader.h"
@@ -7,8 +7,8 @@
 namespace peeler::test {
 namespace {
 
-/// A PLY of a triangle: properties of vertices behind x, y, z and what they are, of faces likewise,
-/// elements behind them, comments before them.
+/// A PLY of a triangle: vertex properties after x, y, z and their values, the same for faces,
+/// elements after them, comments before them.
 struct PlyText {
     std::string vertex{}, vertex_data{}, face{}, face_data{}, more{}, data{}, comment{};
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What becomes of everything that an STL can say (formats/README.md).
+// Handling of every statement of an STL (formats/README.md).
 #include "formats/file/file_statements.h"
 #include "formats/meshes/scene_reader.h"
 
 namespace peeler::test {
 namespace {
 
-/// A binary STL of one triangle whose third corner is at height `y`.
+/// Returns a binary STL of one triangle with its third corner at height `y`.
 std::string binaryStl(float y, std::uint16_t attribute, const std::string& behind = "",
                       const std::string& header = "") {
     std::string bytes = header;
@@ -31,7 +31,7 @@ std::string textStl(const std::string& facets) {
     return "solid a\n" + facets + "endsolid a\n";
 }
 
-/// The text in one line.
+/// Returns the text in one line.
 std::string oneLine(std::string text) {
     std::ranges::replace(text, '\n', ' ');
     return text;

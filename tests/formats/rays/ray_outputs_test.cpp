@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Maps and voxels of known hits, as other programs read them.
+// Maps and voxels of known hits, read by other programs.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfInputPart.h>
@@ -43,7 +43,7 @@ class RayOutputs : public testing::Test, protected test::TracedSpheres {
     ScratchDir scratch_;
 };
 
-/// The numbers of a channel, as bits.
+/// Returns the values of a channel, as bits.
 std::vector<std::uint32_t> channelBits(Imf::InputPart& part, const char* name) {
     const Imath::Box2i window = part.header().dataWindow();
     const auto width = static_cast<std::size_t>(window.max.x - window.min.x + 1);
@@ -168,7 +168,7 @@ TEST_F(RayOutputs, PicturesGoFromBlackToTheGreatestValue) {
     EXPECT_NEAR(double(byte(film, middle, 0)), 255 * (1 - std::exp(-0.1 - 1.0)), 2);
 }
 
-/// The legend changes no pixel of the map, and says which colours its numbers have.
+/// The legend changes no pixel of the map, and labels the colours with their values.
 TEST_F(RayOutputs, PicturesHaveALegendBelow) {
     const std::span<const Bundle> one = std::span(bundles_).first(1);
     const Window& crop = bundles_[0].view.crop;
@@ -188,7 +188,7 @@ TEST_F(RayOutputs, PicturesHaveALegendBelow) {
         for (std::size_t y = 0; y < height; ++y)
             for (std::size_t x = 0; x < width; ++x)
                 ASSERT_EQ(with.rgba[y * wide + x], plain.rgba[y * width + x]) << x << ", " << y;
-        // The bar's middle row: from the colour of the least number to that of the greatest.
+        // The bar's middle row: from the colour of the minimum to that of the maximum.
         const LegendSize size = colorBarSize("", crop.width());
         const auto at = [&](std::size_t x) {
             return with.rgba[(height + std::size_t(size.height) / 2) * wide + x];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loaded before all other libraries: blocks of chosen sizes get a page of memory each, which can be
-// neither read nor written once they are freed and is not used again, so that a driver that does
-// crashes at once.
+// Preloaded library that guards freed blocks: each block of chosen sizes gets its own page, which
+// becomes inaccessible when it is freed and is not reused, so that a driver that uses it crashes at
+// once.
 //   PEELER_GUARDED_SIZES   in bytes, with commas: 112,120 (default: none)
 #include <sys/mman.h>
 
@@ -15,7 +15,7 @@
 #include <cstring>
 
 extern "C" {
-// The C library's own.
+// The C library's own functions.
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
 void* __libc_realloc(void* block, std::size_t size);
@@ -50,7 +50,8 @@ const Settings& settings() {
 
 std::atomic<std::size_t> used{0};  ///< bytes of the region
 
-/// Null if the size is not guarded, or nothing is left: then the C library's block will do. Zeros.
+/// Returns zeroed memory, or null if the size is not guarded or the region is full: then the C
+/// library's block is used.
 void* guarded(std::size_t size) {
     const Settings& s = settings();
     if (size == 0 || !s.region || std::find(s.sizes.begin(), s.sizes.end(), size) == s.sizes.end())
@@ -63,7 +64,7 @@ void* guarded(std::size_t size) {
     return s.region + at + kPage - (size + kAlignment - 1) / kAlignment * kAlignment;
 }
 
-/// The page of a guarded block; null if it is none.
+/// Returns the page of a guarded block; null for other blocks.
 std::byte* pageOf(void* block) {
     std::byte* const region = settings().region;
     auto* const at = static_cast<std::byte*>(block);
@@ -90,8 +91,8 @@ void free(void* block) noexcept {
     std::byte* const page = pageOf(block);
     if (!page) return __libc_free(block);
     const int before = errno;
-    // Mapped once more, so that the kernel takes pages that lie side by side for one mapping: it
-    // allows some 65,000.
+    // Mapped again, so that the kernel merges adjacent pages into one mapping: it allows some
+    // 65,000.
     mmap(page, kPage, PROT_NONE, kHow | MAP_FIXED, -1, 0);
     errno = before;
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loaded before all other libraries: lets the threads of Mesa's rasteriser stand still where the
-// scheduler may stop them too, in lp_fence_signal(), between the broadcast that ends it and the
-// unlocking of the fence's mutex (cmd/mutex_destroy.cpp).
-//   PEELER_STALL_MICROSECONDS   for how long (default: not at all)
-//   PEELER_STALL_ONE_IN         only each n-th time of a thread (default 1)
-// At the end it prints how often on stderr.
+// Preloaded library that stalls the threads of Mesa's rasteriser where the scheduler may also stop
+// them: in lp_fence_signal(), between its final broadcast and the unlocking of the fence's mutex
+// (cmd/mutex_destroy.cpp).
+//   PEELER_STALL_MICROSECONDS   duration (default: none)
+//   PEELER_STALL_ONE_IN         only each n-th time per thread (default 1)
+// Prints the number of stalls on stderr at the end.
 #include <dlfcn.h>
 #include <pthread.h>
 #include <unistd.h>
@@ -41,7 +41,7 @@ bool isRasterizer() {
     return std::string_view(name.data()).starts_with("llvmpipe-");
 }
 
-/// x86-64 has an older function of this name as well.
+/// x86-64 also has an older function of this name.
 Broadcast actualBroadcast() {
     void* const found = dlvsym(RTLD_NEXT, "pthread_cond_broadcast", "GLIBC_2.3.2");
     return reinterpret_cast<Broadcast>(found ? found : dlsym(RTLD_NEXT, "pthread_cond_broadcast"));

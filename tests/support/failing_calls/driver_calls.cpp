@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// EGL and GL: a function before each of the driver's.
+// EGL and GL wrappers: one function in front of each of the driver's.
 #define EGL_NO_X11
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
@@ -44,7 +44,7 @@ enum Place {
 
 thread_local GLenum pending_error = GL_NO_ERROR;
 
-/// By the name of the function.
+/// By function name.
 constexpr struct {
     const char* name;
     Call call;
@@ -57,21 +57,21 @@ constexpr struct {
     {"glGetGraphicsResetStatus", k_gl_error},
 };
 
-/// Counts a call. True if it is not to be carried out.
+/// Counts a call. Returns whether it must be skipped.
 bool failsDriver(const char* name) {
     if (strncmp(name, "egl", 3) == 0) return fails(k_egl);
     bool failed = false;
     for (const auto& row : kSpecial)
         if (strcmp(row.name, name) == 0) failed = fails(row.call);
-    // What queries has no room to be out of, what deletes gives it back.
+    // Queries do not run out of memory; deletions free it.
     const bool asks = strncmp(name, "glGet", 5) == 0 || strncmp(name, "glCheck", 7) == 0;
     if (!asks && strncmp(name, "glDelete", 8) != 0) failed = fails(k_gl) || failed;
     if (failed && !asks) pending_error = GL_OUT_OF_MEMORY;
     return failed;
 }
 
-/// How many objects a call of glCreate... makes or one of glDelete... takes away: the number that
-/// it is given, or one. The name 0 is none.
+/// Returns how many objects a glCreate... call makes or a glDelete... call removes: its count
+/// argument, or one. The name 0 does not count.
 template <std::same_as<GLuint> Name>
 std::int64_t objectsOf(Name name) {
     return name != 0 ? 1 : 0;
@@ -83,7 +83,7 @@ std::int64_t objectsOf(GLenum, GLsizei count, const GLuint* names) {
     return objectsOf(count, names);
 }
 
-/// Keeps count of the objects of GL. `made` is what the call has returned, of those that do.
+/// Counts GL objects. `made`: the result of a creating call that returns one.
 template <class... Arguments>
 void countObjects(const char* name, GLuint made, Arguments... arguments) {
     const bool makes = strncmp(name, "glCreate", 8) == 0;
@@ -144,7 +144,7 @@ constexpr struct {
 #undef X
 };
 
-/// eglGetProcAddress finds the driver's own, of which what stands for them has to know.
+/// eglGetProcAddress finds the driver's functions; their wrappers need to know them.
 PFNEGLGETPROCADDRESSPROC find_in_driver = nullptr;
 __eglMustCastToProperFunctionPointerType findInstead(const char* name) {
     const Uncounted inside;

@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// A library for LD_PRELOAD that makes the n-th call of a kind fail. Variables:
+// A fault-injection library for LD_PRELOAD: makes the n-th call of a kind fail. Variables:
 //
 //   PEELER_FAILING_RECORD=FILE  where calls are counted: a Record (failing_calls.h) of zeros
 //   PEELER_FAILING_CALL=KIND    a name in FAILING_CALLS
-//   PEELER_FAILING_AT=N         the N-th of them, counted from 1, fails; without it none does, and
+//   PEELER_FAILING_AT=N         the N-th call, counted from 1, fails; without it none fails, and
 //                               the record gets a list of places
-//   PEELER_FAILING_HOW=...      once (default); on: and so do all after it; large: and so do all
-//                               allocations after it that are as large or larger, as where there is
-//                               a limit; short: reads and writes do the half; remove, move: instead
-//                               of failing, PEELER_FAILING_FOLDER goes, with its files or under
-//                               another name
+//   PEELER_FAILING_HOW=...      once (default); on: all later calls fail, too; large: so do all
+//                               later allocations of at least the same size, like under
+//                               a limit; short: half of a read or write is done; remove, move:
+//                               instead of a failure, PEELER_FAILING_FOLDER is deleted with its
+//                               files, or gets another name
 //   PEELER_FAILING_ERROR=N      errno
 //
-// Counted is what the program does between the beginning and the end of main(). What drivers do is
-// not theirs to catch, and many end the process where memory does: calls of EGL and GL are told
-// apart as they are entered, threads that they start by who starts them, and so is what libraries
-// do while they are loaded. The dynamic linker and glibc abort without memory for thread-local
-// variables and their destructors; such calls are told by the address that they return to.
+// It counts the program's own calls between the beginning and the end of main(). Calls within
+// drivers do not count, since many drivers abort without memory: calls inside EGL and GL functions
+// are excluded, and so are threads that drivers start, and libraries while they load. The dynamic
+// linker and glibc abort without memory for thread-local variables and their destructors; such
+// calls are recognised by their return address.
 //
-// Children that the program starts begin without these variables.
+// The program's children do not inherit these variables.
 #include "failing_calls.h"
 #include "cmd/bake/bake_values.h"
 
@@ -40,7 +40,7 @@
 #include <cstdint>
 #include <utility>
 
-/// Where a debugger finds the call that is to fail.
+/// A place for a debugger's breakpoint at the failing call.
 extern "C" __attribute__((noinline)) void failing_calls_here() {
     asm volatile("");
 }
@@ -69,7 +69,7 @@ struct Walk {
     std::uint64_t hash;
 };
 
-/// Lists the allocation if none before has had the same callers.
+/// Lists the allocation if its call path is new.
 void notePath(std::uint64_t number) {
     constexpr int kDepth = 24;
     constexpr std::size_t kSlots = 1 << 18;
@@ -102,7 +102,7 @@ void takeFolderAway() {
         16, FTW_DEPTH | FTW_PHYS);
 }
 
-/// Where the machine's code of a function is.
+/// Returns the address range of a function's code.
 Range codeOf(const char* name) {
     Dl_info info{};
     void* extra = nullptr;
@@ -112,7 +112,7 @@ Range codeOf(const char* name) {
     return {begin, begin + static_cast<const ElfW(Sym)*>(extra)->st_size};
 }
 
-/// Where in memory a library lies.
+/// Returns the address range of a library.
 Range rangeOf(const dl_phdr_info& info) {
     std::uintptr_t end = info.dlpi_addr;
     for (int i = 0; i < info.dlpi_phnum; ++i)
@@ -198,8 +198,7 @@ void addPlace(std::uint64_t place) {
 
 void* real(const char* name) {
     using Find = void* (*)(void*, const char*);
-    // Not dlsym(), which stands before the real one, too; of this version, glibc's libraries are
-    // one.
+    // Not dlsym(), which is wrapped, too; glibc's libraries are one from this version on.
     static const auto find = reinterpret_cast<Find>(dlvsym(RTLD_NEXT, "dlsym", "GLIBC_2.34"));
     return find(RTLD_NEXT, name);
 }

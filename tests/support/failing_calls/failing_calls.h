@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which calls fail, and the record of them that the test reads (failing_calls.cpp tells how it is
-// asked for).
+// Failing kinds of calls, and their record, which the test reads (its settings: failing_calls.cpp).
 #pragma once
 
 #include <atomic>
@@ -8,7 +7,7 @@
 
 namespace failing {
 
-// The names as the test knows them, in the order of its list.
+// Names of the kinds, in the order of the test's list.
 #define FAILING_CALLS(X)                                                                          \
     X(allocation)       /* malloc and its like, also for operator new */                          \
     X(c_allocation)     /* of these, those that are not for operator new */                       \
@@ -48,21 +47,21 @@ enum Call : int {
 };
 
 constexpr int kMostPlaces = 1 << 16;
-constexpr int kGlObjects = 31;  ///< in the counts: the objects of GL that there are now
+constexpr int kGlObjects = 31;  ///< index in the counts: the current number of GL objects
 
-/// Lies in a file that the test has made; forked children count on.
+/// Mapped from a file of the test; forked children continue to count.
 struct Record {
     std::atomic<std::uint64_t> counts[32];
-    std::atomic<std::uint64_t> failed;       ///< calls that were made to fail
-    std::atomic<std::uint64_t> place_count;  ///< of those below
-    std::uint64_t places[kMostPlaces];       ///< allocations that are the first of their path, or
-                                             ///< how many bytes there were after each write
+    std::atomic<std::uint64_t> failed;       ///< number of failed calls
+    std::atomic<std::uint64_t> place_count;  ///< number of places below
+    std::uint64_t places[kMostPlaces];  ///< the first allocation of each path, or the number of
+                                        ///< bytes after each write
 };
 static_assert(kCalls <= kGlObjects);
 
 enum class How { kOnce, kOn, kLarge, kShort, kRemove, kMove };
 
-/// What is to fail (failing_calls.cpp).
+/// The planned failure (failing_calls.cpp).
 struct Plan {
     Call call = kCalls;
     std::uint64_t at = 0;  ///< 0 = none
@@ -72,18 +71,18 @@ struct Plan {
 };
 extern Plan plan;
 extern Record* record;
-extern std::atomic<bool> counting;  ///< main() runs
+extern std::atomic<bool> counting;  ///< main() is running
 
-/// Whether calls are counted here and now.
+/// Whether calls of this thread count now.
 bool counts();
-/// Lists a place in the record.
+/// Adds a place to the record.
 void addPlace(std::uint64_t place);
 
-/// Whether who calls malloc() is operator new, and whether anybody could go on without memory.
+/// Whether malloc()'s caller is operator new, and whether the caller can handle a failure.
 bool isNew(const void* caller);
 bool mayFail(const void* caller);
 
-/// The function of this name behind this library.
+/// Returns the next library's function of this name.
 void* real(const char* name);
 #define REAL(name)                                                                              \
     ([]() {                                                                                     \
@@ -91,10 +90,10 @@ void* real(const char* name);
         return function;                                                                        \
     }())
 
-/// Counts a call. True if it is to fail; then errno is set.
+/// Counts a call. Returns whether it must fail, with errno set.
 bool fails(Call call);
 
-/// While one lives, nothing is counted on this thread, nor on those that it starts.
+/// Disables counting, while it lives, on this thread and on those that it starts.
 class Uncounted {
   public:
     Uncounted();
@@ -103,7 +102,7 @@ class Uncounted {
     Uncounted& operator=(const Uncounted&) = delete;
 };
 
-/// What stands for a function of EGL or GL that was looked up, or what was found.
+/// Returns the wrapper of a looked-up EGL or GL function, or the found one.
 void* driverFunction(const char* name, void* found);
 
 }  // namespace failing

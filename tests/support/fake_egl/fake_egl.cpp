@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// A libEGL.so.1 with GPUs that are not there, for tests: it stands in LD_LIBRARY_PATH before the
-// real one, which does the work. What peeler loads of EGL is here, and no more. Variables:
+// A fake libEGL.so.1 with GPUs that do not exist, for tests: it comes before the real one in
+// LD_LIBRARY_PATH, and forwards to it. It has only the EGL functions that peeler loads. Variables:
 //
-//   PEELER_FAKE_EGL_DEVICES=N    N devices as NVIDIA's driver lists them, before the real ones. The
+//   PEELER_FAKE_EGL_DEVICES=N    N devices like those of NVIDIA's driver, before the real ones. The
 //                                i-th of them, counted from 0, is CUDA device N-1-i, has the UUID
 //                                GPU-abcd0i00-0000-0000-0000-000000000000 and makes a context whose
 //                                renderer is "Fake GPU i".
-//   PEELER_FAKE_EGL_REMAPS=1     CUDA's numbers are those that CUDA_VISIBLE_DEVICES (numbers only)
-//                                leaves, as a driver may do that reads it, too.
-//   PEELER_FAKE_EGL_FORBIDDEN=i  the string of this device is not to be had: another's GPU.
+//   PEELER_FAKE_EGL_REMAPS=1     CUDA numbers count only the devices in CUDA_VISIBLE_DEVICES, here
+//                                a list of numbers, as in a driver that also reads it.
+//   PEELER_FAKE_EGL_FORBIDDEN=i  the string of this device is not available: another user's GPU.
 //   PEELER_FAKE_EGL_LOST=N       the N-th call of glGetGraphicsResetStatus in the process, counted
-//                                from 1, says that the context is lost; "N+": so do all after it.
-//                                Contexts of all devices are counted, real ones, too.
+//                                from 1, reports a lost context; "N+": so do all later ones.
+//                                Contexts of all devices count, including real ones.
 //
-// A device whose attribute is queried before its string aborts the process, as some drivers do
-// under cgroups.
+// Querying a device's attribute before its string aborts the process, as in some drivers under
+// cgroups.
 #define EGL_NO_X11
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
@@ -34,7 +34,7 @@ namespace {
 
 constexpr int kMostDevices = 8;
 
-/// Both the handle of a device and, once it is opened, that of its display.
+/// The handle of a device and, once it is opened, of its display.
 struct FakeDevice {
     int index = 0;
     bool string_queried = false;
@@ -53,13 +53,13 @@ int deviceCount() {
     return std::clamp(std::atoi(variable("PEELER_FAKE_EGL_DEVICES")), 0, kMostDevices);
 }
 
-/// What the variable was when the process started, whoever changes it later.
+/// The variable's value at the start of the process, before any change.
 const std::string visible_at_start = [] {
     const char* text = std::getenv("CUDA_VISIBLE_DEVICES");
     return std::string(text ? text : "all");
 }();
 
-/// The device behind a handle of a device or a display; null if it is a real one.
+/// Returns the fake device behind a handle of a device or a display; null for a real one.
 FakeDevice* fake(void* handle) {
     for (FakeDevice& device : devices)
         if (handle == &device) return &device;
@@ -125,11 +125,11 @@ void demandString(const FakeDevice& device) {
     std::abort();
 }
 
-/// The device's number as the driver tells it; -1 = hidden from CUDA.
+/// Returns the device's number in the driver's attribute; -1 = hidden from CUDA.
 int cudaOrdinal(const FakeDevice& device) {
     const int ordinal = deviceCount() - 1 - device.index;
     if (*variable("PEELER_FAKE_EGL_REMAPS") == '\0' || visible_at_start == "all") return ordinal;
-    // A driver asks CUDA, which reads the variable at that moment.
+    // A driver initialises CUDA, which reads the variable at that moment.
     const char* now = std::getenv("CUDA_VISIBLE_DEVICES");
     if (!now) return ordinal;
     int position = 0;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// A shared library that finds modules as the product does: by its own place.
+// A shared library that finds modules like the product: relative to itself.
 #include <cstring>
 #include <string>
 
 #include <peeler/error.h>
 #include "formats/file/module.h"
 
-/// Writes the path of the module, or what is wrong and where.
+/// Writes the path of the module, or the error and its place.
 extern "C" void findModule(const char* name, char* text, std::size_t size) {
     std::string answer;
     try {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A helper that does what the request says: an array of characters, one of bytes, and a number.
+// A helper for requests of an array of characters, one of bytes, and a number.
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/ptrace.h>
@@ -21,8 +21,8 @@
 namespace peeler {
 namespace {
 
-/// How much of this process is not as new: descriptors that are open, whether one more can be had,
-/// what of the environment there is, and signals.
+/// Reports the inherited state of this process: open descriptors, whether another can be opened,
+/// the environment, and signals.
 void tellWhatIsInherited(SharedFile& result) {
     std::uint64_t open = 0;
     for (int file = 0; file < 1024; ++file)
@@ -36,8 +36,8 @@ void tellWhatIsInherited(SharedFile& result) {
         result.putOne(std::uint64_t{is_so ? 1U : 0U});
 }
 
-/// Something that no decoder does, by its number. Returns if it may be done, or is at least
-/// answered.
+/// Does something that no decoder does, by number. Returns if it is permitted, or only gets an
+/// error.
 void transgress(std::uint64_t number) {
     int pair[2] = {};
     struct rlimit limits {};
