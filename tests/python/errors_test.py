@@ -1,4 +1,4 @@
-#SPDX - License - Identifier : Apache - 2.0
+# SPDX-License-Identifier: Apache-2.0
 """Errors are reported, and leave a usable Renderer; threads and processes."""
 
 import multiprocessing
