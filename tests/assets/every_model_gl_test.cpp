@@ -24,7 +24,7 @@ struct Refusal {
     const char* words;  ///< part of its message
 };
 
-/// tests/README.md has the same table, with longer reasons.
+/// Models for readers of later versions, and of an extension that does not exist.
 const Refusal kRefusals[] = {
     {"gltf-asset-generator/Compatibility/Compatibility_04.gltf", "/asset/minVersion", "2.1"},
     {"gltf-asset-generator/Compatibility/Compatibility_05.gltf", "/extensionsRequired/0",

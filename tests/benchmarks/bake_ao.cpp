@@ -121,7 +121,7 @@ void print(const nlohmann::json& row) {
     const double ours = fastest(row["seconds"]["peeler"]),
                  theirs = fastest(row["seconds"]["embree"]);
     const auto error = [&](const char* of) { return row["errors"][of].get<double>(); };
-    std::printf("| %s | %zu | %zu | %d | %.2f s | %.4f | %.2f s | %.4f | %.4f | %.2f |\n",
+    std::printf("| %s | %zu | %zu | %d | %.2f | %.4f | %.2f | %.4f | %.4f | %.2f |\n",
                 row["scene"].get_ref<const std::string&>().c_str(),
                 row["triangles"].get<std::size_t>(), row["receivers"].get<std::size_t>(),
                 row["directions"].get<int>(), ours, error("peeler"), theirs, error("embree"),
@@ -186,9 +186,10 @@ int run(const Options& options) {
     else if (options.engine != "cpu")
         throw Error(ErrorKind::kUsage, "--engine is cpu or gl");
     if (!options.json) {
-        std::printf("%s, %d threads; resolution %d, reference of %d directions\n\n",
-                    context ? context->device().renderer.c_str() : "the CPU", threadCount(),
-                    options.resolution, options.reference);
+        std::printf(
+            "%s, %d threads; processor seconds; resolution %d; reference: %d directions\n\n",
+            context ? context->device().renderer.c_str() : "the CPU", threadCount(),
+            options.resolution, options.reference);
         std::printf(
             "| scene | triangles | receivers | directions | peeler | RMSE | Embree | RMSE | raised "
             "| ratio |\n"

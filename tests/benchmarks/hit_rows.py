@@ -32,9 +32,8 @@ def beside_embree(bench: Bench, result: Dict[str, Any]) -> str:
     """Returns the remarks of a row of hits, besides its times."""
     ours, theirs = (statistics.median(result["milliseconds"][key]) for key in ("hits", "embree"))
     build = statistics.median(result["embree"]["build"][-bench.runs:])
-    return (f"{result['embree']['triangles'] / 1e6:.2f} M triangles; {result['hits'] / 1e6:.2f} M hits, Embree "
-            f"{result['embree']['hits'] / 1e6:.2f} M; elapsed {ours:.0f} ms, Embree {theirs:.0f} ms, of which its hierarchy "
-            f"{build:.0f} ms")
+    return (f"{result['embree']['triangles'] / 1e6:.2f} M triangles; {result['hits'] / 1e6:.2f} / "
+            f"{result['embree']['hits'] / 1e6:.2f} M hits; elapsed {ours:.0f} / {theirs:.0f} ms; hierarchy {build:.0f} ms")
 
 
 def bundle(bench: Bench) -> Rows:

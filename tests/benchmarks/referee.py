@@ -285,8 +285,8 @@ def nearness(own: Array, theirs: Array, in_furnace: Optional[Array]) -> Nearness
 def judgement(found: Dict[str, Nearness]) -> str:
     """Returns the text under the table: the limits, and the spheres that miss them."""
     missed = [f"{name} ({', '.join(near.missed())})" for name, near in found.items() if near.missed()]
-    return (f"Limits: means within {100 * MEAN:g} % of the referee's, relative errors of {ERROR:g}, white in the furnace "
-            f"within {FURNACE:g} of 1. Missed by: {'; '.join(missed) or 'none'}.")
+    return (f"Limits: mean within {100 * MEAN:g} % of the referee's, relative error {ERROR:g}, furnace {FURNACE:g}. "
+            f"Missed by: {'; '.join(missed) or 'none'}.")
 
 
 def arguments() -> argparse.Namespace:

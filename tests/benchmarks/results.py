@@ -16,6 +16,8 @@ import argparse
 import re
 import subprocess
 import sys
+import textwrap
+from os.path import commonprefix
 from pathlib import Path
 from typing import Dict, Iterator, List, NamedTuple, Tuple
 
@@ -37,8 +39,8 @@ ALL_METHODS = "a-buffer,front-to-back,two-pass,back-to-front,dual,dual-max,weigh
 
 HEAD = """# Measurements
 
-Written by `sh tests/run.sh bench`, never by hand: every number here was printed by the command above it. Each section
-says at which commit and on which machine; `sh tests/run.sh bench SECTION` measures one again.
+`sh tests/run.sh bench` writes this page; the command above each table printed it, at the given commit and on the given
+machine. `sh tests/run.sh bench SECTION` measures one section again.
 """
 
 
@@ -51,89 +53,86 @@ class Section(NamedTuple):
 SECTIONS: Dict[str, Section] = {
     "side-by-side": Section(
         "Side by side",
-        "peeler beside what people use, in turn; ratios are ours to theirs, of medians. What each row is: "
-        "[tests/README.md](../README.md#measured-side-by-side).",
+        "peeler and other programs do [the same work](../README.md#measured-side-by-side) in turn. Ratios are ours to theirs, of "
+        "medians; those in bold miss their target.",
         (("table.py", "--build", "{build}", "--rows", "capture,composite,command,writers,flatten,stages,start,layers,memory"),)),
     "hits": Section(
         "Hits",
-        "What the CPU finds of rays without GL, and what is made of that, beside Embree in turn; ratios are ours to theirs, of "
-        "medians. What each row is: [tests/README.md](../README.md#measured-side-by-side).",
+        "peeler on the CPU, without GL, and Embree find [the same hits](../README.md#measured-side-by-side) in turn; maps, voxels "
+        "and occlusion are made from them. Ratios are of medians, bold if they miss the target; pairs with a slash are ours "
+        "/ Embree's.",
         (("table.py", "--build", "{build}", "--rows", "bundle,bundles,maps,hits,baking,growth"),)),
     "many-views": Section(
         "Many views",
-        "Many views by one process; views of every sample model of 500 triangles or more as a data set has them, beside the "
-        "depths of their layers by Embree; masks of all objects, beside a render of each. Ratios are ours to theirs, of "
-        "medians. What each row is: [tests/README.md](../README.md#measured-side-by-side).",
+        "One process [renders many views](../README.md#measured-side-by-side) of a scene; data sets of every sample model of 500 "
+        "triangles or more, beside depths alone by Embree; masks of all objects, beside a render of each. Ratios are of "
+        "medians; pixels agree where Embree finds as many layers.",
         (("table.py", "--build", "{build}", "--rows", "views,datasets,masks", "--scenes", "gearbox"),)),
     "against-three": Section(
         "Against three.js",
-        "Composites of peeler beside three.js in headless Chromium: the same camera, 16 places a pixel, one environment "
-        "picture, linear light, black behind. PSNR (linear, 1 the brightest) and FLIP (mean, of sRGB) of what a screen shows, "
-        "where either picture shows anything; luminance is ours to theirs. The first rows are spheres and squares that are "
-        "made here, in a furnace all of white. What differs, and why: "
-        "[light and materials](../../examples/guide/light.md#beside-threejs).",
+        "peeler and three.js in headless Chromium composite the same camera, samples (16 per pixel) and environment, in linear "
+        "light over black. PSNR (linear, peak 1), mean FLIP (sRGB) and luminance (ours to theirs) cover the pixels where either "
+        "picture shows anything. The first rows are spheres and squares made here; a furnace is all white. "
+        "[Differences](../../examples/guide/light.md#beside-threejs).",
         (("against_three.py", "--build", "{build}"),)),
     "shading-spheres": Section(
         "Shading spheres",
-        "Spheres of one material each, of roughness 0.2 and more, lit by an environment with a gradient, coloured sides and a "
-        "small bright box, beside the integral of the lobes of glTF's specification over it. The relative error is the root "
-        "mean square difference over the integral's root mean square; a step is from a pixel to the next; the furnace is "
-        "light of 1 from everywhere, and its column how far white spheres are from 1 there at most. What is integrated, and "
-        "how: [referee.py](referee.py).",
+        "Spheres of one material each, lit by an environment with a gradient, coloured sides and a small bright box, beside the "
+        "[integral](referee.py) of glTF's lobes over it. Relative error: root mean square difference over the integral's root "
+        "mean square; step: between neighbouring pixels; furnace: largest deviation of white spheres from 1 in light of 1.",
         (("referee.py", "{build}/peeler"),)),
     "stages": Section(
         "Stages",
-        "Layered files by every exact method: milliseconds of each stage, of the run with the smallest total.",
+        "`peeler render` writes layered files by every exact method: milliseconds per stage, of the fastest run.",
         (("stage_times.py", "{build}/peeler", ENGINE, GLASSES, HELMET, CYLINDERS, "--runs", "2"),)),
     "composites": Section(
         "Composites",
-        "The same of composites, by every method.",
+        "`peeler render` writes composites by every method: milliseconds per stage, of the fastest run.",
         (("stage_times.py", "{build}/peeler", ENGINE, "--runs", "2", "--methods", ALL_METHODS,
           "--", "--as", "composite", "--surfaces", "visible"),)),
     "files": Section(
         "Files",
-        "Size, and milliseconds to encode and write, in every form, layout and compression.",
+        "`peeler render` writes every form, layout and compression: file size, and milliseconds to encode and write.",
         (("file_sizes.py", "{build}/peeler", GLASSES, ENGINE, PLANT, "--runs", "2"),)),
     "views": Section(
         "Views",
-        "PSNR of `peeler view` against a direct render from the same camera, so many degrees beside the file's, in linear "
-        "light; inf is identical. The layers were captured 1.5 times as wide, so that both see the same.",
+        "PSNR, in linear light, of `peeler view` against a direct render from a camera the given angle beside the file's; inf: "
+        "identical. The layers are captured 1.5 times as wide, so that both see the same.",
         (("views_from_layers.py", "{build}/peeler", ENGINE, PLANT, JELLYFISH, GLASSES),)),
     "baking": Section(
         "Baking",
-        "Ambient occlusion at vertices by peeler and by Embree along the same directions: processor seconds (of peeler with "
-        "placing the scene, of Embree with building its hierarchy), and the root mean square error against rays of Embree of "
-        "each vertex's own. `raised` is how much that reference itself changes if its rays start 1e-4 of the size higher.",
+        "Ambient occlusion at vertices by peeler (seconds with placing the scene) and Embree (with building its hierarchy), along "
+        "the same directions. RMSE is against Embree's rays in directions of each vertex's own; `raised` is the change of that "
+        "reference if its rays start 1e-4 of the scene's diagonal higher.",
         (("{build}/tests/bake_ao", CYLINDERS, HELMET, DUCK),)),
     "frames": Section(
         "Frames",
-        "What a frame takes in one process for all, beside a process for each. The files are the same.",
+        "One process for all frames, beside a process for each; the files are the same.",
         (("frames_in_one_process.py", "{build}/peeler", JELLYFISH, ENGINE, "--", "--size", "640x360"),
          ("frames_in_one_process.py", "{build}/peeler", JELLYFISH, WALKER, "--frames", "10", "--runs", "2",
           "--", "--size", "1920x1080"))),
     "jobs": Section(
         "Jobs",
-        "Jobs a minute of one `peeler worker`, beside a process for each job; 20 sample models in turn. The files are the same.",
+        "One `peeler worker`, beside a process for each job, renders 20 sample models in turn; the files are the same.",
         (("jobs_in_one_worker.py", "{build}/peeler", *JOB_SCENES,
           "--", "--size", "640x360"),)),
     "python-calls": Section(
         "Calls from Python",
-        "What a call from Python takes, beside the same call of the C++ library: all layers of 64 x 64 pixels.",
+        "The same call from Python and of the C++ library: all layers of 64 x 64 pixels.",
         (("python_calls.py", "{build}", "examples/scenes/panes.glb", "examples/scenes/coincident.glb"),)),
     "budgets": Section(
         "Budgets",
-        "The most that was resident in large pictures, and under budgets of memory.",
+        "Peak resident memory of `peeler render` in large pictures and under `--memory`.",
         (("budgets.py", "{build}/peeler"),)),
     "meshes": Section(
         "Meshes",
-        "Processor seconds of `peeler info` for ten million triangles (OBJ: two million) on one core, without what a file of "
-        "two triangles takes.",
+        "Processor seconds of `peeler info` on one core for ten million triangles (OBJ: two million), less those for two "
+        "triangles.",
         (("mesh_reading.py", "{build}/peeler"),)),
     "gpu": Section(
         "On a GPU",
-        "What [a run on a GPU](../README.md#on-a-gpu) said, with what was packed at this commit: the tests of GL, every method "
-        "against the A-buffer, every fragment against Mesa's rasteriser by class, and what was measured. Times are in "
-        "milliseconds.",
+        "[A run on a GPU](../README.md#on-a-gpu) with the pack of this commit: GL tests, methods, fragments beside Mesa's "
+        "rasteriser by class, and times in milliseconds.",
         ()),
 }
 
@@ -196,7 +195,8 @@ def written(name: str, known: Dict[str, str], tables: str) -> str:
     """Returns a section in the file's format."""
     section = SECTIONS[name]
     told = "".join(f"- {key}: {value}\n" for key, value in known.items())
-    return f"## {section.title}\n\n{section.text}\n\n{told}\n{tables}"
+    text = textwrap.fill(section.text, 120, break_long_words=False, break_on_hyphens=False)
+    return f"## {section.title}\n\n{text}\n\n{told}\n{tables}"
 
 
 def gpu_facts(page: str) -> Dict[str, str]:
@@ -210,7 +210,49 @@ def gpu_tables(page: str) -> str:
     shown = [re.split(r";only |; tests/", line)[0].replace("## ", "**", 1) + ("**" if line.startswith("## ") else "")
              for line in page.splitlines()[4:]
              if not re.match(r"- (devices|tests, shard \d+: \d|methods, (?!bracket)|references, .* differ by|tests, .* not packed)", line)]
-    return "\n".join(shown) + "\n"
+    return condensed(shown)
+
+
+BULLET = re.compile(r"- (\w+), (.*?): (.*)")
+
+
+def counts(text: str) -> Dict[str, str]:
+    """{"the same": "11", "other depth": "1923"} of "11 the same, 1923 other depth"; {} of other texts."""
+    found: Dict[str, str] = {}
+    for part in text.split(","):
+        words = part.split()
+        numbers = [word for word in words if re.fullmatch(r"[\d.]+", word)]
+        if len(numbers) != 1 or len(words) < 2:
+            return {}
+        found[" ".join(word for word in words if word not in numbers)] = numbers[0]
+    return found if len(found) > 1 else {}
+
+
+def condensed(lines: List[str]) -> str:
+    """The page with neighbouring lines of the same counts as a table, and lines of the same text as one."""
+    found: Dict[Tuple[str, ...], List[Tuple[str, str]]] = {}  # {part and columns, or text: names and lines}, in order
+    for i, line in enumerate(lines):
+        bullet = BULLET.fullmatch(line)
+        if not bullet:
+            found[(str(i),)] = [("", line)]
+            continue
+        part, name, text = bullet.groups()
+        text = re.sub(r";\s+", "; ", re.split(r", where;|, peeler: ", text)[0])
+        columns = counts(text)
+        found.setdefault((part, *columns) if columns else (part, "", text), []).append((name, f"- {part}, {name}: {text}"))
+    shown: List[str] = []
+    for (part, *columns), told in found.items():
+        names = [name for name, _ in told]
+        if len(told) == 1:
+            shown += [line for _, line in told]
+        elif columns[0]:
+            shown += [*([""] if shown[-1] else []), f"| {part} | {' | '.join(columns)} |", "| --- |" + " ---: |" * len(columns)]
+            shown += [f"| {name} | {' | '.join(counts(line.split(': ', 1)[1]).values())} |" for name, line in told]
+            shown.append("")
+        else:
+            start = commonprefix(names)
+            shown.append(f"- {part}, {start}{{{', '.join(name[len(start):] for name in names)}}}: {columns[1]}")
+    return re.sub(r"\n{3,}", "\n\n", "\n".join(shown)).rstrip() + "\n"
 
 
 def split(text: str) -> Dict[str, str]:
@@ -242,8 +284,23 @@ def amount(text: str) -> float:
     return float(text.split()[0].replace(",", ""))
 
 
+def comparisons(text: str) -> Iterator[Dict[str, str]]:
+    """The rows of table.py's tables, all in the form of its last one."""
+    for row in rows(text):
+        columns = list(reversed(row))  # in their order
+        if columns[0] == "what":
+            yield row
+            continue
+        ours = next((name for name in columns if name.startswith("ours, ")), None)
+        if ours:
+            what, _, size = columns[0].partition("; ")
+            rival, unit = columns[columns.index(ours) + 1].rsplit(", ", 1)
+            yield {"what": what, "scene": row[columns[0]], "size": size or row["size"], "ours": f"{row[ours]} {unit}",
+                   "theirs": f"{row[f'{rival}, {unit}']} {unit} ({rival})"}
+
+
 def number_row(number: Number, sections: Dict[str, str]) -> str:
-    for row in rows(sections.get(number.section, "")):
+    for row in comparisons(sections.get(number.section, "")):
         if not all(row.get(key) == cell or (key == number.theirs and cell in row.get(key, ""))
                    for key, cell in number.cells.items()):
             continue

@@ -40,16 +40,16 @@ def main() -> None:
     own, _, more = " ".join(sys.argv[1:]).partition(" -- ")
     options = parser.parse_args(own.split())
 
-    columns = ("scene", "method", "layers", "fragments", "passes", *STAGES, "file", "peak memory")
+    columns = ("scene", "method", "layers", "fragments, M", "passes", *STAGES, "file, MB", "peak, MB")
     print("| " + " | ".join(columns) + " |")
     print("| --- | --- |" + " ---: |" * (len(columns) - 2))
     for scene in options.scenes:
         for method in options.methods.split(","):
             result = best(options.peeler, scene, method, options.size, options.runs, more.split())
             cells = [pathlib.Path(scene).name, method, str(result["layers"]),
-                     f'{result["fragmentsCounted"] / 1e6:.2f} M', str(result["passes"])]
+                     f'{result["fragmentsCounted"] / 1e6:.2f}', str(result["passes"])]
             cells += [f'{result["milliseconds"][stage]:.0f}' for stage in STAGES]
-            cells += [f'{result["bytes"] / 1e6:.1f} MB', f'{result["peakMemory"] / 1e6:.0f} MB']
+            cells += [f'{result["bytes"] / 1e6:.1f}', f'{result["peakMemory"] / 1e6:.0f}']
             print("| " + " | ".join(cells) + " |", flush=True)
 
 

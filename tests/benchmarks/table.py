@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Measures peeler side by side with Embree, VTK, f3d, OpenEXR and OpenImageIO; prints one Markdown table.
+"""Measures peeler side by side with Embree, VTK, f3d, OpenEXR and OpenImageIO; prints Markdown tables.
 
     python3 tests/benchmarks/table.py [--rows capture,writers] [--scenes spheres,lamp] [--sizes 1920x1080]
                                       [--runs 3] [--quick] [--shrink 1]
 
-Ours and theirs run in turn; ratios are of the medians, no run is left out. Milliseconds unless a row says
-otherwise. What is missing is skipped and said so. The rows stand in a JSON file, too, every run's number
+Ours and theirs run in turn; ratios are of the medians, no run is left out, and bold ones miss their target.
+What is missing is skipped with a note. The rows stand in a JSON file, too, every run's number
 with them (--json), and the pictures that were made in a folder beside it.
 """
 from __future__ import annotations
@@ -17,7 +17,7 @@ import statistics
 import sys
 import tempfile
 from pathlib import Path
-from typing import List
+from typing import Dict, List, Tuple
 
 import scenes
 import table_rows
@@ -26,18 +26,61 @@ from perf_profile import profile
 from reasons import REASONS
 from side_by_side import Bench, Display, Row, say
 
+OWN_TABLE = 3  # rows of one comparison that get a table of their own
+
 
 def number(value: float, unit: str) -> str:
     return f"{value:.2f}" if unit == "" or value < 10 else f"{value:,.0f}" if value >= 100 else f"{value:.1f}"
 
 
-def line(row: Row) -> str:
-    unit = f" {row.unit}" if row.unit else ""
-    ours, theirs = (number(statistics.median(values), row.unit) + unit for values in (row.ours, row.theirs))
-    asked = "" if row.target is None else f"≤ {row.target:g}"
-    met = {None: "", True: "yes", False: "**no**"}[row.met]
-    cells = [row.what, row.scene, row.size, ours, f"{theirs} ({row.rival})", f"{row.ratio:.2f}", asked, met, row.note]
+def medians(row: Row) -> List[str]:
+    return [number(statistics.median(values), row.unit) for values in (row.ours, row.theirs)]
+
+
+def target(row: Row) -> str:
+    return "" if row.target is None else f"≤ {row.target:g}"
+
+
+def ratio(row: Row) -> str:
+    return f"**{row.ratio:.2f}**" if row.met is False else f"{row.ratio:.2f}"
+
+
+def joined(*cells: str) -> str:
     return "| " + " | ".join(cells) + " |"
+
+
+def line(row: Row) -> str:
+    ours, theirs = (f"{median} {row.unit}".rstrip() for median in medians(row))
+    return joined(row.what, row.scene, row.size, ours, f"{theirs} ({row.rival})", ratio(row), target(row), row.note)
+
+
+def own_table(rows: List[Row]) -> List[str]:
+    """A table of rows with the same work, rival and unit; its heading has the target, and a size that all share."""
+    first = rows[0]
+    unit = f", {first.unit}" if first.unit else ""
+    same_size, notes = all(row.size == first.size for row in rows), any(row.note for row in rows)
+    lines = [joined(*([f"{first.what}; {first.size}"] if same_size else [first.what, "size"]), f"ours{unit}",
+                    f"{first.rival}{unit}", f"ratio {target(first)}".rstrip(), *([""] if notes else [])),
+             joined(*(["---"] if same_size else ["---", "---"]), "---:", "---:", "---:", *(["---"] if notes else []))]
+    for row in rows:
+        other = f" ({target(row)})" if target(row) != target(first) else ""
+        lines.append(joined(row.scene, *([] if same_size else [row.size]), *medians(row), ratio(row) + other,
+                            *([row.note] if notes else [])))
+    return lines
+
+
+def tables(rows: List[Row]) -> str:
+    """A table for each comparison of at least three rows, and one for all other rows."""
+    groups: Dict[Tuple[str, str, str], List[Row]] = {}
+    for row in rows:
+        groups.setdefault((row.what, row.rival, row.unit), []).append(row)
+    large = [group for group in groups.values() if len(group) >= OWN_TABLE]
+    found = [own_table(group) for group in large]
+    rest = [row for group in groups.values() if len(group) < OWN_TABLE for row in group]
+    if rest:
+        found.append([joined("what", "scene", "size", "ours", "theirs", "ratio", "target", ""),
+                      "| --- | --- | --- | ---: | ---: | ---: | ---: | --- |", *map(line, rest)])
+    return "\n\n".join("\n".join(lines) for lines in found)
 
 
 def models(bench: Bench, wanted: List[str]) -> None:
@@ -79,8 +122,6 @@ def parsed() -> argparse.Namespace:
 
 
 def measured(bench: Bench, kinds: List[str]) -> List[Row]:
-    print("| what | scene | size | ours | theirs | ratio | target | met | |\n"
-          "| --- | --- | --- | ---: | ---: | ---: | ---: | --- | --- |", flush=True)
     rows: List[Row] = []
     perf = bench.has("perf")
     for kind in kinds:
@@ -89,7 +130,7 @@ def measured(bench: Bench, kinds: List[str]) -> List[Row]:
                 if row.met is False and row.ours_alone and perf:
                     row.profile = profile(row.ours_alone)
                 rows.append(row)
-                print(line(row), flush=True)
+                say(line(row))
         except (RuntimeError, OSError) as error:
             bench.skip(f"the rest of {kind}: {error}")
     return rows
@@ -97,16 +138,11 @@ def measured(bench: Bench, kinds: List[str]) -> List[Row]:
 
 def reasons(rows: List[Row]) -> str:
     """Returns the text under the table about the rows that miss their targets."""
-    lines: List[str] = []
-    missed = [row for row in rows if row.met is False]
-    for what in dict.fromkeys(row.what for row in missed):
-        lines.append(f"- **{what}.** {REASONS.get(what, 'Not looked into.')}")
-        lines += [f"  - {row.scene}, {row.size}, against {row.rival}: {row.profile}"
-                  for row in missed if row.what == what and row.profile]
-    if lines:
-        lines = ["", "What misses its target, and why, with shares of our processor time (`perf record -e cpu-clock`):",
-                 "", *lines]
-    return "\n".join(lines)
+    whats: Dict[str, List[str]] = {}
+    for what in dict.fromkeys(row.what for row in rows if row.met is False):
+        whats.setdefault(REASONS.get(what, "not examined"), []).append(what)
+    lines = [f"- {'; '.join(missed)}: {reason}" for reason, missed in whats.items()]
+    return "\n".join(["", "Why rows miss their targets:", "", *lines]) if lines else ""
 
 
 def main() -> int:
@@ -130,7 +166,7 @@ def main() -> int:
         finally:
             if display:
                 display.close()
-    print(reasons(rows), flush=True)
+    print(tables(rows), reasons(rows), sep="\n", flush=True)
     print("".join(f"\nSkipped: {why}." for why in bench.skipped), end="\n" if bench.skipped else "")
     target.write_text(json.dumps({**known, "rows": [row.record() for row in rows], "skipped": bench.skipped},
                                  indent=1) + "\n")

@@ -31,7 +31,7 @@ def capture(bench: Bench) -> Rows:
             fragments, hits = result["fragments"], result["embree"]["hits"]
             yield Row("capture", name, size, "Embree", ours, theirs, 0.5,
                       note=f"{result['layers']} layers; {fragments / 1e6:.2f} M fragments, {hits / 1e6:.2f} M hits "
-                      f"(rays {result['embree']['packet']} at once); Embree's build {build:.0f} ms",
+                      f"({result['embree']['packet']}-ray packets); build {build:.0f} ms",
                       ours_alone=[bench.build / "tests" / "benchmark_capture", path, "--size", size, "--runs", 5,
                                   "--what", "a-buffer"])
 
@@ -80,7 +80,7 @@ def command(bench: Bench) -> Rows:
             say(f"whole command: {name} at {size}")
             plain, note = path, ""
             if name == "gearbox":
-                plain, note = bench.scratch / "gearbox.glb", "f3d reads it decoded, ours decodes Draco"
+                plain, note = bench.scratch / "gearbox.glb", "decoded for f3d, Draco for ours"
                 run([bench.build / "tests" / "plain_glb", path, plain])
 
             same = f3d_camera(camera(bench, path, size))

@@ -124,7 +124,7 @@ def datasets(bench: Bench) -> Rows:
         medians.append([statistics.median(numbers) for numbers in times])
         for what, ours in zip(whats, times):
             yield Row(what, name, size, rival, ours, times[2], None,
-                      note=f"as many layers by Embree in {made.alike():.3%} of the pixels" if ours is times[0] else "")
+                      note=f"{made.alike():.3%} of pixels agree" if ours is times[0] else "")
     sums = [sum(numbers) for numbers in zip(*medians)]
     for what, ours in zip(whats, sums):
         minute = 60_000 * len(medians)

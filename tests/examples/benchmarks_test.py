@@ -26,6 +26,7 @@ import reasons  # noqa: E402
 import results  # noqa: E402
 import scenes  # noqa: E402
 import side_by_side  # noqa: E402
+import table  # noqa: E402
 import three_scenes  # noqa: E402
 import view_rows  # noqa: E402
 
@@ -265,7 +266,7 @@ class ViewRows(PeelerTest):
         with mock.patch("view_rows.models", lambda: {"bracket": EXAMPLES / "scenes" / "bracket.glb"}):
             rows = self.rows("datasets", SCENE)
         self.assertEqual([row.scene for row in rows], 2 * ["bracket"] + 2 * ["all 1 models"])
-        share = re.fullmatch("as many layers by Embree in ([0-9.]+)% of the pixels", rows[0].note)
+        share = re.fullmatch("([0-9.]+)% of pixels agree", rows[0].note)
         self.assertGreater(float(share[1]), 98)
         for row in rows[2:]:
             self.assertRegex(row.note, "^[0-9.]+ objects a minute, Embree [0-9.]+$")
@@ -397,6 +398,24 @@ class Results(PeelerTest):
                 self.assertIn(f"\n- {fact}: ", text, name)
             self.assertGreater(len(list(results.rows(text))), 0, name)
 
+    def test_tables_of_comparisons(self):
+        """A comparison of three rows has its own table, and reads the same as one in the common table."""
+        rows = [side_by_side.Row("draw", name, "9x9", "them, twice", [7], [2], 0.5) for name in "abc"]
+        rows.append(side_by_side.Row("write", "d", "8x8", "them", [1], [2], 1, "MB"))
+        text = table.tables(rows)
+        self.assertIn("| draw; 9x9 | ours, ms | them, twice, ms | ratio ≤ 0.5 |", text)
+        self.assertIn("| a | 7.00 | 2.00 | **3.50** |", text)
+        found = list(results.comparisons(text))
+        self.assertEqual([row["scene"] for row in found], list("abcd"))
+        self.assertEqual([row["size"] for row in found], 3 * ["9x9"] + ["8x8"])
+        self.assertEqual([row["theirs"] for row in found], 3 * ["2.00 ms (them, twice)"] + ["2.00 MB (them)"])
+
+    def test_a_gpu_page_is_condensed(self):
+        lines = ["- a, x: 1 same, 2 other", "- a, y: 3 same, 4 other", "- b, of 1: alike", "- b, of 2: alike", "- c, z: 5 same, 6 other"]
+        expected = ["| a | same | other |", "| --- | ---: | ---: |", "| x | 1 | 2 |", "| y | 3 | 4 |", "", "- b, of {1, 2}: alike",
+                    "- c, z: 5 same, 6 other"]
+        self.assertEqual(results.condensed(["", *lines]).strip().splitlines(), expected)
+
     def test_a_section_takes_its_place(self):
         known = {"commit": "abc", "machine": "fast", "renderer": "good"}
         new = results.written("views", known, "`a command`\n\n| scene |\n| --- |\n| new |\n")
@@ -409,10 +428,10 @@ class Results(PeelerTest):
         """Other results give another table, and results without a required row are an error."""
         readme = (SOURCE / "README.md").read_text(encoding="utf-8")
         self.assertEqual(results.with_numbers(readme, self.TEXT), readme)
-        row = "| capture | spheres | 1920x1080 | "
+        row = "| spheres | 1920x1080 | "
         other = self.TEXT.replace(row, row + "9")
         self.assertNotEqual(results.with_numbers(readme, other), readme)
-        gone = self.TEXT.replace("| capture | spheres |", "| capture | cubes |")
+        gone = self.TEXT.replace("| capture | size |", "| cubes | size |")
         self.assertRaises(LookupError, results.with_numbers, readme, gone)
 
 
