@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Handling of every statement of scenes and layers as arrays (formats/README.md).
+// What becomes of everything that scenes and layers as arrays can say (formats/README.md).
 #include <functional>
 #include <nlohmann/json.hpp>
 
@@ -11,7 +11,20 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a triangle.
+// The first cells of rows in formats/README.md.
+constexpr const char* kMaterial =
+    "`base_color`, `metallic`, `roughness`, `double_sided`, as in glTF; `alpha_mode`: OPAQUE, "
+    "MASK, BLEND; `mode`: triangles, lines, points; `name`, `arrays_version`, `format`";
+constexpr const char* kOtherContent = "other arrays and texts, nothing to draw";
+constexpr const char* kBrokenScene =
+    "no `vertices`, other shapes, types or words, non-finite or out-of-range numbers, indices of "
+    "no vertex, a texture without `uv`, arrays that overlap, have gaps or end early";
+constexpr const char* kPicture = "[all texts and arrays of pictures](#pictures-as-arrays)";
+constexpr const char* kBrokenLayers =
+    "other shapes or types, windows missing or of other sizes, lists unsorted or incomplete, "
+    "infinite or NaN Z, invalid texts";
+
+/// A triangle.
 TensorFile scene(const std::function<void(TensorFile&)>& change = [](TensorFile&) {}) {
     TensorFile file;
     file.set<float>("vertices", "F32", {3, 3}, {0, 0, 0, 1, 0, 0, 0, 1, 0});
@@ -19,7 +32,7 @@ TensorFile scene(const std::function<void(TensorFile&)>& change = [](TensorFile&
     return file;
 }
 
-/// Returns 2 × 1 pixels with 1 and 2 fragments.
+/// 2 × 1 pixels with 1 and 2 fragments.
 TensorFile layers(const std::function<void(TensorFile&)>& change = [](TensorFile&) {}) {
     TensorFile file;
     file.texts = {{"displayWindow", "[2, 1]"}, {"dataWindow", "[0, 0, 2, 1]"}};
@@ -40,78 +53,79 @@ TEST(Statements, OfScenesAsArrays) {
     };
     const std::string whole = scene().bytes();
     const std::vector<Statement> statements = {
-        {"`vertices` (n, 3)", "read", name, whole},
-        given("`faces` (m, 3), of integers", "read",
+        {"`vertices` (n, 3), floats or integers of 32 or 64 bits, world space", "read", name,
+         whole},
+        given("`faces` (m, 3), integers; (m, 2): lines, (m, 1): points; default: vertices in order",
+              "read",
               [](TensorFile& f) {
                   f.set<std::int64_t>("faces", "I64", {1, 3}, {2, 1, 0});
               }),
-        given("`normals` (n, 3), `uv` (n, 2)", "read",
+        given("`normals` (n, 3); `uv` (n, 2), V from the top", "read",
               [](TensorFile& f) {
                   f.set<float>("normals", "F32", {3, 3}, {0, 0, 1, 0, 0, 1, 0, 0, 1});
                   f.set<float>("uv", "F32", {3, 2}, {0, 0, 1, 0, 0, 1});
               }),
-        given("`colors` (n, 3) or (n, 4)", "read",
+        given("`colors` (n, 3) or (n, 4), linear: floats 0 to 1, uint8, uint16", "read",
               [](TensorFile& f) {
                   f.set<std::uint8_t>("colors", "U8", {3, 3}, std::vector<std::uint8_t>(9, 255));
               }),
-        given("`texture` (h, w, 3) or (h, w, 4), uint8", "read",
+        given("`texture` (h, w, 3) or (h, w, 4), uint8, sRGB, straight alpha", "read",
               [](TensorFile& f) {
                   f.set<float>("uv", "F32", {3, 2}, {0, 0, 1, 0, 0, 1});
                   f.set<std::uint8_t>("texture", "U8", {1, 1, 4}, {1, 2, 3, 4});
               }),
-        given("`base_color`, `metallic`, `roughness`, `double_sided`", "read",
+        given(kMaterial, "read",
               [](TensorFile& f) {
                   f.texts = {{"base_color", "[1, 0.5, 0, 1]"},
                              {"metallic", "1"},
                              {"roughness", "0.25"},
                              {"double_sided", "true"}};
               }),
-        given("`alpha_mode`, `mode`, `name`", "read",
+        given(kMaterial, "read",
               [](TensorFile& f) {
                   f.texts = {{"alpha_mode", "MASK"}, {"mode", "points"}, {"name", "a"}};
               }),
-        given("`arrays_version`, `format`", "read",
+        given(kMaterial, "read",
               [](TensorFile& f) {
                   f.texts["format"] = "pt";
                   f.set<std::int64_t>("arrays_version", "I64", {}, {2});
               }),
-        given("other arrays and texts", "warned", text("author", "me")),
-        given("other arrays and texts", "warned",
+        given(kOtherContent, "warned", text("author", "me")),
+        given(kOtherContent, "warned",
               [](TensorFile& f) { f.set<float>("weights", "F32", {1}, {1}); }),
-        given("nothing to draw", "warned",
+        given(kOtherContent, "warned",
               [](TensorFile& f) {
                   f.set<std::int64_t>("faces", "I64", {0, 3}, {});
               }),
-        given("no `vertices`", "refused",
+        given(kBrokenScene, "refused",
               [](TensorFile& f) {
                   f.arrays.clear();
                   f.set<float>("vertex", "F32", {1, 3}, {1, 2, 3});
               }),
-        given("arrays of other shapes and types", "refused",
+        given(kBrokenScene, "refused",
               [](TensorFile& f) {
                   f.set<float>("faces", "F32", {1, 3}, {0, 1, 2});
               }),
-        given("arrays of other shapes and types", "refused",
+        given(kBrokenScene, "refused",
               [](TensorFile& f) {
                   f.set<float>("normals", "F32", {1, 3}, {0, 1, 2});
               }),
-        given("numbers that are not finite, or out of range", "refused", text("metallic", "2")),
-        given("numbers that are not finite, or out of range", "refused",
+        given(kBrokenScene, "refused", text("metallic", "2")),
+        given(kBrokenScene, "refused",
               [](TensorFile& f) {
                   f.set<float>("vertices", "F32", {1, 3}, {0, NAN, 0});
               }),
-        given("indices of no vertex", "refused",
+        given(kBrokenScene, "refused",
               [](TensorFile& f) {
                   f.set<std::int64_t>("faces", "I64", {1, 3}, {0, 1, 3});
               }),
-        given("other words", "refused", text("mode", "quads")),
-        given("a texture without `uv`", "refused",
+        given(kBrokenScene, "refused", text("mode", "quads")),
+        given(kBrokenScene, "refused",
               [](TensorFile& f) {
                   f.set<std::uint8_t>("texture", "U8", {1, 1, 3}, {1, 2, 3});
               }),
-        {"arrays that overlap, have gaps or end early", "refused", name,
-         whole.substr(0, whole.size() - 1)},
-        {"arrays that overlap, have gaps or end early", "refused", name, whole + "x"},
+        {kBrokenScene, "refused", name, whole.substr(0, whole.size() - 1)},
+        {kBrokenScene, "refused", name, whole + "x"},
     };
     expectStatements("Scenes as arrays", statements,
                      [](const std::filesystem::path& file, bool strict) {
@@ -129,66 +143,64 @@ TEST(Statements, OfLayersAsArrays) {
     const auto text = [](const char* key, const char* value) {
         return [=](TensorFile& file) { file.texts[key] = value; };
     };
-    constexpr const char* kWindows = "no windows, or others than there are pixels";
-    constexpr const char* kLists = "lists that are not in order, or not of all fragments";
-    constexpr const char* kTexts = "texts that are not as they should be";
     const auto splits = [&](const std::vector<std::int32_t>& numbers) {
-        return given(kLists, "refused",
+        return given(kBrokenLayers, "refused",
                      [=](TensorFile& f) { f.set<std::int32_t>("splits", "I32", {3}, numbers); });
     };
     const std::vector<Statement> statements = {
-        {"`splits`, `z`, `rgba`", "read", name, layers().bytes()},
-        given("`opacity`", "read",
+        {kPicture, "read", name, layers().bytes()},
+        given(kPicture, "read",
               [](TensorFile& f) {
                   f.set<float>("opacity", "F32", {3, 3}, std::vector<float>(9, 0.5F));
               }),
-        given("channels of every fragment", "read",
+        given(kPicture, "read",
               [](TensorFile& f) {
                   f.texts["peeler:channels"] = R"({"id": ["id.object", "id.material"]})";
                   f.set<std::uint32_t>("id", "U32", {3, 2}, {1, 2, 3, 4, 5, 6});
               }),
-        {"the windows `displayWindow` and `dataWindow`", "read", name, layers().bytes()},
-        given("a camera, ids and attributes", "read",
+        {kPicture, "read", name, layers().bytes()},
+        given(kPicture, "read",
               [](TensorFile& f) {
                   f.texts["peeler:ids"] = R"({"objects": ["a"], "materials": []})";
                   f.texts["peeler:carried"] = R"([["note", "string", "6869"]])";
                   f.texts["comments"] = "made by hand";
               }),
         given("other arrays", "warned", [](TensorFile& f) { f.set<float>("k", "F32", {1}, {1}); }),
-        given("arrays of other shapes and types", "refused",
+        given(kBrokenLayers, "refused",
               [](TensorFile& f) {
                   f.set<double>("z", "F64", {3}, {1, 2, 3});
               }),
-        given("arrays of other shapes and types", "refused",
+        given(kBrokenLayers, "refused",
               [](TensorFile& f) {
                   f.set<float>("rgba", "F32", {4, 3}, std::vector<float>(12));
               }),
-        given(kWindows, "refused", [](TensorFile& f) { f.texts.erase("dataWindow"); }),
-        given(kWindows, "refused", text("dataWindow", "[0, 0, 3, 1]")),
-        given(kWindows, "refused", text("dataWindow", "[0, 0, 1e9, 1]")),
-        given(kWindows, "refused", text("displayWindow", "[0, 1]")),
+        given(kBrokenLayers, "refused", [](TensorFile& f) { f.texts.erase("dataWindow"); }),
+        given(kBrokenLayers, "refused", text("dataWindow", "[0, 0, 3, 1]")),
+        given(kBrokenLayers, "refused", text("dataWindow", "[0, 0, 1e9, 1]")),
+        given(kBrokenLayers, "refused", text("displayWindow", "[0, 1]")),
         splits({0, 2, 1}),
         splits({0, 1, 4}),
         splits({0, 1, 2}),
         splits({1, 2, 3}),
         splits({-1, 1, 3}),
-        given("a Z that is infinite or no number", "refused",
+        given(kBrokenLayers, "refused",
               [](TensorFile& f) {
                   f.set<float>("z", "F32", {3}, {1, 2, INFINITY});
               }),
-        given("a Z that is infinite or no number", "refused",
+        given(kBrokenLayers, "refused",
               [](TensorFile& f) {
                   f.set<float>("z", "F32", {3}, {NAN, 2, 3});
               }),
-        given(kTexts, "refused", text("dataWindow", "no JSON")),
-        given(kTexts, "refused", text("peeler:arrays", "composite")),
-        given(kTexts, "refused", text("peeler:cameraJson", "{}")),
-        given(kTexts, "refused",
+        given(kBrokenLayers, "refused", text("dataWindow", "no JSON")),
+        given(kBrokenLayers, "refused", text("peeler:arrays", "composite")),
+        given(kBrokenLayers, "refused", text("peeler:cameraJson", "{}")),
+        given(kBrokenLayers, "refused",
               text("peeler:ids", R"({"objects": ["a"], "materials": [], "parents": [0, 0]})")),
-        given(kTexts, "refused", text("peeler:carried", R"([["a", "float", "00"]])")),
-        given(kTexts, "refused", text("peeler:carried", R"([["peeler:frame", "string", "00"]])")),
-        given(kTexts, "refused", text("peeler:carried", R"([["a", "string", "0g"]])")),
-        given(kTexts, "refused",
+        given(kBrokenLayers, "refused", text("peeler:carried", R"([["a", "float", "00"]])")),
+        given(kBrokenLayers, "refused",
+              text("peeler:carried", R"([["peeler:frame", "string", "00"]])")),
+        given(kBrokenLayers, "refused", text("peeler:carried", R"([["a", "string", "0g"]])")),
+        given(kBrokenLayers, "refused",
               [](TensorFile& f) {
                   f.texts["peeler:channels"] = R"({"back": ["A"]})";
                   f.set<float>("back", "F32", {3}, {4, 5, 6});

@@ -16,6 +16,38 @@
 namespace peeler::test {
 namespace {
 
+// The first cells of rows in formats/README.md.
+constexpr const char* kStorage =
+    "scan lines or tiles (the largest level), flat or deep, any lineOrder, any compression that "
+    "OpenEXR has";
+constexpr const char* kColours =
+    "R, G, B, A, Z, half or float, also as r, Red, alpha, depth, RA … in any case; AR, AG, AB "
+    "(default A: their mean); Y, alone or with RY and BY; colours of one layer (`beauty.R`)";
+constexpr const char* kKept =
+    "kept: NaN, infinite and negative colours, other channels, also integers, parts with more "
+    "channels of the same deep samples";
+constexpr const char* kSamples =
+    "flat pictures without alpha (1) or depth (0); unsorted samples; infinite Z (largest number); "
+    "volumes (ZBack) that lie apart; any data window (the display window is the picture)";
+constexpr const char* kAttributes =
+    "pixelAspectRatio and chromaticities, into OpenEXR; other attributes, except previews";
+constexpr const char* kLostAttributes =
+    "pixelAspectRatio except 1, chromaticities except Rec. 709, into other formats; attributes "
+    "beyond 1 MiB, or of wrong types (a `capDate` that is no string)";
+constexpr const char* kOddSamples =
+    "deep samples without alpha or colours, or with RY and BY; NaN or −inf as Z; overlapping "
+    "volumes";
+constexpr const char* kSeveral =
+    "several pictures (`--part` selects) or views (`--view`); a display window that starts "
+    "elsewhere than (0, 0)";
+constexpr const char* kNotSupported =
+    "unknown compression, deep samples except in none, RLE, ZIPS, ZIP; subsampled channels; "
+    "integer colour or depth; deep samples without Z; flat files without R, G, B or Y; several "
+    "layers of colours and none outside (`--part` selects)";
+constexpr const char* kTooLarge =
+    "over 65,536 samples in a pixel; a display window over 2²⁵ pixels and 256 times the stored "
+    "ones";
+
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 const Imath::Box2i kAll{{0, 0}, {7, 5}};
 const std::map<std::string, std::vector<double>> kRgba{
@@ -105,25 +137,19 @@ std::vector<Statement> storage() {
         all.push_back({says, becomes, "a.exr", bytes});
     };
     for (const int tile : {0, 4}) {
-        add("scan lines or tiles, flat or deep", "read", flat({{.values = kRgba}}, {.tile = tile}));
-        add("scan lines or tiles, flat or deep", "read", deep({deep_part}, {.tile = tile}));
+        add(kStorage, "read", flat({{.values = kRgba}}, {.tile = tile}));
+        add(kStorage, "read", deep({deep_part}, {.tile = tile}));
         for (int c = 0; c < Imf::NUM_COMPRESSION_METHODS; ++c)
-            add("any compression that OpenEXR has", "read",
+            add(kStorage, "read",
                 flat({{.values = kRgba}},
                      {.compression = static_cast<Imf::Compression>(c), .tile = tile}));
     }
-    add("a compression that this OpenEXR does not know", "refused",
-        compressedAs(channels(kRgba), 99));
-    add("deep samples in another compression than none, RLE, ZIPS and ZIP", "refused",
-        compressedAs(deep({deep_part}), Imf::PIZ_COMPRESSION));
-    add("rows from below (lineOrder)", "read",
-        flat({{.values = kRgba}}, {.order = Imf::DECREASING_Y}));
-    add("tiles in any order (lineOrder)", "read",
-        flat({{.values = kRgba}}, {.tile = 4, .order = Imf::RANDOM_Y}));
-    add("smaller levels of tiles", "read",
-        flat({{.values = kRgba}}, {.tile = 4, .levels = Imf::MIPMAP_LEVELS}));
-    add("smaller levels of tiles", "read",
-        flat({{.values = kRgba}}, {.tile = 4, .levels = Imf::RIPMAP_LEVELS}));
+    add(kNotSupported, "refused", compressedAs(channels(kRgba), 99));
+    add(kNotSupported, "refused", compressedAs(deep({deep_part}), Imf::PIZ_COMPRESSION));
+    add(kStorage, "read", flat({{.values = kRgba}}, {.order = Imf::DECREASING_Y}));
+    add(kStorage, "read", flat({{.values = kRgba}}, {.tile = 4, .order = Imf::RANDOM_Y}));
+    add(kStorage, "read", flat({{.values = kRgba}}, {.tile = 4, .levels = Imf::MIPMAP_LEVELS}));
+    add(kStorage, "read", flat({{.values = kRgba}}, {.tile = 4, .levels = Imf::RIPMAP_LEVELS}));
     return all;
 }
 
@@ -132,43 +158,32 @@ std::vector<Statement> colours() {
     const auto add = [&](const char* says, const char* becomes, const std::string& bytes) {
         all.push_back({says, becomes, "a.exr", bytes});
     };
-    add("R, G, B, A and Z, half or float", "read", channels(kRgba));
-    add("R, G, B, A and Z, half or float", "read",
+    add(kColours, "read", channels(kRgba));
+    add(kColours, "read",
         flat({{.values = {{"R", {1}}, {"G", {1}}, {"B", {1}}, {"Z", {1}}},
                .types = {{"R", Imf::FLOAT}, {"Z", Imf::FLOAT}}}}));
-    add("the same by other names: r, Red, alpha, depth, RA", "read",
+    add(kColours, "read",
         channels({{"red", {1}}, {"Green", {1}}, {"b", {1}}, {"Alpha", {1}}, {"Depth", {2}}}));
-    add("opacity of each channel: AR, AG, AB, with A or without", "read",
+    add(kColours, "read",
         samples({"AR", "AG", "AB", "R", "G", "B", "Z"}, {{1, 0.5, 0, 1, 1, 1, 2}}));
-    add("Y, alone or with RY and BY", "read", channels({{"Y", {1}}}));
-    add("Y, alone or with RY and BY", "read",
-        channels({{"Y", {1}}, {"RY", {0.5}}, {"BY", {-0.5}}}));
-    add("RY and BY of deep samples", "warned",
-        samples({"A", "Y", "RY", "BY", "Z"}, {{1, 1, 0.5, 0.5, 2}}));
-    add("channels of less than full size", "refused",
-        flat({{.window = kAll, .values = kRgba, .sampling = 2}}));
-    add("integers as colour or depth", "refused", integers("R"));
-    add("integers as colour or depth", "refused",
-        flat({{.values = kRgba, .types = {{"A", Imf::UINT}}}}));
-    add("other channels, integers, too", "read", integers("id"));
-    add("a flat picture without alpha or depth", "read",
-        channels({{"R", {0}}, {"G", {0}}, {"B", {0}}}));
-    add("a flat file without R, G, B or Y", "refused", channels({{"N.X", {1}}, {"Z", {1}}}));
-    add("deep samples without alpha", "warned",
-        samples({"R", "G", "B", "Z"}, {{0.5, 0.5, 0.5, 2}}));
-    add("deep samples without R, G, B and Y, or some of these", "warned",
-        samples({"A", "Z"}, {{0.5, 2}}));
-    add("deep samples without R, G, B and Y, or some of these", "warned",
-        samples({"A", "R", "Z"}, {{0.5, 0.5, 2}}));
-    add("deep samples without depth", "refused",
-        samples({"A", "R", "G", "B"}, {{0.5, 0.5, 0.5, 0.5}}));
-    add("colours in one layer of channels (beauty.R)", "read",
-        channels({{"beauty.R", {1}}, {"beauty.G", {1}}, {"beauty.B", {1}}}));
-    add("colours in several layers of channels, and none outside of them", "refused",
+    add(kColours, "read", channels({{"Y", {1}}}));
+    add(kColours, "read", channels({{"Y", {1}}, {"RY", {0.5}}, {"BY", {-0.5}}}));
+    add(kOddSamples, "warned", samples({"A", "Y", "RY", "BY", "Z"}, {{1, 1, 0.5, 0.5, 2}}));
+    add(kNotSupported, "refused", flat({{.window = kAll, .values = kRgba, .sampling = 2}}));
+    add(kNotSupported, "refused", integers("R"));
+    add(kNotSupported, "refused", flat({{.values = kRgba, .types = {{"A", Imf::UINT}}}}));
+    add(kKept, "read", integers("id"));
+    add(kSamples, "read", channels({{"R", {0}}, {"G", {0}}, {"B", {0}}}));
+    add(kNotSupported, "refused", channels({{"N.X", {1}}, {"Z", {1}}}));
+    add(kOddSamples, "warned", samples({"R", "G", "B", "Z"}, {{0.5, 0.5, 0.5, 2}}));
+    add(kOddSamples, "warned", samples({"A", "Z"}, {{0.5, 2}}));
+    add(kOddSamples, "warned", samples({"A", "R", "Z"}, {{0.5, 0.5, 2}}));
+    add(kNotSupported, "refused", samples({"A", "R", "G", "B"}, {{0.5, 0.5, 0.5, 0.5}}));
+    add(kColours, "read", channels({{"beauty.R", {1}}, {"beauty.G", {1}}, {"beauty.B", {1}}}));
+    add(kNotSupported, "refused",
         channels(
             {{"a.R", {1}}, {"a.G", {1}}, {"a.B", {1}}, {"b.R", {1}}, {"b.G", {1}}, {"b.B", {1}}}));
-    add("colours that are NaN, infinite or negative", "read",
-        channels({{"R", {std::nan("")}}, {"G", {kInfinity}}, {"B", {-1}}}));
+    add(kKept, "read", channels({{"R", {std::nan("")}}, {"G", {kInfinity}}, {"B", {-1}}}));
     return all;
 }
 
@@ -177,17 +192,16 @@ std::vector<Statement> parts() {
     const auto add = [&](const char* says, const char* becomes, const std::string& bytes) {
         all.push_back({says, becomes, "a.exr", bytes});
     };
-    add("several pictures in parts", "warned",
-        flat({{.name = "a", .values = kRgba}, {.name = "b", .values = kRgba}}));
-    add("several pictures in parts", "warned", deepParts(2, "mask"));
-    add("parts with more of the same deep samples", "read", deepParts(1, "mask"));
-    add("several views, in parts or in channels", "warned",
+    add(kSeveral, "warned", flat({{.name = "a", .values = kRgba}, {.name = "b", .values = kRgba}}));
+    add(kSeveral, "warned", deepParts(2, "mask"));
+    add(kKept, "read", deepParts(1, "mask"));
+    add(kSeveral, "warned",
         flat({{.name = "a", .values = kRgba}, {.name = "b", .values = kRgba}},
              {.header = views(true)}));
     FlatPart both{.values = kRgba};
     for (const auto& [name, values] : kRgba)
         both.values["right." + name] = values;
-    add("several views, in parts or in channels", "warned", flat({both}, {.header = views(false)}));
+    add(kSeveral, "warned", flat({both}, {.header = views(false)}));
     return all;
 }
 
@@ -200,23 +214,21 @@ std::vector<Statement> headers() {
     for (const Imath::Box2i& window : {Imath::Box2i{{2, 1}, {5, 3}}, Imath::Box2i{{-4, -3}, {9, 9}},
                                        Imath::Box2i{{20, 20}, {21, 21}}}) {
         for (const char* name : {"a.exr", "pixels.exr"})
-            add("a data window inside, around or beside the display window", "read",
-                flat({{.window = window, .values = kRgba}}), name);
+            add(kSamples, "read", flat({{.window = window, .values = kRgba}}), name);
     }
-    add("a display window that does not begin at (0, 0)", "warned",
+    add(kSeveral, "warned",
         flat({{.window = {{12, 8}, {13, 9}}, .values = kRgba}}, {.display = {{10, 7}, {17, 12}}}));
-    add("a display window far larger than what is stored", "refused",
-        flat({{.values = kRgba}}, {.display = {{0, 0}, {99999, 99999}}}));
+    add(kTooLarge, "refused", flat({{.values = kRgba}}, {.display = {{0, 0}, {99999, 99999}}}));
     const auto aspect = [](std::size_t, Imf::Header& h) { h.pixelAspectRatio() = 2; };
     const auto primaries = [](std::size_t, Imf::Header& h) {
         Imf::addChromaticities(h, Imf::Chromaticities({0.7347F, 0.2653F}, {0, 1},
                                                       {0.0001F, -0.077F}, {0.32168F, 0.33767F}));
     };
-    add("pixelAspectRatio that is not 1, into OpenEXR", "read", header(aspect));
-    add("the same, into anything else", "warned", header(aspect), "pixels.exr");
-    add("chromaticities that are not those of Rec. 709, into OpenEXR", "read", header(primaries));
-    add("these, into anything else", "warned", header(primaries), "pixels.exr");
-    add("other attributes, standard ones or not", "read", header([](std::size_t, Imf::Header& h) {
+    add(kAttributes, "read", header(aspect));
+    add(kLostAttributes, "warned", header(aspect), "pixels.exr");
+    add(kAttributes, "read", header(primaries));
+    add(kLostAttributes, "warned", header(primaries), "pixels.exr");
+    add(kAttributes, "read", header([](std::size_t, Imf::Header& h) {
             h.screenWindowWidth() = 3;
             Imf::addOwner(h, "somebody");
             Imf::addEnvmap(h, Imf::ENVMAP_CUBE);
@@ -225,12 +237,12 @@ std::vector<Statement> headers() {
             Imf::addWrapmodes(h, "clamp");
             h.insert("ours", Imf::FloatAttribute(4));
         }));
-    add("attributes of more than 1 MiB together", "warned", header([](std::size_t, Imf::Header& h) {
+    add(kLostAttributes, "warned", header([](std::size_t, Imf::Header& h) {
             h.insert("large", Imf::StringAttribute(std::string((1 << 20) + 1, 'x')));
         }));
-    add("attributes of types that they cannot have", "warned",
+    add(kLostAttributes, "warned",
         header([](std::size_t, Imf::Header& h) { h.insert("capDate", Imf::FloatAttribute(1)); }));
-    add("a preview", "read",
+    add(kAttributes, "read",
         header([](std::size_t, Imf::Header& h) { h.setPreviewImage(Imf::PreviewImage(2, 2)); }));
     return all;
 }
@@ -242,18 +254,17 @@ std::vector<Statement> depths() {
     };
     const std::vector<std::string> names{"A", "R", "G", "B", "Z"};
     const std::vector<std::string> volume{"A", "R", "G", "B", "Z", "ZBack"};
-    add("samples in any order", "read",
-        samples(names, {{0.5, 0.5, 0.5, 0.5, 3}, {0.5, 0.1, 0.1, 0.1, 1}}));
-    add("Z that is infinite", "read", sampleAt(kInfinity));
-    add("Z that is infinite", "read", channels({{"Y", {1}}, {"Z", {kInfinity}}}));
-    add("Z that is NaN or -inf", "warned", sampleAt(std::nan("")));
-    add("Z that is NaN or -inf", "warned", sampleAt(-kInfinity));
-    add("Z that is NaN or -inf", "warned", channels({{"Y", {1}}, {"Z", {std::nan("")}}}));
-    add("volumes (ZBack) that lie apart", "read",
+    add(kSamples, "read", samples(names, {{0.5, 0.5, 0.5, 0.5, 3}, {0.5, 0.1, 0.1, 0.1, 1}}));
+    add(kSamples, "read", sampleAt(kInfinity));
+    add(kSamples, "read", channels({{"Y", {1}}, {"Z", {kInfinity}}}));
+    add(kOddSamples, "warned", sampleAt(std::nan("")));
+    add(kOddSamples, "warned", sampleAt(-kInfinity));
+    add(kOddSamples, "warned", channels({{"Y", {1}}, {"Z", {std::nan("")}}}));
+    add(kSamples, "read",
         samples(volume, {{0.5, 0.5, 0.5, 0.5, 1, 2}, {0.5, 0.1, 0.1, 0.1, 2, 3}}));
-    add("volumes (ZBack) that overlap", "warned",
+    add(kOddSamples, "warned",
         samples(volume, {{0.5, 0.5, 0.5, 0.5, 1, 3}, {0.5, 0.1, 0.1, 0.1, 2, 4}}));
-    add("more than 65,536 samples in a pixel", "refused",
+    add(kTooLarge, "refused",
         samples(names, std::vector<std::vector<double>>(65537, {1, 1, 1, 1, 1})));
     return all;
 }

@@ -41,7 +41,7 @@ inline std::map<std::string, std::string> statementRows(const std::string& forma
         if (first == std::string::npos || second == std::string::npos) continue;
         rows.emplace(line.substr(2, first - 2), line.substr(first + 3, second - first - 3));
     }
-    rows.erase("it says");
+    rows.erase("content");
     rows.erase("---");
     return rows;
 }
@@ -73,7 +73,8 @@ inline void expectStatements(const std::string& format, const std::vector<Statem
                              const ReadStatement& read) {
     std::map<std::string, std::string> tested;
     for (const Statement& statement : statements) {
-        SCOPED_TRACE(format + ": " + statement.says);
+        SCOPED_TRACE(format + ", case " + std::to_string(&statement - statements.data()) + ": " +
+                     statement.says);
         const ScratchDir folder;
         for (const auto& [name, bytes] : statement.beside)
             writeFile(folder / name, bytes);

@@ -20,6 +20,29 @@
 namespace peeler::test {
 namespace {
 
+// The first cells of rows in formats/README.md.
+constexpr const char* kTextures =
+    "any PNG (textures: 8 bits); JPEG: grey, RGB, CMYK, progressive; textures in BMP, TGA, TIFF "
+    "(in a glTF with a warning); orientation of compared pictures; ignored: other metadata, gamma, "
+    "profiles";
+constexpr const char* kKtx2 =
+    "KTX2: UASTC, ETC1S, RGB8, RGBA8, Zstandard, ZLIB; the largest level (RRR: its blocks' "
+    "colours)";
+constexpr const char* kOddTextures =
+    "Exif orientation of textures; damaged JPEG; animations; KTX2 with a swizzle (applied), other "
+    "primaries or transfer functions, turned, or with sides that are no multiples of 4";
+constexpr const char* kNotTextures =
+    "KTX2 with premultiplied alpha, arrays, cube maps, volumes, other texels; textures in other "
+    "formats; other damaged pictures";
+constexpr const char* kEnvironments =
+    "environments: Radiance in all eight orientations; OpenEXR with any data window, `envmap` "
+    "latitude-longitude";
+constexpr const char* kOddEnvironments =
+    "environments: `EXPOSURE`, `GAMMA`, `COLORCORR`, `PRIMARIES`, `chromaticities` except Rec. "
+    "709, several parts, sides not 2:1 (stretched), negative light";
+constexpr const char* kNotEnvironments =
+    "environments: Radiance XYZ, `envmap` cube, non-finite light, other formats";
+
 std::string text(const Bytes& bytes) {
     return {bytes.begin(), bytes.end()};
 }
@@ -93,38 +116,27 @@ std::vector<Statement> texturesAndPictures() {
         return bytes;
     }();
     return {
-        {"PNG of every kind of colour, 1 to 16 bits, interlaced or not", "read", "t.png", pngOf()},
-        {"PNG of every kind of colour, 1 to 16 bits, interlaced or not", "read", "t.png",
-         text(png(1, 1, PngColor::kRgba, 16, Bytes(8)))},
-        {"JPEG, grey, RGB or CMYK, progressive or not", "read", "t.jpg", jpeg},
-        {"JPEG, grey, RGB or CMYK, progressive or not", "read", "t.jpg", jpegOf(1, 1)},
-        {"JPEG that is cut off or damaged", "warned", "t.jpg", jpeg.substr(0, jpeg.size() * 2 / 3)},
-        {"JPEG that is cut off or damaged", "warned", "c.jpg", jpeg.substr(0, jpeg.size() * 2 / 3)},
-        {"JPEG that is cut off or damaged", "warned", "t.jpg", damaged_jpeg},
-        {"other pictures that are cut off or damaged", "refused", "t.png", pngOf().substr(0, 50)},
-        {"other pictures that are cut off or damaged", "refused", "e.hdr",
-         radiance("").substr(0, 48)},
-        {"gamma, chromaticities, profiles, texts and other metadata", "read", "t.png",
-         pngOf({{"gAMA", {0, 0, 0x80, 0}}, {"tEXt", {'a', 0, 'b'}}})},
-        {"animations (PNG, WebP)", "warned", "t.png", pngOf({{"acTL", {0, 0, 0, 2, 0, 0, 0, 0}}})},
-        {"Exif's orientation, of a texture", "warned", "t.jpg", jpegOf(6)},
-        {"Exif's and TIFF's orientation, of a picture that is compared", "read", "c.jpg",
-         jpegOf(6)},
-        {"Exif's and TIFF's orientation, of a picture that is compared", "read", "c.tif",
-         tiffOf(3)},
-        {"KTX2 of UASTC, ETC1S, RGB8 or RGBA8; Zstandard, ZLIB", "read", "t.ktx2",
-         text(ktx2Of().bytes())},
-        {"KTX2 of UASTC, ETC1S, RGB8 or RGBA8; Zstandard, ZLIB", "read", "t.ktx2",
-         text(grey.bytes())},
-        {"KTX2 with a swizzle, with other primaries or transfer functions, turned, or of sides "
-         "that are no multiples of 4",
-         "warned", "t.ktx2", text(swizzled.bytes())},
-        {"KTX2 with premultiplied alpha; arrays, cube maps, volumes, other texels", "refused",
-         "t.ktx2", text(premultiplied.bytes())},
-        {"KTX2 with premultiplied alpha; arrays, cube maps, volumes, other texels", "refused",
-         "t.ktx2", text(cube)},
-        {"textures in BMP, TGA or TIFF", "read", "t.tif", tiffOf(1)},
-        {"textures in other formats", "refused", "t.gif", "GIF89a"},
+        {kTextures, "read", "t.png", pngOf()},
+        {kTextures, "read", "t.png", text(png(1, 1, PngColor::kRgba, 16, Bytes(8)))},
+        {kTextures, "read", "t.jpg", jpeg},
+        {kTextures, "read", "t.jpg", jpegOf(1, 1)},
+        {kOddTextures, "warned", "t.jpg", jpeg.substr(0, jpeg.size() * 2 / 3)},
+        {kOddTextures, "warned", "c.jpg", jpeg.substr(0, jpeg.size() * 2 / 3)},
+        {kOddTextures, "warned", "t.jpg", damaged_jpeg},
+        {kNotTextures, "refused", "t.png", pngOf().substr(0, 50)},
+        {kNotTextures, "refused", "e.hdr", radiance("").substr(0, 48)},
+        {kTextures, "read", "t.png", pngOf({{"gAMA", {0, 0, 0x80, 0}}, {"tEXt", {'a', 0, 'b'}}})},
+        {kOddTextures, "warned", "t.png", pngOf({{"acTL", {0, 0, 0, 2, 0, 0, 0, 0}}})},
+        {kOddTextures, "warned", "t.jpg", jpegOf(6)},
+        {kTextures, "read", "c.jpg", jpegOf(6)},
+        {kTextures, "read", "c.tif", tiffOf(3)},
+        {kKtx2, "read", "t.ktx2", text(ktx2Of().bytes())},
+        {kKtx2, "read", "t.ktx2", text(grey.bytes())},
+        {kOddTextures, "warned", "t.ktx2", text(swizzled.bytes())},
+        {kNotTextures, "refused", "t.ktx2", text(premultiplied.bytes())},
+        {kNotTextures, "refused", "t.ktx2", text(cube)},
+        {kTextures, "read", "t.tif", tiffOf(1)},
+        {kNotTextures, "refused", "t.gif", "GIF89a"},
     };
 }
 
@@ -132,26 +144,22 @@ std::vector<Statement> environments() {
     const Imf::Chromaticities aces({0.7347F, 0.2653F}, {0, 1}, {0.0001F, -0.077F},
                                    {0.3217F, 0.3377F});
     return {
-        {"environments: Radiance, of all eight orientations", "read", "e.hdr", radiance("")},
-        {"environments: Radiance, of all eight orientations", "read", "e.hdr",
-         radiance("", "-X 2 +Y 1")},
-        {"`EXPOSURE`, `GAMMA`, `COLORCORR`, `PRIMARIES` of Radiance", "warned", "e.hdr",
-         radiance("EXPOSURE=2\n")},
-        {"Radiance of XYZ", "refused", "e.hdr", radiance("", "-Y 1 +X 2", "32-bit_rle_xyze")},
-        {"environments: OpenEXR, with any data window; `envmap` of latitude and longitude", "read",
-         "e.exr", exrWith({})},
-        {"environments: OpenEXR, with any data window; `envmap` of latitude and longitude", "read",
-         "e.exr", envmap(Imf::ENVMAP_LATLONG)},
-        {"`envmap` of a cube", "refused", "e.exr", envmap(Imf::ENVMAP_CUBE)},
-        {"several parts of an environment", "warned", "e.exr", exrWith({}, 2)},
-        {"`chromaticities` of an environment that are not those of Rec. 709", "warned", "e.exr",
+        {kEnvironments, "read", "e.hdr", radiance("")},
+        {kEnvironments, "read", "e.hdr", radiance("", "-X 2 +Y 1")},
+        {kOddEnvironments, "warned", "e.hdr", radiance("EXPOSURE=2\n")},
+        {kNotEnvironments, "refused", "e.hdr", radiance("", "-Y 1 +X 2", "32-bit_rle_xyze")},
+        {kEnvironments, "read", "e.exr", exrWith({})},
+        {kEnvironments, "read", "e.exr", envmap(Imf::ENVMAP_LATLONG)},
+        {kNotEnvironments, "refused", "e.exr", envmap(Imf::ENVMAP_CUBE)},
+        {kOddEnvironments, "warned", "e.exr", exrWith({}, 2)},
+        {kOddEnvironments, "warned", "e.exr",
          exrWith([&](Imf::Header& header) { Imf::addChromaticities(header, aces); })},
-        {"an environment that is not twice as wide as high", "warned", "e.exr",
+        {kOddEnvironments, "warned", "e.exr",
          written("a.exr", floats(6, 8), std::vector<float>(144))},
-        {"negative light", "warned", "e.exr", written("a.exr", floats(2, 1), {-1, 0, 0, 0, 0, 0})},
-        {"light that is not finite", "refused", "e.exr",
+        {kOddEnvironments, "warned", "e.exr", written("a.exr", floats(2, 1), {-1, 0, 0, 0, 0, 0})},
+        {kNotEnvironments, "refused", "e.exr",
          written("a.exr", floats(2, 1), {INFINITY, 0, 0, 0, 0, 0})},
-        {"environments in other formats", "refused", "e.png", pngOf()},
+        {kNotEnvironments, "refused", "e.png", pngOf()},
     };
 }
 

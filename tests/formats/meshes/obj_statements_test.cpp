@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Handling of every statement of an OBJ and its MTL (formats/README.md).
+// What becomes of everything that an OBJ and its MTL can say (formats/README.md).
 #include "formats/file/file_statements.h"
 #include "formats/image/png_builder.h"
 #include "formats/meshes/scene_reader.h"
@@ -7,7 +7,42 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a triangle with a normal and the material m of m.mtl, between other statements.
+// The first cells of rows in formats/README.md.
+constexpr const char* kShapes =
+    "`v` (a fourth number: curve weight), `vt`, `vn`, `f`, `fo`, `l`, `p`, `o`, `g`, `usemtl`, "
+    "`mtllib`; comments (after names, from ` # ` on), lines continued by a backslash";
+constexpr const char* kColours =
+    "colours behind `v`, to 1 or 255 (sRGB; multiply the material, or white); ZBrush's `#MRGB`, "
+    "without masks";
+constexpr const char* kPassedOver =
+    "ignored: `s` with normals, `mg`, `lod`, `bevel`, `c_interp`, `d_interp`, `usemap` off";
+constexpr const char* kOddVertices =
+    "`s` without normals (flat, unless `--smooth-normals`), other numbers behind `v`, non-finite "
+    "normals or texture coordinates, faces with these at some corners or of under three, nothing "
+    "to draw";
+constexpr const char* kOtherLines =
+    "`bevel`, `c_interp`, `d_interp`, `usemap`, `maplib`, `shadow_obj`, `trace_obj`, `call`, `csh` "
+    "(never run), curves and surfaces (`cstype`, `curv`, `surf` …), other lines";
+constexpr const char* kMaterials =
+    "`Kd`, `Ke`, `Ns`, `d`, `Tr`, `Pr`, `Pm`, `Ps`, `Pc`, `Pcr`, `aniso`, `anisor`, `map_Kd`, "
+    "`map_d`, `map_Ke`, `map_Pr`, `map_Pm`, `norm`, `map_norm` (PNG, JPEG, WebP, KTX2, BMP, TGA, "
+    "TIFF); `-s`, `-o`, `-clamp`, `-bm` of normal maps";
+constexpr const char* kNoEffect =
+    "ignored: `Ka`, `Ks`, `Ni`, `illum`, `sharpness`, `map_Ka`, `map_aat`, a grey `Tf`; `-boost`, "
+    "`-texres`, `-blendu`, `-blendv`, `-type`; `-t`, `-mm`, `-cc`, `-imfchan`, `-colorspace` "
+    "without effect";
+constexpr const char* kOtherMaterials =
+    "these five with effect; `bump`, `map_bump`, `disp`, `decal`, `refl`, `map_Ks`, `map_Ns`, a "
+    "coloured `Tf`, `d -halo`, `spectral`, `xyz`, all others";
+constexpr const char* kOddMaterials =
+    "missing materials and libraries; textures missing, found elsewhere, or without coordinates; "
+    "contradictory `d` and `Tr`, full transparency, values out of range, a second "
+    "material of a name, statements before `newmtl`";
+constexpr const char* kBroken =
+    "no OBJ line, non-finite positions, words for numbers, too few numbers, indices of nothing; in "
+    "every format: UTF-16, a Git LFS pointer, a web page";
+
+/// A triangle with a normal, of the material m of m.mtl, between other statements.
 std::string obj(const std::string& before, const std::string& behind = "") {
     return before +
            "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\n"
@@ -17,12 +52,12 @@ std::string obj(const std::string& before, const std::string& behind = "") {
 
 const std::string kName = "a.obj";
 
-/// Returns a statement in an OBJ, with a trivial material.
+/// An OBJ that says something; its material says nothing of interest.
 Statement ofObj(const std::string& says, const std::string& becomes, const std::string& bytes) {
     return {says, becomes, kName, bytes, {{"m.mtl", "newmtl m\nKd 1 0 0\n"}}};
 }
 
-/// Returns a statement in the material of an OBJ.
+/// An OBJ whose material says something.
 Statement ofMtl(const std::string& says, const std::string& becomes, const std::string& statement) {
     const Bytes picture = png(1, 1, PngColor::kRgb, 8, {1, 2, 3});
     return {says,
@@ -36,94 +71,76 @@ Statement ofMtl(const std::string& says, const std::string& becomes, const std::
 std::vector<Statement> statementsOfObj() {
     const std::string flat = "v 0 0 0\nv 1 0 0\nv 0 1 0\n", face = "f 1 2 3\n";
     return {
-        ofObj("`v`, `vt`, `vn`", "read", obj("")),
-        ofObj("`v`, `vt`, `vn`", "read", obj("v 0 0 0 1\n")),
-        ofObj("`f` (`fo`), `l`, `p`", "read", obj("", "fo 1 2 3\nl 1 2 3\np 1\n")),
-        ofObj("`o`, `g`", "read", obj("o a\ng b c\n")),
-        ofObj("`usemtl`, `mtllib`", "read", obj("mtllib m.mtl\n")),
-        ofObj("comments, behind statements, too", "read", obj("# a\nv 1 2 3 # b\n")),
-        ofObj("lines that go on behind a backslash", "read", obj("", "f 1 \\\n2 3\n")),
-        ofObj("colours behind the coordinates of `v`, to 1 or 255", "read",
-              "v 0 0 0 1 1 1\nv 1 0 0 1 1 1\nv 0 1 0 1 1 1\n" + face),
-        ofObj("colours behind the coordinates of `v`, to 1 or 255", "read",
-              "v 0 0 0 255 1 1\nv 1 0 0 1 1 1\nv 0 1 0 1 1 1\n" + face),
-        ofObj("other numbers behind them", "warned", "v 0 0 0 1 1 1 1\n" + flat + face),
-        ofObj("other numbers behind them", "warned", "v 0 0 0 1.5 1 1\n" + flat + face),
-        ofObj("ZBrush's colours `#MRGB`", "read", flat + "#MRGB ffff0000ff00ff00ff0000ff\n" + face),
-        ofObj("smoothing groups `s`, of faces with normals", "read", obj("s 1\n")),
-        ofObj("smoothing groups `s`, of faces with normals", "read", "s off\n" + flat + face),
-        ofObj("smoothing groups of faces without normals", "warned", "s 1\n" + flat + face),
-        ofObj("`mg`, `lod`; `bevel off`, `c_interp off`, `d_interp off`, `usemap off`", "read",
+        ofObj(kShapes, "read", obj("")),
+        ofObj(kShapes, "read", obj("v 0 0 0 1\n")),
+        ofObj(kShapes, "read", obj("", "fo 1 2 3\nl 1 2 3\np 1\n")),
+        ofObj(kShapes, "read", obj("o a\ng b c\n")),
+        ofObj(kShapes, "read", obj("mtllib m.mtl\n")),
+        ofObj(kShapes, "read", obj("# a\nv 1 2 3 # b\n")),
+        ofObj(kShapes, "read", obj("", "f 1 \\\n2 3\n")),
+        ofObj(kColours, "read", "v 0 0 0 1 1 1\nv 1 0 0 1 1 1\nv 0 1 0 1 1 1\n" + face),
+        ofObj(kColours, "read", "v 0 0 0 255 1 1\nv 1 0 0 1 1 1\nv 0 1 0 1 1 1\n" + face),
+        ofObj(kOddVertices, "warned", "v 0 0 0 1 1 1 1\n" + flat + face),
+        ofObj(kOddVertices, "warned", "v 0 0 0 1.5 1 1\n" + flat + face),
+        ofObj(kColours, "read", flat + "#MRGB ffff0000ff00ff00ff0000ff\n" + face),
+        ofObj(kPassedOver, "read", obj("s 1\n")),
+        ofObj(kPassedOver, "read", "s off\n" + flat + face),
+        ofObj(kOddVertices, "warned", "s 1\n" + flat + face),
+        ofObj(kPassedOver, "read",
               obj("mg 1 0.5\nlod 100\nbevel off\nc_interp off\nd_interp off\nusemap off\n")),
-        ofObj("`bevel`, `c_interp`, `d_interp`, `usemap`, `maplib`, `shadow_obj`, `trace_obj`",
-              "warned", obj("usemap wood\n")),
-        ofObj("`bevel`, `c_interp`, `d_interp`, `usemap`, `maplib`, `shadow_obj`, `trace_obj`",
-              "warned", obj("shadow_obj a.obj\n")),
-        ofObj("`call`, `csh`", "warned", obj("call b.obj\n")),
-        ofObj("curves and surfaces: `cstype`, `curv`, `surf` …", "warned", obj("cstype bezier\n")),
-        ofObj("curves and surfaces: `cstype`, `curv`, `surf` …", "warned", obj("bzp 1 2 3\n")),
-        ofObj("normals and texture coordinates that are not finite", "warned",
-              obj("", "vn nan 0 0\n")),
-        ofObj("faces of which some corners have normals or texture coordinates", "warned",
-              obj("", "f 1//1 2 3\n")),
-        ofObj("faces of fewer than three corners", "warned", obj("", "f 1 2\n")),
-        ofObj("a material that is not there, or libraries of materials", "warned",
-              obj("", "usemtl none\nf 1 2 3\n")),
-        ofObj("a material that is not there, or libraries of materials", "warned",
-              "mtllib none.mtl\n" + flat + face),
-        ofObj("other lines among those of an OBJ", "warned", obj("hello world\n")),
-        ofObj("nothing to draw", "warned", flat),
-        ofObj("no line of an OBJ", "refused", "once upon a time\n"),
-        ofObj("text in UTF-16, a pointer of Git LFS, a web page", "refused",
-              std::string("\xFF\xFEv\0 \0", 6)),
-        ofObj("text in UTF-16, a pointer of Git LFS, a web page", "refused",
+        ofObj(kOtherLines, "warned", obj("usemap wood\n")),
+        ofObj(kOtherLines, "warned", obj("shadow_obj a.obj\n")),
+        ofObj(kOtherLines, "warned", obj("call b.obj\n")),
+        ofObj(kOtherLines, "warned", obj("cstype bezier\n")),
+        ofObj(kOtherLines, "warned", obj("bzp 1 2 3\n")),
+        ofObj(kOddVertices, "warned", obj("", "vn nan 0 0\n")),
+        ofObj(kOddVertices, "warned", obj("", "f 1//1 2 3\n")),
+        ofObj(kOddVertices, "warned", obj("", "f 1 2\n")),
+        ofObj(kOddMaterials, "warned", obj("", "usemtl none\nf 1 2 3\n")),
+        ofObj(kOddMaterials, "warned", "mtllib none.mtl\n" + flat + face),
+        ofObj(kOtherLines, "warned", obj("hello world\n")),
+        ofObj(kOddVertices, "warned", flat),
+        ofObj(kBroken, "refused", "once upon a time\n"),
+        ofObj(kBroken, "refused", std::string("\xFF\xFEv\0 \0", 6)),
+        ofObj(kBroken, "refused",
               "version https://git-lfs.github.com/spec/v1\noid sha256:abc\nsize 123\n"),
-        ofObj("text in UTF-16, a pointer of Git LFS, a web page", "refused", "<!DOCTYPE html>\n"),
-        ofObj("positions that are not finite", "refused", "v 0 0 inf\n" + flat + face),
-        ofObj("words for numbers, too few of them, indices of nothing", "refused",
-              flat + "f 1 2 4\n"),
+        ofObj(kBroken, "refused", "<!DOCTYPE html>\n"),
+        ofObj(kBroken, "refused", "v 0 0 inf\n" + flat + face),
+        ofObj(kBroken, "refused", flat + "f 1 2 4\n"),
     };
 }
 
 std::vector<Statement> statementsOfMtl() {
     return {
-        ofMtl("`Kd`, `Ke`, `Ns`, `d`, `Tr`", "read",
-              "Kd 1 0.5 0\nKe 3 0 0\nNs 96 # rough\nd 0.5\nTr 0.5"),
-        ofMtl("`Pr`, `Pm`, `Ps`, `Pc`, `Pcr`, `aniso`, `anisor`", "read",
-              "Pr 0.5\nPm 1\nPs 0\nPc 1\nPcr 0.5\naniso 0.5\nanisor 0.25"),
-        ofMtl("`map_Kd`, `map_d`, `map_Ke`, `map_Pr`, `map_Pm`, `norm`, `map_norm`", "read",
+        ofMtl(kMaterials, "read", "Kd 1 0.5 0\nKe 3 0 0\nNs 96 # rough\nd 0.5\nTr 0.5"),
+        ofMtl(kMaterials, "read", "Pr 0.5\nPm 1\nPs 0\nPc 1\nPcr 0.5\naniso 0.5\nanisor 0.25"),
+        ofMtl(kMaterials, "read",
               "map_Kd a.png\nmap_d a.png\nmap_Ke a.png\nmap_Pr a.png\nmap_Pm a.png\nnorm a.png"),
-        ofMtl("options of maps: `-s`, `-o`, `-clamp`, `-bm`", "read",
-              "map_Kd -s 2 2 2 -o 1 1 1 -clamp on a.png"),
-        ofMtl("`Ka`, `Ks`, `Ni`, `illum`, `sharpness`, `map_Ka`, `map_aat`", "read",
+        ofMtl(kMaterials, "read", "map_Kd -s 2 2 2 -o 1 1 1 -clamp on a.png"),
+        ofMtl(kNoEffect, "read",
               "Ka 1 1 1\nKs 1 1 1\nNi 1.5\nillum 2\nsharpness 60\nmap_Ka b.png\nmap_aat on"),
-        ofMtl("options of maps: `-boost`, `-texres`, `-blendu`, `-blendv`, `-type`", "read",
+        ofMtl(kNoEffect, "read",
               "map_Kd -boost 1 -texres 512 -blendu on -blendv on -type sphere a.png"),
-        ofMtl("options of maps: `-t`, `-mm`, `-cc`, `-imfchan`, `-colorspace`", "warned",
-              "map_Kd -t 1 1 1 a.png"),
-        ofMtl("options of maps: `-t`, `-mm`, `-cc`, `-imfchan`, `-colorspace`", "warned",
-              "map_Kd -mm 0.5 1 a.png"),
-        ofMtl("the same where they change nothing", "read",
+        ofMtl(kOtherMaterials, "warned", "map_Kd -t 1 1 1 a.png"),
+        ofMtl(kOtherMaterials, "warned", "map_Kd -mm 0.5 1 a.png"),
+        ofMtl(kNoEffect, "read",
               "map_Kd -t 0 0 0 -mm 0 1 -cc off -imfchan l -colorspace sRGB a.png"),
-        ofMtl("names of other folders or drives, or in other letters", "warned",
-              "map_Kd C:\\Users\\me\\A.PNG"),
-        ofMtl("a texture that cannot be had", "warned", "map_Kd b.png"),
-        {"textures of faces without texture coordinates", "warned", kName,
+        ofMtl(kOddMaterials, "warned", "map_Kd C:\\Users\\me\\A.PNG"),
+        ofMtl(kOddMaterials, "warned", "map_Kd b.png"),
+        {kOddMaterials, "warned", kName,
          "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n",
          ofMtl("", "", "map_Kd a.png").beside},
-        ofMtl("`bump`, `map_bump`, `disp`, `decal`, `refl`, `map_Ks`, `map_Ns`, and all others",
-              "warned", "bump a.png"),
-        ofMtl("`bump`, `map_bump`, `disp`, `decal`, `refl`, `map_Ks`, `map_Ns`, and all others",
-              "warned", "map_Ns a.png"),
-        ofMtl("a coloured filter `Tf`", "warned", "Tf 0 1 0"),
-        ofMtl("a grey filter `Tf`", "read", "Tf 1 1 1"),
-        ofMtl("`d -halo`, `spectral`, `xyz`", "warned", "d -halo 0.5"),
-        ofMtl("`d -halo`, `spectral`, `xyz`", "warned", "Kd spectral a.rfl"),
-        ofMtl("`d` and `Tr` that contradict each other", "warned", "d 1\nTr 1"),
-        ofMtl("a material that is wholly transparent", "warned", "Tr 1"),
-        ofMtl("numbers out of range", "warned", "Kd 255 0 0"),
-        ofMtl("a material twice, or statements before `newmtl`", "warned", "newmtl m\nKd 1 1 1"),
-        ofMtl("words for numbers", "refused", "Kd red"),
+        ofMtl(kOtherMaterials, "warned", "bump a.png"),
+        ofMtl(kOtherMaterials, "warned", "map_Ns a.png"),
+        ofMtl(kOtherMaterials, "warned", "Tf 0 1 0"),
+        ofMtl(kNoEffect, "read", "Tf 1 1 1"),
+        ofMtl(kOtherMaterials, "warned", "d -halo 0.5"),
+        ofMtl(kOtherMaterials, "warned", "Kd spectral a.rfl"),
+        ofMtl(kOddMaterials, "warned", "d 1\nTr 1"),
+        ofMtl(kOddMaterials, "warned", "Tr 1"),
+        ofMtl(kOddMaterials, "warned", "Kd 255 0 0"),
+        ofMtl(kOddMaterials, "warned", "newmtl m\nKd 1 1 1"),
+        ofMtl(kBroken, "refused", "Kd red"),
     };
 }
 

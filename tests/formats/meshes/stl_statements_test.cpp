@@ -1,12 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Handling of every statement of an STL (formats/README.md).
+// What becomes of everything that an STL can say (formats/README.md).
 #include "formats/file/file_statements.h"
 #include "formats/meshes/scene_reader.h"
 
 namespace peeler::test {
 namespace {
 
-/// Returns a binary STL of one triangle with its third corner at height `y`.
+// The first cells of rows in formats/README.md.
+constexpr const char* kTriangles =
+    "triangles, binary or text, in one or several solids; ignored: facet normals, binary header, "
+    "layout, capitals, repeated `solid` or `endsolid`";
+constexpr const char* kIgnored =
+    "several names, no `endsolid`, bytes behind the last triangle; colours: attributes (VisCAM, "
+    "SolidView, Materialise), `COLOR=`, `color`";
+constexpr const char* kBroken =
+    "non-finite coordinates, facets without exactly three corners, other words, truncation";
+
+/// A binary STL of one triangle whose third corner is at height `y`.
 std::string binaryStl(float y, std::uint16_t attribute, const std::string& behind = "",
                       const std::string& header = "") {
     std::string bytes = header;
@@ -31,37 +41,33 @@ std::string textStl(const std::string& facets) {
     return "solid a\n" + facets + "endsolid a\n";
 }
 
-/// Returns the text in one line.
+/// The text in one line.
 std::string oneLine(std::string text) {
     std::ranges::replace(text, '\n', ' ');
     return text;
 }
 
 TEST(Statements, OfAnStl) {
-    const std::string triangles = "triangles, binary or text", name = "a.stl";
+    const std::string name = "a.stl";
     const std::vector<Statement> statements = {
-        {triangles, "read", name, binaryStl(1, 0)},
-        {triangles, "read", name, textStl(facet())},
-        {"normals of facets", "read", name, textStl(facet("0 1 0", "facet normal -nan(ind) x"))},
-        {"the header of a binary file", "read", name, binaryStl(1, 0, "", "solid made by hand")},
-        {"white space, ends of lines and capitals", "read", name, oneLine(textStl(facet()))},
-        {"a `solid` or `endsolid` line twice", "read", name,
-         "solid a\n" + textStl(facet()) + "endsolid a\n"},
-        {"solids of several names", "warned", name, textStl(facet()) + "solid b\nendsolid b\n"},
-        {"colours in the attributes of triangles (VisCAM, SolidView, Materialise)", "warned", name,
-         binaryStl(1, 0x7C00)},
-        {"`COLOR=` in the header (Materialise)", "warned", name,
-         binaryStl(1, 0, "", "COLOR=abcd,MATERIAL=0123456789ab")},
-        {"`color` in a text", "warned", name, textStl("color 1 0 0\n" + facet())},
-        {"no `endsolid`", "warned", name, "solid a\n" + facet()},
-        {"bytes behind the last triangle", "warned", name, binaryStl(1, 0, "more")},
-        {"coordinates that are not finite", "refused", name, binaryStl(INFINITY, 0)},
-        {"coordinates that are not finite", "refused", name, textStl(facet("0 nan 0"))},
-        {"facets of more or fewer than three corners", "refused", name,
-         textStl(facet("0 1 0\nvertex 1 1 0"))},
-        {"an end within a triangle", "refused", name, binaryStl(1, 0).substr(0, 100)},
-        {"an end within a triangle", "refused", name, "solid a\n" + facet().substr(0, 50)},
-        {"other words", "refused", name, textStl("facets follow\n" + facet())},
+        {kTriangles, "read", name, binaryStl(1, 0)},
+        {kTriangles, "read", name, textStl(facet())},
+        {kTriangles, "read", name, textStl(facet("0 1 0", "facet normal -nan(ind) x"))},
+        {kTriangles, "read", name, binaryStl(1, 0, "", "solid made by hand")},
+        {kTriangles, "read", name, oneLine(textStl(facet()))},
+        {kTriangles, "read", name, "solid a\n" + textStl(facet()) + "endsolid a\n"},
+        {kIgnored, "warned", name, textStl(facet()) + "solid b\nendsolid b\n"},
+        {kIgnored, "warned", name, binaryStl(1, 0x7C00)},
+        {kIgnored, "warned", name, binaryStl(1, 0, "", "COLOR=abcd,MATERIAL=0123456789ab")},
+        {kIgnored, "warned", name, textStl("color 1 0 0\n" + facet())},
+        {kIgnored, "warned", name, "solid a\n" + facet()},
+        {kIgnored, "warned", name, binaryStl(1, 0, "more")},
+        {kBroken, "refused", name, binaryStl(INFINITY, 0)},
+        {kBroken, "refused", name, textStl(facet("0 nan 0"))},
+        {kBroken, "refused", name, textStl(facet("0 1 0\nvertex 1 1 0"))},
+        {kBroken, "refused", name, binaryStl(1, 0).substr(0, 100)},
+        {kBroken, "refused", name, "solid a\n" + facet().substr(0, 50)},
+        {kBroken, "refused", name, textStl("facets follow\n" + facet())},
     };
     expectStatements("STL", statements, [](const std::filesystem::path& file, bool strict) {
         SceneReadOptions options;
