@@ -41,10 +41,11 @@ class Debian13(PeelerTest):
             root.variables["PEELER_ASSETS"] = "/assets"
         plain = "rm -rf build/* && sh tests/run.sh plain"  # to save the files' memory
         for command in ("sh examples/quickstart.sh", "sh tests/run.sh", plain):
-            done = root.run(["sh", "-c", command])
-            shown = done.stdout[-2500:] if done.returncode == 0 else done.stdout
-            print(f"{time.monotonic() - started:6.1f} s  {command}\n{shown}", flush=True)
-            self.assertEqual(done.returncode, 0)
+            with self.subTest(command):
+                done = root.run(["sh", "-c", command])
+                shown = done.stdout[-2500:] if done.returncode == 0 else done.stdout
+                print(f"{time.monotonic() - started:6.1f} s  {command}\n{shown}", flush=True)
+                self.assertEqual(done.returncode, 0)
 
 
 if __name__ == "__main__":
