@@ -49,13 +49,13 @@ std::vector<OutputFormat> makeTable() {
     std::vector<OutputFormat> rows = {
         {.extensions = {".exr"},
          .kind = "ldi",
-         .summary = "layered depth image: one OpenEXR part a layer",
+         .summary = "layered depth image: one OpenEXR part per layer",
          .make = make<ExrLdiWriter>,
          .content = OutputContent::kLayers,
          .channels = true},
         {.extensions = {".exr"},
          .kind = "deep",
-         .summary = "deep image: every fragment a sample of an OpenEXR deep scan line",
+         .summary = "deep image: OpenEXR deep scan lines, one sample per fragment",
          .make = make<ExrDeepWriter>,
          .content = OutputContent::kSamples,
          .channels = true},
@@ -87,14 +87,14 @@ std::vector<OutputFormat> makeTable() {
     const std::vector<std::string_view> arrays(arrayExtensions().begin(), arrayExtensions().end());
     rows.push_back({.extensions = {".safetensors"},
                     .kind = "layers",
-                    .summary = "every fragment in arrays as they are in memory, to be read again",
+                    .summary = "every fragment in arrays as in memory; peeler reads them back",
                     .make = makeLayerArrays,
                     .content = OutputContent::kLists,
                     .channels = true,
                     .forecast = forecastLayerArrays});
     rows.push_back({.extensions = arrays,
                     .kind = "arrays",
-                    .summary = "every fragment in arrays for numpy, in a list a pixel",
+                    .summary = "every fragment in arrays for numpy, one list per pixel",
                     .make = makeArrays,
                     .content = OutputContent::kArrays,
                     .channels = true,
@@ -164,11 +164,11 @@ const OutputFormat& findOutputFormat(std::string_view path, std::string_view as)
     if (kinds_here.empty()) {
         throw Error(ErrorKind::kUsage,
                     extension.empty() ? "the output has no extension, so its format is unknown"
-                                      : "there is no output format \"" + extension + "\"",
+                                      : "unknown output format \"" + extension + "\"",
                     std::string(path), "choose one of: " + extensions);
     }
     if (extensions_there.empty()) {
-        throw Error(ErrorKind::kUsage, "there is no kind of output \"" + std::string(as) + "\"",
+        throw Error(ErrorKind::kUsage, "unknown kind of output \"" + std::string(as) + "\"",
                     Parameter::kAs, "choose one of: " + kinds);
     }
     throw Error(ErrorKind::kUsage,

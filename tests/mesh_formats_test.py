@@ -382,7 +382,7 @@ class Materials(Scratch):
         self.assertEqual([found["triangles"], found["lines"], found["points"]], [5, 1, 2])
         self.assertEqual(found["nodes"][0]["children"], [1])
         self.assertEqual(found["materials"], {"OPAQUE": 2, "MASK": 0, "BLEND": 1})
-        self.assertEqual(len([w for w in found["warnings"] if '"none" is not there' in w]), 1)
+        self.assertEqual(len([w for w in found["warnings"] if '"none" is missing' in w]), 1)
 
 
 if __name__ == "__main__":

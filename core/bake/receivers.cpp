@@ -36,8 +36,8 @@ VertexReceivers::VertexReceivers(const PosedScene& posed, const MemoryBudget& bu
     }
     if (count > kMostReceivers)
         throw Error(ErrorKind::kInput,
-                    "the scene shows " + std::to_string(count) + " vertices, at most " +
-                        std::to_string(kMostReceivers) + " can be baked for",
+                    "the scene has " + std::to_string(count) + " visible vertices, at most " +
+                        std::to_string(kMostReceivers) + " can be baked",
                     "", "bake parts of it: " + Parameter::kInclude + ", " + Parameter::kExclude);
     checkReceiverMemory(count * kReceiverBytes, count, budget);
     receivers_.positions.resize(count);
@@ -158,7 +158,7 @@ class Placement {
 };
 
 [[noreturn]] void failTooLarge() {
-    throw Error(ErrorKind::kInput, "there are too many textures of this size to bake at once", "",
+    throw Error(ErrorKind::kInput, "too many textures of this size to bake at once", "",
                 "choose a smaller " + Parameter::kSize + ", or bake parts of the scene: " +
                     Parameter::kInclude + ", " + Parameter::kExclude);
 }
@@ -249,7 +249,7 @@ TexelReceivers::TexelReceivers(const PosedScene& posed, const VertexReceivers& v
     }
     if (atlases_.empty())
         throw Error(ErrorKind::kInput,
-                    "no triangle that is shown has TEXCOORD_" + std::to_string(settings.uv_set), "",
+                    "no visible triangle has TEXCOORD_" + std::to_string(settings.uv_set), "",
                     "use " + Parameter::kTarget + " vertices, or another " + Parameter::kUvSet);
 }
 

@@ -11,8 +11,8 @@ Text MemoryBudget::where() const {
 
 Text MemoryBudget::hint(std::uint64_t needed) const {
     if (source.empty()) return "give at least " + mebibytesText(needed);
-    return "raise that limit, or say " + Parameter::kMemory + " " + mebibytesText(needed) +
-           " if so much may be used all the same";
+    return "raise that limit, or give " + Parameter::kMemory + " " + mebibytesText(needed) +
+           " to use that much anyway";
 }
 
 }  // namespace peeler::inline v0

@@ -54,7 +54,7 @@ std::thread startWorker(std::function<void()> work) {
     try {
         return std::thread(std::move(work));
     } catch (const std::system_error&) {
-        throw Error(ErrorKind::kMemory, "no thread can be started", "", kMoreThreads);
+        throw Error(ErrorKind::kMemory, "cannot start a thread", "", kMoreThreads);
     }
 }
 

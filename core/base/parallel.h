@@ -17,7 +17,7 @@ namespace peeler {
 
 /// The hint of an Error when threads cannot be started.
 inline constexpr char kMoreThreads[] =
-    "raise the limit of processes and threads (ulimit -u, a cgroup's pids.max), or end others";
+    "raise the limit on processes and threads (ulimit -u, a cgroup's pids.max), or end others";
 
 /// Runs `work` on a new thread with all signals blocked: a handler could run while it holds a lock.
 /// Throws Error (kMemory) if a process limit allows no more threads.

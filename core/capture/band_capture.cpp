@@ -158,7 +158,7 @@ void BandCapture::checkListHeads(const std::uint32_t* list_heads, const Window& 
         const std::uint32_t begin = first.empty() ? 0 : first[p];
         throw Error(ErrorKind::kInternal,
                     "method " + pass_context_.settings.method + " captured " +
-                        std::to_string(list_heads[p] - begin) + " fragments where " +
+                        std::to_string(list_heads[p] - begin) + " fragments, but " +
                         std::to_string(end[p] - begin) + " were counted",
                     "pixel " + pixel, "please report this with the scene and the GL renderer");
     }

@@ -31,21 +31,20 @@ std::uint64_t imageBytes(const LayeredImage& image) {
 void checkSettings(const CaptureSettings& settings) {
     const MethodInfo* method = findPeelMethod(settings.method);
     const Text where = Parameter::kMethod + " " + settings.method;
-    if (!method)
-        throw Error(ErrorKind::kUsage, "there is no method '" + settings.method + "'", where);
+    if (!method) throw Error(ErrorKind::kUsage, "unknown method '" + settings.method + "'", where);
     if (!method->exact() && !settings.composite) {
         throw Error(ErrorKind::kUsage,
-                    settings.method + " finds no layers: it approximates their composite", where,
+                    settings.method + " produces no layers, only an approximate composite", where,
                     "add " + Parameter::kComposite + " or write a .png, or choose another method");
     }
     if (!method->exact() && (settings.max_layers != 0 || settings.occlusion_ratio > 0)) {
         throw Error(ErrorKind::kUsage,
-                    settings.method + " takes all layers at once and can keep no few", where,
+                    settings.method + " takes all layers at once and cannot limit them", where,
                     "leave " + Parameter::kMaxLayers + " and " + Parameter::kOcclusionRatio +
                         " out, or choose another method");
     }
     if (settings.tail == Tail::kBlend && !settings.composite) {
-        throw Error(ErrorKind::kUsage, "layers are stored as they are found, never blended",
+        throw Error(ErrorKind::kUsage, "stored layers are never blended",
                     Parameter::kTail + " blend",
                     "add " + Parameter::kComposite + " or write a .png, or leave " +
                         Parameter::kTail + " out");
@@ -53,11 +52,10 @@ void checkSettings(const CaptureSettings& settings) {
     if (settings.hit_mode != HitMode::kNone &&
         (!method->layers()->takesAll() || settings.composite || settings.samples > 1 ||
          settings.max_layers != 0)) {
-        throw Error(ErrorKind::kInternal, "all hits of rays are found at once, and as they are",
-                    where);
+        throw Error(ErrorKind::kInternal, "rays take all hits at once, without blending", where);
     }
     if (settings.composite && !settings.channels.empty()) {
-        throw Error(ErrorKind::kUsage, "a composite that is found on the fly has no channels",
+        throw Error(ErrorKind::kUsage, "a composite blended on the fly has no channels",
                     Parameter::kChannels,
                     "leave " + Parameter::kChannels + " out, or capture layers");
     }

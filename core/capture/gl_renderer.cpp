@@ -90,7 +90,7 @@ void GlRenderer::State::castShadows(GlRenderer& renderer, const CaptureSettings&
 /// Makes `bands` render this plan.
 GlPlan& GlRenderer::State::show(GlRenderer& renderer, const CapturePlan& planned) {
     auto details = std::dynamic_pointer_cast<GlPlan>(planned.details);
-    if (!details) throw Error(ErrorKind::kInternal, "the plan is another source's");
+    if (!details) throw Error(ErrorKind::kInternal, "the plan belongs to another source");
     if (details != shown) {
         castShadows(renderer, details->settings);
         bands.begin(*details);

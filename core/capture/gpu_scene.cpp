@@ -229,7 +229,7 @@ gl::Texture uploadImage(const gl::Functions& gl, const Image& image, bool srgb, 
     if (image.width > largest || image.height > largest) {
         throw Error(ErrorKind::kInput,
                     "the image is " + std::to_string(image.width) + "x" +
-                        std::to_string(image.height) + ", and the GL device takes " +
+                        std::to_string(image.height) + ", but the GL device takes at most " +
                         std::to_string(largest),
                     image.name, "scale it down");
     }

@@ -66,7 +66,7 @@ void SceneRasterizer::begin() {
     tile_ = band_ = {};
     const int size = pass_context_.settings.point_size, most = context_.device().limits.point_size;
     if (size <= most) return;
-    throw Error(ErrorKind::kUsage, "the driver shows no points of so many pixels",
+    throw Error(ErrorKind::kUsage, "the driver cannot draw points of this size",
                 Parameter::kPointSize + " " + std::to_string(size),
                 "give at most " + std::to_string(most));
 }

@@ -39,14 +39,15 @@ class MapSink final : public Sink {
 void checkSize(const gl::Limits& limits, int size, int layers, const MemoryBudget& memory) {
     if (size > limits.texture_size) {
         throw Error(ErrorKind::kUsage,
-                    "the GL device takes textures of " + std::to_string(limits.texture_size) +
-                        " texels a side",
+                    "the GL device takes textures of at most " +
+                        std::to_string(limits.texture_size) + " texels per side",
                     Parameter::kShadowSize + " " + std::to_string(size),
                     "make the shadow maps smaller");
     }
     if (layers > limits.texture_layers) {
         throw Error(ErrorKind::kInput,
-                    std::to_string(layers) + " lights cast shadows, and the GL device takes " +
+                    std::to_string(layers) +
+                        " lights cast shadows, but the GL device takes at most " +
                         std::to_string(limits.texture_layers) + " shadow maps",
                     "", "render without " + Parameter::kShadows + ", or with fewer lights");
     }
@@ -55,7 +56,7 @@ void checkSize(const gl::Limits& limits, int size, int layers, const MemoryBudge
     if (memory != 0 && bytes > memory) {
         throw Error(ErrorKind::kMemory,
                     std::to_string(layers) + " shadow maps take " + std::to_string(bytes >> 20) +
-                        " MiB, and the memory budget is " + mebibytesText(memory),
+                        " MiB, but the memory budget is " + mebibytesText(memory),
                     memory.where(),
                     "give a smaller " + Parameter::kShadowSize + " than " + std::to_string(size));
     }

@@ -10,7 +10,7 @@
 namespace peeler::gl {
 namespace {
 
-constexpr const char* kMakeCurrent = "make the context that the Renderer was made with current";
+constexpr const char* kMakeCurrent = "make the Renderer's own context current";
 
 /// Returns a label unique in the process, which may load this library twice.
 std::string newLabel() {
@@ -36,12 +36,12 @@ AdoptedContext::AdoptedContext(void* (*function_of)(const char* name)) : label_(
     device.backend = "adopted";
     const std::string missing = loadFunctions(*functions_, function_of);
     if (missing.empty() && !anyCurrent(*functions_))
-        refuseNoContext("make a context of OpenGL 4.5 core current before");
+        refuseNoContext("make an OpenGL 4.5 core context current first");
     device.problem =
         missing.empty() ? examine(*functions_, device) : "the function " + missing + " is missing";
     if (!device.problem.empty())
         throw Error(ErrorKind::kDevice, "the current context cannot be used: " + device.problem, "",
-                    "make a context of OpenGL 4.5 core current before");
+                    "make an OpenGL 4.5 core context current first");
     device_ = device;
     functions_->CreateVertexArrays(1, &mark_);
     functions_->ObjectLabel(GL_VERTEX_ARRAY, mark_, static_cast<GLsizei>(label_.size()),
@@ -67,7 +67,7 @@ void AdoptedContext::requireCurrent() const {
     if (current()) return;
     if (!anyCurrent(functions())) refuseNoContext(kMakeCurrent);
     throw Error(ErrorKind::kUsage,
-                "another OpenGL context than the borrowed one is current on this thread",
+                "the OpenGL context current on this thread is not the borrowed one",
                 "RendererOptions::adopt", kMakeCurrent);
 }
 

@@ -163,11 +163,11 @@ void useBlocks() {
         if (bound == c.bound.end()) fail("no buffer is bound for block " + block.name);
         Use& use = c.uses[bound->second];
         if ((use.unseen & kByShaders) && use.written != c.pass)
-            fail("no barrier stands before block " + block.name +
-                 " is used, which an earlier pass wrote as " + use.writer);
+            fail("no barrier before the use of block " + block.name +
+                 ", which an earlier pass wrote as " + use.writer);
         if (block.writes && use.read != 0 && use.read != c.pass)
-            fail("no barrier stands before block " + block.name +
-                 " is written, which an earlier pass reads");
+            fail("no barrier before the write to block " + block.name +
+                 ", which an earlier pass reads");
     }
     for (const Block& block : c.blocks[c.program]) {
         Use& use = c.uses[c.bound[block.binding]];
@@ -207,7 +207,7 @@ void APIENTRY dispatchCompute(GLuint x, GLuint y, GLuint z) {
 void byCommand(GLuint buffer, const char* how) {
     const auto use = checked().uses.find(buffer);
     if (use != checked().uses.end() && (use->second.unseen & kByCommands))
-        fail("no barrier stands before " + std::string(how) + " a buffer that a pass wrote as " +
+        fail("no barrier before " + std::string(how) + " a buffer that a pass wrote as " +
              use->second.writer);
 }
 

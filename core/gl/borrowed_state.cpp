@@ -539,7 +539,7 @@ StateValues repeated(const StateValues& needed, std::size_t values) {
 }
 
 [[noreturn]] void refuse(const std::string& what, const std::string& hint) {
-    throw Error(ErrorKind::kUsage, "the borrowed context has " + what + " begun",
+    throw Error(ErrorKind::kUsage, what + " is active in the borrowed context",
                 "RendererOptions::adopt", hint);
 }
 
@@ -596,7 +596,7 @@ void requireNothingBegun(const Functions& gl) {
             gl.GetQueryIndexediv(query.target, stream, GL_CURRENT_QUERY, &active);
             if (active != 0)
                 refuse(std::string("a query (") + query.name + ")",
-                       "end it before the call (glEndQuery) and begin it afterwards");
+                       "end it before the call (glEndQuery) and begin it again afterwards");
         }
     }
     if (integer(gl, GL_TRANSFORM_FEEDBACK_ACTIVE) != 0 &&
@@ -605,7 +605,7 @@ void requireNothingBegun(const Functions& gl) {
                "pause it before the call (glPauseTransformFeedback) and resume it afterwards");
     if (rendersConditionally(gl))
         refuse("conditional rendering",
-               "end it before the call (glEndConditionalRender) and begin it afterwards");
+               "end it before the call (glEndConditionalRender) and begin it again afterwards");
 }
 
 BorrowedState::BorrowedState(const Functions& gl) : gl_(gl) {

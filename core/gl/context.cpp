@@ -69,14 +69,14 @@ std::string examine(const Functions& gl, Device& device) {
     const int major = integer(GL_MAJOR_VERSION), minor = integer(GL_MINOR_VERSION);
     if (major * 10 + minor < 45) {
         return "it has OpenGL " + std::to_string(major) + "." + std::to_string(minor) +
-               ", and 4.5 core is needed";
+               ", but 4.5 core is needed";
     }
     // List heads, counts, depths, stamps, lights, and two blocks of a clip mesh:
     // dual_composite.frag.
     constexpr int kStorageBlocks = 7;
     if (limits.fragment_storage_blocks < kStorageBlocks) {
         return "it has " + std::to_string(limits.fragment_storage_blocks) +
-               " storage blocks in fragment shaders, and " + std::to_string(kStorageBlocks) +
+               " storage blocks in fragment shaders, but " + std::to_string(kStorageBlocks) +
                " are needed";
     }
     return {};
@@ -111,7 +111,7 @@ void requireRasterizerThreads() {
     if (startable == needed) return;
     throw Error(
         ErrorKind::kMemory,
-        startable == 0 ? "no thread can be started"
+        startable == 0 ? "cannot start a thread"
                        : "only " + std::to_string(startable) + " of the " + std::to_string(needed) +
                              " threads of the software rasteriser can be started",
         "", std::string(kMoreThreads) + (startable == 0 ? "" : ", or set LP_NUM_THREADS to fewer"));
@@ -179,9 +179,9 @@ std::vector<BackendCandidate> requested(const ContextRequest& request) {
     const bool ambiguous = request.device.given() && rows.size() > 1;
     if (!rows.empty() && !ambiguous) return rows;
     throw Error(ErrorKind::kDevice,
-                ambiguous ? std::to_string(rows.size()) + " devices have a UUID that starts so"
-                          : "there is no such device",
-                Parameter::kDevice + " " + request.device.text(), "there are:" + list);
+                ambiguous ? std::to_string(rows.size()) + " devices have a UUID with this beginning"
+                          : "unknown device",
+                Parameter::kDevice + " " + request.device.text(), "choose one of:" + list);
 }
 
 /// Opens the first usable candidate; null if there is none. `attempts` receives a sentence for each
@@ -238,7 +238,7 @@ std::unique_ptr<Context> createContext(const ContextRequest& request,
     for (const auto& backend : kBackends)
         known = known || request.backend == backend.name;
     if (!known) {
-        throw Error(ErrorKind::kUsage, "there is no backend '" + request.backend + "'",
+        throw Error(ErrorKind::kUsage, "unknown backend '" + request.backend + "'",
                     Parameter::kBackend, "choose auto, " + quotedList(backendNames()));
     }
     std::vector<std::string> attempts;

@@ -251,7 +251,7 @@ Listed describe(EGLDeviceEXT handle, int index) {
     const char* text = eglLibrary().query_device_string(handle, EGL_EXTENSIONS);
     if (!text) {
         device.name = "device " + std::to_string(index);
-        device.problem = "the driver lists it and tells nothing of it: it may be another job's";
+        device.problem = "the driver lists it without details: it may belong to another job";
         return listed;
     }
     device.software = hasWord(text, "EGL_MESA_device_software");

@@ -12,8 +12,8 @@ namespace peeler::gl {
 namespace {
 
 [[noreturn]] void refuse() {
-    throw Error(ErrorKind::kUsage, "expected a device's number in " + Parameter::kListDevices +
-                                       ", cuda: and its number there, or "
+    throw Error(ErrorKind::kUsage, "expected a device's number from " + Parameter::kListDevices +
+                                       ", cuda: and its CUDA number, or "
                                        "uuid: and the beginning of its UUID");
 }
 

@@ -69,7 +69,7 @@ void Fence::wait() const {
     const GLenum came = gl.ClientWaitSync(sync_.get(), 0, kNanoseconds);
     if (came == GL_ALREADY_SIGNALED || came == GL_CONDITION_SATISFIED) return;
     checkErrors(gl, "waiting for the GPU");
-    throw Error(ErrorKind::kDevice, "the GPU has not done its work after ten minutes");
+    throw Error(ErrorKind::kDevice, "the GPU did not finish its work within ten minutes");
 }
 
 ReadBack::ReadBack(const Functions& gl, std::size_t bytes)
@@ -117,7 +117,7 @@ Texture makeTextureCube(const Functions& gl, GLenum format, int size, int levels
     gl.CreateTextures(GL_TEXTURE_CUBE_MAP, 1, &name);
     Texture texture(gl, name);
     gl.TextureStorage2D(name, levels, format, size, size);
-    checkErrors(gl, "allocating a cube map of " + std::to_string(size) + " texels a side");
+    checkErrors(gl, "allocating a cube map of " + std::to_string(size) + " texels per side");
     return texture;
 }
 
@@ -135,7 +135,7 @@ Framebuffer makeFramebuffer(const Functions& gl, const std::vector<GLuint>& colo
     gl.NamedFramebufferDrawBuffers(name, static_cast<GLsizei>(buffers.size()), buffers.data());
     if (gl.CheckNamedFramebufferStatus(name, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
         checkErrors(gl, "making a framebuffer");
-        throw Error(ErrorKind::kDevice, "the driver does not take a framebuffer of peeler's");
+        throw Error(ErrorKind::kDevice, "the driver rejects one of peeler's framebuffers");
     }
     return framebuffer;
 }

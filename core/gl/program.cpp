@@ -25,7 +25,7 @@ std::string rawText(const std::string& name) {
     }
     for (const auto& source : embeddedShaders())
         if (source.name == name) return std::string(source.text);
-    throw Error(ErrorKind::kInternal, "there is no such shader", name);
+    throw Error(ErrorKind::kInternal, "unknown shader", name);
 }
 
 /// Include guards: includes may stand inside #if branches, so only the preprocessor knows which

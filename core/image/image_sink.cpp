@@ -12,8 +12,8 @@ void ImageSink::begin(const Plan& plan) {
     if (plan.fragments_stored > std::numeric_limits<std::uint32_t>::max())
         throw Error(ErrorKind::kMemory,
                     "a picture of " + std::to_string(plan.fragments_stored) +
-                        " fragments is too large to be kept whole",
-                    "", "capture a part of it, or into a sink that takes band by band");
+                        " fragments is too large to keep in memory",
+                    "", "capture a part of it, or use a sink that takes one band at a time");
     image = {};
     fragments_ = static_cast<std::size_t>(plan.fragments_stored);
     pixels_ = static_cast<std::size_t>(plan.view.crop.pixels());

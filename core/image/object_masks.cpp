@@ -148,7 +148,7 @@ void ObjectMaskSink::begin(const Plan& plan) {
     if (options_.layers && fragments > std::numeric_limits<std::uint32_t>::max())
         throw Error(ErrorKind::kMemory,
                     "a picture of " + std::to_string(fragments) + " fragments is too large", "",
-                    "make a smaller one");
+                    "make a smaller picture");
     ObjectMasks none;
     none.amodal = none.visible = PixelRuns(options_.picture.width());
     objects_.assign(table_.objects, none);

@@ -46,13 +46,13 @@ void checkHitSettings(const View& view, const CaptureSettings& settings) {
     if (settings.hit_mode == HitMode::kNone || settings.composite || settings.samples > 1 ||
         settings.max_layers != 0 || settings.occlusion_ratio > 0 || settings.clip.active() ||
         settings.opaque_only || settings.surfaces != Surfaces::kAll) {
-        throw Error(ErrorKind::kInternal, "rays have all hits, as they are");
+        throw Error(ErrorKind::kInternal, "rays always have all hits, unchanged");
     }
     checkSurfaceChannels(settings.channels);
     if (view.crop.width() <= kMostSide && view.crop.height() <= kMostSide) return;
     throw Error(ErrorKind::kUsage,
-                "a bundle would have more than " + std::to_string(kMostSide) + " rays on a side",
-                "", "give a lower " + Parameter::kResolution + " or a smaller " + Parameter::kSize);
+                "a bundle would have more than " + std::to_string(kMostSide) + " rays per side", "",
+                "give a lower " + Parameter::kResolution + " or a smaller " + Parameter::kSize);
 }
 
 struct BandSize {
@@ -130,7 +130,7 @@ std::size_t HitRasterizer::sections() const {
 /// Selects the plan to capture; discards the spans of another plan.
 HitPlan& HitRasterizer::State::show(const CapturePlan& plan) {
     auto details = std::dynamic_pointer_cast<HitPlan>(plan.details);
-    if (!details) throw Error(ErrorKind::kInternal, "the plan is another source's");
+    if (!details) throw Error(ErrorKind::kInternal, "the plan belongs to another source");
     if (details != shown) {
         shown = std::move(details);
         held = {};
@@ -171,7 +171,7 @@ bool HitRasterizer::State::findSpans(const Window& section, std::vector<Window>&
     const int middle = section.y0 + section.height() / 2;
     if (middle == section.y0) {
         throw Error(ErrorKind::kMemory,
-                    "what the scene's triangles cover of one row does not fit the memory budget",
+                    "the triangles' coverage of one row does not fit the memory budget",
                     shown->settings.memory.where(),
                     shown->settings.memory.hint(usedBytes(shown->settings.memory) +
                                                 kSpanShare * shown->span_limit));
@@ -274,7 +274,7 @@ void HitRasterizer::State::captureRow(const Window& band, int section_top, int y
     const std::uint64_t found = countHits(store, row, counts);
     if (found != shown->complexity.rowFragments(y)) {
         throw Error(ErrorKind::kInternal,
-                    std::to_string(found) + " hits were found where " +
+                    std::to_string(found) + " hits were found, but " +
                         std::to_string(shown->complexity.rowFragments(y)) + " were counted",
                     "row " + std::to_string(y), "please report this with the scene");
     }
@@ -297,7 +297,7 @@ void HitRasterizer::State::captureRow(const Window& band, int section_top, int y
         hits.slope_scale = slopeScale(shown->seen.view.projection);
     }
     if (!sorter.sortRow(store, hits)) {
-        throw Error(ErrorKind::kInternal, "a ray has not the hits that were counted",
+        throw Error(ErrorKind::kInternal, "a ray's hits differ from their count",
                     "row " + std::to_string(y), "please report this with the scene");
     }
 }

@@ -100,17 +100,17 @@ constexpr RayMapInfo kMaps[] = {
     {RayMap::kFirst, "first", "t of the first hit", PixelType::kFloat, first},
     {RayMap::kLast, "last", "t of the last hit", PixelType::kFloat, last},
     {RayMap::kCount, "count", "number of hits", PixelType::kUint, count},
-    {RayMap::kThickness, "thickness", "length inside of solids, from entry to exit",
-     PixelType::kFloat, thickness, true, true},
-    {RayMap::kPathLength, "path-length", "length inside of each material", PixelType::kFloat,
+    {RayMap::kThickness, "thickness", "length inside solids, from entry to exit", PixelType::kFloat,
+     thickness, true, true},
+    {RayMap::kPathLength, "path-length", "length inside each material", PixelType::kFloat,
      pathLength, true, true},
     {RayMap::kTransmission, "transmission",
-     "share of X-rays that pass, by the attenuation of the materials; in a picture 1 is black, 0 "
+     "fraction of X-rays that pass, from the materials' attenuation; in a picture 1 is black, 0 "
      "white",
      PixelType::kFloat, transmission, true},
-    {RayMap::kParity, "parity", "number of solids that are hit an odd number of times",
-     PixelType::kUint, parity, true},
-    {RayMap::kOverlap, "overlap", "length inside of both parts", PixelType::kFloat, overlap, true,
+    {RayMap::kParity, "parity", "number of solids hit an odd number of times", PixelType::kUint,
+     parity, true},
+    {RayMap::kOverlap, "overlap", "length inside both parts", PixelType::kFloat, overlap, true,
      true},
 };
 
@@ -160,7 +160,7 @@ RayMaps::RayMaps(const PosedScene& posed, const Solids* solids, RayMapSettings s
         needs_paths_ |= map == RayMap::kPathLength || map == RayMap::kTransmission;
     }
     if (needs_spans_ && solids_ == nullptr) {
-        throw Error(ErrorKind::kInternal, "a map needs to know what is inside of what");
+        throw Error(ErrorKind::kInternal, "the map needs solids");
     }
     if (needs_paths_) path_materials_ = materialsOf(*solids_, posed);
     path_of_.resize(scene.materials.size());

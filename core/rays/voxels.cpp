@@ -135,7 +135,7 @@ VoxelVotes::VoxelVotes(const AxisBundles& lattice, const Solids& solids)
         for (ZeroedWords& words : crossings_)
             words = ZeroedWords(lengthOf(cells_.x) * lengthOf(cells_.y) * words_);
     } catch (const std::bad_alloc&) {
-        throw Error(ErrorKind::kMemory, "no memory for the voxels", "", "ask for fewer of them");
+        throw Error(ErrorKind::kMemory, "no memory for the voxels", "", "ask for fewer voxels");
     }
 }
 

@@ -31,8 +31,7 @@ const PlacedLight& chooseLight(const std::vector<PlacedLight>& lights, const std
         return lights[*found];
     if (lights.empty()) {
         throw Error(ErrorKind::kUsage,
-                    "the scene has no lights of its own, and with an environment "
-                    "none is built in",
+                    "the scene has no lights, and an environment turns off the built-in one",
                     Parameter::kCamera + " " + camera, "leave " + Parameter::kEnvironment + " out");
     }
     throw Error(
@@ -49,7 +48,7 @@ View lightCamera(const PosedScene& posed, const std::string& camera) {
     const std::vector<PlacedLight> lights = placedLights(posed);
     const PlacedLight& light = chooseLight(lights, camera);
     if (light.light.type == LightType::kPoint) {
-        throw Error(ErrorKind::kUsage, "a point light shines all around, so it has no view",
+        throw Error(ErrorKind::kUsage, "a point light shines in all directions, so it has no view",
                     Parameter::kCamera + " " + camera, "choose a directional or a spot light");
     }
     const auto view = lightView(light, posed);
@@ -102,7 +101,7 @@ View sceneCamera(const Scene& scene, const CameraInstance& instance, const std::
 
     const auto place = rigid(instance.world);
     if (!place) {
-        throw Error(ErrorKind::kInput, "the camera's node leaves no direction to look along",
+        throw Error(ErrorKind::kInput, "the camera's node gives no viewing direction",
                     "/nodes/" + std::to_string(instance.node),
                     "choose another " + Parameter::kCamera + ", or give " + Parameter::kEye);
     }
@@ -135,8 +134,8 @@ View placedCamera(const CameraChoice& choice, const Bounds& bounds) {
     const auto place =
         distanceFromRigid(*choice.pose) < kRigidByRounding ? choice.pose : rigid(*choice.pose);
     if (!place) {
-        throw Error(ErrorKind::kUsage, "the pose leaves no direction to look along",
-                    Parameter::kPose, "give a rotation and a translation");
+        throw Error(ErrorKind::kUsage, "the pose gives no viewing direction", Parameter::kPose,
+                    "give a rotation and a translation");
     }
     view.camera_to_world = *place;
     Projection& projection = view.projection;
@@ -187,8 +186,7 @@ View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
         if (!centred) target = eye - forward * glm::dot(offset, forward);
     }
     if (eye == target) {
-        throw Error(ErrorKind::kUsage,
-                    "the eye is at the target, so there is no direction to look along",
+        throw Error(ErrorKind::kUsage, "the eye is at the target, so there is no viewing direction",
                     Parameter::kEye,
                     choice.target ? "move one of them"
                                   : "the target is the scene's centre; give " + Parameter::kTarget);
@@ -224,9 +222,8 @@ void setDepthRange(View& view, const CameraChoice& choice, const Bounds& bounds)
     }
     const bool asked = choice.near || choice.far;
     throw Error(asked ? ErrorKind::kUsage : ErrorKind::kInput,
-                "the camera's near plane must lie before its far plane, and a perspective camera's "
-                "in front "
-                "of the eye",
+                "the camera's near plane must lie before its far plane and, in a perspective "
+                "camera, in front of the eye",
                 asked ? Parameter::kNear + ", " + Parameter::kFar : "camera " + view.camera_name,
                 "give " + Parameter::kNear + " and " + Parameter::kFar);
 }
@@ -241,29 +238,32 @@ std::string cropText(const Window& crop) {
 void checkCamera(const CameraChoice& choice) {
     if (choice.camera && choice.buildsCamera()) {
         throw Error(ErrorKind::kUsage,
-                    Parameter::kCamera + " takes a camera of the scene, " + Parameter::kEye + ", " +
-                        Parameter::kTarget + ", " + Parameter::kUp + ", " + Parameter::kPose +
-                        ", " + Parameter::kFov + " and " + Parameter::kOrthoHeight + " build one",
-                    Parameter::kCamera + " " + *choice.camera, "leave out the one or the others");
+                    Parameter::kCamera + " selects a camera of the scene, but " + Parameter::kEye +
+                        ", " + Parameter::kTarget + ", " + Parameter::kUp + ", " +
+                        Parameter::kPose + ", " + Parameter::kFov + " and " +
+                        Parameter::kOrthoHeight + " build one",
+                    Parameter::kCamera + " " + *choice.camera,
+                    "leave out " + Parameter::kCamera + " or the others");
     }
     if (choice.fov && choice.ortho_height) {
-        throw Error(ErrorKind::kUsage, "a camera has a field of view or an orthographic height",
+        throw Error(ErrorKind::kUsage,
+                    "a camera has either a field of view or an orthographic height",
                     Parameter::kFov + ", " + Parameter::kOrthoHeight, "leave one of them out");
     }
     if (choice.pose && (choice.eye || choice.target || choice.up)) {
-        throw Error(ErrorKind::kUsage, "a camera's place is a pose, or eye, target and up",
+        throw Error(ErrorKind::kUsage, "a camera has either a pose or an eye, target and up",
                     Parameter::kPose + ", " + Parameter::kEye + ", " + Parameter::kTarget + ", " +
                         Parameter::kUp,
-                    "leave out the one or the others");
+                    "leave out " + Parameter::kPose + " or the others");
     }
     if (choice.intrinsics && (choice.fov || choice.ortho_height)) {
         throw Error(
-            ErrorKind::kUsage, "intrinsics say what a field of view would say",
+            ErrorKind::kUsage, "intrinsics already define the field of view",
             Parameter::kIntrinsics + ", " + Parameter::kFov + ", " + Parameter::kOrthoHeight,
-            "leave out the one or the others");
+            "leave out " + Parameter::kIntrinsics + " or the others");
     }
     if (choice.intrinsics && choice.size.height == 0) {
-        throw Error(ErrorKind::kUsage, "intrinsics are of a picture whose size is known",
+        throw Error(ErrorKind::kUsage, "intrinsics need a picture size",
                     Parameter::kIntrinsics + ", " + Parameter::kSize + " " +
                         std::to_string(choice.size.width),
                     "give the height too: " + Parameter::kSize + " WxH");
@@ -279,7 +279,7 @@ void checkCamera(const CameraChoice& choice) {
     if (choice.eye && choice.target) {
         if (*choice.eye == *choice.target) {
             throw Error(ErrorKind::kUsage,
-                        "the eye is at the target, so there is no direction to look along",
+                        "the eye is at the target, so there is no viewing direction",
                         Parameter::kEye + ", " + Parameter::kTarget, "move one of them");
         }
         if (choice.up && !lookAlong(*choice.eye, *choice.target - *choice.eye, *choice.up)) {

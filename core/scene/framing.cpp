@@ -59,7 +59,7 @@ Bounds SceneExtent::bounds() const {
         all.max = glm::max(all.max, box.max);
     }
     if (!std::isfinite(glm::length(all.max - all.min)) || !std::isfinite(glm::length(all.max))) {
-        throw Error(ErrorKind::kInput, "the scene reaches to infinity, so no camera can see it", "",
+        throw Error(ErrorKind::kInput, "the scene extends to infinity, so no camera can see it", "",
                     "look for huge translations or scales in the nodes");
     }
     return all;

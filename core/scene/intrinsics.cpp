@@ -35,8 +35,8 @@ std::optional<OffCentre> offCentre(int pixels, double centre) {
 
 OffCentre offCentreOrFail(int pixels, double centre) {
     if (const auto found = offCentre(pixels, centre)) return *found;
-    throw Error(ErrorKind::kUsage, "the camera's axis is too far beside the picture", "cx, cy",
-                "they are pixels from the centre of the upper left one");
+    throw Error(ErrorKind::kUsage, "the principal point is too far outside the picture", "cx, cy",
+                "give them in pixels from the centre of the upper left pixel");
 }
 
 /// Rounds a number to this many significant decimal digits.

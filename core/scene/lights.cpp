@@ -22,8 +22,9 @@ glm::dmat4 place(const LightInstance& instance, LightType type) {
             if (const auto turned = lookAlong(at, forward, up)) return *turned;
         if (type == LightType::kPoint) return *lookAlong(at, {0, 0, -1}, {0, 1, 0});
     }
-    throw Error(ErrorKind::kInput, "the node leaves its light no place or no direction",
-                "/nodes/" + std::to_string(instance.node), "look for scales of 0 above it");
+    throw Error(ErrorKind::kInput, "the node gives its light no position or no direction",
+                "/nodes/" + std::to_string(instance.node),
+                "look for scales of 0 in it and its ancestors");
 }
 
 glm::dvec3 keyDirection() {

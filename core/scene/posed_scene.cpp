@@ -193,7 +193,8 @@ void placeNodes(const Scene& scene, int index, std::span<const PlacedNode> nodes
             parents[node] < 0 ? to_world : worlds[static_cast<std::size_t>(parents[node])];
         const auto place = rigid(world);
         if (!place || glm::determinant(glm::dmat3(parent)) == 0)
-            throw Error(ErrorKind::kInput, "the node leaves no direction, so it cannot be placed",
+            throw Error(ErrorKind::kInput,
+                        "the node has a degenerate transform, so it cannot be placed",
                         "/nodes/" + std::to_string(placed.node), "look for a scale of 0");
         const glm::dmat4 scale = glm::inverse(*place) * world;
         pose.locals[node] = glm::inverse(parent) * placed.to_world * scale;

@@ -46,12 +46,12 @@ void checkPrimitive(const Scene& scene, const Primitive& primitive, const std::s
     checkLength(primitive.tangents.size(), vertices, "tangents", where);
     checkLength(primitive.colors.size(), vertices, "colors", where);
     for (const glm::vec4& color : primitive.colors)
-        if (color != glm::clamp(color, 0.0F, 1.0F)) refuse("a colour is not from 0 to 1", where);
+        if (color != glm::clamp(color, 0.0F, 1.0F)) refuse("a colour is outside 0 to 1", where);
     for (const auto& texcoords : primitive.texcoords)
         checkLength(texcoords.size(), vertices, "texcoords", where);
     for (const JointSet& set : primitive.joint_sets) {
         if (set.joints.size() != vertices || set.weights.size() != vertices)
-            refuse("every vertex needs its joints and their weights", where);
+            refuse("every vertex needs joints and weights", where);
     }
     for (const MorphTarget& target : primitive.targets) {
         checkLength(target.positions.size(), vertices, "a target's positions", where);
@@ -68,7 +68,7 @@ void checkPrimitive(const Scene& scene, const Primitive& primitive, const std::s
         const std::size_t corners = primitive.topology == Topology::kTriangles ? 3 : 2;
         const std::size_t listed = primitive.indices.empty() ? vertices : primitive.indices.size();
         if (listed % corners != 0) {
-            refuse(std::to_string(listed) + " corners are no whole number of " +
+            refuse(std::to_string(listed) + " corners do not make whole " +
                        (corners == 3 ? "triangles" : "lines"),
                    where);
         }
@@ -82,13 +82,13 @@ void checkMeshes(const Scene& scene) {
             const std::string where = placeOf("meshes", m) + placeOf("primitives", p);
             checkPrimitive(scene, mesh.primitives[p], where);
             if (mesh.primitives[p].targets.size() != mesh.primitives[0].targets.size())
-                refuse("the primitives of a mesh have as many targets each", where);
+                refuse("all primitives of a mesh must have the same number of targets", where);
         }
     }
 }
 
 void checkMaterials(const Scene& scene) {
-    if (scene.materials.empty()) refuse("there is no material, not even the default one", "");
+    if (scene.materials.empty()) refuse("there are no materials; the default one is needed", "");
     for (std::size_t m = 0; m < scene.materials.size(); ++m) {
         Material material = scene.materials[m];  // a copy, since texturesOf() takes a mutable
                                                  // material
@@ -103,7 +103,7 @@ void checkMaterials(const Scene& scene) {
         if (image.width < 0 || image.height < 0 ||
             image.rgba.size() != std::size_t{4} * static_cast<std::size_t>(image.width) *
                                      static_cast<std::size_t>(image.height))
-            refuse("an image has 4 bytes a pixel", placeOf("images", i));
+            refuse("an image must have 4 bytes per pixel", placeOf("images", i));
     }
 }
 
@@ -111,7 +111,7 @@ void checkSkins(const Scene& scene) {
     for (std::size_t s = 0; s < scene.skins.size(); ++s) {
         const Skin& skin = scene.skins[s];
         if (skin.joints.empty() || skin.joints.size() != skin.inverse_bind.size())
-            refuse("a skin has joints, and as many matrices", placeOf("skins", s));
+            refuse("a skin must have joints, and one matrix per joint", placeOf("skins", s));
         for (const int joint : skin.joints)
             checkIndex(joint, scene.nodes.size(), false, "node", placeOf("skins", s));
     }
@@ -165,7 +165,7 @@ void checkAnimations(const Scene& scene) {
                                         : channel.property == AnimatedProperty::kWeights ? 1
                                                                                          : 3;
             if (keys.times.empty() || !std::ranges::is_sorted(keys.times))
-                refuse("times of keyframes rise", where);
+                refuse("the times of keyframes must increase", where);
             if (keys.values.size() < keys.times.size() * tangents * numbers)
                 refuse("there are fewer values than keyframes", where);
         }

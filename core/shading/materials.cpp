@@ -89,9 +89,9 @@ void checkTextureUnits(Material material, int units) {
         used += *texture.ref ? 1 : 0;
     if (used + kOthers <= units || used <= 5) return;
     throw Error(ErrorKind::kDevice,
-                "a material uses " + std::to_string(used) + " textures, and the GL device takes " +
-                    std::to_string(units) + " in a shader, of which " + std::to_string(kOthers) +
-                    " are needed otherwise",
+                "a material uses " + std::to_string(used) + " textures, but the GL device takes " +
+                    std::to_string(units) + " in a shader, including " + std::to_string(kOthers) +
+                    " reserved ones",
                 material.name,
                 "render on another device (" + Parameter::kListDevices + "), or " +
                     Parameter::kBackend + " osmesa");

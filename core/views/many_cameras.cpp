@@ -91,8 +91,8 @@ Normalizing normalizing(const PosedScene& posed, Normalized to) {
         }
     }
     if (!posed.bounds() || !(length > 0))
-        throw Error(ErrorKind::kInput, "the scene has no extent that could be brought to a size",
-                    "", "leave " + Parameter::kNormalize + " out");
+        throw Error(ErrorKind::kInput, "the scene has no extent to normalise", "",
+                    "leave " + Parameter::kNormalize + " out");
     result.scale = 1 / length;
     return result;
 }

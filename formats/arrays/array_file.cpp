@@ -133,7 +133,7 @@ std::optional<std::vector<double>> ArrayFile::numbers(const std::string& name, s
 std::optional<std::string> ArrayFile::text(const std::string& name) {
     const Member* const member = use(name);
     if (!member) return {};
-    if (!member->text) throw Error(ErrorKind::kInput, "expected a text", placeOf(name));
+    if (!member->text) throw Error(ErrorKind::kInput, "expected a string", placeOf(name));
     return member->text;
 }
 

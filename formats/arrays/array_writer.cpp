@@ -35,17 +35,18 @@ std::unique_ptr<ArrayContainer> makeContainer(const std::string& path,
                                               std::vector<NamedArray> arrays, ArrayTexts texts) {
     const ArrayContainerRow* const row = containerRow(path);
     if (!row)
-        throw Error(ErrorKind::kUsage, "there is no container of arrays with this extension", path,
+        throw Error(ErrorKind::kUsage, "unknown extension for an array file", path,
                     "end the name in .npz or .safetensors");
     std::set<std::string_view> names{"arrays_version"};
     for (const NamedArray& array : arrays) {
         if (!names.insert(array.name).second || names.size() > kMaxArrays)
-            throw Error(ErrorKind::kInternal, "two arrays have one name, or there are too many",
+            throw Error(ErrorKind::kInternal,
+                        "two arrays have the same name, or there are too many",
                         path + ": " + array.name);
     }
     for (const auto& [name, text] : texts)
         if (!text.empty() && !names.insert(name).second)
-            throw Error(ErrorKind::kInternal, "an array and a text have one name",
+            throw Error(ErrorKind::kInternal, "an array and a text have the same name",
                         std::string(path).append(": ").append(name));
     std::erase_if(texts, [](const auto& text) { return text.second.empty(); });
     return row->make(std::move(arrays), texts);

@@ -34,7 +34,7 @@ constexpr ArrayNumber kArrayNumbers[] = {
 
 [[noreturn]] void damagedArray(const std::string& what, const std::string& where) {
     throw Error(ErrorKind::kInput, "the array is damaged: " + what, where,
-                "is it NumPy's, and whole?");
+                "check that it is a complete NumPy file");
 }
 
 /// Returns the text behind a key in the header's dictionary, "" if there is no such key.
@@ -152,7 +152,7 @@ std::optional<NumberArray> npyArray(std::span<const std::uint8_t> file, const st
     array.columns = after(header, "'fortran_order'").starts_with("True");
     array.bytes = npy->bytes;
     if (sizeOf(array) != array.bytes.size())
-        damagedArray("an array has another size than its header says", where);
+        damagedArray("an array's size contradicts its header", where);
     return array;
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 std::vector<glm::dvec3> positionsIn(const NumberArray& points, const std::string& where) {
     if (points.shape[0] > kMostPoints)
-        throw Error(ErrorKind::kInput, "there are more points than are taken at once", where);
+        throw Error(ErrorKind::kInput, "too many points to read at once", where);
     std::vector<glm::dvec3> positions(points.shape[0]);
     for (std::uint64_t i = 0; i < positions.size(); ++i)
         for (int axis = 0; axis < 3; ++axis)
@@ -31,8 +31,8 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
     if (!named) named = archive.find("positions");
     // Our other vector arrays are not points.
     if (!named && archive.find("ray_splits"))
-        throw Error(ErrorKind::kInput, "rows of rays without the array positions are no points",
-                    where, "extract writes it of the channel position, and rays a .ply of points");
+        throw Error(ErrorKind::kInput, "rows of rays need the array positions to be points", where,
+                    "run extract with the channel position, or let rays write a .ply of points");
     const std::vector<NpzArchive::Member> members = named ? std::vector{*named} : archive.members();
     std::vector<glm::dvec3> found;
     std::string name;
@@ -40,7 +40,7 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
         const std::string inside = archive.placeOf(member);
         if (member.size > kMostMember) {
             if (!named) continue;
-            throw Error(ErrorKind::kInput, "there are more points than are taken at once", inside);
+            throw Error(ErrorKind::kInput, "too many points to read at once", inside);
         }
         // Its bytes, and its points, which are twice as large if values have 32 bits.
         allow(3 * member.size);
@@ -49,7 +49,7 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
         if (!points || !points->number->floating || points->shape.size() != 2 ||
             points->shape[1] != 3) {
             if (!named) continue;
-            throw Error(ErrorKind::kInput, "the array is not n points of 32- or 64-bit floats",
+            throw Error(ErrorKind::kInput, "expected an array of n points of 32- or 64-bit floats",
                         inside, kHint);
         }
         if (!name.empty())
@@ -59,7 +59,7 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
         found = positionsIn(*points, inside);
         name = member.name;
     }
-    if (name.empty()) throw Error(ErrorKind::kInput, "no array of it is points", where, kHint);
+    if (name.empty()) throw Error(ErrorKind::kInput, "it has no array of points", where, kHint);
     return found;
 }
 

@@ -22,7 +22,7 @@ constexpr std::uint64_t kMostInflation = 1032;
 
 [[noreturn]] void damaged(const std::string& what, const std::string& where) {
     throw Error(ErrorKind::kInput, "the archive is damaged: " + what, where,
-                "is it a .npz, and whole?");
+                "check that it is a complete .npz file");
 }
 
 /// Little-endian numbers at offsets of the file.
@@ -38,7 +38,7 @@ class ArchiveFields {
     }
     ByteSpan part(std::uint64_t offset, std::uint64_t size) const {
         if (offset > bytes_.size() || size > bytes_.size() - offset)
-            damaged("something lies beyond its end", where_);
+            damaged("data lies beyond its end", where_);
         return bytes_.subspan(offset, size);
     }
     std::uint64_t size() const { return bytes_.size(); }
@@ -131,7 +131,7 @@ ByteSpan NpzArchive::contents(const Member& member, std::vector<std::uint8_t>& s
     const std::string where = placeOf(member);
     const ArchiveFields file(file_, where);
     if (member.flags & 1U) throw Error(ErrorKind::kInput, "the array is encrypted", where);
-    if (file.at<std::uint32_t>(member.offset) != 0x04034B50) damaged("no array there", where);
+    if (file.at<std::uint32_t>(member.offset) != 0x04034B50) damaged("an array is missing", where);
     const std::uint64_t names = std::uint64_t{file.at<std::uint16_t>(member.offset + 26)} +
                                 file.at<std::uint16_t>(member.offset + 28);
     ByteSpan bytes = file.part(member.offset + kLocal + names, member.packed);
@@ -145,13 +145,14 @@ ByteSpan NpzArchive::contents(const Member& member, std::vector<std::uint8_t>& s
         if (!inflate) throw std::bad_alloc();
         if (libdeflate_deflate_decompress(inflate.get(), bytes.data(), bytes.size(), storage.data(),
                                           storage.size(), nullptr) != LIBDEFLATE_SUCCESS)
-            damaged("an array cannot be unpacked", where);
+            damaged("an array cannot be decompressed", where);
         bytes = storage;
     } else {
-        throw Error(ErrorKind::kInput, "the array is packed in another way than DEFLATE", where);
+        throw Error(ErrorKind::kInput, "the array is compressed by a method other than DEFLATE",
+                    where);
     }
     if (libdeflate_crc32(0, bytes.data(), bytes.size()) != member.crc)
-        damaged("a checksum does not fit", where);
+        damaged("a checksum does not match", where);
     return bytes;
 }
 

@@ -55,13 +55,13 @@ class PictureArrayReader final : public LayeredInput {
 PictureArrayReader::PictureArrayReader(std::unique_ptr<PictureArrays> arrays, bool pixels)
     : arrays_(std::move(arrays)), info_(arrays_->info()), stored_(info_.parts.front().data_window) {
     if (arrays_->options.choosesPicture())
-        throw Error(ErrorKind::kUsage, "a file of arrays has one picture, and no parts or views",
+        throw Error(ErrorKind::kUsage, "a file of arrays has one picture, without parts or views",
                     arrays_->path(),
                     "leave " + Parameter::kPart + " and " + Parameter::kView + " out");
     if (pixels != arrays_->composite())
         throw Error(
             ErrorKind::kInput,
-            pixels ? "it is no composite" : "it is a composite, and has no layers", arrays_->path(),
+            pixels ? "it is not a composite" : "it is a composite without layers", arrays_->path(),
             "render with " + Parameter::kAs + " " + std::string(pixels ? "composite" : "layers"));
     placePixels(info_.plan.view, stored_, arrays_->options.pixels_only, arrays_->path());
     stored_ = intersect(stored_, info_.plan.view.crop);
@@ -81,7 +81,7 @@ PictureArrayReader::PictureArrayReader(std::unique_ptr<PictureArrays> arrays, bo
 
 void PictureArrayReader::fail(const std::string& what) const {
     throw Error(ErrorKind::kInput, what, arrays_->path(),
-                "splits are the ends of the pixels' lists");
+                "splits must hold the ends of the pixels' lists");
 }
 
 /// Returns the beginnings of `count` consecutive lists, and the end of the last one.
@@ -124,7 +124,7 @@ void PictureArrayReader::countFragments() {
         const int rows = std::min(at_once, all.y1 - y);
         const auto splits = splitsFrom(static_cast<std::uint64_t>(y - all.y0) * width,
                                        static_cast<std::size_t>(rows) * width);
-        if (splits.front() != end) fail("a list begins where none ends");
+        if (splits.front() != end) fail("the lists do not begin at 0");
         end = splits.back();
         counts.resize(splits.size() - 1);
         for (std::size_t p = 0; p < counts.size(); ++p)
@@ -137,7 +137,7 @@ void PictureArrayReader::countFragments() {
                                   first, static_cast<std::size_t>(stored_.width())));
         }
     }
-    if (end != arrays_->z->shape.front()) fail("there are fragments that no list has");
+    if (end != arrays_->z->shape.front()) fail("some fragments are in no list");
     Plan& plan = info_.plan;
     plan.layers = complexity.layers();
     plan.fragments_stored = complexity.counted();

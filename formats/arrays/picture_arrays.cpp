@@ -17,7 +17,7 @@
 namespace peeler {
 namespace {
 
-constexpr const char* kNoPicture = "it holds arrays and no picture";
+constexpr const char* kNoPicture = "it holds arrays, but no picture";
 
 PixelType pixelTypeOf(const SafetensorsArray& array) {
     return array.type == "F16"   ? PixelType::kHalf
@@ -37,7 +37,7 @@ PictureArrays::PictureArrays(const std::string& path, const LayeredReadOptions& 
     composite_ = kind == kCompositeKind;
     if (!composite_ && kind != kLayersKind && !header_.find("splits"))
         throw Error(ErrorKind::kInput, kNoPicture, path,
-                    "layers are written with " + Parameter::kAs + " layers, and say so in " +
+                    "write layers with " + Parameter::kAs + " layers, which sets " +
                         std::string(kPictureKind));
     std::tie(display_, data_) = windowsIn(header_.metadata, path);
     if (data_.empty() || data_.width() > kMostImageSide || data_.height() > kMostImageSide ||
@@ -99,15 +99,16 @@ void PictureArrays::takeExtra(const SafetensorsArray& array) {
                       array.shape.front() == n &&
                       (array.type == "F16" || array.type == "F32" || array.type == "U32");
     if (!fits)
-        return warnings.warn("The array \"" + array.name +
-                             "\" is passed over: it is not a number of 16, 32 bits, or an unsigned "
-                             "one of 32, or several, for every fragment.");
+        return warnings.warn(
+            "The array \"" + array.name +
+            "\" is ignored: it must hold floats of 16 or 32 bits, or unsigned integers "
+            "of 32 bits, for every fragment.");
     const std::size_t components = array.shape.size() == 1 ? 1 : array.shape[1];
     std::vector<std::string> channels = channelsIn(header_.metadata, array.name, path_);
     if (channels.empty() && components == 1) channels = {array.name};
     if (channels.size() != components || components == 0)
-        fail("nothing says what the " + std::to_string(components) +
-                 " numbers of the array are called; peeler:channels does",
+        fail("peeler:channels does not name the " + std::to_string(components) +
+                 " channels of the array",
              array.name);
     extra.push_back({{std::move(channels), pixelTypeOf(array), {}}, &array});
 }

@@ -35,8 +35,7 @@ void withText(const Texts& texts, const char* name, const std::string& where, Ta
     try {
         take(parseJson(found->second, inside));
     } catch (const nlohmann::json::exception& problem) {
-        throw Error(ErrorKind::kInput,
-                    "the text is not as it should be: " + printable(problem.what()), inside,
+        throw Error(ErrorKind::kInput, "the text is invalid: " + printable(problem.what()), inside,
                     "formats/README.md, \"Pictures as arrays\", describes it");
     }
 }
@@ -58,7 +57,7 @@ std::vector<std::byte> bytesOfHex(const std::string& text, const std::string& wh
         const char* const digits = text.data() + 2 * i;
         const auto [end, failure] = std::from_chars(digits, digits + 2, byte, 16);
         if (failure != std::errc() || end != digits + 2)
-            throw Error(ErrorKind::kInput, "the bytes of an attribute are no hexadecimal digits",
+            throw Error(ErrorKind::kInput, "the bytes of an attribute are not hexadecimal digits",
                         where);
         bytes[i] = static_cast<std::byte>(byte);
     }
@@ -103,9 +102,9 @@ Texts pictureTexts(const char* kind, const Plan& plan, const Provenance& provena
 std::pair<Window, Window> windowsIn(const Texts& texts, const std::string& where) {
     for (const char* name : {kDisplayWindow, kDataWindow})
         if (!texts.contains(name))
-            throw Error(ErrorKind::kInput, "nothing says which pixels the arrays are of",
-                        where + ": " + name,
-                        "displayWindow is [width, height], dataWindow [x, y, width, height]");
+            throw Error(
+                ErrorKind::kInput, "the window of the picture is missing", where + ": " + name,
+                "give displayWindow as [width, height], dataWindow as [x, y, width, height]");
     std::array<int, 2> display{};
     std::array<int, 4> data{};
     const auto take = [&](auto& window) {
@@ -140,7 +139,8 @@ IdNames idsIn(const Texts& texts, const std::string& where) {
         ids.materials = json.at("materials").get<std::vector<std::string>>();
         ids.parents = json.value("parents", std::vector<std::uint32_t>());
         if (!ids.parents.empty() && ids.parents.size() != ids.objects.size())
-            throw Error(ErrorKind::kInput, "there are other parents than objects",
+            throw Error(ErrorKind::kInput,
+                        "the number of parents differs from the number of objects",
                         where + ": " + kIdsText);
     });
     return ids;
@@ -156,7 +156,8 @@ std::vector<StoredAttribute> carriedIn(const Texts& texts, bool camera_known,
             StoredAttribute attribute{name, type, bytesOfHex(hex, where + ": " + kCarriedText)};
             bytes += attribute.value.size();
             if (bytes > kMostCarried || !canCarry(attribute, camera_known))
-                throw Error(ErrorKind::kInput, "an attribute cannot go along: " + printable(name),
+                throw Error(ErrorKind::kInput,
+                            "an attribute cannot be carried over: " + printable(name),
                             where + ": " + kCarriedText);
             carried.push_back(std::move(attribute));
         }

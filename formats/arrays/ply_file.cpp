@@ -130,7 +130,7 @@ PlyFile::PlyFile(std::span<const std::uint8_t> file, const std::string& where)
         line_end_ = text_.substr(first).starts_with("\r\n") ? '\n' : text_[first];
     while (readLine()) {
     }
-    if (format_.empty()) fail("it does not say its format");
+    if (format_.empty()) fail("its format is missing");
 }
 
 std::unique_ptr<PlyNumbers> PlyFile::numbers() const {
@@ -143,7 +143,7 @@ std::unique_ptr<PlyNumbers> PlyFile::numbers() const {
 
 void PlyFile::fail(const std::string& what) const {
     throw Error(ErrorKind::kInput, "the header is damaged: " + what,
-                where_ + ":" + std::to_string(line_), "is it a PLY file, and whole?");
+                where_ + ":" + std::to_string(line_), "check that it is a complete PLY file");
 }
 
 /// Reads a line; returns false if it was the header's last one.
@@ -174,14 +174,14 @@ bool PlyFile::readLine() {
         elements_.back().properties.push_back(
             {std::string(words[4]), &type(words[2]), &type(words[3])});
     } else {
-        fail("a line that means nothing");
+        fail("an unknown line");
     }
     return true;
 }
 
 std::uint64_t PlyFile::rows(std::string_view word) const {
     const auto value = numberIn<std::uint64_t>(word);
-    if (!value) fail("expected how many there are of the element");
+    if (!value) fail("expected the number of elements");
     return *value;
 }
 

@@ -30,7 +30,7 @@ void readRow(const PlyElement& element, PlyNumbers& numbers, glm::dvec3& point) 
 void checkCoordinates(const PlyElement& vertex, const std::string& where) {
     for (int axis = 0; axis < 3; ++axis) {
         if (std::ranges::count(vertex.properties, axis, axisOf) != 1)
-            throw Error(ErrorKind::kInput, "the vertices do not have one x, y and z each", where);
+            throw Error(ErrorKind::kInput, "every vertex needs one x, y and z", where);
     }
 }
 
@@ -50,7 +50,7 @@ std::vector<glm::dvec3> plyPoints(std::span<const std::uint8_t> file, const std:
             // Checked before anything is allocated.
             if (element.rows > numbers->most(element)) failPlyEndsEarly();
             if (is_vertex && element.rows > kMostPoints)
-                throw Error(ErrorKind::kInput, "there are more points than are taken at once");
+                throw Error(ErrorKind::kInput, "too many points to read at once");
             if (is_vertex) {
                 allow(element.rows * sizeof(glm::dvec3));
                 points.resize(element.rows);
@@ -64,7 +64,7 @@ std::vector<glm::dvec3> plyPoints(std::span<const std::uint8_t> file, const std:
         }
         if (is_vertex) return points;
     }
-    throw Error(ErrorKind::kInput, "there are no vertices in it", where);
+    throw Error(ErrorKind::kInput, "it has no vertices", where);
 }
 
 }  // namespace peeler

@@ -21,7 +21,7 @@ constexpr const char* kTensorMetadata = "__metadata__";
 
 [[noreturn]] void damagedTensors(const std::string& what, const std::string& where) {
     throw Error(ErrorKind::kInput, "the file of arrays is damaged: " + what, where,
-                "is it a .safetensors, and whole?");
+                "check that it is a complete .safetensors file");
 }
 
 /// An element type. Types without a numpy name are not decoded.
@@ -63,7 +63,7 @@ SafetensorsArray tensorOf(const std::string& name, const nlohmann::json& json,
     const auto* const type = std::ranges::find(kTensorTypes, array.type, &TensorType::name);
     if (type == std::end(kTensorTypes)) return array;
     if (tensorBytes(type->size, array.shape) != array.bytes)
-        damagedTensors("an array has another size than its shape", inside);
+        damagedTensors("an array's size contradicts its shape", inside);
     if (!type->numpy.empty()) array.number = arrayNumber(type->numpy);
     return array;
 }
@@ -81,7 +81,7 @@ SafetensorsHeader parsedHeader(std::string_view text, std::uint64_t file_bytes,
                 header.arrays.push_back(tensorOf(name, value, where));
         }
     } catch (const nlohmann::json::exception& problem) {
-        damagedTensors("its header is not as it should be: " + printable(problem.what()), where);
+        damagedTensors("its header is invalid: " + printable(problem.what()), where);
     }
     std::ranges::stable_sort(header.arrays, {}, [](const SafetensorsArray& array) {
         return std::pair(array.offset, array.bytes);
@@ -95,7 +95,7 @@ SafetensorsHeader parsedHeader(std::string_view text, std::uint64_t file_bytes,
         array.offset += data;
     }
     if (end != file_bytes - data)
-        damagedTensors(end > file_bytes - data ? "it ends early" : "something follows its arrays",
+        damagedTensors(end > file_bytes - data ? "it ends early" : "data follows its arrays",
                        where);
     return header;
 }

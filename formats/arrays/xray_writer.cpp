@@ -55,7 +55,7 @@ class XrayNumbers {
                         "the picture has no channel " + std::string(name) + ", which " +
                             Parameter::kAs + " xray needs",
                         Parameter::kChannels,
-                        "it needs distance, geometric-normal, facing and base-color");
+                        "give distance, geometric-normal, facing and base-color");
         };
         distance_ = find("distance");
         facing_ = find("facing");

@@ -79,7 +79,7 @@ std::vector<std::pair<std::uint32_t, const nlohmann::json*>> picturesIn(const nl
     std::ranges::sort(pictures, {}, [](const auto& picture) { return picture.first; });
     for (std::size_t i = 1; i < pictures.size(); ++i)
         if (pictures[i].first == pictures[i - 1].first)
-            refuseCamera("picture " + std::to_string(pictures[i].first) + " is there twice", where);
+            refuseCamera("picture " + std::to_string(pictures[i].first) + " appears twice", where);
     return pictures;
 }
 
@@ -113,7 +113,7 @@ std::vector<PlacedObject> objectsIn(const nlohmann::json& list, const std::strin
         warnOfOthers(object, kObjectKeys, warnings);
         const double id = object.required(object.number("obj_id"), "obj_id");
         if (!(id >= 0 && id <= 1e9) || id != static_cast<int>(id))
-            refuseCamera("an object's id is a whole number", object.where("obj_id"));
+            refuseCamera("an object's id must be a whole number", object.where("obj_id"));
         for (const char* key : {"cam_R_m2c", "cam_t_m2c"})
             object.required(object.has(key) ? std::optional(true) : std::nullopt, key);
         objects.push_back({static_cast<int>(id),
@@ -143,7 +143,7 @@ std::vector<FileCamera> readBop(const CameraSource& source) {
         const CameraObject picture(*value, file, childPointer("", key));
         if (picture.has("cam_model"))
             refuseCamera(
-                "only pinhole cameras are rendered, and this is one of a model with lens "
+                "only pinhole cameras are rendered, and this camera model has lens "
                 "distortion",
                 picture.where("cam_model"), kUndistort);
         warnOfOthers(picture, kPictureKeys, source.warnings);
@@ -162,9 +162,9 @@ std::vector<FileCamera> readBop(const CameraSource& source) {
     }
     for (const auto& [id, list] : lists)
         if (!list->empty())
-            source.warnings.warn("The objects of picture " + std::to_string(id) +
-                                     " are passed over: it has no camera.",
-                                 poses.string());
+            source.warnings.warn(
+                "The objects of picture " + std::to_string(id) + " are ignored: it has no camera.",
+                poses.string());
     return cameras;
 }
 
@@ -230,7 +230,7 @@ std::vector<std::string> writeBop(const std::filesystem::path&, std::span<const 
     const std::string scene = all([&](const FileCamera& camera) {
         const Intrinsics k = writtenIntrinsics(camera);
         if (camera.size != first.size)
-            throw Error(ErrorKind::kUsage, "BOP has one size for all pictures",
+            throw Error(ErrorKind::kUsage, "BOP needs the same size for all pictures",
                         "camera " + camera.name, "write transforms.json, or a file for each size");
         const std::array<double, 9> numbers = {k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1};
         return "{\"cam_K\": [" + cameraNumbers(numbers) + "], " +

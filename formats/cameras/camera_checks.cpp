@@ -42,16 +42,16 @@ nlohmann::json readCameraJson(const std::filesystem::path& path) {
     const auto values =
         std::ranges::count_if(text, [](char c) { return c == ',' || c == '[' || c == '{'; });
     if (static_cast<std::uint64_t>(values) > kMostValues)
-        refuseCamera("there is more in the file than " + std::to_string(kMostViews) +
-                         " views need, the most that are read",
-                     path.string(), "split the file");
+        refuseCamera(
+            "the file is too large, at most " + std::to_string(kMostViews) + " views are read",
+            path.string(), "split the file");
     return parseJson(text, path.string());
 }
 
 void checkViewCount(std::uint64_t count, const std::string& where) {
-    if (count == 0) refuseCamera("there are no cameras in it", where);
+    if (count == 0) refuseCamera("it has no cameras", where);
     if (count > kMostViews)
-        refuseCamera("there are " + std::to_string(count) + " views, the most that are read is " +
+        refuseCamera("there are " + std::to_string(count) + " views, but the limit is " +
                          std::to_string(kMostViews),
                      where, "split the file");
 }
@@ -60,7 +60,7 @@ const glm::dmat4& checkedPose(const glm::dmat4& matrix, const std::string& where
     constexpr double kMost = 1e-4;
     if (distanceFromRigid(matrix) < kMost) return matrix;
     refuseCamera("the pose is not a rotation and a translation", where,
-                 "a scale belongs to the scene; a mirrored axis is another convention");
+                 "apply a scale to the scene; for a mirrored axis, give another convention");
 }
 
 glm::dmat4 rigidInverse(const glm::dmat4& matrix) {
@@ -88,7 +88,7 @@ Intrinsics checkedIntrinsics(const Intrinsics& intrinsics, const std::string& wh
         if (!std::isfinite(number)) refuseCamera("the intrinsics are not finite", where);
     if (!(intrinsics.fx > 0 && intrinsics.fy > 0))
         refuseCamera("focal lengths must be above 0", where,
-                     "a mirrored picture is no camera's; flip the picture instead");
+                     "flip the picture instead of the camera");
     return intrinsics;
 }
 
@@ -104,9 +104,9 @@ Intrinsics intrinsicsOfK(std::span<const double, 9> k, const std::string& where)
 Size checkedSize(double width, double height, const std::string& where) {
     for (const double side : {width, height})
         if (!(side >= 1 && side <= kMostPictureSide) || side != std::floor(side))
-            refuseCamera(
-                "a picture is 1 to " + std::to_string(kMostPictureSide) + " pixels wide and high",
-                where);
+            refuseCamera("a picture must be 1 to " + std::to_string(kMostPictureSide) +
+                             " pixels wide and high",
+                         where);
     const Size size{static_cast<int>(width), static_cast<int>(height)};
     if (static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height) >
         kMostPixels)
@@ -117,7 +117,7 @@ Size checkedSize(double width, double height, const std::string& where) {
 void checkDepthPlanes(const FileCamera& camera, const std::string& where) {
     const bool is_in_front =
         !camera.near || (camera.ortho_height ? *camera.near >= 0 : *camera.near > 0);
-    if (!is_in_front) refuseCamera("the near plane lies in front of the eye", where);
+    if (!is_in_front) refuseCamera("the near plane must lie in front of the eye", where);
     if (camera.far && !(*camera.far > camera.near.value_or(0)))
         refuseCamera("the near plane must lie before the far plane", where);
 }
@@ -142,7 +142,7 @@ glm::dmat4 matrixOfRows(std::span<const double> numbers, const std::string& wher
     for (int column = 0; column < 4; ++column)
         if (matrix[column][3] != (column == 3 ? 1 : 0))
             refuseCamera("the matrix's last row must be 0, 0, 0, 1", where,
-                         "matrices are for column vectors, row by row");
+                         "give matrices for column vectors, row by row");
     return matrix;
 }
 

@@ -24,8 +24,8 @@ constexpr CameraConventionInfo kConventions[] = {
     {"opencv", "world to camera, which looks along +Z, +Y down"},
     {"opengl", "camera to world; it looks along -Z, +Y up"},
     {"blender",
-     "likewise, in a world with +Z up, which is turned; cameras of other formats keep their "
-     "own axes"},
+     "like opengl, in a world with +Z up, which is turned to +Y; cameras of other formats keep "
+     "their own axes"},
 };
 
 std::string_view nameOf(CameraConvention convention) {
@@ -38,13 +38,13 @@ void checkConvention(const CameraFormat& format, const CameraSource& source) {
     // Arrays have no convention of their own.
     if (!asked || asked == CameraConvention::kBlender || &format == &kPoseArrayFormat) return;
     if (asked == format.convention) return;
-    const std::string own =
-        format.convention ? "its cameras are those of " + std::string(nameOf(*format.convention))
-                          : "its keys say which axes a camera has";
+    const std::string own = format.convention
+                                ? "its cameras use " + std::string(nameOf(*format.convention))
+                                : "its keys define the axes of a camera";
     throw Error(ErrorKind::kUsage,
                 "the convention " + std::string(nameOf(*asked)) + " is not that of " + format.name +
                     ": " + own,
-                source.path.string(), "leave it out, or say blender for a world with +Z up");
+                source.path.string(), "leave it out, or give blender for a world with +Z up");
 }
 
 /// Turns a world with +Z up to +Y up.
@@ -80,9 +80,10 @@ const CameraFormat& outputFormatOf(const std::string& path) {
         if (format->write && !path.empty() && (!is_folder || format == &kColmapFormat) &&
             (is_folder || format->written(path)))
             return *format;
-    throw Error(ErrorKind::kUsage, "no format of cameras that is written has such a name", path,
-                "transforms.json, scene_camera.json (BOP), or a folder, for COLMAP's binary files; "
-                "its cameras.txt for text");
+    throw Error(
+        ErrorKind::kUsage, "unknown camera format to write", path,
+        "give transforms.json, scene_camera.json (BOP), a folder for COLMAP's binary files, "
+        "or its cameras.txt for text");
 }
 
 }  // namespace
@@ -103,7 +104,7 @@ CameraConvention cameraConvention(const std::string& name) {
     std::vector<std::string_view> names;
     for (const CameraConventionInfo& row : kConventions)
         names.push_back(row.name);
-    throw Error(ErrorKind::kUsage, "unknown convention of cameras", name,
+    throw Error(ErrorKind::kUsage, "unknown camera convention", name,
                 choiceHint(name, "conventions", names));
 }
 
@@ -114,9 +115,9 @@ std::vector<FileCamera> readCameras(const std::filesystem::path& path,
         kCameraFormats, [&](const CameraFormat* row) { return row->holds(source); });
     if (format == std::end(kCameraFormats)) {
         readCameraBytes(path);  // reports a missing file as such
-        refuseCamera("this is no file of cameras that is read", path.string(),
-                     "transforms.json with \"frames\", BOP's scene_camera.json, a folder of "
-                     "COLMAP's, .npy or .npz, or .jsonl");
+        refuseCamera("unknown camera format", path.string(),
+                     "give transforms.json with \"frames\", BOP's scene_camera.json, a COLMAP "
+                     "folder, .npy or .npz, or .jsonl");
     }
     checkConvention(**format, source);
     std::vector<FileCamera> cameras = (*format)->read(source);
@@ -154,8 +155,8 @@ CameraChoice cameraChoice(const FileCamera& camera, CameraChoice choice) {
     if (camera.far) choice.far = camera.far;
     if (camera.size.width > 0) choice.size = camera.size;
     if (camera.intrinsics && camera.size.width == 0)
-        throw Error(ErrorKind::kUsage, "the file does not say how large the picture is",
-                    "camera " + camera.name, "give " + Parameter::kSize);
+        throw Error(ErrorKind::kUsage, "the file gives no picture size", "camera " + camera.name,
+                    "give " + Parameter::kSize);
     return choice;
 }
 

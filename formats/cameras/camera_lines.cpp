@@ -34,8 +34,8 @@ constexpr std::string_view kKeys[] = {"name",
 void checkKeys(const CameraObject& line) {
     for (const auto& [key, value] : line.value().items())
         if (std::ranges::find(kKeys, key) == std::end(kKeys))
-            refuseCamera("there is no key \"" + key + "\"", line.where(),
-                         "the keys are name, size, K or fx, fy, cx, cy, fov, orthoHeight, near, "
+            refuseCamera("unknown key \"" + key + "\"", line.where(),
+                         "give only name, size, K or fx, fy, cx, cy, fov, orthoHeight, near, "
                          "far, and cameraToWorld, worldToCamera or eye, target, up");
 }
 
@@ -47,7 +47,7 @@ int oneOf(const CameraObject& line, std::initializer_list<const char*> keys) {
         if (!line.has(key)) continue;
         found += (count++ ? " and " : "") + std::string(key);
     }
-    if (count > 1) refuseCamera("a camera has one of " + found, line.where());
+    if (count > 1) refuseCamera("a camera takes only one of " + found, line.where());
     return count;
 }
 
@@ -73,7 +73,7 @@ glm::dmat4 placeIn(const CameraObject& line, bool z_up) {
                      "give cameraToWorld, worldToCamera, or eye and target");
     if (!line.has("eye"))
         for (const char* key : {"target", "up"})
-            if (line.has(key)) refuseCamera("only a camera with an eye has it", line.where(key));
+            if (line.has(key)) refuseCamera("only a camera with an eye takes it", line.where(key));
     if (const auto matrix = line.matrix("cameraToWorld"))
         return checkedPose(*matrix, line.where("cameraToWorld"));
     if (const auto matrix = line.matrix("worldToCamera"))

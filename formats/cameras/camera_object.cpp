@@ -97,7 +97,8 @@ std::optional<glm::dmat4> CameraObject::matrix(const char* key) const {
 std::optional<std::string> CameraObject::text(const char* key) const {
     const nlohmann::json* const value = find(key);
     if (!value) return {};
-    if (!value->is_string()) refuseCamera("expected a text, not " + shownJson(*value), where(key));
+    if (!value->is_string())
+        refuseCamera("expected a string, not " + shownJson(*value), where(key));
     return value->get<std::string>();
 }
 
@@ -109,8 +110,7 @@ void warnOfOthers(const CameraObject& object, std::span<const std::string_view> 
                   ReadWarnings& warnings) {
     for (const auto& [key, value] : object.value().items())
         if (std::ranges::find(known, key) == known.end())
-            warnings.warn("The meaning of \"" + key + "\" is not known, so it is passed over.",
-                          object.where(key));
+            warnings.warn("The key \"" + key + "\" is unknown and ignored.", object.where(key));
 }
 
 }  // namespace peeler

@@ -41,10 +41,10 @@ Intrinsics writtenIntrinsics(const FileCamera& camera) {
     const std::string where = "camera " + camera.name;
     if (camera.ortho_height)
         throw Error(ErrorKind::kUsage,
-                    "an orthographic camera has no place in a file of calibrated ones", where,
+                    "an orthographic camera cannot be written as a calibrated one", where,
                     "leave it out");
     if (camera.size.width < 1 || camera.size.height < 1)
-        throw Error(ErrorKind::kUsage, "the size of the camera's picture is not known", where,
+        throw Error(ErrorKind::kUsage, "the camera's picture size is unknown", where,
                     "give " + Parameter::kSize);
     if (camera.intrinsics) return *camera.intrinsics;
     if (!camera.fov)

@@ -36,8 +36,8 @@ class ColmapBytes {
         const std::string place = where();
         const auto count = take<std::uint64_t>();
         if (count > (bytes_.size() - at_) / least)
-            refuseCamera("the file says that there are " + std::to_string(count) +
-                             " things, which its size leaves no room for",
+            refuseCamera("the file is too small for the " + std::to_string(count) +
+                             " entries that it promises",
                          place, "copy or export the file again");
         return count;
     }
@@ -53,8 +53,7 @@ class ColmapBytes {
     void skip(std::uint64_t count) { part(count); }
     /// Throws Error (kInput) unless the file ends here.
     void end() const {
-        if (at_ != bytes_.size())
-            refuseCamera("there is something behind the last number", where());
+        if (at_ != bytes_.size()) refuseCamera("data follows the last number", where());
     }
     std::string where() const { return file_ + ", byte " + std::to_string(at_); }
 
@@ -86,14 +85,14 @@ std::map<std::uint32_t, ColmapCamera> readCamerasFile(const std::filesystem::pat
         const auto model = file.take<std::int32_t>();
         const auto width = file.take<std::uint64_t>(), height = file.take<std::uint64_t>();
         const ColmapLens* const lens = colmapLens(model);
-        if (!lens) refuseCamera("there is no camera model " + std::to_string(model), where);
+        if (!lens) refuseCamera("unknown camera model " + std::to_string(model), where);
         std::vector<double> parameters;
         for (int k = 0; k < lens->parameters; ++k)
             parameters.push_back(file.take<double>());
         const ColmapCamera camera = colmapCamera(*lens, static_cast<double>(width),
                                                  static_cast<double>(height), parameters, where);
         if (!cameras.emplace(id, camera).second)
-            refuseCamera("camera " + std::to_string(id) + " is there twice", where);
+            refuseCamera("camera " + std::to_string(id) + " appears twice", where);
     }
     file.end();
     return cameras;

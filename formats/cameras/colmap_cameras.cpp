@@ -67,9 +67,9 @@ ModelFiles modelAt(const std::filesystem::path& path) {
             fileExists(path / (std::string("images") + extension)))
             return {path, extension};
     }
-    refuseCamera("the folder holds no model of COLMAP", path.string(),
-                 "it is the one with cameras and images, .bin or .txt, often sparse/0; of other "
-                 "formats name the file");
+    refuseCamera("the folder holds no COLMAP model", path.string(),
+                 "name the folder with cameras and images, .bin or .txt, often sparse/0; for other "
+                 "formats, name the file");
 }
 
 std::vector<FileCamera> readColmap(const CameraSource& source) {
@@ -84,7 +84,7 @@ std::vector<FileCamera> readColmap(const CameraSource& source) {
         const ColmapImage& image = model.images[i];
         const std::string place = where + ", image " + std::to_string(image.id);
         if (i > 0 && model.images[i - 1].id == image.id)
-            refuseCamera("the image is there twice", place);
+            refuseCamera("the image appears twice", place);
         const auto found = model.cameras.find(image.camera);
         if (found == model.cameras.end())
             refuseCamera("there is no camera " + std::to_string(image.camera), place);
@@ -123,7 +123,7 @@ ColmapModel modelOf(std::span<const FileCamera> cameras) {
         // A name in a text model ends with the line, and for older readers at the first space.
         const auto ends = [](char c) { return static_cast<unsigned char>(c) <= ' '; };
         if (image.name.empty() || std::ranges::any_of(image.name, ends))
-            throw Error(ErrorKind::kUsage, "COLMAP has no names that are empty or have a space",
+            throw Error(ErrorKind::kUsage, "a COLMAP name must not be empty or contain a space",
                         "camera \"" + image.name + "\"", "give it another name");
     }
     return model;
@@ -210,7 +210,7 @@ std::array<double, 7> colmapNumbers(const glm::dmat4& camera_to_world) {
 }
 
 const CameraFormat kColmapFormat = {
-    "a model of COLMAP", CameraConvention::kOpencv, isColmap, readColmap, isColmapName, colmapFiles,
+    "a COLMAP model", CameraConvention::kOpencv, isColmap, readColmap, isColmapName, colmapFiles,
     writeColmap};
 
 }  // namespace peeler

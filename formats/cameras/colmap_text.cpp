@@ -79,7 +79,7 @@ std::map<std::uint32_t, ColmapCamera> readCameraLines(const std::filesystem::pat
         const std::string_view model = lines.word("a camera model");
         const ColmapLens* const lens = colmapLens(model);
         if (!lens)
-            refuseCamera("there is no camera model \"" + std::string(model.substr(0, 40)) + "\"",
+            refuseCamera("unknown camera model \"" + std::string(model.substr(0, 40)) + "\"",
                          lines.where());
         const auto width = lines.number<double>("the width"),
                    height = lines.number<double>("the height");
@@ -88,11 +88,11 @@ std::map<std::uint32_t, ColmapCamera> readCameraLines(const std::filesystem::pat
             parameters.push_back(lines.number<double>("a parameter"));
         if (!lines.rest().empty())
             refuseCamera("a " + std::string(lens->name) + " has " +
-                             std::to_string(lens->parameters) + " parameters, and there are more",
+                             std::to_string(lens->parameters) + " parameters, but there are more",
                          lines.where());
         if (!cameras.emplace(id, colmapCamera(*lens, width, height, parameters, lines.where()))
                  .second)
-            refuseCamera("camera " + std::to_string(id) + " is there twice", lines.where());
+            refuseCamera("camera " + std::to_string(id) + " appears twice", lines.where());
     }
     checkViewCount(cameras.size(), path.string());
     return cameras;
@@ -103,8 +103,7 @@ std::map<std::uint32_t, ColmapCamera> readCameraLines(const std::filesystem::pat
 void passPoints(TextLines& lines) {
     if (!lines.next()) return;
     while (lines.hasMore()) {
-        constexpr const char* kHint =
-            "COLMAP wants a line of points under each image, which may be empty";
+        constexpr const char* kHint = "add a line of points under each image; it may be empty";
         for (const char* what : {"a point's x", "a point's y"})
             lines.number<double>(what, kHint);
         lines.number<std::int64_t>("a point's id", kHint);

@@ -67,7 +67,7 @@ class ThingArray {
     /// Throws Error (kInput) unless there is one item for all views, or one per view.
     void checkCount(std::uint64_t views) const {
         if (!is_one_ && count_ != views)
-            refuseCamera("there are " + std::to_string(count_) + " of them, and " +
+            refuseCamera("there are " + std::to_string(count_) + " of them, but " +
                              std::to_string(views) + " poses",
                          where_);
     }
@@ -96,13 +96,12 @@ std::vector<FileCamera> camerasOf(const ThingArray& poses, const PoseArray& kind
     const auto convention = source.options.convention ? source.options.convention : kind.convention;
     if (!convention)
         throw Error(
-            ErrorKind::kUsage,
-            "an array of poses does not say what its axes are: a convention is missing",
+            ErrorKind::kUsage, "an array of poses needs a convention for its axes",
             source.path.string(),
             "give " + Parameter::kConvention +
                 ": opencv is world to camera, looking along +Z with +Y down; "
                 "opengl is camera to "
-                "world, looking along -Z with +Y up; blender is likewise, in a world with +Z "
+                "world, looking along -Z with +Y up; blender is like opengl, in a world with +Z "
                 "up");
     checkViewCount(poses.count(), source.path.string());
     std::vector<FileCamera> cameras(poses.count());
@@ -115,7 +114,7 @@ std::vector<FileCamera> camerasOf(const ThingArray& poses, const PoseArray& kind
 }
 
 ThingArray posesIn(const std::optional<NumberArray>& array, const std::string& where) {
-    if (!array) refuseCamera("the array is not of numbers", where, "numpy.save(path, poses)");
+    if (!array) refuseCamera("expected an array of numbers", where, "numpy.save(path, poses)");
     return {*array, where, {3, 4}, "(n, 3, 4) or (n, 4, 4), or one such matrix"};
 }
 
@@ -129,7 +128,7 @@ class ArchivedThings {
         // Highly compressed data may unpack to more than the limit of camera files.
         if (member->size > kMostCameraBytes) refuseCamera("the array is too large", where_);
         array_ = npyArray(archive.contents(*member, storage_), where_);
-        if (!array_) refuseCamera("the array is not of numbers", where_);
+        if (!array_) refuseCamera("expected an array of numbers", where_);
         is_there_ = true;
     }
     ArchivedThings(const ArchivedThings&) = delete;
@@ -153,14 +152,14 @@ std::vector<FileCamera> camerasIn(const NpzArchive& archive, const CameraSource&
         std::string names;
         for (const PoseArray& row : kPoseArrays)
             names += (names.empty() ? "" : ", ") + std::string(row.name);
-        refuseCamera("no array of it is poses", source.path.string(),
-                     "it is called one of " + names);
+        refuseCamera("it has no array of poses", source.path.string(),
+                     "name the array one of " + names);
     }
     for (const NpzArchive::Member& member : archive.members()) {
         const std::string name = std::filesystem::path(member.name).stem();
         const std::string_view known[] = {kind->name, "K", "size", "arrays_version"};
         if (std::ranges::find(known, name) == std::end(known))
-            source.warnings.warn("The array " + name + " is passed over.", archive.placeOf(member));
+            source.warnings.warn("The array " + name + " is ignored.", archive.placeOf(member));
     }
     const ArchivedThings matrices(archive, kind->name);
     const ThingArray poses = posesIn(matrices.array(), matrices.where());

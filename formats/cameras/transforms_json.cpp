@@ -48,13 +48,12 @@ struct PassedOver {
     const char* sentence;
 };
 constexpr PassedOver kPassedOver[] = {
-    {"applied_scale", 1,
-     "applied_scale is not undone: the cameras fit the scene that has been scaled by it."},
-    {"rolling_shutter", 0, "rolling_shutter is not carried out: all rows see the same moment."},
-    {"from_mitsuba", 0, "from_mitsuba is not carried out: the matrices have NeRF's axes."},
-    {"time", 0, "The times of frames are not carried out: all show the scene at one time."},
-    {"transform_matrix_start", NAN, "Cameras do not move: transform_matrix_start is passed over."},
-    {"transform_matrix_end", NAN, "Cameras do not move: transform_matrix_end is passed over."},
+    {"applied_scale", 1, "applied_scale is not undone: the cameras fit the scaled scene."},
+    {"rolling_shutter", 0, "rolling_shutter is ignored: all rows see the same moment."},
+    {"from_mitsuba", 0, "from_mitsuba is ignored: the matrices have NeRF's axes."},
+    {"time", 0, "The times of frames are ignored: all show the scene at one time."},
+    {"transform_matrix_start", NAN, "Cameras do not move: transform_matrix_start is ignored."},
+    {"transform_matrix_end", NAN, "Cameras do not move: transform_matrix_end is ignored."},
 };
 
 void warnOfPassedOver(const CameraObject& holder, ReadWarnings& warnings) {
@@ -72,10 +71,8 @@ void warnOfPassedOver(const CameraObject& holder, ReadWarnings& warnings) {
     constexpr const char* kApplied = "applied_transform";
     known.emplace_back(kApplied);
     if (const auto applied = holder.matrix(kApplied); applied && *applied != glm::dmat4(1))
-        warnings.warn(
-            "applied_transform is not undone: the cameras fit the scene that has been turned by "
-            "it.",
-            holder.where(kApplied));
+        warnings.warn("applied_transform is not undone: the cameras fit the transformed scene.",
+                      holder.where(kApplied));
     warnOfOthers(holder, known, warnings);
 }
 
@@ -112,18 +109,17 @@ void checkLens(const CameraObject& holder) {
     }
     for (const char* key : kOtherLenses)
         if (const auto* const value = holder.find(key); value && *value != false)
-            refuseCamera("only pinhole cameras are rendered, and this is one with \"" +
-                             std::string(key) + "\"",
-                         holder.where(key), kUndistort);
+            refuseCamera(
+                "only pinhole cameras are rendered, and this one has \"" + std::string(key) + "\"",
+                holder.where(key), kUndistort);
     if (const auto model = holder.text("camera_model"))
         if (std::ranges::find(kPinholes, *model) == std::end(kPinholes))
-            refuseCamera(
-                "only pinhole cameras are rendered, and this is one of the model " + *model,
-                holder.where("camera_model"), kUndistort);
+            refuseCamera("only pinhole cameras are rendered, and this one has the model " + *model,
+                         holder.where("camera_model"), kUndistort);
     for (const char* key : {"K", "intrinsic_matrix", "camera_intrinsics"})
         if (holder.has(key))
             refuseCamera("a matrix of intrinsics has no meaning in transforms.json",
-                         holder.where(key), "say fl_x, fl_y, cx, cy, w and h; without a skew");
+                         holder.where(key), "give fl_x, fl_y, cx, cy, w and h, without a skew");
 }
 
 /// Returns the focal length, in pixels, of an axis, "x" or "y", with `pixels` pixels.
@@ -138,10 +134,10 @@ std::optional<double> focalLength(const FrameMembers& members, const std::string
         const std::string where = members.where(key.c_str());
         const double angle = *field * radians;
         if (!(angle > 0 && angle < std::numbers::pi))
-            refuseCamera("a field of view lies between 0 and half a turn", where);
+            refuseCamera("a field of view must lie between 0 and half a turn", where);
         if (pixels == 0)
-            refuseCamera("a field of view without \"w\" and \"h\" leaves the size of pictures open",
-                         where, "give " + Parameter::kSize);
+            refuseCamera("a field of view needs \"w\" and \"h\" for the picture size", where,
+                         "give " + Parameter::kSize);
         return pixels / (2 * std::tan(angle / 2));
     }
     return {};
@@ -151,18 +147,18 @@ void readLens(const FrameMembers& members, const CameraObject& frame, const Size
               FileCamera& camera) {
     const auto width = members.number("w"), height = members.number("h");
     if (width.has_value() != height.has_value())
-        refuseCamera("a picture has both \"w\" and \"h\", or none", frame.where());
+        refuseCamera("a picture needs both \"w\" and \"h\", or neither", frame.where());
     camera.size = width ? checkedSize(*width, *height, members.where("w")) : asked;
     const int w = camera.size.width, h = camera.size.height;
     auto fx = focalLength(members, "x", w);
     auto fy = focalLength(members, "y", h);
-    if (!fx && !fy) refuseCamera("neither \"fl_x\" nor \"camera_angle_x\" is there", frame.where());
+    if (!fx && !fy) refuseCamera("\"fl_x\" and \"camera_angle_x\" are both missing", frame.where());
     if (!fx) fx = fy;  // square pixels
     if (!fy) fy = fx;
     const auto centre = [&](const char* key, int pixels) {
         const auto corner = members.number(key);
         if (!corner && pixels == 0)
-            refuseCamera("without \"w\" and \"h\" the middle of pictures is not known, and \"" +
+            refuseCamera("without \"w\" and \"h\" the centre of pictures is unknown, and \"" +
                              std::string(key) + "\" is missing",
                          frame.where(), "give " + Parameter::kSize);
         return corner.value_or(pixels / 2.0) - 0.5;

@@ -145,12 +145,11 @@ void warnOfHeader(OpenedExr& opened, std::size_t part) {
     }
     if (header.chromaticities && !isRec709(*header.chromaticities))
         warnings.warn(
-            "Its primaries are not those of Rec. 709 (chromaticities), and colours stay as they "
-            "are.");
+            "Its primaries are not those of Rec. 709 (chromaticities); colours are not converted.");
     const std::string aspect = header.attribute("pixelAspectRatio");
     if (!opened.info.plan.view.known && numberIn<float>(aspect) != 1)
         warnings.warn("Its pixels are not square (pixelAspectRatio " + aspect +
-                      "), and stay as they are.");
+                      "); they are not resampled.");
 }
 
 }  // namespace
@@ -175,7 +174,7 @@ void readCarried(OpenedExr& opened, std::size_t part) {
         if (bytes <= kMostCarried && isValid(attribute))
             carried.push_back(std::move(attribute));
         else if (!opened.options.pixels_only)
-            opened.warnings.warn("The attribute \"" + name + "\" does not go along.");
+            opened.warnings.warn("The attribute \"" + name + "\" is not carried over.");
     }
     warnOfHeader(opened, part);
 }

@@ -211,7 +211,7 @@ Imf::Header ExrBandWriter::header(std::size_t part) const {
     }
     for (const ExrChannel& channel : channels_[part]) {
         if (header.channels().findChannel(channel.name))
-            throw Error(ErrorKind::kInternal, "two channels of one name", channel.name);
+            throw Error(ErrorKind::kInternal, "two channels have the same name", channel.name);
         header.channels().insert(channel.name, Imf::Channel(exrPixelType(channel.type)));
     }
     addIdManifest(header, options_.provenance.ids);

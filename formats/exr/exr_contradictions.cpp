@@ -122,7 +122,7 @@ std::vector<std::string> headerContradictions(const std::string& path) {
     std::vector<std::string> sentences;
     for (const auto& [attribute, part] : first_part) {
         std::string sentence = part.empty() ? "" : part + ": ";
-        sentence.append(attribute).append(" is not what ").append(kCameraJson).append(" says");
+        sentence.append(attribute).append(" contradicts ").append(kCameraJson);
         sentences.push_back(std::move(sentence));
     }
     return sentences;

@@ -226,7 +226,7 @@ void ExrDeepReader::countSamples() {
         }
     }
     if (!different.empty() && info_.is_peeler) {
-        throw Error(ErrorKind::kInput, "the part has other samples than the first",
+        throw Error(ErrorKind::kInput, "the part's samples differ from the first part's",
                     input_.where(*different.begin()), "render it again");
     }
     std::erase_if(parts_, [&](const Part& part) { return different.contains(part.index); });

@@ -119,7 +119,7 @@ void ExrDeepWriter::open(const LayeredImage& first_band) {
         Imf::addDeepImageState(header, Imf::DIS_SORTED);
         for (const ExrChannel& channel : part.channels) {
             if (header.channels().findChannel(channel.name))
-                throw Error(ErrorKind::kInternal, "two channels of one name", channel.name);
+                throw Error(ErrorKind::kInternal, "two channels have the same name", channel.name);
             header.channels().insert(channel.name, Imf::Channel(exrPixelType(channel.type)));
         }
         addIdManifest(header, options_.provenance.ids);

@@ -51,7 +51,7 @@ View viewOf(const ExrInfo& info, const std::string& path) {
     const Window& display = first.display_window;
     if (display.empty()) throw Error(ErrorKind::kInput, "its display window is empty", path);
     if (!camera.empty() && (view.width != display.width() || view.height != display.height())) {
-        throw Error(ErrorKind::kInput, "peeler:cameraJson is of another picture size", path);
+        throw Error(ErrorKind::kInput, "peeler:cameraJson has another picture size", path);
     }
     view.width = display.width();
     view.height = display.height();

@@ -332,7 +332,7 @@ void ExrInput::checkSizes() const {
         }
         if (part.deep() && !canBeDeep(part.compression)) {
             throw Error(ErrorKind::kInput,
-                        "OpenEXR has no deep images of compression " + part.compression,
+                        "OpenEXR has no deep images with compression " + part.compression,
                         path_ + ": " + part.name, "write it again with zips, rle or none");
         }
         std::uint64_t pixel = part.deep() ? sizeof(std::uint32_t) : 0;  // at least the sample count

@@ -124,7 +124,7 @@ PartHeader readPart(FileBytes& file, ExrHeaders& headers) {
     part.end = headers.place();
     // Attributes are sorted: a damaged size that leads to a premature 0 skips this one.
     if (!part.ends)
-        throw Error(ErrorKind::kInput, "its headers are not whole", file.path(),
+        throw Error(ErrorKind::kInput, "its headers are incomplete", file.path(),
                     "the file may be damaged or cut off; write it again");
     return part;
 }
@@ -245,8 +245,8 @@ std::string pixelHashRecord(std::uint64_t hash) {
 
 std::string ExrIntegrity::problem() const {
     if (state != kChanged) return "";
-    return "it is not what its " + std::string(kPixelHash) +
-           " says: it has changed since it was written, or another program wrote it again";
+    return "it does not match its " + std::string(kPixelHash) +
+           ": it has changed since it was written, or another program wrote it again";
 }
 
 ExrIntegrity exrIntegrity(const std::string& path) {
@@ -262,7 +262,7 @@ void requireUnchanged(const std::string& path) {
     const ExrIntegrity proof = exrIntegrity(path);
     if (proof.state != ExrIntegrity::kChanged) return;
     throw Error(ErrorKind::kInput, proof.problem(), proof.where,
-                "make it again; or, if the other program is to be trusted, erase that attribute");
+                "make it again or, if you trust the other program, erase that attribute");
 }
 
 }  // namespace peeler

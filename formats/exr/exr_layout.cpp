@@ -19,9 +19,9 @@ constexpr std::string_view kLayerPrefix = "layer_";
 // Nuke takes layer names from channel names, and calls the viewer's picture "rgba"; OpenEXR's own
 // rule for channel names in multi-part files agrees (openexr.com/en/latest/MultiViewOpenEXR.html).
 constexpr ExrLayout kLayouts[] = {
-    {"plain", "a part a layer, R,G,B,A,Z in each"},
+    {"plain", "one part per layer, R,G,B,A,Z in each"},
     {.name = "nuke",
-     .summary = "a part a layer, channels layer_000.R, …; the composite is rgba",
+     .summary = "one part per layer, channels layer_000.R, …; the composite is rgba",
      .prefixed = true,
      .composite_part = "rgba"},
     {.name = "single-part",
@@ -29,7 +29,7 @@ constexpr ExrLayout kLayouts[] = {
      .one_part = true,
      .prefixed = true},
     {.name = kPerFileLayout,
-     .summary = "OUT.exr holds the composite, OUT.layer_000.exr, … a layer each",
+     .summary = "OUT.exr holds the composite, OUT.layer_000.exr, … one layer each",
      .one_file_a_layer = true},
 };
 
@@ -37,7 +37,7 @@ constexpr ExrCompression kCompressions[] = {
     {"zip", "16 rows at once; layered files' default", false, Imf::ZIP_COMPRESSION},
     {"zips", "row by row; deep images' default", true, Imf::ZIPS_COMPRESSION},
     {"rle", "run lengths: quicker and larger", true, Imf::RLE_COMPRESSION},
-    {"none", "as they are", true, Imf::NO_COMPRESSION},
+    {"none", "uncompressed", true, Imf::NO_COMPRESSION},
 };
 
 }  // namespace
@@ -53,7 +53,7 @@ const ExrLayout& findExrLayout(std::string_view name) {
         if (layout.name == name) return layout;
         names += (names.empty() ? "" : ", ") + std::string(layout.name);
     }
-    throw Error(ErrorKind::kUsage, "there is no layout \"" + std::string(name) + "\"",
+    throw Error(ErrorKind::kUsage, "unknown layout \"" + std::string(name) + "\"",
                 Parameter::kLayout, "choose one of: " + names);
 }
 
@@ -85,7 +85,7 @@ const ExrCompression& findExrCompression(std::string_view name, bool deep) {
         names += (names.empty() ? "" : ", ") + std::string(row.name);
     }
     throw Error(ErrorKind::kUsage,
-                (deep ? "deep images cannot be compressed as \"" : "there is no compression \"") +
+                (deep ? "deep images cannot be compressed as \"" : "unknown compression \"") +
                     std::string(name) + "\"",
                 Parameter::kCompression, "choose one of: " + names);
 }

@@ -78,7 +78,7 @@ ExrLdiReader::ExrLdiReader(OpenedExr opened, const std::optional<ExrPicture>& pi
                !lone_layer) {
         throw Error(
             ErrorKind::kInput,
-            "it should have " + promised + " layers and has " + std::to_string(info_.layers.size()),
+            "it should have " + promised + " layers but has " + std::to_string(info_.layers.size()),
             input_.path(), "render it again");
     }
     for (std::size_t i = 0; i < info_.layers.size(); ++i)
@@ -149,7 +149,7 @@ void ExrLdiReader::checkLayers() const {
             throw Error(
                 ErrorKind::kInput,
                 "a layer has no channel " + source.prefix + channels_[c].name + " of half or float",
-                input_.where(source.part), Parameter::kPart + " reads a part by itself");
+                input_.where(source.part), "read a part by itself with " + Parameter::kPart);
         }
     }
 }

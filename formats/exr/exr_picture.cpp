@@ -191,8 +191,8 @@ const ExrPicture& pictureOfPart(const std::vector<ExrPicture>& pictures, const s
     const auto itself = std::ranges::find(pictures, std::string(), &ExrPicture::layer);
     if (itself != pictures.end()) return *itself;
     if (pictures.size() == 1) return pictures.front();
-    throw Error(ErrorKind::kInput, "its colours stand in several layers", where,
-                "choose one by " + Parameter::kPart + ": " +
+    throw Error(ErrorKind::kInput, "several layers hold colours", where,
+                "choose one with " + Parameter::kPart + ": " +
                     listed(namesOf(pictures, [](const ExrPicture& p) { return p.layer; })));
 }
 
@@ -322,7 +322,7 @@ void placePixels(View& view, const Window& data, bool pixels_only, const std::st
     if (display.pixels() > std::max(kMostDisplay, kMostOfStored * data.pixels())) {
         throw Error(ErrorKind::kInput,
                     "the display window of " + std::to_string(view.width) + " x " +
-                        std::to_string(view.height) + " pixels is too large for what is stored",
+                        std::to_string(view.height) + " pixels is too large for the stored pixels",
                     path, "write it again with a smaller one");
     }
     view.crop = pixels_only ? display : unite(display, data);

@@ -139,7 +139,8 @@ class ManifestReader {
                 std::size_t common = 0;
                 for (std::size_t i = 0; i < digits; ++i)
                     common = common << 8U | static_cast<std::uint8_t>(text[i]);
-                if (common > before.size()) fail("a text begins as none does");
+                if (common > before.size())
+                    fail("a text's shared prefix is longer than the text before it");
                 text.remove_prefix(digits);
                 whole = before.substr(0, common);
             }
@@ -161,7 +162,7 @@ class ManifestReader {
         };
         for (auto runs = number<std::uint32_t>(); runs > 0; --runs) {
             const auto first = number<std::uint32_t>(), last = number<std::uint32_t>();
-            if (first > last || last >= texts_.size()) fail("a run is of texts that are not there");
+            if (first > last || last >= texts_.size()) fail("a run names missing texts");
             for (std::size_t text = free_from(first); text <= last; text = free_from(text)) {
                 order_.push_back(text);
                 next[text] = text + 1;
@@ -171,7 +172,7 @@ class ManifestReader {
 
     const std::string& entryText() {
         const std::uint64_t number = shortNumber();
-        if (number >= order_.size()) fail("an entry has a text that is not there");
+        if (number >= order_.size()) fail("an entry names a missing text");
         return texts_[order_[number]];
     }
 

@@ -36,7 +36,7 @@ std::string hintFor(int error) {
         case EDQUOT:
             return "free some space, or write to another disk";
         case ENOENT:
-            return "the folder has gone meanwhile; try again";
+            return "the folder has disappeared; try again";
         case EACCES:
         case EPERM:
             return "check the permissions of the folder";
@@ -45,7 +45,7 @@ std::string hintFor(int error) {
         case ENOTDIR:
             return "a part of the path is a file, not a folder";
         case ELOOP:
-            return "the links on the way to it lead in a circle";
+            return "the symbolic links on the way to it form a loop";
         case EFBIG:
             return "the file system or a limit (ulimit -f) allows no file that large";
         case ENAMETOOLONG:

@@ -102,11 +102,11 @@ void waitFor(pid_t child, const HelperRun& run) {
     const std::uint64_t seconds = (microseconds + kSecond / 2) / kSecond;
     const bool late = seconds + 1 >= static_cast<std::uint64_t>(run.cpu_seconds);
     if (number == SIGKILL && !late)
-        throw Error(ErrorKind::kMemory, "the decoder was killed, as where memory runs out");
+        throw Error(ErrorKind::kMemory, "the decoder was killed, probably for lack of memory");
     if (number == SIGSYS)
         throw Error(ErrorKind::kInput,
-                    "the decoder asks the system for what no decoder needs: the data is damaged, "
-                    "or meant to do harm",
+                    "the decoder makes a system call that no decoder needs: the data is damaged "
+                    "or malicious",
                     "", run.hint);
     throw Error(
         ErrorKind::kInput,
@@ -135,8 +135,7 @@ SharedFile runHelper(const HelperRun& run, const SharedFile& request) {
     // An enumeration may hold any number; a decoder can only fail by lack of memory or by its data.
     const auto kind = state == HelperState::kFailed ? result.takeOne<ErrorKind>() : ErrorKind();
     if (kind != ErrorKind::kInput && kind != ErrorKind::kMemory)
-        throw Error(ErrorKind::kInput, "the decoder ends without a result on the data", "",
-                    run.hint);
+        throw Error(ErrorKind::kInput, "the decoder ends without a result", "", run.hint);
     const std::string what = takeText(result);
     throw Error(kind, what, "", takeText(result));
 }

@@ -99,7 +99,7 @@ void checkJsonDepth(std::string_view text, const std::string& where) {
                 throw Error(
                     ErrorKind::kInput,
                     "the JSON is nested deeper than " + std::to_string(kMaxJsonDepth) + " levels",
-                    where, "no program writes such files");
+                    where, "write it again with fewer levels");
         } else if (c == '}' || c == ']') {
             --depth;
         }

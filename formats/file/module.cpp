@@ -54,7 +54,7 @@ void* moduleFunction(const char* module, const char* function) {
                     "a part of peeler cannot be loaded: " + std::string(dlerror()), file,
                     "install the libraries that it is linked with");
     if (void* address = dlsym(handle, function)) return address;
-    throw Error(ErrorKind::kInternal, "a part of peeler is of another version", module,
+    throw Error(ErrorKind::kInternal, "a part of peeler has another version", module,
                 "install all of it again");
 }
 

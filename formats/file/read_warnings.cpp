@@ -16,7 +16,7 @@ constexpr std::size_t kMost = 100, kMostOfSentence = 1000;
 
 void ReadWarnings::warn(const Text& sentence, const Text& where) {
     warn(sentence, Error(ErrorKind::kInput, sentence.withoutEnd('.'), where.empty() ? file_ : where,
-                         "mend the file, or leave " + Parameter::kStrict + " out"));
+                         "repair the file, or leave " + Parameter::kStrict + " out"));
 }
 
 void ReadWarnings::warn(const Text& sentence, const Error& problem) {
@@ -28,8 +28,8 @@ void ReadWarnings::add(const Text& sentence) {
     const Text shown = printableText(sentence, kMostOfSentence);
     if (sentences_.size() > kMost || std::ranges::find(sentences_, shown) != sentences_.end())
         return;
-    sentences_.push_back(
-        sentences_.size() < kMost ? shown : Text("There are more warnings than fit here."));
+    sentences_.push_back(sentences_.size() < kMost ? shown
+                                                   : Text("Further warnings are not shown."));
 }
 
 }  // namespace peeler

@@ -19,10 +19,10 @@ namespace {
 
 /// Throws the Error for a path whose existence cannot be determined.
 [[noreturn]] void failToLook(const std::filesystem::path& path, int error, ErrorKind kind) {
-    throw Error(kind, "it cannot be told what is there: " + std::string(std::strerror(error)),
+    throw Error(kind, "cannot examine the path: " + std::string(std::strerror(error)),
                 path.string(),
                 error == EACCES  ? "check the permissions of the folders on the way to it"
-                : error == ELOOP ? "the links on the way to it lead in a circle"
+                : error == ELOOP ? "the symbolic links on the way to it form a loop"
                                  : "check the disk");
 }
 

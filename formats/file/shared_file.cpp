@@ -17,8 +17,8 @@ namespace peeler {
 SharedFile::SharedFile() : descriptor_(besideStandardStreams(memfd_create("peeler", MFD_CLOEXEC))) {
     if (descriptor_ < 0)
         throw Error(ErrorKind::kInternal,
-                    "no file can be made in memory: " + std::string(std::strerror(errno)), "",
-                    "the system's limit of open files may be reached");
+                    "cannot create a file in memory: " + std::string(std::strerror(errno)), "",
+                    "check the system's limit on open files");
 }
 
 SharedFile::~SharedFile() {
@@ -63,7 +63,7 @@ std::uint64_t SharedFile::takeSize(std::size_t of_value, std::uint64_t most) {
     if (end < 0 || size % of_value != 0 || size > static_cast<std::uint64_t>(end) - place_)
         throw Error(ErrorKind::kInput, "the decoder's data ends too early");
     if (size / of_value > most)
-        throw Error(ErrorKind::kInput, "the decoder's data is more than was asked for");
+        throw Error(ErrorKind::kInput, "the decoder returns more data than requested");
     return size / of_value;
 }
 

@@ -258,7 +258,7 @@ TarShards::OldShard* TarShards::oldShard() const {
 void TarShards::checkUnbroken() const {
     if (broken_)
         throw Error(ErrorKind::kOutput, "an earlier sample could not be written into the shard",
-                    file_->path(), "run the same again");
+                    file_->path(), "run the same command again");
 }
 
 TarShards::Stored TarShards::keep(const std::string& key) {
@@ -348,7 +348,7 @@ void TarShards::append(const std::string& name, std::uint64_t size) {
 void TarShards::startFile() {
     const std::string name = nameOf(number_);
     if (!settings_.replaces && isTaken(name))
-        throw Error(ErrorKind::kOutput, "the file is there already", name,
+        throw Error(ErrorKind::kOutput, "the file already exists", name,
                     "remove it, or choose another name");
     file_ = std::make_unique<AtomicFile>(name);
     if (size_ > 0) copy(*oldShard(), 0, size_);
@@ -397,7 +397,7 @@ std::string TarShards::surplus() const {
 void TarShards::copy(OldShard& from, std::uint64_t begin, std::uint64_t end) {
     broken_ = true;
     if (!appendPart(opened(from), begin, end, *file_))
-        throw Error(ErrorKind::kInput, "the shard cannot be read any more", from.path,
+        throw Error(ErrorKind::kInput, "the shard can no longer be read", from.path,
                     "check the disk");
     broken_ = false;
 }

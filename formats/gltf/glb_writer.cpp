@@ -65,8 +65,8 @@ std::size_t appendElement(ordered_json& gltf, const char* name, ordered_json ele
 }
 
 [[noreturn]] void failTooLarge(const std::string& path) {
-    throw Error(ErrorKind::kOutput, "the .glb would pass the 4 GiB that its format allows", path,
-                "bake parts of the scene into files of their own");
+    throw Error(ErrorKind::kOutput, "the .glb would exceed its format's limit of 4 GiB", path,
+                "bake parts of the scene into separate files");
 }
 
 std::string word(std::uint64_t value) {
@@ -208,7 +208,7 @@ void GlbWriter::takeImages() {
                 bytes = isDataUri(uri) ? decodeDataUri(uri, where)
                                        : folder_.read(uri, where, given_by_read_gltf_);
             } catch (const Error& problem) {
-                warnings_.push_back("The image " + where + " is not taken in: " + problem.what() +
+                warnings_.push_back("The image " + where + " is not embedded: " + problem.what() +
                                     ".");
                 continue;
             }
@@ -216,7 +216,7 @@ void GlbWriter::takeImages() {
             if (!mime_type) {
                 if (!isDataUri(uri))  // a data URI stays in the JSON
                     warnings_.push_back("The image " + where +
-                                        " is not taken in: it is in no format that glTF holds.");
+                                        " is not embedded: glTF does not hold its format.");
                 continue;
             }
             place = known.emplace(uri, Place{addBufferView(std::move(bytes)), mime_type}).first;

@@ -219,8 +219,8 @@ bool AccessorReader::isNormalized(int accessor, const AccessorFormat& format,
     if (info.componentType == kFloat || !isAllowed(!normalized))
         failGltf(said + " components, which this use does not allow", use);
     document_.warn("The integers of " + use + " are read as " +
-                       (normalized ? "they stand; the accessor says that they are normalized"
-                                   : "normalized; the accessor does not say that they are") +
+                       (normalized ? "plain integers, but the accessor marks them as normalized"
+                                   : "normalized, but the accessor does not mark them so") +
                        " (" + format.issue + ").",
                    use);
     return !normalized;

@@ -139,7 +139,7 @@ class AnimationReader {
             (property == AnimatedProperty::kWeights ? width : 1) * (cubic ? 3 : 1);
         if (elements % a_key != 0 || elements / a_key != times)
             failGltf("there are " + std::to_string(elements) + " values for " +
-                         std::to_string(times) + " keys of " + std::to_string(a_key),
+                         std::to_string(times) + " keys with " + std::to_string(a_key) + " each",
                      where + "/output");
         const AccessorFormat& format = *kProperties[static_cast<std::size_t>(property)].format;
         result.values = accessors_.floats(output, format, {0, elements}, where + "/output");

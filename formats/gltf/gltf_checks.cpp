@@ -34,7 +34,7 @@ void readVersionNumber(json& asset, const char* name, ReadWarnings& warnings) {
     if (found == asset.end() || !found->is_number()) return;
     const double number = found->get<double>();
     *found = number == 2 ? "2.0" : dumpJson(*found);
-    warnings.warn("The glTF version is a number in place of a text (TYPE_MISMATCH).",
+    warnings.warn("The glTF version is a number instead of a string (TYPE_MISMATCH).",
                   childPointer("/asset", name));
 }
 
@@ -131,7 +131,8 @@ void readRoots(json& roots, const std::string& where, const std::vector<int>& pa
         }
         const int parent = parents[root];
         if (parent >= 0 && isMarked(parents, listed, static_cast<std::size_t>(parent)))
-            failGltf("node " + std::to_string(root) + " is below a node that the scene lists, too",
+            failGltf("node " + std::to_string(root) +
+                         " is a descendant of another node that the scene lists",
                      place);
         if (parent >= 0)
             warnings.warn("The scene " + where + " lists a node that is a child of another one " +
@@ -198,7 +199,7 @@ void warnOfTwoPlaces(const json& gltf, ReadWarnings& warnings) {
         for (const char* other : {"translation", "rotation", "scale"})
             if (nodes[i].contains(other))
                 warnings.warn("The node " + childPointer("/nodes", i) + " has a matrix and a " +
-                                  other + " (NODE_MATRIX_TRS); the matrix counts.",
+                                  other + " (NODE_MATRIX_TRS); the matrix is used.",
                               childPointer("/nodes", i));
     }
 }

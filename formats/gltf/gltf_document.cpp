@@ -239,8 +239,8 @@ void decompressViews(GltfDocument& document, const json& views, const json& buff
             }
         }
         if (document.buffers[buffer].empty()) throw problem.error;
-        document.warn("The uncompressed data stands in for that of " + problem.error.where() +
-                      ": " + problem.error.what() + ".");
+        document.warn("Uncompressed data replaces that of " + problem.error.where() + ": " +
+                      problem.error.what() + ".");
     }
 }
 
@@ -254,7 +254,7 @@ void listImages(GltfDocument& document, const json& images) {
         if (!source.uri.empty() && source.buffer_view >= 0)
             document.warn("The image " + childPointer("/images", document.images.size() - 1) +
                               " has a URI and a buffer view (ONE_OF_MISMATCH); the buffer view " +
-                              "is shown.",
+                              "is used.",
                           childPointer("/images", document.images.size() - 1));
     }
 }

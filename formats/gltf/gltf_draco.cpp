@@ -215,8 +215,7 @@ class DracoReader {
     void decode(DracoJob& job, const AccessorReader& accessors) {
         try {
             if (microseconds_ > most_microseconds_)
-                throw Error(ErrorKind::kInput,
-                            "decoding the Draco data takes more time than it can be worth", "",
+                throw Error(ErrorKind::kInput, "decoding the Draco data takes too long", "",
                             kDracoHint);
             std::vector<DracoAttribute> attributes;
             for (const Attribute& attribute : job.request.attributes)
@@ -286,8 +285,7 @@ class DracoReader {
         if (job.problem) {
             std::string why = job.problem->what();
             if (why.ends_with('.')) why.pop_back();  // libdraco's own message
-            document_.warn("The uncompressed data stands in for that of " + job.where + ": " + why +
-                           ".");
+            document_.warn("Uncompressed data replaces that of " + job.where + ": " + why + ".");
             return;
         }
         for (const auto& [name, index] : job.accessors)

@@ -8,7 +8,7 @@ namespace peeler {
 
 const std::vector<GltfExtension>& gltfExtensions() {
     static const std::vector<GltfExtension> extensions = {
-        {"EXT_mesh_gpu_instancing", true, "a mesh at many places"},
+        {"EXT_mesh_gpu_instancing", true, "instances of a mesh"},
         {"EXT_meshopt_compression", true, "meshopt-compressed buffers"},
         {"EXT_texture_avif", false, "the PNG or JPEG fallback is read", true},
         {"EXT_texture_webp", true, "WebP textures"},
@@ -26,9 +26,9 @@ const std::vector<GltfExtension>& gltfExtensions() {
         {"KHR_materials_sheen", true, "the back-scattering of fibres"},
         {"KHR_materials_specular", true, "strength and tint of reflections"},
         {"KHR_materials_transmission", true,
-         "light that passes; alpha of the layer, without refraction"},
+         "transmitted light, as alpha of the layer; without refraction"},
         {"KHR_materials_unlit", true, "materials without lighting"},
-        {"KHR_materials_variants", true, "other materials for the same meshes; one can be chosen"},
+        {"KHR_materials_variants", true, "alternative materials for the meshes; one can be chosen"},
         {"KHR_materials_volume", true, "thickness tints transmitted light; without refraction"},
         {"KHR_mesh_quantization", true, "vertex attributes stored as small integers"},
         {"KHR_meshopt_compression", true, "meshopt-compressed buffers"},

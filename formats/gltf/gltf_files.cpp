@@ -313,8 +313,8 @@ std::vector<std::uint8_t> GltfFolder::read(const Named& named, const std::string
         throw Error(ErrorKind::kInput, shown + " is not read: " + found.problem->what(), where,
                     found.problem->hint());
     if (!found.in_place.empty())
-        warnings.warn("The file " + shown + " is not there, only \"" + found.in_place +
-                          "\" in the scene's folder, which stands in for it.",
+        warnings.warn("The file " + shown + " does not exist; \"" + found.in_place +
+                          "\" in the scene's folder is used instead.",
                       where);
     try {
         return readRegularFile(found.file, max_file_bytes_);

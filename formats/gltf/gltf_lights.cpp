@@ -83,7 +83,7 @@ void readGltfLights(const json& gltf, GltfDocument& document) {
                 document.lights.push_back(readLight(source, *known, where));
             } else {
                 read.push_back(-1);
-                document.warn("The light " + where + " is of a type that is not known; it is off.");
+                document.warn("The light " + where + " has an unknown type; it is off.");
             }
         }
     }

@@ -153,14 +153,14 @@ class MaterialReader {
             const std::string place = childPointer(where + "/extensions", name);
             if (std::ranges::find(options_.ignored_extensions, name) !=
                 options_.ignored_extensions.end()) {
-                missing(place, "it has an image of " + name + " only", "add a PNG or JPEG image");
+                missing(place, "it only has an image of " + name, "add a PNG or JPEG image");
                 return -1;
             }
-            throw Error(
-                ErrorKind::kInput,
-                "the texture has an image of " + name + " only, which is not decoded", place,
-                "add a PNG or JPEG fallback, or go on without: " + Parameter::kIgnoredExtensions +
-                    " " + name);
+            throw Error(ErrorKind::kInput,
+                        "the texture only has an image of " + name + ", which is not decoded",
+                        place,
+                        "add a PNG or JPEG fallback, or go on without it: " +
+                            Parameter::kIgnoredExtensions + " " + name);
         }
         missing(where, "it has no image", "add a PNG or JPEG image");
         return -1;
@@ -256,7 +256,7 @@ class MaterialReader {
                             "shown.",
                         pointerOf(i));
                 for (const std::string& note : decoded_[i].texture.notes)
-                    document_.warn("Of the image " + pointerOf(i) + ": " + note + ".");
+                    document_.warn("The image " + pointerOf(i) + ": " + note + ".");
                 continue;
             }
             if (problem->kind() != ErrorKind::kInput) throw Error(*problem);
@@ -264,8 +264,8 @@ class MaterialReader {
             if (i >= count || stand_ins[i] < 0)
                 missing(where, problem->what(), problem->hint());
             else
-                document_.warn("The fallback stands in for the image " + where + ": " +
-                               problem->what() + ".");
+                document_.warn("The fallback replaces the image " + where + ": " + problem->what() +
+                               ".");
         }
         for (std::size_t i = 0; i < count; ++i)
             if (stand_ins[i] >= 0) place[i] = place[static_cast<std::size_t>(stand_ins[i])];
@@ -282,8 +282,8 @@ class MaterialReader {
     void checkColors(std::size_t used, bool srgb) {
         const std::optional<bool> stored = decoded_[used].texture.srgb;
         if (stored && *stored != srgb)
-            document_.warn("Of the image " + pointerOf(used) + ": it says that it is " +
-                           (*stored ? "sRGB" : "linear") + ", a material takes it as " +
+            document_.warn("The image " + pointerOf(used) + " is marked as " +
+                           (*stored ? "sRGB" : "linear") + ", but a material uses it as " +
                            (srgb ? "sRGB" : "linear") + ".");
     }
 

@@ -202,13 +202,13 @@ class PrimitiveReader {
     /// Repairs values that shading relies on, with warnings.
     void mend(Primitive& out) {
         constexpr const char* kNotUnit =
-            "has vectors that are not of unit length (ACCESSOR_VECTOR3_NON_UNIT); they are scaled "
-            "to it, zeros are passed over";
+            "has vectors that are not of unit length (ACCESSOR_VECTOR3_NON_UNIT); they are "
+            "normalised, except for zeros";
         if (scaleToUnit(out.normals)) warnOf("NORMAL", kNotUnit);
         if (scaleToUnit(out.tangents)) warnOf("TANGENT", kNotUnit);
         if (makeSigns(out.tangents))
             warnOf("TANGENT",
-                   "has a w that is neither 1 nor -1 (ACCESSOR_INVALID_SIGN); its sign is taken");
+                   "has a w that is neither 1 nor -1 (ACCESSOR_INVALID_SIGN); its sign is used");
         if (clampColors(out.colors))
             warnOf("COLOR_0",
                    "has colours outside 0 to 1 (ACCESSOR_NON_CLAMPED); they are clamped");
@@ -228,10 +228,11 @@ class PrimitiveReader {
                 (!joints || std::stoull(name.substr(name.find('_') + 1)) < joint_sets))
                 continue;
             const std::string place = childPointer(where, name);
-            document_.warn("The attribute " + place +
-                               " is none that glTF has there (MESH_PRIMITIVE_INVALID_ATTRIBUTE); " +
-                               "it is left out.",
-                           place);
+            document_.warn(
+                "The attribute " + place +
+                    " is not one that glTF allows there (MESH_PRIMITIVE_INVALID_ATTRIBUTE); " +
+                    "it is left out.",
+                place);
         }
     }
 
@@ -245,7 +246,7 @@ class PrimitiveReader {
             if (joints.size() != set.weights.size())
                 throw Error(ErrorKind::kInput,
                             "there are joints without weights, or weights without joints",
-                            where_ + "/attributes", "JOINTS_n and WEIGHTS_n go together");
+                            where_ + "/attributes", "give JOINTS_n and WEIGHTS_n together");
             set.joints.assign(joints.begin(), joints.end());  // small integers are exact as floats
             out.joint_sets.push_back(std::move(set));
         }
@@ -256,7 +257,7 @@ class PrimitiveReader {
             if (name.starts_with('_') || source_.attributes.contains(name)) continue;
             const std::string place = childPointer(where, name);
             document_.warn("The target " + place +
-                               " displaces what the primitive does not have "
+                               " displaces an attribute that the primitive lacks "
                                "(MESH_PRIMITIVE_MORPH_TARGET_NO_BASE_ACCESSOR).",
                            place);
         }
@@ -331,7 +332,7 @@ class PrimitiveReader {
         if (usable < least) return leaveOut();
         if (usable == count) return true;
         document_.warn("The primitive " + where_ +
-                       " has vertices left over that fill no line or "
+                       " has leftover vertices that complete no line or "
                        "triangle; they are ignored.");
         if (!out.indices.empty()) {
             out.indices.resize(usable);

@@ -138,8 +138,8 @@ class NodeReader {
         if (instancing == extensions.end() || node.mesh < 0) return;
         if (node.skin >= 0)
             document_.warn("The instances " + where +
-                           " are of a skinned mesh, which has no place "
-                           "of its own; it is shown once.");
+                           " are of a skinned mesh, which its joints "
+                           "place; it is shown once.");
         else
             node.instances =
                 instances((*instancing)["attributes"], where + '/' + kInstancing + "/attributes");
@@ -246,8 +246,8 @@ class NodeReader {
         if (!node.weights || node.mesh < 0) return;
         const auto& primitives = scene_.meshes[static_cast<std::size_t>(node.mesh)].primitives;
         if (!primitives.empty() && node.weights->size() != primitives.front().targets.size())
-            document_.warn("The weights of " + where + " are not as many as its mesh has morph " +
-                           "targets.");
+            document_.warn("The number of weights of " + where +
+                           " differs from the number of morph targets " + "of its mesh.");
     }
 
     GltfDocument& document_;

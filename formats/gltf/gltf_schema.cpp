@@ -234,8 +234,8 @@ void checkAnimationSamplers(const json& animations) {
         for (std::size_t j = 0; j < channels.size(); ++j)
             if (channels[j]["sampler"].get<std::size_t>() >= samplers)
                 failGltf(
-                    "the value must be an index into the animation's samplers, which are " +
-                        std::to_string(samplers),
+                    "the value must be an index into the animation's " + std::to_string(samplers) +
+                        " samplers",
                     childPointer(childPointer("/animations", i) + "/channels", j) + "/sampler");
     }
 }

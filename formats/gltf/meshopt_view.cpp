@@ -118,10 +118,10 @@ const Row& rowOf(const Row (&rows)[n], const std::string& name, const char* kind
 
 void checkHeader(const Mode& mode, std::uint8_t first) {
     if ((first & 0xF0) != mode.header)
-        failMeshopt("the data is no meshopt stream of mode " + std::string(mode.name));
+        failMeshopt("the data is not a meshopt stream of mode " + std::string(mode.name));
     if (const int version = first & 0x0F; version > mode.version)
-        failMeshopt("the data is of version " + std::to_string(version) +
-                        " of the codec, the installed libmeshoptimizer " +
+        failMeshopt("the data has version " + std::to_string(version) +
+                        " of the codec, but the installed libmeshoptimizer " +
                         std::to_string(MESHOPTIMIZER_VERSION / 1000) + "." +
                         std::to_string(MESHOPTIMIZER_VERSION / 10 % 100) + " decodes up to " +
                         std::to_string(mode.version),
@@ -136,7 +136,7 @@ void checkMeshoptStream(const MeshoptStream& stream) {
     const std::uint64_t stride = stream.stride;
     const bool attributes = mode.header == 0xA0;
     const auto refuse = [&](const char* rule) {
-        failMeshopt("the stride of " + std::to_string(stride) + " bytes is none of mode " +
+        failMeshopt("the stride of " + std::to_string(stride) + " bytes is invalid for mode " +
                     stream.mode + " with filter " + stream.filter + ": " + rule);
     };
     if (attributes && (stride % 4 != 0 || stride == 0 || stride > 256))
@@ -148,7 +148,7 @@ void checkMeshoptStream(const MeshoptStream& stream) {
         refuse(filter.four ? "it must be 4 or 8" : "it must be 8");
     if (mode.header == 0xE0 && stream.count % 3 != 0)
         failMeshopt("the count of " + std::to_string(stream.count) +
-                    " indices is no multiple of 3");
+                    " indices is not a multiple of 3");
     if (stream.bytes.empty()) failMeshopt("the compressed data is empty");
     checkHeader(mode, stream.bytes[0]);
     const std::uint64_t least = mode.least_bytes(stream.count, stride);

@@ -100,7 +100,7 @@ GlbWriter::GlbWriter(const std::filesystem::path& path, const Scene& scene)
     }
     if (!extensions.empty()) json_["extensionsUsed"] = extensions;
     if (!scene.images.empty())
-        warnings_.emplace_back("The textures of the scene are not taken into the .glb.");
+        warnings_.emplace_back("The textures of the scene are not written to the .glb.");
     json_["buffers"] = ordered_json::array({ordered_json::object()});
     for (const Mesh& mesh : scene.meshes) {
         ordered_json primitives = ordered_json::array();

@@ -19,7 +19,7 @@ class GlobalData {
     std::span<const std::uint8_t> take(std::uint64_t size, const char* what) {
         if (size > bytes_.size())
             failKtx2(std::string("the ") + what + " of BasisLZ, " + std::to_string(size) +
-                         " bytes, end behind the global data",
+                         " bytes, reach beyond the global data",
                      offset_);
         const auto part = bytes_.first(size);
         bytes_ = bytes_.subspan(size);
@@ -51,12 +51,12 @@ std::vector<BasisSlice> readSlices(GlobalData& data, const Ktx2Level& level, boo
     for (const bool second : {false, true}) {
         const std::uint64_t offset = data.number(4, what), size = data.number(4, what);
         if (second && !second_plane) {
-            if (offset != 0 || size != 0) failKtx2("a level has a slice of alpha too many", at);
+            if (offset != 0 || size != 0) failKtx2("a level has an unexpected alpha slice", at);
             continue;
         }
         if (size == 0 || offset > level.bytes.size() || size > level.bytes.size() - offset)
             failKtx2("a slice of " + std::to_string(size) + " bytes from byte " +
-                         std::to_string(offset) + " on is not within its level of " +
+                         std::to_string(offset) + " on does not fit its level of " +
                          std::to_string(level.bytes.size()),
                      at);
         planes.push_back({level.bytes.subspan(offset, size), level.offset + offset});
@@ -138,7 +138,7 @@ BasisCodebooks readBasisCodebooks(const Ktx2Container& file) {
     const std::uint64_t tables_at = data.position();
     BitReader tables = part(table_bytes, "tables");
     if (!data.finished())
-        failKtx2("there is more global data than BasisLZ has parts", data.position());
+        failKtx2("data follows the last part of BasisLZ's global data", data.position());
     out.endpoints = readEndpoints(endpoint_bits, endpoints);
     out.selectors = readSelectors(selector_bits, selectors);
 
@@ -154,7 +154,7 @@ BasisCodebooks readBasisCodebooks(const Ktx2Container& file) {
     if (out.predictions.symbols() > kBasisPredictions + 1 ||
         out.endpoint_deltas.symbols() > endpoints || out.selector_codes.symbols() > codes ||
         out.selector_runs.symbols() > kBasisRuns)
-        failKtx2("a code of BasisLZ has symbols that stand for nothing", tables_at);
+        failKtx2("a code of BasisLZ has unknown symbols", tables_at);
     return out;
 }
 

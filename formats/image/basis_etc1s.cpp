@@ -102,7 +102,7 @@ class SliceReader {
         }
         if (symbol >= selectors) {
             if (books_.history == 0)
-                failKtx2("a block repeats a selector, and none is remembered", bits_.position());
+                failKtx2("a block repeats a selector, but there is no history", bits_.position());
             return history_.use(symbol - selectors);
         }
         history_.add(symbol);

@@ -82,7 +82,7 @@ const ToneMap& findToneMap(const std::string& name) {
         if (entry.name == name) return entry;
         names += (names.empty() ? "" : ", ") + std::string(entry.name);
     }
-    throw Error(ErrorKind::kUsage, "there is no tone map \"" + name + "\"", Parameter::kToneMap,
+    throw Error(ErrorKind::kUsage, "unknown tone map \"" + name + "\"", Parameter::kToneMap,
                 "choose one of: " + names);
 }
 

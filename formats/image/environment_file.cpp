@@ -70,8 +70,7 @@ void checkExrEnvironment(const std::string& path, ReadWarnings& warnings) {
                        warnings);
         }
     if (parts > 1)
-        warnOf(path, "it has " + std::to_string(parts) + " parts; the first one is shown",
-               warnings);
+        warnOf(path, "it has " + std::to_string(parts) + " parts; the first one is used", warnings);
 }
 
 /// Warns if the picture's shape is not equirectangular.
@@ -91,8 +90,7 @@ Environment readEnvironment(const std::string& path, ReadWarnings& warnings,
                             const EnvironmentLimits& limits) {
     const FileKind kind = fileKind(path);
     if (kind != FileKind::kHdr && kind != FileKind::kExr)
-        failEnvironment("an environment is neither a Radiance nor an OpenEXR file", path,
-                        kEnvironments);
+        failEnvironment("it is neither a Radiance nor an OpenEXR file", path, kEnvironments);
     const FlatImage flat = readFlatImage(path, {limits.max_side, limits.max_bytes});
     for (const std::string& note : flat.notes)
         warnOf(path, note, warnings);

@@ -60,7 +60,7 @@ bool ExrHeaders::nextAttribute(Attribute& attribute) {
     if (attributes_++ == kMaxAttributes)
         throw Error(ErrorKind::kInput,
                     "a part has more than " + std::to_string(kMaxAttributes) + " attributes", path_,
-                    "no program writes so many");
+                    "write it again with fewer attributes");
     attribute.type = name();
     attribute.size = number();
     attribute.place = place_;
@@ -144,7 +144,7 @@ void checkExrHeaders(const RegularFile& file, const std::string& path) {
             throw Error(ErrorKind::kInput,
                         "its compression, number " +
                             std::to_string(static_cast<unsigned char>(compression)) +
-                            ", is one that this OpenEXR (" OPENEXR_VERSION_STRING ") does not know",
+                            ", is unknown to this OpenEXR (" OPENEXR_VERSION_STRING ")",
                         path, "write it again with zip");
         }
 }

@@ -87,7 +87,7 @@ HuffmanTable HuffmanTable::read(BitReader& bits) {
         }
         const std::size_t length = bits.take(run->extra_bits) + run->least;
         if (!run->zeros && (lengths.empty() || lengths.back() == 0))
-            failKtx2("a Huffman table repeats a length that is not there", bits.position());
+            failKtx2("a Huffman table repeats a missing length", bits.position());
         if (length > count - lengths.size())
             failKtx2("a Huffman table has more lengths than symbols", bits.position());
         lengths.insert(lengths.end(), length, run->zeros ? std::uint8_t{0} : lengths.back());
@@ -97,7 +97,7 @@ HuffmanTable HuffmanTable::read(BitReader& bits) {
 }
 
 void HuffmanTable::fail(const BitReader& bits) {
-    failKtx2("these bits are no Huffman code", bits.position());
+    failKtx2("these bits are not a Huffman code", bits.position());
 }
 
 }  // namespace peeler

@@ -135,7 +135,7 @@ ReducedImage withoutJpegMetadata(std::span<const std::uint8_t> bytes) {
         if (marker == kStartOfScan) {
             if (!scansEnd(bytes.subspan(offset)))
                 result.notes.emplace_back(
-                    "the JPEG is cut off (there is no EOI marker); what is missing is grey");
+                    "the JPEG is cut off (there is no EOI marker); missing pixels are grey");
             result.bytes.insert(result.bytes.end(),
                                 bytes.begin() + static_cast<std::ptrdiff_t>(offset), bytes.end());
             return result;

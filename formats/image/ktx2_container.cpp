@@ -106,7 +106,7 @@ class Ktx2Reader {
         if (offset > file_.size() || size > file_.size() - offset)
             failKtx2(std::string("the ") + what + " of " + std::to_string(size) +
                          " bytes from byte " + std::to_string(offset) +
-                         " on is not within the file of " + std::to_string(file_.size()) + " bytes",
+                         " on does not fit the file of " + std::to_string(file_.size()) + " bytes",
                      named_at);
         return file_.subspan(offset, size);
     }
@@ -115,7 +115,7 @@ class Ktx2Reader {
         if (file_.size() < kKtx2HeaderBytes + kLevelBytes ||
             !std::equal(kIdentifier.begin(), kIdentifier.end(), file_.begin(),
                         [](char a, std::uint8_t b) { return static_cast<std::uint8_t>(a) == b; }))
-            failKtx2("no KTX 2.0 header is there", 0);
+            failKtx2("the KTX 2.0 header is missing", 0);
         width_ = checkedSide(Ktx2Field::kWidth);
         // Section "Texture Type".
         struct Shape {
@@ -128,12 +128,12 @@ class Ktx2Reader {
                                      {Ktx2Field::kFaces, 1, "a cube map"}};
         for (const Shape& shape : kShapes)
             if (number(shape.at) != shape.must_be)
-                failKtx2(std::string("it is ") + shape.otherwise + ", and no 2D texture", shape.at);
+                failKtx2(std::string("it is ") + shape.otherwise + ", not a 2D texture", shape.at);
         if (number(Ktx2Field::kHeight) == 0)
-            failKtx2("it is a 1D texture, and no 2D texture", Ktx2Field::kHeight);
+            failKtx2("it is a 1D texture, not a 2D texture", Ktx2Field::kHeight);
         height_ = checkedSide(Ktx2Field::kHeight);
         if (number(Ktx2Field::kTypeSize) != 1)
-            failKtx2("its numbers are no bytes", Ktx2Field::kTypeSize);
+            failKtx2("its numbers are not bytes", Ktx2Field::kTypeSize);
         const std::uint64_t scheme = number(Ktx2Field::kScheme);
         if (scheme >= std::size(kKtx2Packings))
             failKtx2("the supercompression scheme " + std::to_string(scheme) + " is not known",
@@ -158,7 +158,7 @@ class Ktx2Reader {
             failKtx2("the data format descriptor is too short", at);
         if (number(at) != size)
             failKtx2("the data format descriptor says that it has " + std::to_string(number(at)) +
-                         " bytes, and the index " + std::to_string(size),
+                         " bytes, but the index says " + std::to_string(size),
                      at);
         const std::size_t block = at + kBlock;
         const std::uint64_t block_size = number(block + 6, 2);
@@ -178,11 +178,11 @@ class Ktx2Reader {
         texels_ = row;
         out_.texels = row->texels;
         if ((row->texels == Ktx2Texels::kEtc1s) != (out_.packing == Ktx2Packing::kBasisLz))
-            failKtx2("BasisLZ goes with ETC1S, and ETC1S with nothing else", Ktx2Field::kScheme);
+            failKtx2("BasisLZ and ETC1S must be used together", Ktx2Field::kScheme);
         const std::uint64_t side = row->block_side - 1;
         if (number(block + 12) != (side | side << 8U))
             failKtx2(
-                "the blocks of texels have another size than " + std::string(row->name) + " has",
+                "the blocks of texels have another size than those of " + std::string(row->name),
                 block + 12);
         readColors(block);
         readSamples(block + kBasic, (block_size - kBasic) / kSample);
@@ -192,7 +192,8 @@ class Ktx2Reader {
         constexpr std::uint64_t kBt709 = 1, kLinear = 1, kSrgb = 2, kPremultiplied = 1;
         const std::uint64_t primaries = number(block + 9, 1), transfer = number(block + 10, 1);
         if (number(block + 11, 1) & kPremultiplied)
-            failKtx2("the colours are multiplied by alpha, which glTF does not know", block + 11);
+            failKtx2("the colours are premultiplied by alpha, which glTF does not allow",
+                     block + 11);
         if (primaries > kBt709)
             out_.notes.push_back("its colour primaries (number " + std::to_string(primaries) +
                                  ") are taken as those of BT.709");
@@ -203,7 +204,7 @@ class Ktx2Reader {
                                  ") is neither linear nor that of sRGB");
         if (texels_->model == kModelRgb && number(Ktx2Field::kVkFormat) == texels_->srgb &&
             out_.srgb != true)
-            failKtx2("its VkFormat is one of sRGB, its transfer function is not", block + 10);
+            failKtx2("its VkFormat is sRGB, but its transfer function is not", block + 10);
     }
 
     void readSamples(std::size_t at, std::size_t count) {
@@ -216,7 +217,7 @@ class Ktx2Reader {
             channels += static_cast<char>(type & kChannel);
             if (texels_->model != kModelRgb) continue;
             if ((type & kNumbers) != 0 || number(sample, 2) != 8 * i || file_[sample + 2] != 7)
-                failKtx2("a channel is no unsigned byte", sample);
+                failKtx2("a channel is not an unsigned byte", sample);
         }
         const auto* const row =
             std::ranges::find_if(kKtx2Channels, [&](const Ktx2ChannelRow& known) {
@@ -224,7 +225,7 @@ class Ktx2Reader {
             });
         if (row == std::end(kKtx2Channels) ||
             (texels_->model == kModelRgb && count != texels_->block_bytes))
-            failKtx2("the channels are none that " + std::string(texels_->name) + " can have", at);
+            failKtx2("the channels are not those of " + std::string(texels_->name), at);
         out_.swizzle = row->swizzle;
         out_.second_plane = texels_->model == kModelEtc1s && count == 2;
     }
@@ -236,7 +237,7 @@ class Ktx2Reader {
         const std::uint64_t count = std::max<std::uint64_t>(stored, 1);
         if (count > most || (stored == 0 && texels_->block_side > 1))
             failKtx2("a picture of " + std::to_string(width_) + " x " + std::to_string(height_) +
-                         " pixels has no " + std::to_string(stored) + " levels",
+                         " pixels cannot have " + std::to_string(stored) + " levels",
                      Ktx2Field::kLevels);
         if (file_.size() - kKtx2HeaderBytes < count * kLevelBytes)
             failKtx2("the index of " + std::to_string(count) + " levels is cut short",
@@ -246,7 +247,7 @@ class Ktx2Reader {
         constexpr std::uint32_t kBasisBlock = 4;
         if (width_ % kBasisBlock != 0 || height_ % kBasisBlock != 0)
             out_.notes.push_back("its sides, " + std::to_string(width_) + " x " +
-                                 std::to_string(height_) + " pixels, are no multiples of 4");
+                                 std::to_string(height_) + " pixels, are not multiples of 4");
     }
 
     Ktx2Level level(std::size_t i) const {
@@ -264,9 +265,9 @@ class Ktx2Reader {
         if (number(at + 16, 8) != out.unpacked_bytes ||
             (out_.packing == Ktx2Packing::kNone && out.bytes.size() != out.unpacked_bytes))
             failKtx2("a level of " + std::to_string(width) + " x " + std::to_string(height) +
-                         " pixels has " + std::to_string(out.unpacked_bytes) + " bytes, and not " +
-                         std::to_string(number(at + 16, 8)) + ", of which " +
-                         std::to_string(out.bytes.size()) + " are stored",
+                         " pixels needs " + std::to_string(out.unpacked_bytes) +
+                         " bytes, but has " + std::to_string(number(at + 16, 8)) + ", stored as " +
+                         std::to_string(out.bytes.size()),
                      at + 8);
         const Ktx2PackingRow& packing = kKtx2Packings[static_cast<std::size_t>(out_.packing)];
         if ((out.unpacked_bytes + packing.most_from_one - 1) / packing.most_from_one >
@@ -305,7 +306,7 @@ class Ktx2Reader {
     void readSwizzle(std::string_view value, std::uint64_t at) {
         constexpr std::string_view kComponents = "rgba";
         if (value.size() != 4 || value.find_first_not_of("rgba01") != std::string_view::npos)
-            failKtx2("KTXswizzle is none", at);
+            failKtx2("KTXswizzle is invalid", at);
         if (value == kComponents) return;
         out_.notes.push_back("it has a swizzle (KTXswizzle), " + std::string(value));
         const std::array<char, 4> of_texels = out_.swizzle;

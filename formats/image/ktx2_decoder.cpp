@@ -24,7 +24,7 @@ void checkFrames(const Ktx2Level& level) {
         const std::uint64_t at = level.offset + (level.bytes.size() - rest.size());
         if (rest.size() < std::size(kMagic) ||
             !std::equal(std::begin(kMagic), std::end(kMagic), rest.begin()))
-            failKtx2("no frame of Zstandard begins here", at);
+            failKtx2("no Zstandard frame begins here", at);
         const std::size_t size = ZSTD_findFrameCompressedSize(rest.data(), rest.size());
         if (ZSTD_isError(size)) failKtx2(std::string("Zstandard: ") + ZSTD_getErrorName(size), at);
         rest = rest.subspan(size);

@@ -84,7 +84,7 @@ const Expansion& expansionOf(const spng_ihdr& header, bool transparency) {
         return row.color_type == header.color_type &&
                row.sixteen_bits == (header.bit_depth == 16) && row.transparency == transparency;
     });
-    if (found == std::end(kExpansions)) throw std::runtime_error("PNG: colours of no known kind");
+    if (found == std::end(kExpansions)) throw std::runtime_error("PNG: unknown colour type");
     return *found;
 }
 

@@ -52,7 +52,7 @@ void removeFile(const fs::path& file) {
     std::error_code failure;
     fs::remove(file, failure);
     if (failure)
-        throw Error(ErrorKind::kOutput, "cannot remove what is out of date: " + failure.message(),
+        throw Error(ErrorKind::kOutput, "cannot remove an outdated file: " + failure.message(),
                     file.string(), "check the permissions of the folder");
 }
 
@@ -70,8 +70,8 @@ MaskFolder::MaskFolder(MaskFolderOptions options, std::vector<MaskedObject> obje
     constexpr std::size_t kMostNumbers = std::numeric_limits<std::uint16_t>::max();
     if (options_.formats.ids && objects_.size() > kMostNumbers)
         throw Error(ErrorKind::kUsage,
-                    "a picture of ids has 16 bits, and there are " +
-                        std::to_string(objects_.size()) + " objects",
+                    "a picture of ids has 16 bits, too few for " + std::to_string(objects_.size()) +
+                        " objects",
                     "", "leave pictures of ids out, or make fewer objects");
 }
 
@@ -83,7 +83,8 @@ void MaskFolder::checkViews(std::span<const View> views) const {
                         "take another camera, or leave BOP's files out");
         const Window &crop = view.crop, &first = views.front().crop;
         if (crop.width() != first.width() || crop.height() != first.height())
-            throw Error(ErrorKind::kUsage, "BOP has one size for all pictures", view.camera_name,
+            throw Error(ErrorKind::kUsage, "BOP needs the same size for all pictures",
+                        view.camera_name,
                         "give " + Parameter::kSize + ", or leave BOP's files out");
     }
 }

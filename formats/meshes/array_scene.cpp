@@ -38,7 +38,7 @@ class ArraySceneReader {
         arrays_.array("arrays_version");
         for (const std::string& unused : arrays_.unused())
             if (unused != "format")  // metadata of PyTorch and others: the source library
-                file_.warn("\"" + unused + "\" is passed over.", arrays_.placeOf(unused));
+                file_.warn("\"" + unused + "\" is ignored.", arrays_.placeOf(unused));
         Mesh mesh;
         // Without indices a primitive would draw all vertices in order.
         if (!has_faces_ || !primitive_.indices.empty())
@@ -53,8 +53,8 @@ class ArraySceneReader {
             primitive_.topology = choose(kTopologies, *mode, "mode");
         const auto vertices = arrays_.array("vertices");
         if (!vertices)
-            throw Error(ErrorKind::kInput, "there is no array \"vertices\", so it is no scene",
-                        file_.name(), "vertices is (n, 3), faces (m, 3)");
+            throw Error(ErrorKind::kInput, "it is not a scene: the array \"vertices\" is missing",
+                        file_.name(), "give vertices of shape (n, 3), faces of shape (m, 3)");
         primitive_.positions = vectorsOf<glm::vec3>("vertices", *vertices, {});
         const std::uint64_t n = primitive_.positions.size();
         if (const auto faces = arrays_.array("faces")) readFaces(*faces);

@@ -35,7 +35,7 @@ int MeshTextures::image(const MeshMap& map) {
         DecodedTexture decoded = decodeTexture(
             bytes, map.file, {options.max_image_dimension, options.max_image_bytes, allow});
         for (const std::string& note : decoded.notes)
-            file_.warn("Of the image \"" + map.file + "\": " + note + ".");
+            file_.warn("The image \"" + map.file + "\": " + note + ".");
         file_.scene().images.push_back(std::move(decoded.image));
         known->second = static_cast<int>(file_.scene().images.size()) - 1;
     } catch (const Error& problem) {

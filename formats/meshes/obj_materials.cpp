@@ -192,13 +192,12 @@ void ObjMaterials::read(const std::string& name, std::string_view text) {
             Mtl& mtl = materials_.emplace_back();
             mtl.name = objName(rest);
             if (!numbers_.try_emplace(mtl.name, static_cast<int>(materials_.size()) - 1).second)
-                file_.warn("The material \"" + mtl.name + "\" is there twice; the first is taken.",
+                file_.warn("The material \"" + mtl.name + "\" appears twice; the first is used.",
                            where);
             continue;
         }
         if (materials_.empty()) {
-            file_.warn("What stands before the first newmtl of \"" + name + "\" is left out.",
-                       where);
+            file_.warn("Lines before the first newmtl of \"" + name + "\" are ignored.", where);
             continue;
         }
         Mtl& mtl = materials_.back();
@@ -207,7 +206,7 @@ void ObjMaterials::read(const std::string& name, std::string_view text) {
             MeshMap& read = mtl.*map->map = mapIn(rest, where);
             read.from = folder;
             for (const std::string& option : read.lost)
-                lose(mtl, "The option " + option + " of textures is not carried out.", where);
+                lose(mtl, "The option " + option + " of textures is ignored.", where);
         } else if (word == "bump" || word == "map_bump") {
             lose(mtl, "Height maps (bump, map_Bump) are not read.", where);
         } else if (!readNumbers(mtl, word, rest, where) &&
@@ -251,11 +250,11 @@ bool ObjMaterials::readNumbers(Mtl& mtl, std::string_view word, std::string_view
     for (std::size_t i = 0; i < row->count; ++i) {
         std::string_view text = takeWord(rest);
         if (text == "-halo") {
-            lose(mtl, "The option -halo of d is not carried out.", where);
+            lose(mtl, "The option -halo of d is ignored.", where);
             text = takeWord(rest);
         }
         if (text == "spectral" || text == "xyz") {
-            lose(mtl, "Colours that are spectral or xyz are not read.", where);
+            lose(mtl, "Spectral and xyz colours are not read.", where);
             return true;
         }
         const auto read = numberIn<float>(text);
@@ -282,7 +281,7 @@ bool ObjMaterials::readNumbers(Mtl& mtl, std::string_view word, std::string_view
 int ObjMaterials::use(const std::string& material, const std::string& where) {
     const auto [found, is_new] = numbers_.try_emplace(material, -1);
     if (is_new)
-        file_.warn("The material \"" + material + "\" is not there (" + where +
+        file_.warn("The material \"" + material + "\" is missing (" + where +
                    "); it is a neutral grey.");
     if (found->second < 0) return -1;
     materials_[static_cast<std::size_t>(found->second)].used = true;
@@ -359,10 +358,10 @@ void ObjMaterials::warnOf(const Fault& fault, const std::string& what, const std
 void ObjMaterials::finish() {
     for (const Mtl& mtl : materials_)
         file_.scene().materials.push_back(material(mtl));
-    warnOf(contradictory_, "Materials have d and Tr that contradict each other", "; d is taken.");
-    warnOf(invisible_, "Materials are wholly transparent", ": nothing of them is seen.");
+    warnOf(contradictory_, "Materials have d and Tr that contradict each other", "; d is used.");
+    warnOf(invisible_, "Materials are fully transparent", ": they are invisible.");
     warnOf(unplaced_, "Faces without texture coordinates have materials with textures",
-           ": they show one point of these.");
+           ": they show a single texel.");
     warnOf(tinted_, "The filters (Tf) of materials are not read", ".");
 }
 

@@ -169,7 +169,7 @@ class ObjReader {
             const auto [end, failure] =
                 std::from_chars(line.data(), line.data() + kDigits, mrgb, 16);
             if (failure != std::errc() || end != line.data() + kDigits)
-                fail("expected eight hexadecimal digits a vertex");
+                fail("expected eight hexadecimal digits per vertex");
             add(paint_,
                 glm::vec4(mrgb >> 16U & 255U, mrgb >> 8U & 255U, mrgb & 255U, 255) / 255.0F);
         }
@@ -269,7 +269,7 @@ class ObjReader {
         if (isAmong(word, kFreeForm))
             file_.warn("Curves and surfaces of the file are not read.", where());
         else if (isAmong(word, kLost) && rest != "off")
-            file_.warn("The statement " + std::string(word) + " is not carried out.", where());
+            file_.warn("The statement " + std::string(word) + " is ignored.", where());
         return isAmong(word, kFreeForm) || isAmong(word, kLost) || isAmong(word, kHarmless);
     }
 
@@ -345,7 +345,7 @@ class ObjReader {
             if (none == 0 || none == static_cast<std::ptrdiff_t>(face_.size())) continue;
             file_.warn(
                 "Some corners of a face have normals or texture coordinates that others "
-                "lack; it is taken to have none.");
+                "lack; the face is read without them.");
             for (Corner& corner : face_)
                 corner.*member = -1;
         }
@@ -366,7 +366,7 @@ class ObjReader {
             *number < 0 ? static_cast<std::int64_t>(seen) + std::max(*number, -all - 1)
                         : *number - 1;
         if (*number == 0 || found < 0 || found >= all)
-            fail("it names number " + std::string(word.substr(0, 32)) + " of " +
+            fail("index " + std::string(word.substr(0, 32)) + " is out of range, there are " +
                  std::to_string(count));
         return found;
     }
@@ -424,13 +424,13 @@ class ObjReader {
 
     void finishScene() {
         if (odd_faces_ > 0)
-            file_.warn("Faces of fewer than three corners show nothing (" +
+            file_.warn("Faces with fewer than three corners are invisible (" +
                        std::to_string(odd_faces_) + ").");
         if (unknown_ > 0 && !is_obj_)
-            throw Error(ErrorKind::kInput, "this is no OBJ file: no line of it is one of an OBJ",
-                        first_unknown_, "is it the right file?");
+            throw Error(ErrorKind::kInput, "this is not an OBJ file: it has no line of an OBJ",
+                        first_unknown_, "check that it is the right file");
         if (unknown_ > 0)
-            file_.warn("Lines that mean nothing are passed over (" + std::to_string(unknown_) +
+            file_.warn("Unknown lines are ignored (" + std::to_string(unknown_) +
                        "; the first: " + first_unknown_ + ").");
         materials_.finish();
         std::map<std::string, int> objects;

@@ -126,8 +126,8 @@ class PlyReader {
             }
         }
         checkEnd();
-        warnOf(odd_faces_, "Faces of fewer than three corners show nothing");
-        warnOf(bare_faces_, "Faces among others have no texture coordinates");
+        warnOf(odd_faces_, "Faces with fewer than three corners are invisible");
+        warnOf(bare_faces_, "Some faces have no texture coordinates");
         warnOf(odd_numbers_, "Numbers of faces that are infinite or not a number are taken as 0");
         finishMesh();
         return file_.finish();
@@ -147,10 +147,10 @@ class PlyReader {
         std::string names;
         for (const PlyElement& element : ply_.elements())
             names += (names.empty() ? "" : ", ") + element.name;
-        throw Error(ErrorKind::kInput,
-                    "there are no vertices in it: no element is called vertex, but " +
-                        (names.empty() ? "there is none at all" : names),
-                    file_.name(), "rename the element");
+        throw Error(
+            ErrorKind::kInput,
+            "it has no element vertex; its elements are: " + (names.empty() ? "none" : names),
+            file_.name(), "rename the element");
     }
 
     /// Collects the textures in MeshLab's comments, and whether faces select one.
@@ -173,7 +173,7 @@ class PlyReader {
         if (texture_maps_.size() > 1 && !choose)
             file_.warn(
                 "The file names several textures, and faces do not say which one "
-                "(texnumber): all have the first one.");
+                "(texnumber): all use the first one.");
     }
 
     void readElement(const PlyElement& element) {
@@ -193,8 +193,8 @@ class PlyReader {
         const std::string_view left =
             trimmed(file_.text().substr(file_.text().size() - numbers_->left()));
         if (!left.empty())
-            file_.warn("Bytes behind the last element are left out (" +
-                       std::to_string(left.size()) + ").");
+            file_.warn("Bytes after the last element are ignored (" + std::to_string(left.size()) +
+                       ").");
     }
 
     // Vertices.
@@ -262,7 +262,7 @@ class PlyReader {
         if (propertyNamed(element, "f_dc_0") ||
             (propertyNamed(element, "scale_0") && propertyNamed(element, "rot_0")))
             file_.warn("The points are Gaussian splats (" + splats +
-                       "), which are not read: they are plain points.");
+                       "), which are not supported: they are shown as plain points.");
     }
 
     void finishVertices(const Meant& meant,
@@ -283,7 +283,7 @@ class PlyReader {
 
     void makeColorsLinear(std::vector<glm::vec4>& colors, const ColorTypes& types) {
         if (!makeLinear(colors, types))
-            file_.warn("Colours that are beyond what their type can say are clamped.");
+            file_.warn("Colours outside the range of their type are clamped.");
         translucent_ = translucent_ || std::ranges::any_of(colors, [](const glm::vec4& color) {
                            return color.a < 1;
                        });
@@ -338,7 +338,7 @@ class PlyReader {
     };
 
     void readFaces(const PlyElement& element) {
-        if (!vertices_read_) throw Error(ErrorKind::kInput, "the faces stand before the vertices");
+        if (!vertices_read_) throw Error(ErrorKind::kInput, "the faces come before the vertices");
         const bool strips = element.name == "tristrips";
         const Meant meant = meantBy(element);
         const bool has_colors = hasColors(meant);
@@ -360,7 +360,8 @@ class PlyReader {
             if (has_uvs && uvs_.empty() && !face_.empty())
                 ++bare_faces_;
             else if (has_uvs && uvs_.size() != face_.size())
-                throw Error(ErrorKind::kInput, "a face has another number of texture coordinates");
+                throw Error(ErrorKind::kInput,
+                            "a face has more or fewer texture coordinates than corners");
             if (has_colors) addFaceColor(color);
             openRun();
             if (strips)
@@ -416,8 +417,8 @@ class PlyReader {
         if (number >= 0 && number < static_cast<double>(texture_maps_.size()))
             return static_cast<int>(number);
         if (number >= 0 && !texture_maps_.empty())
-            file_.warn("Faces have a texture that is not there (texnumber " + numberText(number) +
-                       " of " + std::to_string(texture_maps_.size()) + ").");
+            file_.warn("Faces use a missing texture (texnumber " + numberText(number) + " of " +
+                       std::to_string(texture_maps_.size()) + ").");
         return -1;
     }
 
@@ -439,7 +440,8 @@ class PlyReader {
                 continue;
             }
             if (!(index >= 0 && index < vertices))
-                throw Error(ErrorKind::kInput, "it names vertex " + numberText(index) + " of " +
+                throw Error(ErrorKind::kInput, "vertex " + numberText(index) +
+                                                   " is out of range, there are " +
                                                    std::to_string(mesh_.positions.size()));
             face_.push_back(static_cast<std::uint32_t>(index));
         }

@@ -77,8 +77,8 @@ bool PolygonCutter::turnsOneWay() const {
 void PolygonCutter::spend(std::uint64_t steps) {
     spent_ += steps;
     if (spent_ > kMostSteps)
-        throw Error(ErrorKind::kInput, "its polygons take too long to be cut into triangles", "",
-                    "cut polygons of many thousand corners up before");
+        throw Error(ErrorKind::kInput, "cutting its polygons into triangles takes too long", "",
+                    "split polygons with thousands of corners first");
 }
 
 /// Whether the corner is convex and its triangle contains no other corner. Corners at the position

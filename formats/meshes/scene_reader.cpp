@@ -57,8 +57,8 @@ constexpr const char* kUtf16Hint =
 constexpr NoScene kNoScenes[] = {
     {"\xFF\xFE", kUtf16, kUtf16Hint},
     {"\xFE\xFF", kUtf16, kUtf16Hint},
-    {"version https://git-lfs.github.com/spec/",
-     "it is the pointer of Git LFS that stands for a file, not the file", "fetch it: git lfs pull"},
+    {"version https://git-lfs.github.com/spec/", "it is a Git LFS pointer, not the file itself",
+     "fetch it: git lfs pull"},
     {"<!DOCTYPE", "it is a web page", "download the file itself"},
     {"<html", "it is a web page", "download the file itself"},
 };
@@ -85,7 +85,7 @@ const SceneFormat* formatOf(const std::filesystem::path& path) {
     const std::string_view begin = readBegin(RegularFile(path), bytes);
     for (const NoScene& row : kNoScenes)
         if (begin.starts_with(row.begin))
-            throw Error(ErrorKind::kInput, std::string("this is no scene: ") + row.what,
+            throw Error(ErrorKind::kInput, std::string("this is not a scene: ") + row.what,
                         path.string(), row.hint);
     return formatNamed(path);
 }
@@ -108,7 +108,7 @@ glm::dmat4 placeOf(Axis up, double unit) {
 void checkOptions(const SceneReadOptions& options) {
     const auto metres = options.metres_per_unit.value_or(1);
     if (!(metres > 0 && std::isfinite(metres)))
-        throw Error(ErrorKind::kUsage, "a unit is longer than 0", Parameter::kMetresPerUnit);
+        throw Error(ErrorKind::kUsage, "a unit must be longer than 0", Parameter::kMetresPerUnit);
     const double degrees = options.smooth_normals.value_or(0);
     if (!(degrees >= 0 && degrees <= 180))
         throw Error(ErrorKind::kUsage, "expected an angle from 0 to 180 degrees",
@@ -155,8 +155,8 @@ Scene readSceneFile(const std::filesystem::path& path, const SceneReadOptions& o
     checkOptions(options);
     const SceneFormat* const format = formatOf(path);
     if (!format)
-        throw Error(ErrorKind::kInput, "this is no scene that can be read", path.string(),
-                    "glTF, PLY, STL, OBJ and arrays are; which one it is its content says");
+        throw Error(ErrorKind::kInput, "unknown scene format", path.string(),
+                    "give glTF, PLY, STL, OBJ or arrays; the format is recognised by content");
     Scene scene;
     try {
         scene = format->read(path, options);
@@ -167,8 +167,8 @@ Scene readSceneFile(const std::filesystem::path& path, const SceneReadOptions& o
         if (options.up || options.metres_per_unit || options.smooth_normals) {
             const Text why = Parameter::kUp + ", " + Parameter::kMetresPerUnit + " and " +
                              Parameter::kSmoothNormals +
-                             " are for PLY, STL and OBJ: a glTF says "
-                             "itself that +Y is up, that units are metres, and what is smooth";
+                             " are for PLY, STL and OBJ: a glTF has +Y "
+                             "up, units of metres and its own normals";
             if (options.strict) throw Error(ErrorKind::kUsage, why, path.string());
             scene.warnings.push_back(why + ".");
         }

@@ -87,15 +87,15 @@ class StlReader {
   private:
     void readBinary() {
         if (text_.size() < kHeader)
-            throw Error(ErrorKind::kInput, "this is no STL file: it is shorter than a header",
-                        file_.name(), "is it whole?");
+            throw Error(ErrorKind::kInput, "this is not an STL file: it is shorter than a header",
+                        file_.name(), "check that it is complete");
         const std::uint64_t facets = facetsOf(text_), size = binarySize(text_);
         if (size > text_.size())
             throw Error(ErrorKind::kInput,
                         "the file ends before its " + std::to_string(facets) + " triangles do",
                         file_.atByte(text_.size()), "copy or export the file again");
         if (size < text_.size())
-            file_.warn("Bytes behind the last triangle are left out (" +
+            file_.warn("Bytes after the last triangle are ignored (" +
                        std::to_string(text_.size() - size) + ").");
         file_.allowGeometry(facets * 3 * sizeof(std::uint32_t));
         primitive_.indices.reserve(facets * 3);
@@ -117,7 +117,7 @@ class StlReader {
                 addCorner(corner);
             }
         }
-        if (has_attributes) file_.warn("The colours in the attributes of triangles are not read.");
+        if (has_attributes) file_.warn("The colours in triangle attributes are not read.");
     }
 
     /// Reads text: all its solids become one mesh, named after the first.
@@ -146,7 +146,7 @@ class StlReader {
             } else if (is(word, "solid") && corners < 0) {
                 const std::string_view next = takeName(rest);
                 if (named && next != name)
-                    file_.warn("The solids of the file are one mesh, called like the first one.",
+                    file_.warn("The solids of the file become one mesh, named after the first.",
                                file_.atLine(place));
                 if (!named) name = next;
                 in_solid = named = true;

@@ -56,9 +56,9 @@ Promise promiseOf(std::span<const std::uint8_t> bytes) {
     draco::DracoHeader header;
     if (const draco::Status status = draco::PointCloudDecoder::DecodeHeader(&buffer, &header);
         !status.ok())
-        failDraco("this is no Draco data: " + status.error_msg_string());
+        failDraco("this is not Draco data: " + status.error_msg_string());
     if (header.encoder_type != draco::TRIANGULAR_MESH)
-        failDraco("the Draco data is no triangle mesh");
+        failDraco("the Draco data is not a triangle mesh");
     const int version = header.version_major << 8 | header.version_minor;
     buffer.set_bitstream_version(static_cast<std::uint16_t>(version));
     if ((header.flags & METADATA_FLAG_MASK) != 0) {
@@ -90,7 +90,7 @@ Promise promiseOf(std::span<const std::uint8_t> bytes) {
 void checkPromise(const Promise& promise, const DracoLimits& limits) {
     if (promise.faces > limits.faces)
         failDraco("the Draco data has " + std::to_string(promise.faces) +
-                  " triangles, the accessors " + "have room for " + std::to_string(limits.faces));
+                  " triangles, but the accessors have room for " + std::to_string(limits.faces));
     if (promise.points > limits.points)
         failDraco("the Draco data has " + std::to_string(promise.points) + " vertices, at most " +
                   std::to_string(limits.points) + " can be used");
@@ -138,7 +138,7 @@ std::vector<std::uint8_t> valuesOf(const draco::Mesh& mesh, const DracoAttribute
     // glTF has no such accessors, and Draco accepts any stored byte as a bool.
     if (attribute->data_type() == draco::DT_BOOL)
         failDraco("the attribute " + std::to_string(wanted.unique_id) +
-                  " of the Draco data holds truth values");
+                  " of the Draco data holds booleans");
     const std::size_t points = mesh.num_points();
     if (!attribute->is_mapping_identity() && attribute->indices_map_size() < points)
         failDraco("the Draco data is damaged");
@@ -146,7 +146,7 @@ std::vector<std::uint8_t> valuesOf(const draco::Mesh& mesh, const DracoAttribute
         if (row.type == wanted.component_type)
             return row.values(*attribute, points, wanted.components);
     failDraco("the component type " + std::to_string(wanted.component_type) +
-              " is none of Draco's");
+              " is unknown to Draco");
 }
 
 std::unique_ptr<draco::Mesh> decodeMesh(std::span<const std::uint8_t> bytes) {
@@ -197,7 +197,7 @@ void decodeRequest(SharedFile& request, SharedFile& result) {
         decode(bytes, attributes, limits, result);
     } catch (const std::bad_alloc&) {
         if (limits.bytes < needed)
-            throw Error(ErrorKind::kMemory, "there is too little memory to decode the Draco data");
+            throw Error(ErrorKind::kMemory, "not enough memory to decode the Draco data");
         failDraco("decoding the Draco data needs too much memory: it is damaged");
     }
 }

@@ -70,7 +70,7 @@ void workOn(SharedFile& request, SharedFile& result, HelperWork work) {
     } catch (const Error&) {
         throw;
     } catch (const std::bad_alloc&) {
-        throw Error(ErrorKind::kInput, "decoding takes more memory than the data can be worth");
+        throw Error(ErrorKind::kInput, "decoding takes too much memory for the size of the data");
     } catch (const std::exception& error) {
         throw Error(ErrorKind::kInput, error.what());
     }

@@ -301,10 +301,10 @@ HtmlViewWriter::HtmlViewWriter(std::string path, OutputOptions options)
 void HtmlViewWriter::begin(const Plan& plan) {
     if (plan.fragments_stored > options_.max_fragments) {
         throw Error(ErrorKind::kUsage,
-                    "a page is to hold no more than " + std::to_string(options_.max_fragments) +
-                        " fragments, and there are " + std::to_string(plan.fragments_stored),
+                    "the page is limited to " + std::to_string(options_.max_fragments) +
+                        " fragments, but there are " + std::to_string(plan.fragments_stored),
                     path_,
-                    "keep fewer " + Parameter::kMaxLayers + ", render a smaller " +
+                    "give a smaller " + Parameter::kMaxLayers + ", render a smaller " +
                         Parameter::kSize + ", or raise " + Parameter::kMaxFragments +
                         " (1 to 7 bytes of page each)");
     }

@@ -28,7 +28,7 @@ std::vector<std::uint64_t> pixelsOf(std::span<const Bundle> bundles) {
     for (const Bundle& bundle : bundles) {
         const Window& rays = bundle.view.crop;
         if (rays.width() == first.width() && rays.height() == first.height()) continue;
-        throw Error(ErrorKind::kUsage, "bundles of different sizes are not one array of planes",
+        throw Error(ErrorKind::kUsage, "bundles of different sizes do not fit one array of planes",
                     sizeText(bundle) + "; " + sizeText(bundles.front()),
                     "trace them one by one, or write lists: leave " + Parameter::kDense + " out");
     }

@@ -23,7 +23,7 @@ std::span<const Vector> vectorsOf(const LayeredImage& band, Channel channel) {
     for (const FragmentArray& array : band.extra) {
         if (!std::ranges::equal(array.channels, components)) continue;
         if (array.type != PixelType::kFloat) {
-            throw Error(ErrorKind::kInternal, "hits are read in 32 bits",
+            throw Error(ErrorKind::kInternal, "hits need 32-bit channels",
                         std::string(infoOf(channel).name));
         }
         return array.as<Vector>();

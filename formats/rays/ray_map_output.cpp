@@ -163,13 +163,13 @@ bool hasMap(const RayMapSettings& settings, RayMap map) {
 
 void checkMapSettings(const RayMapSettings& settings) {
     if (hasMap(settings, RayMap::kTransmission) && settings.attenuation.empty()) {
-        throw Error(ErrorKind::kUsage, "what passes depends on how materials attenuate",
+        throw Error(ErrorKind::kUsage, "transmission needs the attenuation of materials",
                     "transmission", "give " + Parameter::kAttenuation + " MATERIAL=MU");
     }
     if (!hasMap(settings, RayMap::kOverlap)) return;
     const auto& [a, b] = settings.parts;
     if (a.empty() || b.empty()) {
-        throw Error(ErrorKind::kUsage, "an overlap is one of two parts", "overlap",
+        throw Error(ErrorKind::kUsage, "an overlap needs two parts", "overlap",
                     "give " + Parameter::kParts + " twice");
     }
     for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
@@ -261,10 +261,10 @@ std::unique_ptr<RayOutput> makeRayMapOutput(const std::string& path, const Posed
                     "end the name in .exr, .npz, .safetensors, .png, .jpg or .tif");
     }
     if (options.range) {
-        throw Error(
-            ErrorKind::kUsage,
-            std::string(arrays ? "arrays hold" : "an EXR holds") + " the numbers as they are",
-            Parameter::kRange, "leave it out, or write .png, .jpg or .tif");
+        throw Error(ErrorKind::kUsage,
+                    std::string("a range is for pictures: ") +
+                        (arrays ? "arrays hold" : "an EXR holds") + " unscaled numbers",
+                    Parameter::kRange, "leave it out, or write .png, .jpg or .tif");
     }
     if (arrays) return std::make_unique<RayMapArrays>(path, posed, solids, options);
     return std::make_unique<RayMapFile>(path, posed, solids, options);

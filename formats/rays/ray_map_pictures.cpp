@@ -55,13 +55,14 @@ class RayMapPictures : public RayMapOutput {
           given_(options.range),
           legend_(options.legend) {
         if (maps().channels().size() != 1) {
-            throw Error(ErrorKind::kUsage,
-                        options.settings.maps.size() == 1
-                            ? "path-length is a number a material, and a picture shows one number"
-                            : "a picture shows one map",
-                        path_,
-                        "write .exr, or give " + Parameter::kAttenuation + " for an X-ray, or " +
-                            Parameter::kMaps + " once");
+            throw Error(
+                ErrorKind::kUsage,
+                options.settings.maps.size() == 1
+                    ? "path-length has one value per material, but a picture shows one value"
+                    : "a picture shows one map",
+                path_,
+                "write .exr, or give " + Parameter::kAttenuation + " for an X-ray, or " +
+                    Parameter::kMaps + " once");
         }
         output_.provenance = options.provenance;
         map_ = maps().channels().front().map;

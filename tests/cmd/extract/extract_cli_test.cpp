@@ -369,7 +369,7 @@ TEST_F(ExtractCommand, WhatItRefuses) {
     const Row rows[] = {
         {{}, 2, "nothing to extract"},
         {{"-o", path("l.exr")}, 2, "the layers would have the same name"},
-        {{"-o", path("l.##.gif")}, 2, "no output format"},
+        {{"-o", path("l.##.gif")}, 2, "unknown output format"},
         {{"-o", path("l.##.exr"), "--exposure", "1"}, 2, "stay as they were rendered"},
         {{"-o", in, "--layer", "0"}, 2, "the output is the input"},
         {{"--points", path("p.npz")}, 2, "ends in .ply"},

@@ -102,7 +102,7 @@ TEST_F(Methods, TakeAsManyGeometryPassesAsPublished) {
 TEST_F(Methods, ApproximationsFindNoLayers) {
     for (const MethodInfo& method : peelMethods()) {
         if (method.exact()) continue;
-        expectUsageError({"--method", std::string(method.name)}, "finds no layers");
+        expectUsageError({"--method", std::string(method.name)}, "produces no layers");
         expectUsageError(
             {"--method", std::string(method.name), "--as", "composite", "--layers", "2"},
             "takes all layers at once");

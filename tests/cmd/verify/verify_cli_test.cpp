@@ -254,7 +254,7 @@ TEST_F(VerifyCommand, CamerasThatContradictThemselves) {
     const std::string name = std::string("worldToCamera") + '\0' + "m44f" + '\0';
     bytes[bytes.find(name) + name.size() + 4 + 3] ^= 1;  // an exponent
     writeText(path("bad.exr"), bytes);
-    expect(path("bad.exr"), 3, "composite: worldToCamera is not what peeler:cameraJson says");
+    expect(path("bad.exr"), 3, "composite: worldToCamera contradicts peeler:cameraJson");
 }
 
 TEST_F(VerifyCommand, ASequence) {

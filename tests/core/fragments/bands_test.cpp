@@ -119,8 +119,8 @@ TEST(Bands, AnErrorNamesWhoSetTheBudget) {
     };
     EXPECT_EQ(refused(200ULL << 20), "`memory` 200M|give at least 404M");
     EXPECT_EQ(refused({200ULL << 20, "the cgroup /a (memory.max) allows 256M"}),
-              "the cgroup /a (memory.max) allows 256M|raise that limit, or say `memory` 404M if so "
-              "much may be used all the same");
+              "the cgroup /a (memory.max) allows 256M|raise that limit, or give `memory` 404M to "
+              "use that much anyway");
 }
 
 TEST(Bands, ResidentMemoryIsRead) {

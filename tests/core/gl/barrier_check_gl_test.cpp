@@ -101,13 +101,13 @@ std::string complaintOf(GLuint Passes::*first, GLuint Passes::*second, bool barr
 
 TEST(BarrierCheck, WantsOneBeforeWhatAPassWroteIsRead) {
     EXPECT_TRUE(complaintOf(&Passes::writer, &Passes::reader, false)
-                    .starts_with("no barrier stands before block Numbers is used"));
+                    .starts_with("no barrier before the use of block Numbers"));
     EXPECT_EQ(complaintOf(&Passes::writer, &Passes::reader, true), "");
 }
 
 TEST(BarrierCheck, WantsOneBeforeWhatAPassReadsIsWritten) {
     EXPECT_TRUE(complaintOf(&Passes::reader, &Passes::writer, false)
-                    .starts_with("no barrier stands before block Numbers is written"));
+                    .starts_with("no barrier before the write to block Numbers"));
     EXPECT_EQ(complaintOf(&Passes::reader, &Passes::writer, true), "");
 }
 

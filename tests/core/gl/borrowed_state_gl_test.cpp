@@ -792,14 +792,14 @@ TEST(BorrowedContext, HasToBeCurrent) {
             expectUsage(call, "no OpenGL context is current");
             const Host other;
             other.vertexArray();
-            expectUsage(call, "another OpenGL context");
+            expectUsage(call, "is not the borrowed one");
             EXPECT_EQ(other.gl.GetError(), static_cast<GLenum>(GL_NO_ERROR));
         });
         call();  // still current here
         {
             const Host other;
-            expectUsage(call, "another OpenGL context");
-            expectUsage([&] { renderer.device(); }, "another OpenGL context");
+            expectUsage(call, "is not the borrowed one");
+            expectUsage([&] { renderer.device(); }, "is not the borrowed one");
         }
         expectUsage(call, "no OpenGL context is current");
     });

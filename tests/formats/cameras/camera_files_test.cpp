@@ -146,17 +146,16 @@ numpy.savez(folder + 'nan', w2c=w2c)
     EXPECT_EQ(read, 8);
     EXPECT_EQ(readCameras(scratch / "many.npy", {Convention::kOpencv, {}}).size(), 5U);
 
-    expectRefusedCameras(scratch / "few.npz", "there are 2 of them, and 3 poses", "few.npz, K.npy");
-    expectRefusedCameras(scratch / "none.npz", "no array of it is poses", "none.npz");
+    expectRefusedCameras(scratch / "few.npz", "there are 2 of them, but 3 poses", "few.npz, K.npy");
+    expectRefusedCameras(scratch / "none.npz", "it has no array of poses", "none.npz");
     for (const char* name : {"text.npz", "pickle.npz"})
-        expectRefusedCameras(scratch / name, "not of numbers", "poses.npy",
+        expectRefusedCameras(scratch / name, "an array of numbers", "poses.npy",
                              {Convention::kOpengl, {}});
     expectRefusedCameras(scratch / "flat.npz", "shape is not (n, 3, 4)", "flat.npz, poses.npy");
     expectRefusedCameras(scratch / "skew.npz", "skew", "skew.npz, K.npy");
     expectRefusedCameras(scratch / "nan.npz", "not finite", "nan.npz, w2c.npy");
     for (const char* name : {"a opencv.npz", "g opengl.npz", "many.npy"})
-        expectRefusedCameras(scratch / name, "a convention is missing", name, {},
-                             ErrorKind::kUsage);
+        expectRefusedCameras(scratch / name, "needs a convention", name, {}, ErrorKind::kUsage);
 }
 
 TEST(CameraFiles, FieldsOfViewAndSizesOfTransforms) {
@@ -174,7 +173,7 @@ TEST(CameraFiles, FieldsOfViewAndSizesOfTransforms) {
     EXPECT_EQ(nerf.intrinsics->fy, nerf.intrinsics->fx);
     EXPECT_EQ(nerf.intrinsics->cx, 399.5);
     EXPECT_EQ(nerf.intrinsics->cy, 299.5);
-    expectRefusedCameras(path, "leaves the size of pictures open", "/camera_angle_x");
+    expectRefusedCameras(path, "for the picture size", "/camera_angle_x");
 
     // A frame's values override those of the file.
     const FileCamera own = only(put(

@@ -40,10 +40,10 @@ TEST(CameraRefusals, Transforms) {
         {"\"fl_x\": 500", "\"fl_x\": \"500\"", "expected a number", "/fl_x"},
         {"\"fl_x\": 500", "\"fl_x\": 1e400", "not valid JSON", "t.json"},
         {"\"fl_x\": 500", "\"fl_x\": NaN", "not valid JSON", "t.json"},
-        {"\"fl_x\": 500, \"fl_y\": 400,", "", "neither \"fl_x\" nor", "/frames/0"},
+        {"\"fl_x\": 500, \"fl_y\": 400,", "", "\"fl_x\" and \"camera_angle_x\" are", "/frames/0"},
         {"\"fl_x\": 500, \"fl_y\": 400,", "\"camera_angle_x\": 3.2,", "between 0 and half",
          "angle_x"},
-        {"\"cx\": 300.75", "\"cx\": 1e7", "too far beside", "view a.b"},
+        {"\"cx\": 300.75", "\"cx\": 1e7", "too far outside", "view a.b"},
         {"\"h\": 480", "\"h\": 65537", "1 to 65536", "/w"},
         {"\"h\": 480", "\"h\": 0", "1 to 65536", "/w"},
         {"\"h\": 480", "\"h\": 1.5", "1 to 65536", "/w"},
@@ -67,8 +67,8 @@ TEST(CameraRefusals, Transforms) {
     expectRefusedCameras(put(scratch / "e.json", R"({"frames": []})"), "no cameras", "/frames");
     expectRefusedCameras(put(scratch / "e.json", R"({"frames": 3})"), "a list of frames",
                          "/frames");
-    expectRefusedCameras(put(scratch / "e.json", "{}"), "no file of cameras", "e.json");
-    expectRefusedCameras(put(scratch / "e.json", "[1]"), "no file of cameras", "e.json");
+    expectRefusedCameras(put(scratch / "e.json", "{}"), "unknown camera format", "e.json");
+    expectRefusedCameras(put(scratch / "e.json", "[1]"), "unknown camera format", "e.json");
     expectRefusedCameras(put(scratch / "e.json", ""), "not valid JSON", "e.json");
     expectRefusedCameras(put(scratch / "e.json", std::string(300, '[')), "nested deeper", "e.json");
 }
@@ -85,7 +85,7 @@ TEST(CameraRefusals, Bop) {
         {"\"cam_K\"", "\"cam_model\": {}, \"cam_K\"", "pinhole", "/7/cam_model"},
         {"-1, -1, 0, 0]", "-1, 1, 0, 0]", "rotation and a translation", "/7/cam_R_w2c"},
         {"-2000, 5000", "5000", "list of 3", "/7/cam_t_w2c"},
-        {"\"7\"", "\"x\"", "no file of cameras", "scene_camera.json"},
+        {"\"7\"", "\"x\"", "unknown camera format", "scene_camera.json"},
         {"{\"7\"", "{\"07\": {}, \"7\"", "twice", "scene_camera.json"},
     };
     for (const BadCameras& damage : damages)
@@ -129,9 +129,9 @@ TEST(CameraRefusals, ColmapText) {
     lens("PINHOLE 640 480 500 400 320 1e999", "not \"1e999\"");
     lens("PINHOLE 640 480 500 -400 320 240", "above 0");
     lens("PINHOLE 640 70000 500 400 320 240", "1 to 65536");
-    lens("PINHOLES 640 480 500 400 320 240", "no camera model \"PINHOLES\"");
+    lens("PINHOLES 640 480 500 400 320 240", "unknown camera model \"PINHOLES\"");
     put(cameras, colmapCamerasText() + colmapCamerasText());
-    expectRefusedCameras(scratch.path(), "there twice", "cameras.txt:6");
+    expectRefusedCameras(scratch.path(), "appears twice", "cameras.txt:6");
     put(cameras, "# none\n");
     expectRefusedCameras(scratch.path(), "no cameras", "cameras.txt");
     put(cameras, colmapCamerasText());
@@ -151,7 +151,7 @@ TEST(CameraRefusals, ColmapText) {
         expectRefusedCameras(scratch.path(), damage.what, damage.where);
     }
     put(images, kColmapImagesText + kColmapImagesText);
-    expectRefusedCameras(scratch.path(), "there twice", "image 9");
+    expectRefusedCameras(scratch.path(), "appears twice", "image 9");
     // Ignoring the lines of points would lose every other image.
     const std::string image = kColmapImagesText.substr(0, kColmapImagesText.find("1.5"));
     put(images, image + "10" + image.substr(image.find(" 0.5")));
@@ -161,7 +161,7 @@ TEST(CameraRefusals, ColmapText) {
     put(images, "#\n");
     expectRefusedCameras(scratch.path(), "no cameras", "images.txt");
     std::filesystem::remove(images);
-    expectRefusedCameras(scratch.path(), "no model of COLMAP", scratch.path());
+    expectRefusedCameras(scratch.path(), "no COLMAP model", scratch.path());
     expectRefusedCameras(cameras, "does not exist", "images.txt");
 }
 
@@ -176,25 +176,25 @@ TEST(CameraRefusals, ColmapBinary) {
         put(scratch / "cameras.bin", text);
         expectRefusedCameras(scratch.path(), what, "cameras.bin");
     };
-    lens(number(good_cameras, 0, std::uint64_t{1} << 62), "leaves no room");
+    lens(number(good_cameras, 0, std::uint64_t{1} << 62), "too small for");
     lens(number(good_cameras, 0, std::uint64_t{2}), "ends early");
     lens(number(good_cameras, 0, std::uint64_t{0}), "no cameras");
-    lens(number(good_cameras, 12, std::int32_t{99}), "no camera model 99");
-    lens(number(good_cameras, 12, std::int32_t{-1}), "no camera model -1");
+    lens(number(good_cameras, 12, std::int32_t{99}), "unknown camera model 99");
+    lens(number(good_cameras, 12, std::int32_t{-1}), "unknown camera model -1");
     lens(number(good_cameras, 12, std::int32_t{5}) + std::string(32, '\0'), "OPENCV_FISHEYE");
     lens(number(good_cameras, 16, std::uint64_t{0}), "1 to 65536");
     lens(number(good_cameras, 32, double{NAN}), "not finite");
-    lens(good_cameras + "x", "behind the last number");
+    lens(good_cameras + "x", "follows the last number");
     put(scratch / "cameras.bin", good_cameras);
     const auto image = [&](const std::string& text, const std::string& what) {
         put(scratch / "images.bin", text);
         expectRefusedCameras(scratch.path(), what, "images.bin");
     };
-    image(number(good_images, 0, std::uint64_t{1} << 40), "leaves no room");
+    image(number(good_images, 0, std::uint64_t{1} << 40), "too small for");
     image(number(good_images, 12, double{NAN}), "not finite");
     image(number(good_images, 44, double{INFINITY}), "not finite");
-    image(number(good_images, good_images.size() - 32, std::uint64_t{1} << 60), "leaves no room");
-    image(good_images.substr(0, 80), "leaves no room");
+    image(number(good_images, good_images.size() - 32, std::uint64_t{1} << 60), "too small for");
+    image(good_images.substr(0, 80), "too small for");
     put(scratch / "images.bin", number(good_images, 68, std::uint32_t{4}));
     expectRefusedCameras(scratch.path(), "no camera 4", "image 9");
 }
@@ -204,7 +204,7 @@ TEST(CameraRefusals, Lines) {
     const std::string place = "\"cameraToWorld\": [" + kKnownOpenglRows + "]";
     const std::string good = lineText(place);
     const BadCameras damages[] = {
-        {"\"size\"", "\"sise\"", "no key \"sise\"", ":2"},
+        {"\"size\"", "\"sise\"", "unknown key \"sise\"", ":2"},
         {"[640, 480]", "[640]", "list of 2", ":2, /size"},
         {"[640, 480]", "[640, 0]", "1 to 65536", ":2, /size"},
         {"\"fx\": 500,", "", "\"fx\" is missing", ":2"},
@@ -212,7 +212,7 @@ TEST(CameraRefusals, Lines) {
         {"\"fx\": 500", "\"fx\": -500", "above 0", ":2"},
         {"\"fx\"", "\"near\": 0, \"fx\"", "in front of the eye", ":2"},
         {"\"fx\"", "\"near\": 2, \"far\": 1, \"fx\"", "before the far plane", ":2"},
-        {"\"name\": \"a\"", "\"name\": 3", "expected a text", ":2, /name"},
+        {"\"name\": \"a\"", "\"name\": 3", "expected a string", ":2, /name"},
         {place, "\"fov\": 180", "fx and fov", ":2"},
         {place, "\"eye\": [0, 0, 0]", "\"target\" is missing", ":2"},
         {place, "\"eye\": [0, 0, 1], \"target\": [0, 0, 1]", "at the target", ":2, /target"},
@@ -242,16 +242,16 @@ TEST(CameraRefusals, ConventionsThatAreNotTheFormats) {
         expectRefusedCameras(path, what, path.filename(), {convention, {}}, ErrorKind::kUsage);
     };
     refused(put(scratch / "t.json", transformsText()), Convention::kOpencv,
-            "opencv is not that of transforms.json: its cameras are those of opengl");
+            "opencv is not that of transforms.json: its cameras use opengl");
     refused(put(scratch / "scene_camera.json", bopText()), Convention::kOpengl,
-            "its cameras are those of opencv");
+            "its cameras use opencv");
     put(scratch / "m/cameras.txt", colmapCamerasText());
     put(scratch / "m/images.txt", kColmapImagesText);
-    refused(scratch / "m", Convention::kOpengl, "its cameras are those of opencv");
+    refused(scratch / "m", Convention::kOpengl, "its cameras use opencv");
     const auto lines =
         put(scratch / "c.jsonl", lineText("\"cameraToWorld\": [" + kKnownOpenglRows + "]"));
     for (const Convention convention : {Convention::kOpencv, Convention::kOpengl})
-        refused(lines, convention, "its keys say");
+        refused(lines, convention, "its keys define");
     for (const char* path : {"t.json", "scene_camera.json", "m", "c.jsonl"})
         EXPECT_EQ(readCameras(scratch / path, {Convention::kBlender, {}}).size(), 1U) << path;
     try {
@@ -267,7 +267,7 @@ TEST(CameraRefusals, WhatIsNoFile) {
     const ScratchDir scratch;
     for (const char* name : {"a.json", "a.npy", "a.jsonl", "a.txt", "cameras.bin"})
         expectRefusedCameras(scratch / name, "does not exist", "");
-    expectRefusedCameras(scratch.path(), "no model of COLMAP", scratch.path());
+    expectRefusedCameras(scratch.path(), "no COLMAP model", scratch.path());
     std::filesystem::create_directory(scratch / "d.jsonl");
     expectRefusedCameras(scratch / "d.jsonl", "a folder", "d.jsonl");
     for (const char* name : {"p.json", "p.npz", "p.jsonl", "p"}) {
@@ -280,15 +280,15 @@ TEST(CameraRefusals, WhatIsNoFile) {
         put(scratch / "big/cameras.bin", colmapCamerasBinary());
         expectRefusedCameras(scratch / "big" / name, "the limit is 1073741824", name);
     }
-    expectRefusedCameras(put(scratch / "a.txt", "hello"), "no file of cameras", "a.txt");
+    expectRefusedCameras(put(scratch / "a.txt", "hello"), "unknown camera format", "a.txt");
     const std::string header = npyText("<f4", "(1000001, 3, 4)", "");
     std::filesystem::resize_file(put(scratch / "h.npy", header), header.size() + 1000001 * 48);
     expectRefusedCameras(scratch / "h.npy", "1000001 views", "h.npy", {Convention::kOpengl, {}});
     expectRefusedCameras(put(scratch / "s.npy", npyText("<f8", "(999999999, 3, 4)", "")),
-                         "another size", "s.npy", {Convention::kOpengl, {}});
+                         "contradicts its header", "s.npy", {Convention::kOpengl, {}});
     expectRefusedCameras(
         put(scratch / "c.npy", npyText("<c16", "(1, 3, 4)", std::string(192, 'a'))),
-        "not of numbers", "c.npy", {Convention::kOpengl, {}});
+        "an array of numbers", "c.npy", {Convention::kOpengl, {}});
 }
 
 /// Expects truncated files and random bytes in them to give cameras or an Error.

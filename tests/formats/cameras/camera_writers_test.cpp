@@ -164,7 +164,7 @@ TEST(CameraWriters, WhatCannotBeWrittenIsRefused) {
         if (is_folder)
             EXPECT_NO_THROW(checkCameraOutput(path));
         else
-            refused(path, knownCamera(), "no format of cameras");
+            refused(path, knownCamera(), "unknown camera format");
     }
     EXPECT_THROW(writeCameras(scratch / "t.json", {}), Error);
     no_lens.fov = 90;

@@ -220,7 +220,7 @@ TEST_P(CameraOf, AFileWithoutAHashMustNotContradictItself) {
         return headerContradictions(rewrite(path, change));
     };
     const auto sentence = [](const std::string& name) {
-        return "composite: " + name + " is not what peeler:cameraJson says";
+        return "composite: " + name + " contradicts peeler:cameraJson";
     };
     using Sentences = std::vector<std::string>;
     EXPECT_EQ(denied([](Imf::Header& h) { h = without(h, kPixelHash); }), Sentences());

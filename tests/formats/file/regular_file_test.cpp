@@ -112,7 +112,7 @@ std::optional<ErrorKind> kindOf(const std::function<void()>& action) {
     try {
         action();
     } catch (const Error& error) {
-        EXPECT_NE(std::string(error.what()).find("cannot be told"), std::string::npos);
+        EXPECT_NE(std::string(error.what()).find("cannot examine the path"), std::string::npos);
         EXPECT_NE(error.where(), "");
         EXPECT_NE(error.hint(), "");
         return error.kind();

@@ -231,7 +231,7 @@ TEST(GltfDraco, GoesBeforeTheFallbackUnlessItIsDamaged) {
     with_fallback.gltf["accessors"][0]["count"] = with_fallback.gltf["accessors"][3]["count"] = 3;
     const Scene scene = load(with_fallback);
     EXPECT_EQ(scene.meshes[0].primitives[0].positions[0], glm::vec3(0, 0, 9));
-    EXPECT_TRUE(warned(scene, "uncompressed data stands in"));
+    EXPECT_TRUE(warned(scene, "Uncompressed data replaces"));
     GltfOptions strict;
     strict.strict = true;
     EXPECT_EQ(errorOf(with_fallback, strict).where(), where);
@@ -268,12 +268,12 @@ constexpr std::size_t kType = 7, kFaces = 13;
 INSTANTIATE_TEST_SUITE_P(
     All, GltfDracoLies,
     testing::Values(
-        Lie{"NoDraco", [](GltfBuilder& b) { b.bin[1] = 'X'; }, DRACO_EXTENSION, "no Draco data"},
+        Lie{"NoDraco", [](GltfBuilder& b) { b.bin[1] = 'X'; }, DRACO_EXTENSION, "not Draco data"},
         Lie{"OtherVersion", [](GltfBuilder& b) { b.bin[5] = 9; }, DRACO_EXTENSION, "version"},
         Lie{"PointCloud", [](GltfBuilder& b) { b.bin[kType] = 0; }, DRACO_EXTENSION,
-            "no triangle mesh"},
+            "not a triangle mesh"},
         Lie{"MoreFaces", [](GltfBuilder& b) { b.bin[kFaces] = 33; }, DRACO_EXTENSION,
-            "33 triangles, the accessors have room for 32"},
+            "33 triangles, but the accessors have room for 32"},
         Lie{"HugeFaces",
             [](GltfBuilder& b) {
                 b.bin.erase(b.bin.begin() + kFaces);
@@ -299,7 +299,7 @@ INSTANTIATE_TEST_SUITE_P(
             },
             DRACO_EXTENSION, "more than the limit"},
         Lie{"FewIndices", [](GltfBuilder& b) { b.gltf["accessors"][3]["count"] = 93; },
-            DRACO_EXTENSION, "32 triangles, the accessors have room for 31"},
+            DRACO_EXTENSION, "32 triangles, but the accessors have room for 31"},
         Lie{"Truncated", [](GltfBuilder& b) { b.gltf["bufferViews"][0]["byteLength"] = 40; },
             DRACO_EXTENSION, "damaged"},
         Lie{"NoSuchAttribute",

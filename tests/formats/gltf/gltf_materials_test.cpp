@@ -218,7 +218,7 @@ TEST(GltfTextures, OfFormatsThatAreNotDecodedNeedAFallback) {
         options.ignored_extensions = {name};
         const Scene without = load(builder, options);
         EXPECT_FALSE(without.materials[0].emissive_texture);
-        EXPECT_TRUE(warned(without, "it has an image of " + name + " only"));
+        EXPECT_TRUE(warned(without, "it only has an image of " + name));
         // An unused texture does no harm.
         builder.gltf["materials"][0].erase("emissiveTexture");
         EXPECT_NO_THROW(load(builder));
@@ -268,7 +268,7 @@ TEST(GltfTextures, MayBeKtx2) {
     other.gltf["textures"][0] = {{"source", 1},
                                  {"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}};
     EXPECT_EQ(load(other).images.at(0).rgba, (Bytes{1, 2, 3, 255}));
-    EXPECT_TRUE(warned(load(other), "The fallback stands in for the image /images/0"));
+    EXPECT_TRUE(warned(load(other), "The fallback replaces the image /images/0"));
 }
 
 TEST(GltfTextures, OfKtx2AreWarnedOfWhatContradictsTheScene) {
@@ -284,13 +284,11 @@ TEST(GltfTextures, OfKtx2AreWarnedOfWhatContradictsTheScene) {
     const Scene scene = load(builder);
     EXPECT_EQ(scene.images.size(), 3U);
     EXPECT_EQ(scene.warnings.size(), 3U);
-    EXPECT_TRUE(warned(scene,
-                       "Of the image /images/0: it says that it is linear, a material takes it "
-                       "as sRGB."));
-    EXPECT_TRUE(warned(scene,
-                       "Of the image /images/1: it says that it is sRGB, a material takes it as "
-                       "linear."));
-    EXPECT_TRUE(warned(scene, "Of the image /images/2: its orientation (KTXorientation)"));
+    EXPECT_TRUE(
+        warned(scene, "The image /images/0 is marked as linear, but a material uses it as sRGB."));
+    EXPECT_TRUE(
+        warned(scene, "The image /images/1 is marked as sRGB, but a material uses it as linear."));
+    EXPECT_TRUE(warned(scene, "The image /images/2: its orientation (KTXorientation)"));
 }
 
 TEST(GltfTextures, FallBackWhereTheWebpImageIsMissing) {
@@ -307,7 +305,7 @@ TEST(GltfTextures, FallBackWhereTheWebpImageIsMissing) {
     EXPECT_EQ(shown(scene.materials[0].normal_texture), (Bytes{1, 2, 3, 255}));
     EXPECT_EQ(shown(scene.materials[0].occlusion_texture), (Bytes{4, 5, 6, 255}));
     EXPECT_EQ(scene.images.size(), 2U);
-    EXPECT_TRUE(warned(scene, "The fallback stands in for the image /images/2"));
+    EXPECT_TRUE(warned(scene, "The fallback replaces the image /images/2"));
     GltfOptions strict;
     strict.strict = true;
     EXPECT_EQ(errorOf(builder, strict).where(), "/images/2");

@@ -113,7 +113,7 @@ TEST(GltfMeshes, LoseIncompletePrimitives) {
     builder.primitive()["mode"] = 1;
     Scene scene = load(builder);
     EXPECT_EQ(scene.meshes[0].primitives.at(0).positions.size(), 2U);
-    EXPECT_TRUE(warned(scene, "left over"));
+    EXPECT_TRUE(warned(scene, "leftover vertices"));
 
     builder = triangle();
     builder.primitive()["indices"] = builder.addAccessor<std::uint8_t>({0, 1, 2, 0, 1}, "SCALAR");

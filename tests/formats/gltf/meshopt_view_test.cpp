@@ -219,11 +219,11 @@ TEST(MeshoptView, KeepsTheRulesOfTheExtension) {
     expectProblem({bytes, "POINTS", "NONE", 12, 64}, "mode \"POINTS\" is not known");
     expectProblem({triangles, "TRIANGLES", "NONE", 8, 3}, "must be 2 or 4");
     expectProblem({sequence, "INDICES", "NONE", 1, 3}, "must be 2 or 4");
-    expectProblem({triangles, "TRIANGLES", "NONE", 2, 4}, "no multiple of 3");
+    expectProblem({triangles, "TRIANGLES", "NONE", 2, 4}, "not a multiple of 3");
     expectProblem({triangles, "TRIANGLES", "OCTAHEDRAL", 4, 3}, "cannot be used with mode");
     expectProblem({sequence, "INDICES", "EXPONENTIAL", 4, 3}, "cannot be used with mode");
     expectProblem({{}, "INDICES", "NONE", 4, 3}, "empty");
-    expectProblem({sequence, "TRIANGLES", "NONE", 4, 3}, "no meshopt stream of mode TRIANGLES");
+    expectProblem({sequence, "TRIANGLES", "NONE", 4, 3}, "not a meshopt stream of mode TRIANGLES");
 }
 
 TEST(MeshoptView, SaysWhichVersionItDoesNotDecode) {

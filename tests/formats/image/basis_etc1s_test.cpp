@@ -259,7 +259,7 @@ TEST(BasisEtc1s, RefusesRunsThatHaveNoEndOrNothingToRepeat) {
                                                      nothing.codes().put(bits, 4);
                                                      nothing.runs.put(bits, 0);
                                                  })),
-                         "none is remembered"));
+                         "there is no history"));
 }
 
 TEST(BasisEtc1s, RefusesWhatIsCutShort) {
@@ -272,7 +272,7 @@ TEST(BasisEtc1s, RefusesWhatIsCutShort) {
     setNumber(file.global, 28, file.levels[0].bytes.size());
     EXPECT_TRUE(contains(problemOf(file), "slice of BasisLZ is cut short"));
     file.levels[0].bytes.pop_back();
-    EXPECT_TRUE(contains(problemOf(file), "not within its level"));
+    EXPECT_TRUE(contains(problemOf(file), "does not fit its level"));
     // The global data's endpoints, selectors and tables, each cut in half.
     const char* const words[] = {"cut short", "cut short", "cut short"};
     for (std::size_t part = 0; part < 3; ++part) {
@@ -290,14 +290,14 @@ TEST(BasisEtc1s, RefusesWhatIsCutShort) {
         setNumber(file.global, 4 + 4 * part, kept);
         EXPECT_TRUE(contains(problemOf(file), words[part])) << part << problemOf(file);
         file.global.pop_back();
-        EXPECT_TRUE(contains(problemOf(file), "end behind the global data")) << part;
+        EXPECT_TRUE(contains(problemOf(file), "reach beyond the global data")) << part;
     }
     file = whole;
     file.global.push_back(0);
-    EXPECT_TRUE(contains(problemOf(file), "more global data"));
+    EXPECT_TRUE(contains(problemOf(file), "data follows the last part"));
     file = whole;
     file.global.resize(19);
-    EXPECT_TRUE(contains(problemOf(file), "end behind the global data"));
+    EXPECT_TRUE(contains(problemOf(file), "reach beyond the global data"));
 }
 
 TEST(BasisEtc1s, RefusesGlobalDataThatContradictsItself) {
@@ -313,9 +313,9 @@ TEST(BasisEtc1s, RefusesGlobalDataThatContradictsItself) {
     EXPECT_TRUE(contains(problemWith(16, 1, 4), "1 bytes of extended data"));
     EXPECT_TRUE(contains(problemWith(20, 2, 4), "frame of a video"));
     EXPECT_TRUE(contains(problemWith(28, 0, 4), "slice of 0 bytes"));
-    EXPECT_TRUE(contains(problemWith(24, 1, 4), "not within its level"));
-    EXPECT_TRUE(contains(problemWith(32, 1, 4), "slice of alpha too many"));
-    EXPECT_TRUE(contains(problemWith(2, 1, 2), "symbols that stand for nothing"));
+    EXPECT_TRUE(contains(problemWith(24, 1, 4), "does not fit its level"));
+    EXPECT_TRUE(contains(problemWith(32, 1, 4), "unexpected alpha slice"));
+    EXPECT_TRUE(contains(problemWith(2, 1, 2), "unknown symbols"));
     Ktx2File alpha = whole;
     alpha.channels = {0, 15};
     EXPECT_TRUE(contains(problemOf(alpha), "slice of 0 bytes"));
@@ -364,7 +364,7 @@ TEST(HuffmanTable, RefusesLengthsThatMakeNoCode) {
     EXPECT_EQ(one.decode(reader), 1U);
     EXPECT_TRUE(contains(problemOf([&] { one.decode(reader); }), "byte 100"));
     EXPECT_EQ(tableOf({0, 0}).symbols(), 0U);
-    EXPECT_TRUE(contains(problemOf([&] { HuffmanTable().decode(reader); }), "no Huffman code"));
+    EXPECT_TRUE(contains(problemOf([&] { HuffmanTable().decode(reader); }), "not a Huffman code"));
 }
 
 TEST(HuffmanTable, TakesRunsOfLengths) {
@@ -393,8 +393,8 @@ TEST(HuffmanTable, TakesRunsOfLengths) {
                              const std::vector<std::array<std::size_t, 3>>& runs) {
         return problemOf([&] { read(symbols, runs); });
     };
-    EXPECT_TRUE(contains(problem(10, {{19, 0, 2}}), "a length that is not there"));
-    EXPECT_TRUE(contains(problem(10, {{17, 0, 3}, {20, 0, 7}}), "a length that is not there"));
+    EXPECT_TRUE(contains(problem(10, {{19, 0, 2}}), "a missing length"));
+    EXPECT_TRUE(contains(problem(10, {{17, 0, 3}, {20, 0, 7}}), "a missing length"));
     EXPECT_TRUE(contains(problem(5, {{17, 7, 3}}), "more lengths than symbols"));
     EXPECT_TRUE(contains(problem(5, {{4, 0, 0}, {19, 3, 2}}), "more lengths than symbols"));
     EXPECT_TRUE(contains(problem(16383, {{18, 127, 7}}), "cut short"));

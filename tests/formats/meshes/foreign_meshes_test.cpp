@@ -183,8 +183,8 @@ TEST_F(ForeignMeshes, DissolveGoesBeforeTransparency) {
     } cases[] = {
         {"d 1\nTr 1\n", 1, "contradict"},      {"Tr 1\nd 1\n", 1, "contradict"},
         {"d 0.25\nTr 0.75\n", 0.25F, nullptr}, {"d 1\nTr 0\n", 1, nullptr},
-        {"Tr 0.25\n", 0.75F, nullptr},         {"Tr 1\n", 0, "wholly transparent"},
-        {"d 0\n", 0, "wholly transparent"},    {"Tr 0\nd 0\n", 0, "contradict"},
+        {"Tr 0.25\n", 0.75F, nullptr},         {"Tr 1\n", 0, "fully transparent"},
+        {"d 0\n", 0, "fully transparent"},     {"Tr 0\nd 0\n", 0, "contradict"},
     };
     for (const auto& [statements, alpha, warning] : cases) {
         SCOPED_TRACE(statements);
@@ -249,7 +249,7 @@ TEST_F(ForeignMeshes, FilesThatAreNoSceneSayWhatTheyAre) {
         EXPECT_TRUE(contains(refusal(name, "<!DOCTYPE html>\n").what(), "web page")) << name;
     }
     const Error error = refusal("a.obj", "# a\n\nOnce upon a time\n");
-    EXPECT_TRUE(contains(error.what(), "no line of it"));
+    EXPECT_TRUE(contains(error.what(), "no line of an OBJ"));
     EXPECT_EQ(error.where(), (folder_ / "a.obj").string() + ":3");
 }
 
@@ -378,8 +378,7 @@ TEST_F(ForeignMeshes, ElementsOfAPlyByAnotherNameAreNamed) {
         refusal("a.ply", std::string("ply\nformat ascii 1.0\nelement vertices 1\n") + kXyz +
                              "element face 0\nproperty list uchar int "
                              "vertex_indices\nend_header\n0 0 0\n");
-    EXPECT_TRUE(contains(error.what(), "no element is called vertex, but vertices, face"))
-        << error.what();
+    EXPECT_TRUE(contains(error.what(), "its elements are: vertices, face")) << error.what();
 }
 
 TEST_F(ForeignMeshes, GaussianSplatsAreNamed) {

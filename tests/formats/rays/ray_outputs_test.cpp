@@ -213,20 +213,20 @@ TEST_F(RayOutputs, MapsThatCannotBe) {
     };
     RayMapOptions options;
     options.settings.maps = {RayMap::kTransmission};
-    EXPECT_NE(message("a.exr", options).find("attenuate"), std::string::npos);
+    EXPECT_NE(message("a.exr", options).find("attenuation"), std::string::npos);
     options.settings.maps = {RayMap::kOverlap};
     EXPECT_NE(message("a.exr", options).find("two parts"), std::string::npos);
     options.settings.parts = {std::vector<char>{1, 1}, std::vector<char>{0, 1}};
     EXPECT_NE(message("a.exr", options).find("both parts"), std::string::npos);
     options.settings.maps = {RayMap::kPathLength};
-    EXPECT_NE(message("a.png", options).find("a number a material"), std::string::npos);
+    EXPECT_NE(message("a.png", options).find("one value per material"), std::string::npos);
     options.settings.maps = {RayMap::kFirst, RayMap::kLast};
     EXPECT_NE(message("a.png", options).find("one map"), std::string::npos);
     options.settings.maps = {RayMap::kFirst};
     EXPECT_NE(message("a.png", options).find("same name"), std::string::npos);
     EXPECT_NE(message("a.gif", options), "");
     options.range = {0, 1};
-    EXPECT_NE(message("a.exr", options).find("as they are"), std::string::npos);
+    EXPECT_NE(message("a.exr", options).find("unscaled numbers"), std::string::npos);
     options.range.reset();
     EXPECT_EQ(message("a.exr", options), "");
     EXPECT_TRUE(scratch_.files().empty());  // nothing was finished
