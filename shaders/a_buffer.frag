@@ -14,9 +14,9 @@ void main() {
 
     uint entry = takeEntry();
 #ifdef ENTRIES_AS_KEYS
-    // With fetched list heads, entries are taken in draw order (GL_EXT_shader_framebuffer_fetch), so they order
-    // coincident fragments like primitives. This avoids gl_PrimitiveID, for which llvmpipe copies the vertices that
-    // triangles share.
+    // With fetched list heads, entries are taken in draw order (GL_EXT_shader_framebuffer_fetch), so entries order
+    // coincident fragments just as primitive indices do. This avoids gl_PrimitiveID, for which llvmpipe copies the
+    // vertices that triangles share.
     key.primitive = entry;
 #endif
     if (hasEntry(entry)) storeFragment(entry, key.depth, key.primitive, fragmentColor(base, gradients));

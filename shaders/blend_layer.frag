@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Adds a peeled layer, held in textures of a raster tile, to the composite. Fixed-function blending puts it under
 // (front to back) or over (BACKWARD) the previous layers. With PING_PONG the previous layers are read from a texture
-// instead, without blending. From behind, the layer's index follows from the number of fragments; layers beyond the
-// limit go into the tail's sums (TAIL), or are dropped.
+// instead, without blending. When peeling from behind, the layer's index follows from the number of fragments; layers
+// beyond the limit go into the tail's sums (TAIL), or are dropped.
 #include "fragment.glsl"
 #include "packed_color.glsl"
 
@@ -46,7 +46,7 @@ void main() {
     tail_count = kept ? 0.0 : 1.0;
 #endif
     if (!kept) return;
-    depths[pixel] = texelFetch(layer_depth, at, 0).r;  // the last one is the nearest
+    depths[pixel] = texelFetch(layer_depth, at, 0).r;  // the last layer is the nearest
 #else
     if (layer.x == 0) depths[pixel] = texelFetch(layer_depth, at, 0).r;
 #endif

@@ -6,7 +6,7 @@
 
 layout(location = 0) uniform ivec4 argument;  // x: floats per fragment
 
-layout(std430, binding = PEELER_LIST_HEADS) readonly buffer ListHeads { uint list_heads[]; };  // the end of each pixel's list
+layout(std430, binding = PEELER_LIST_HEADS) readonly buffer ListHeads { uint list_heads[]; };  // end of each pixel's list
 layout(std430, binding = PEELER_CHANNELS) writeonly buffer Channels { float channels[]; };
 
 void put(inout uint at, vec3 v) {
@@ -23,7 +23,7 @@ vec4 surfaceTangent(vec3 normal, Gradients g) {
     tangentFrame(normal, PEELER_NORMAL_UNIT, g, tangent, bitangent);
     float size = dot(tangent, tangent);
     if (!(size > 0.0)) return vec4(0.0);
-    float side = gl_FrontFacing ? 1.0 : -1.0;  // the frame flips with the normal; surface directions do not
+    float side = gl_FrontFacing ? 1.0 : -1.0;  // undoes the flip of tangentFrame() on back faces
     return vec4(side * tangent * inversesqrt(size), side * sign(dot(cross(normal, side * tangent), bitangent)));
 }
 #endif

@@ -10,7 +10,7 @@ layout(std430, binding = PEELER_CLIP_DEPTHS) writeonly buffer ClipDepths { float
 void main() {
     uint entry = atomicAdd(list_heads[pixelIndex()], 1u);
 #ifndef COUNT
-    // GL clamps depths beyond the planes, but may do so after this shader; the sign encodes the facing.
+    // GL clamps depths beyond the near and far planes, but may do so after this shader. The sign encodes the facing.
     float depth = clamp(gl_FragCoord.z, 0.0, 1.0);
     if (entry < uint(argument.x)) clip_depths[entry] = gl_FrontFacing ? depth : -depth;
 #endif

@@ -8,7 +8,7 @@
 // gets an invalid value, and the pixel is peeled again by another method.
 #include "shade.glsl"
 
-layout(location = 0) uniform ivec4 pass;  // x: 1 for the first peeling pass
+layout(location = 0) uniform ivec4 pass;  // x: number of this peeling pass, from 1
 
 layout(binding = PEELER_PREVIOUS_DEPTH_UNIT) uniform sampler2D previous_range;
 #ifdef MAX_BLENDING

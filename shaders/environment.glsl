@@ -25,7 +25,7 @@ layout(binding = PEELER_IRRADIANCE_UNIT) uniform samplerCube environment_irradia
 
 /// Returns the radiance from `direction`, blurred by a lobe of this roughness.
 vec3 environmentRadiance(vec3 direction, float roughness) {
-    // core/shading/environment_maps.h, levelRoughness().
+    // The inverse of levelRoughness() in core/shading/environment_maps.h.
     float level = roughness * (1.4 - 0.4 * roughness) * float(textureQueryLevels(environment) - 1);
     return textureLod(environment, direction, level).rgb;
 }
@@ -33,8 +33,8 @@ vec3 environmentRadiance(vec3 direction, float roughness) {
 /// Returns irradiance / pi on a surface with this normal.
 vec3 environmentDiffuse(vec3 normal) { return textureLod(environment_irradiance, normal, 0.0).rgb; }
 
-/// Lookup parameters for the F0 and F90 terms: position between the normal and the mirrored view, and the level's
-/// roughness divided by the surface's (core/shading/environment_maps.h, lobeTable()).
+/// Lookup parameters for the F0 and F90 terms: position between the normal and the mirrored view, and the roughness of
+/// the level divided by that of the surface (lobeTable() in core/shading/albedo_table.h).
 layout(binding = PEELER_LOBE_UNIT) uniform sampler2D lobe_table;
 
 vec4 tabledLobe(float n_dot_v, float roughness) {

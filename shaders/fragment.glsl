@@ -9,7 +9,7 @@ layout(binding = PEELER_OPAQUE_DEPTH_UNIT) uniform sampler2D opaque_depth;
 layout(binding = PEELER_OPAQUE_PRIMITIVE_UNIT) uniform usampler2D opaque_primitive;
 #endif
 #ifdef IN_FRONT
-// Tested before anything is stored. No depth is written, so fragments discarded later have no effect.
+// Runs the depth test before anything is stored. It writes no depth, so fragments discarded later have no effect.
 layout(early_fragment_tests) in;
 layout(binding = PEELER_OPAQUE_FRAGMENT_UNIT) uniform usampler2D opaque_fragment;  // see opaque.frag
 #endif
@@ -46,7 +46,7 @@ layout(std430, binding = PEELER_CLIP_FIRST) readonly buffer ClipFirst { uint cli
 layout(std430, binding = PEELER_CLIP_DEPTHS) readonly buffer ClipDepths { float clip_depths[]; };
 
 /// Whether the boundary encloses this depth: behind a point inside a closed mesh there are more back faces than front
-/// faces. Tests behind, since surfaces before the near plane may be clipped. The boundary itself is inside.
+/// faces. Counts the faces behind, since those before the near plane may be clipped. The boundary itself is inside.
 bool insideMesh(float depth) {
     // GPUs also run the shader for helper pixels beside those drawn. Beyond the band, the loop bounds would be
     // arbitrary, and an H100 is reset then.
@@ -79,8 +79,8 @@ bool isKept(float depth) {
 }
 #endif
 
-/// Tests near and far plane, the clip volume (CLIPPED) and, with BOUNDED, the nearest opaque fragment, which itself
-/// passes.
+/// Whether a fragment is accepted: in front of the far plane, inside the clip volume (CLIPPED), and not behind the
+/// nearest opaque fragment (BOUNDED), which is itself accepted.
 bool inRange(Key key) {
     if (!(key.depth > 0.0)) return false;  // the far plane is exclusive
 #ifdef CLIPPED
@@ -92,7 +92,8 @@ bool inRange(Key key) {
     if (precedes(nearest_opaque, key)) return false;
 #endif
 #ifdef IN_FRONT
-    // Opaque and transparent fragments at the same depth are ordered by draw: a draw has one material.
+    // The first keys of draws are enough to order opaque and transparent fragments at the same depth, because a draw
+    // has one material.
     uvec4 opaque = texelFetch(opaque_fragment, ivec2(gl_FragCoord.xy), 0);
     if (precedes(Key(uintBitsToFloat(opaque.r), opaque.g), Key(key.depth, first_key))) return false;
 #endif

@@ -113,22 +113,22 @@ struct FrameRecord {
     mat4 world_from_view;  // rotation only
     ivec4 tile;            // x0, y0 of the tile in the picture, its width and height; y down
     ivec4 band;            // x0, y0 of the band in the picture, its width and height; y down
-    uvec4 limits;          // x: number of nearest layers that a composite shows in order; w: 0, unknown to compilers
-    mat4 view_from_ndc;    // of the tile; homogeneous
+    uvec4 limits;          // x: number of nearest layers that a composite orders; w: 0, unknown to compilers
+    mat4 view_from_ndc;    // from NDC of the tile to homogeneous view space
     ivec4 clip;            // x: half-spaces, y: 1 = the inside is kept, z: 1 = there is a clip mesh
     vec4 half_spaces[PEELER_MAX_HALF_SPACES];  // view space: dot(xyz, p) >= w is inside
 };
 
-/// Transforms of a primitive at one place.
+/// Transforms of one instance of a primitive.
 struct Placement {
     mat4 clip_from_model;
     mat4 view_from_model;
     mat4 normal_from_model;  // inverse transpose of view_from_model's linear part
 };
 
-/// One primitive of a mesh, drawn at one or more places.
+/// One primitive of a mesh, in one or more instances.
 struct DrawRecord {
-    Placement placement;  // of a single instance
+    Placement placement;  // if there is only one instance
     uvec4 ids;  // x: key of its first primitive, y: key stride between instances, z: bits above,
                 // w: index of the first instance among all
 };
@@ -149,15 +149,15 @@ struct MaterialRecord {
 };
 
 struct LightCount {
-    uvec4 lights;  // x
+    uvec4 lights;  // x: their number
 };
 
 /// One light (std430), in view space.
 struct LightRecord {
-    vec4 position;  // w = 1; directional: w = 0, unit, toward the light
+    vec4 position;  // w = 1; if directional, the unit vector toward the light, w = 0
     vec4 axis;      // unit, opposite to the light's direction; w: 1 / range, 0 = infinite
-    vec4 color;     // times intensity: lux if directional, else candela
-    vec4 cone;      // x: scale, y: offset of the cosine with the axis
+    vec4 color;     // colour times intensity (lux if directional, else candela)
+    vec4 cone;      // x: scale, y: offset, applied to the cosine with the axis
     // To the light's shadow map: x and y from -1 to 1, y up (perspective: times z), z is depth along the light's axis.
     mat4 map_from_view;
     vec4 map;  // x: layer of the map, -1 = none; y: 1 = perspective

@@ -24,10 +24,10 @@ vec3 filmSensitivity(float path_difference, vec3 shift) {
     return kRec709FromXyz * xyz;
 }
 
-/// Returns the reflectance in air of a film of this index and thickness (nm) on a base of reflectance f0, seen at
-/// `cosine`.
+/// Returns the reflectance, in air, of a film with refractive index `film_ior` and this thickness (nm) on a base of
+/// reflectance `f0`, seen at the angle whose cosine is `cosine`.
 vec3 filmReflectance(float film_ior, float cosine, float thickness, vec3 f0) {
-    // A film much thinner than the wavelengths of light disappears.
+    // A film much thinner than the wavelengths of light has no effect.
     float ior = mix(1.0, film_ior, smoothstep(0.0, 0.03, thickness));
     float sine2 = (1.0 - cosine * cosine) / (ior * ior);
     if (sine2 > 1.0) return vec3(1.0);  // total reflection

@@ -18,7 +18,7 @@
 
 const vec3 kKeyDirection = PEELER_KEY_DIRECTION;
 const vec3 kKeyRadiance = vec3(2.15, 2.05, 1.90);  // irradiance at normal incidence
-const float kFill = 0.1;  // the built-in environment's share beside punctual lights
+const float kFill = 0.1;  // factor of the built-in environment if there are punctual lights
 #include "environment.glsl"
 #include "reflector.glsl"
 
@@ -61,8 +61,8 @@ vec3 litColor(vec3 base, float passing, Gradients g) {
 #endif
     }
 #elif !defined(ENVIRONMENT)
-    // As in the loop: with the cosine in between, compilers cannot fold constants of key and lobes, and fully lit
-    // pixels are bit-identical with and without shadows.
+    // Multiplied in the same order as in the loop: with the cosine in between, compilers cannot fold the constants of
+    // the key light and the lobes, so fully lit pixels are bit-identical with and without shadows.
     vec3 key = kKeyRadiance;
 #ifdef SHADOWED
     if (isLit(s, kKeyDirection)) key *= visibility(lights[0], surface.position);

@@ -4,7 +4,7 @@
 
 const float kPi = 3.14159265358979;
 
-/// (1 - cosine)^5
+/// Returns (1 - cosine)^5, the factor in Schlick's Fresnel term.
 float grazing(float cosine) {
     float x = 1.0 - cosine, x2 = x * x;
     return x2 * x2 * x;
@@ -36,8 +36,8 @@ float anisotropicGgx(vec2 alpha, vec3 l, vec3 v, vec3 h) {
 #endif
 
 #ifdef SHEEN
-// Estevez & Kulla, "Production Friendly Microfacet Sheen BRDF", 2017, with the fit of their shadowing terms.
-// core/shading/albedo_table.cpp integrates the same.
+// Sheen by Estevez & Kulla, "Production Friendly Microfacet Sheen BRDF", 2017, with the fit of their shadowing terms.
+// core/shading/albedo_table.cpp integrates the same functions.
 float sheenLambdaFit(float x, float alpha) {
     float t = (1.0 - alpha) * (1.0 - alpha);
     float a = mix(21.5473, 25.3245, t), b = mix(3.82987, 3.32435, t), c = mix(0.19823, 0.16801, t);

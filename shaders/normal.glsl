@@ -19,15 +19,15 @@ vec3 geometricNormal(Gradients g) {
 }
 
 #if defined(TEXTURED) || defined(ANISOTROPY) || defined(CHANNEL_TANGENT)
-/// Returns the directions of U and (up the image) V about `normal`; 0 if texture coordinates do not define them.
-/// `unit`: the texture whose coordinates, transformed by KHR_texture_transform, count if the mesh has no tangents: glTF
-/// 2.0 §3.7.2.1 wants "the texture coordinates associated with the normal texture". A mesh's own tangents are used
-/// unchanged; no specification transforms them. Khronos' sample renderer (getNormalInfo) and three.js (getTangentFrame)
-/// do the same in both cases.
+/// Returns the directions of U and (up the image) V about `normal`; 0 if texture coordinates do not define them. `unit`
+/// is the texture whose coordinates, after KHR_texture_transform, define the directions if the mesh has no tangents,
+/// since glTF 2.0 §3.7.2.1 wants "the texture coordinates associated with the normal texture". A mesh's own tangents
+/// are used unchanged; no specification transforms them. Khronos' sample renderer (getNormalInfo) and three.js
+/// (getTangentFrame) do the same in both cases.
 void tangentFrame(vec3 normal, int unit, Gradients g, out vec3 tangent, out vec3 bitangent) {
     float side = gl_FrontFacing ? 1.0 : -1.0;
     if ((DRAW_FLAGS & PEELER_HAS_TANGENTS) != 0u) {
-        float size = dot(surface.tangent.xyz, surface.tangent.xyz);  // the node may scale it
+        float size = dot(surface.tangent.xyz, surface.tangent.xyz);  // the node may scale the tangent
         tangent = surface.tangent.xyz * (size > 0.0 ? side * inversesqrt(size) : 0.0);
         bitangent = side * cross(normal, tangent) * surface.tangent.w;
         return;
@@ -71,7 +71,7 @@ vec3 shadingNormal(Gradients g) {
 }
 
 #ifdef CLEARCOAT
-/// Returns the varnish's normal, which does not follow the normal map below it.
+/// Returns the clearcoat's normal, which ignores the normal map of the surface below.
 vec3 clearcoatNormal(Gradients g) {
     vec3 normal = geometricNormal(g);
 #ifdef TEXTURED

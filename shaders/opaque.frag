@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The nearest opaque fragment (OPAQUE and MASK, not transmissive) with its colour. The depth test finds it, so
-// fragments behind those already drawn are not shaded; among equal depths it keeps the first drawn, which has the first
-// key.
+// The nearest opaque fragment (OPAQUE and MASK, not transmissive) with its colour. The depth test selects it, so
+// fragments behind those already drawn are not shaded. Among equal depths, the test keeps the first drawn, which has
+// the first key.
 #include "shade.glsl"
 
-// Its depth, as bits; the key of the first primitive of its draw; its colour, if stored as halfs.
+// x: the depth, as bits; y: the key of the first primitive of the draw; zw: the colour, if stored as halfs.
 layout(location = 0) out uvec4 fragment;
 #ifdef COLOR_FLOAT
 layout(location = 1) out uvec4 color;

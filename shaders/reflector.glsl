@@ -29,7 +29,8 @@ layout(binding = PEELER_IRIDESCENCE_THICKNESS_UNIT) uniform sampler2D iridescenc
 #endif
 #endif
 
-// A mirror would need an infinitely small lamp, and very thin fibres an infinite sum.
+// Lower limits of alpha. At 0, a mirror would show lights only in infinitely small highlights, and the sheen's
+// exponents would be infinite.
 const float kLeastAlpha = 0.002, kLeastSheenAlpha = 0.005;
 
 // A blend of a dielectric (metallic 0: diffuse light below a specular layer with f0 and f90) and a metal (metallic 1:
@@ -55,8 +56,8 @@ struct Reflector {
 
 float largest(vec3 v) { return max(max(v.r, v.g), v.b); }
 
-/// Returns the fraction of diffuse light below a layer that reflects `reflected`. A tinted layer must not tint the
-/// light it transmits.
+/// Returns the fraction of light that reaches the diffuse surface below a layer that reflects `reflected`. A layer with
+/// a tinted reflection must not tint the light it transmits.
 vec3 beneath(vec3 reflected) {
 #ifdef SPECULAR
     return vec3(1.0 - largest(reflected));
@@ -94,7 +95,8 @@ void setAnisotropy(inout Reflector s, Gradients g) {
 #endif
 
 #ifdef IRIDESCENCE
-/// Returns the F0 with which Schlick's term gives the film's reflectance of `f0` at the view angle.
+/// Returns the F0 for which Schlick's term gives the reflectance, at the view angle, of a film on a base of reflectance
+/// `f0`.
 vec3 filmed(vec3 f0, float film, float thickness, float n_dot_v) {
     vec3 seen = filmReflectance(material.iridescence.y, n_dot_v, thickness, f0);
     float x = min(grazing(n_dot_v), 0.9999);
@@ -128,7 +130,8 @@ Reflector reflectorOf(vec3 base, Gradients g) {
     s.diffuse = base * (1.0 - largest(s.f0));
 #else
     s.metallic = rough_metal.y;
-    // 0.04, but a constant would be folded with others and round differently from a texture's value.
+    // Always 0.04, but written so that compilers cannot fold it with other constants, which would round differently
+    // from a texture's value.
     s.f0 = vec3(min(material.transmission.w, 0.04));
 #ifdef SPECULAR
     float share = material.specular.a * TEXEL(specular_texture, PEELER_SPECULAR_UNIT).a;
@@ -212,7 +215,7 @@ float coatReflectance(Reflector s, vec3 l) {
 #endif
 
 #ifdef ENVIRONMENT
-/// Returns the prefiltered radiance for one term of a lobe; `part` is its half of tabledLobe().
+/// Returns the prefiltered radiance for one term of a lobe; `part` is the half of tabledLobe() for that term.
 vec3 radianceAlong(vec3 n, vec3 mirrored, float roughness, vec2 part) {
     return environmentRadiance(mix(n, mirrored, part.x), min(roughness * part.y, 1.0));
 }
@@ -234,11 +237,11 @@ Reflected reflected(vec3 f0, float f90, vec2 scale_bias) {
 
 #ifdef ANISOTROPY
 /// Returns the radiance reflected by anisotropic microfacets. Samples normals along the tangent by their distribution
-/// and visibility from `v`. Each sees a round lobe that is as wide as the microfacets are across the tangent, and
-/// reaches to the next sample.
+/// and visibility from `v`. Each sample looks up a round lobe, as wide as that of the microfacets across the tangent,
+/// but at least wide enough to reach the next sample.
 vec3 stretchedRadiance(Reflector s) {
     const int kNormals = 12;
-    const float kReach = 0.6;  // width of a lobe, in gaps; the least that leaves no stripes
+    const float kReach = 0.6;  // width of a lobe, in gaps between samples; the least that leaves no stripes
     float along = mix(s.alpha, 1.0, s.strength * s.strength);
     vec3 sum = vec3(0.0);
     float weights = 0.0;
@@ -253,7 +256,7 @@ vec3 stretchedRadiance(Reflector s) {
         float weight = v_dot_h / dot(s.n, h) * 2.0 * n_dot_l / (n_dot_l + sqrt(n_dot_l * n_dot_l + across * across));
         float gap = 2.0 / float(kNormals) * along * inversesqrt(rest) / (rest + along * along * u * u);
         float roughness = sqrt(clamp(kReach * gap, s.alpha, 1.0));
-        // Rough lobes see more of the light above the surface. The power is the best fit of integrals.
+        // Rough lobes see more of the light above the surface. The power is the best fit to numerical integrals.
         sum += weight * environmentRadiance(mix(l, s.n, roughness * roughness * roughness), roughness);
         weights += weight;
     }
@@ -262,12 +265,13 @@ vec3 stretchedRadiance(Reflector s) {
 #endif
 
 #ifdef SHEEN
-/// Returns the radiance seen by fibres, divided by their albedo: the lobe's mean over directions where it is not much
-/// below its maximum, each as wide as its cell (Krivanek & Colbert, "Real-time Shading with Filtered Importance
-/// Sampling", 2008). Cells lie in rings around the normal, symmetric about the plane of the view, evenly in azimuth.
+/// Returns the radiance reflected by fibres, divided by their albedo: the mean over directions, weighted by the lobe,
+/// where the lobe is not much below its maximum; each lookup is as wide as its cell (Krivanek & Colbert, "Real-time
+/// Shading with Filtered Importance Sampling", 2008). Cells lie in rings around the normal, symmetric about the plane
+/// of the view, evenly in azimuth.
 vec3 fibresRadiance(Reflector s) {
     const int kRings = 3, kMost = 9;  // one cell fewer in each ring nearer to the normal
-    const float kLeast = 0.16;        // threshold relative to the lobe's maximum, in its plane and in a ring
+    const float kLeast = 0.16;        // threshold relative to the maximum, in the plane of the view and in a ring
     const float kReach = 0.3;         // alpha of a GGX lobe as wide as a cell, divided by the square root of its solid angle
     float alpha = max(s.sheen_roughness * s.sheen_roughness, kLeastSheenAlpha);
     float v_sine = sqrt(1.0 - s.n_dot_v * s.n_dot_v);
@@ -284,13 +288,13 @@ vec3 fibresRadiance(Reflector s) {
     vec3 sum = vec3(0.0);
     float weights = 0.0;
     for (int ring = 0; ring < kRings; ++ring) {
-        // Closer together near the horizon.
+        // Rings are closer together near the horizon.
         vec3 edges = pow((vec3(0.0, 0.5, 1.0) + float(ring)) / float(kRings), vec3(1.3));
         float n_dot_l = top * edges.y, sine = sqrt(1.0 - n_dot_l * n_dot_l);
         float cosines = n_dot_l * s.n_dot_v, sines = max(sine * v_sine, 1e-6);
         float across = (n_dot_l + s.n_dot_v) * (n_dot_l + s.n_dot_v);
-        // The azimuth where the ring's lobe falls to the threshold: from cos² = across / (2 + 2 l.v), and the sine's
-        // power.
+        // The azimuth at which the lobe falls to the threshold in this ring. It follows from the half vector's cos² =
+        // across / (2 + 2 l.v) and from the lobe being a power of the sine.
         float greatest = 1.0 - across / (2.0 + 2.0 * (cosines + sines));
         float widest = acos(clamp((across / (1.0 - greatest * root * root) - 2.0 - 2.0 * cosines) / (2.0 * sines),
                                   -1.0, 1.0));
@@ -316,12 +320,12 @@ vec3 fibresRadiance(Reflector s) {
 }
 #endif
 
-/// Returns the surface's reflection of the environment, without the varnish's share. `occlusion`: the fraction of that
-/// light that arrives.
+/// Returns the surface's reflection of the environment, without the varnish's share. `occlusion`: the fraction of the
+/// environment's light that arrives.
 vec3 reflectedEnvironment(Reflector s, float occlusion) {
     vec2 scale_bias = environmentBrdf(s.roughness, s.n_dot_v);
 #ifdef ANISOTROPY
-    // The mean of both roughnesses' values.
+    // Uses the mean of the values for both roughnesses.
     float along = mix(s.alpha, 1.0, s.strength * s.strength);
     scale_bias = 0.5 * (scale_bias + environmentBrdf(sqrt(along), s.n_dot_v));
 #endif
@@ -355,7 +359,7 @@ vec3 coatEnvironment(Reflector s) {
 #endif
 
 #else
-/// Does the same for the built-in light.
+/// Returns the same for the built-in environment.
 vec3 reflectedEnvironment(Reflector s, float occlusion) {
     vec2 scale_bias = environmentBrdf(s.roughness, s.n_dot_v);
     vec3 bent = s.n;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Resets incomplete pixels to be peeled again; leaves the others unchanged. KEY: writes the key before the first layer.
-// Otherwise: clears the composite.
+// Resets incomplete pixels, so that they can be peeled again. With KEY, sets their key to before the first layer;
+// otherwise clears their composite.
 #include "fragment.glsl"
 
 layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]; };

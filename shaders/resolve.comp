@@ -17,7 +17,8 @@ layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]
 layout(std430, binding = PEELER_COLORS) writeonly buffer Colors { vec4 colors[]; };
 
 #ifdef TINTED
-// Per channel, for unordered methods only: with coloured opacity, layers are composited on the CPU.
+// Opacity per channel, for unordered methods only: with ordered methods, layers of coloured opacity are composited on
+// the CPU.
 layout(binding = PEELER_BACK_OPACITY_UNIT) uniform sampler2D back_opacity;
 layout(binding = PEELER_TAIL_OPACITY_UNIT) uniform sampler2D tail_opacity;
 
@@ -41,9 +42,9 @@ void writeTinted(uint pixel, ivec2 at, vec4 back, vec4 tail, float n) {
 
 vec4 over(vec4 a, vec4 b) { return a + (1.0 - a.a) * b; }
 
-/// Returns the weighted average (Bavoil & Myers 2008, section 4): n fragments, each with the average colour and opacity.
+/// Returns the weighted average (Bavoil & Myers 2008, section 4): n fragments of average colour and opacity.
 vec4 average(vec4 sum, float n) {
-    if (sum.a <= 0.0) return vec4(sum.rgb, 0.0);  // reflections on glass
+    if (sum.a <= 0.0) return vec4(sum.rgb, 0.0);  // no opacity, only reflections on glass
     float covered = 1.0 - pow(max(0.0, 1.0 - sum.a / n), n);
     return vec4(sum.rgb / sum.a * covered, covered);
 }

@@ -8,15 +8,15 @@ layout(std140, binding = PEELER_DRAW_BLOCK) uniform DrawBlock { DrawRecord draw;
 layout(std430, binding = PEELER_INSTANCES) readonly buffer Instances { Placement instances[]; };
 #endif
 
-// Values constant over a draw are passed as flat varyings: a fragment shader of llvmpipe reads one with an instruction,
-// and a uniform with about twenty.
-layout(location = PEELER_FIRST_KEY) flat out uint first_key;  // of the primitives of the instance
+// Values constant over a draw are passed as flat varyings: llvmpipe's fragment shaders read a flat varying with one
+// instruction, and a uniform with about twenty.
+layout(location = PEELER_FIRST_KEY) flat out uint first_key;  // key of the instance's first primitive
 
 layout(location = PEELER_POSITION) in vec3 position;
 invariant gl_Position;
 
 #ifdef SLOPES
-// Unlike gl_FragCoord.z, not clamped beyond the triangle.
+// Unlike gl_FragCoord.z, not clamped beyond the triangle, where derivatives may take it.
 layout(location = PEELER_CLIP_DEPTH) noperspective out float clip_depth;
 #endif
 
@@ -64,7 +64,7 @@ void main() {
 #ifdef VARYINGS
     surface.position = (placement.view_from_model * vec4(position, 1.0)).xyz;
     surface.normal = mat3(placement.normal_from_model) * normal;
-    // A cross product does not flip with a reflection; the bitangent computed from it must.
+    // A mirrored mesh mirrors the bitangent, but not the cross product from which it is computed.
     float handedness = (draw.ids.z & PEELER_MIRRORED) != 0u ? -tangent.w : tangent.w;
     surface.tangent = vec4(mat3(placement.view_from_model) * tangent.xyz, handedness);
     surface.texcoords = vec4(texcoord0, texcoord1);

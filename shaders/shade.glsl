@@ -16,7 +16,7 @@ PACKED_COLOR rounded(vec4 color) { return packColor(color) | PACKED_COLOR(frame.
 StoredColor fragmentColor(vec4 base, Gradients g) {
     vec3 rgb = base.rgb;
     float alpha = coverage(base.a);
-    float passing = 0.0;  // fraction of light that is transmitted instead of diffused
+    float passing = 0.0;  // fraction of light that is transmitted instead of reflected diffusely
     vec3 opacity = vec3(alpha);
 #ifdef TRANSMISSION
     if (isTintedGlass()) {
@@ -33,8 +33,8 @@ StoredColor fragmentColor(vec4 base, Gradients g) {
                (DRAW_FLAGS & (PEELER_HAS_NORMALS | PEELER_IS_TRIANGLES)) != 0u;
     if (lit) rgb = litColor(base.rgb, passing, g);
 #endif
-    // Limits colours to the range of a half for any vertex colours; no NaN (from a degenerate facet), which would spoil the
-    // composite; and not negative, which interpolation at a snapped vertex can give.
+    // Limits colours to the range of a half, because vertex colours may be of any size, and interpolation at a snapped
+    // vertex can give negative ones. Replaces NaN (from a degenerate facet), which would spoil the composite.
     rgb = clamp(rgb * alpha, vec3(0.0), vec3(65504.0));
     rgb = mix(rgb, vec3(0.0), isnan(rgb));
     StoredColor stored;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Midpoint shadow maps (Woo 1992): the fraction of a light that arrives.
+// Midpoint shadow maps (Woo 1992): the fraction of a light that arrives at a point.
 
 layout(binding = PEELER_SHADOW_UNIT) uniform sampler2DArray shadow_maps;
 
@@ -10,8 +10,8 @@ float litAt(ivec3 texel, float depth) {
     return depth > texelFetch(shadow_maps, texel, 0).r ? 0.0 : 1.0;
 }
 
-/// Returns the comparisons with the four nearest texels, interpolated; exactly 1 if all are 1. `position` is in view
-/// space.
+/// Returns the share of light that arrives: the depth tests against the four nearest texels, interpolated; exactly 1 if
+/// all pass. `position` is in view space.
 float visibility(LightRecord light, vec3 position) {
     if (light.map.x < 0.0) return 1.0;
     // precise, so that every pass compares the same depth.

@@ -37,8 +37,8 @@ Gradients surfaceGradients() {
                      dFdy(surface.position));
 }
 
-// Draw and material flags are compiled into the variant instead of read from the records: llvmpipe runs both sides of a
-// branch.
+// Draw and material flags are compiled into the variant instead of read from the records, because llvmpipe runs both
+// sides of a branch.
 bool hasTexture(int unit) {
     return (MATERIAL_FLAGS & (PEELER_FIRST_TEXTURE_BIT << uint(unit))) != 0u;
 }
@@ -72,7 +72,8 @@ vec4 sampled(sampler2D map, int unit, Gradients g) {
 }
 #endif
 
-/// Returns the base colour with straight alpha. OPAQUE and MASK materials have alpha 1 (after the test).
+/// Returns the base colour with straight alpha. The alpha of OPAQUE and MASK materials is only for the alpha test;
+/// coverage() is 1 for them.
 vec4 baseColor(Gradients g) {
     precise vec4 color = material_color;
 #ifdef TEXTURED
@@ -103,7 +104,7 @@ bool passesAlphaTest(float alpha) {
     return true;
 }
 
-/// Returns alpha for compositing.
+/// Returns the alpha for compositing: 1 for OPAQUE and MASK materials.
 float coverage(float alpha) {
     return (MATERIAL_FLAGS & PEELER_ALPHA_BLEND) != 0u ? clamp(alpha, 0.0, 1.0) : 1.0;
 }

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light transmitted by a surface (KHR_materials_transmission, KHR_materials_volume), in a form that a layer can hold.
 //
-// The transmitted light is the transmission times the tint: the base colour, times the volume's transmittance for white
-// light. With TINTED a layer has an opacity per channel, 1 minus the transmitted fraction, so coloured glass filters
-// the light from behind; transmitted light is not diffused, even if it is absorbed.
+// The transmitted light is the transmission times the tint, which is the base colour times the volume's transmittance
+// for white light. With TINTED a layer has an opacity per channel, 1 minus the transmitted fraction, so coloured glass
+// filters the light from behind. The transmitted share of light is not reflected diffusely, even if the glass absorbs
+// it.
 //
-// With a single alpha a layer cannot filter per channel, and grey glass need not. The transmitted fraction is the
-// transmission times the mean tint; it is subtracted from alpha and from the diffuse light. So white glass of
-// transmission 1 has alpha 0, and coloured glass veils the surfaces behind it with its colour.
+// Without TINTED, or for grey glass, a layer has a single alpha and does not filter per channel. The transmitted
+// fraction is then the transmission times the mean tint, and is subtracted from alpha and from the diffuse light. So
+// white glass of transmission 1 has alpha 0, and coloured glass veils the surfaces behind it with its colour.
 //
 // Reflections stay at full strength. There is no refraction.
 #include "surface.glsl"

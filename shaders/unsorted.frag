@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fragments in draw order, for plain blending. TINTED takes two passes, since dual-source blending allows only one
-// target: colours, blended by the opacity per channel; and opacities (OPACITY).
+// Fragments in draw order, for plain blending. TINTED takes two passes, one for colours, blended by the opacity per
+// channel, and one for opacities (OPACITY): dual-source blending allows only one target.
 #include "shade.glsl"
 
 layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]; };
-layout(std430, binding = PEELER_DEPTHS) buffer Depths { uint depth_bits[]; };  // they sort like the floats
+layout(std430, binding = PEELER_DEPTHS) buffer Depths { uint depth_bits[]; };  // positive floats sort like their bits
 
 #ifdef OPACITY
 layout(location = 0) out vec4 opacity;

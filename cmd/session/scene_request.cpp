@@ -163,7 +163,7 @@ Scene loadScene(const SceneRequest& request) {
     if (!hasEnvironment(appearance)) return scene;
     ReadWarnings warnings(reading.strict, appearance.environment->string());
     scene.environment = environmentNamed(appearance.environment->string(), warnings);
-    for (std::string& sentence : warnings.take())
+    for (Text& sentence : warnings.take())
         scene.warnings.push_back(std::move(sentence));
     scene.environment->rotation = turn(appearance) * std::numbers::pi / 180;
     if (request.shadows && scene.lights.empty()) {

@@ -16,12 +16,12 @@ namespace {
 using Corners3 = std::array<glm::dvec3, 3>;
 using Distances = std::array<double, 3>;
 
-/// Returns the unit normal, or 0.
+/// Returns the unit normal; 0 for a degenerate triangle.
 glm::dvec3 unitNormal(const Corners3& t) {
     return unitOrZero(glm::cross(t[1] - t[0], t[2] - t[0]));
 }
 
-/// Returns the signed distances of the corners from a plane; 0 within `near`.
+/// Returns the signed distances of the corners from a plane; distances up to `near` become 0.
 Distances distancesFrom(const glm::dvec3& point, const glm::dvec3& normal, const Corners3& t,
                         double near) {
     Distances d{};
@@ -49,8 +49,8 @@ struct Interval {
     }
 };
 
-/// Returns the interval that a triangle cuts out of a line. The line lies in a plane; `d` are the
-/// corners' distances from it.
+/// Returns the interval, measured along `along`, in which a triangle meets a plane; `d` are the
+/// corners' distances from that plane.
 Interval cut(const Corners3& t, const Distances& d, const glm::dvec3& along) {
     Interval interval;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -85,7 +85,8 @@ Meeting planarMeeting(const Corners3& a, const Corners3& b, int shared, double n
     const double gap = planarGap(a, b, na);
     if (gap > near) return Meeting::kApart;
     if (gap >= -near) return shared > 0 ? Meeting::kApart : Meeting::kTouch;
-    // Faces of two bodies in contact only touch; folded faces overlap.
+    // Faces that look in opposite directions are the contact of two bodies, unless they share a
+    // corner: then the surface is folded onto itself.
     if (glm::dot(na, nb) < 0 && shared == 0) return Meeting::kTouch;
     return Meeting::kCross;
 }
@@ -101,7 +102,8 @@ Meeting meetingOf(const Corners3& a, const Corners3& b, int shared, double near)
     if (allOnOneSide(da)) return Meeting::kApart;
     const bool flat = db == Distances{} || da == Distances{};
     if (flat) {
-        // A sliver can lie in the plane of any neighbour.
+        // Only one triangle lies in the other's plane, so one of them is a sliver, whose own plane
+        // is arbitrary. That does not count as crossing.
         if (db != Distances{} || da != Distances{})
             return shared > 0 ? Meeting::kApart : Meeting::kTouch;
         return planarMeeting(a, b, shared, near);
@@ -120,7 +122,8 @@ namespace {
 using CrossingPair = std::pair<std::uint32_t, std::uint32_t>;
 
 constexpr std::size_t kCrossedAtOnce = 64;
-/// A step is one triangle comparison; a stored pair counts as several.
+/// Limits of findCrossings(), in steps. A step is one triangle comparison; storing a pair counts as
+/// several.
 constexpr std::uint64_t kCrossingSteps = 20'000'000, kCrossingStepsPerTriangle = 100,
                         kCrossingStepsPerPair = 10;
 constexpr std::uint64_t kFirstCrossingSteps = 1'000'000;
@@ -140,7 +143,7 @@ std::uint64_t visitMeetings(const TriangleTree& tree, double near, std::uint32_t
                    const Corners3 others = mesh.corners(s);
                    if (!overlap(box, boundsOf(others))) return;
                    const int shared = mesh.sharedCorners(triangle, s);
-                   if (shared == 3) return;  // reported as crowded edges
+                   if (shared == 3) return;  // a duplicate, reported as crowded edges
                    ++compared;
                    const Meeting meeting = meetingOf(corners, others, shared, near);
                    if (meeting != Meeting::kApart) visit(s, meeting);
@@ -175,7 +178,8 @@ Crossings findCrossings(const TriangleTree& tree, const Progress& progress) {
             find(t, shares[i], limit);
     });
     if (found.more) {
-        // The pairs found by the threads depend on their order.
+        // Which pairs were found before the limit depends on thread timing, so find the first ones
+        // on one thread.
         StepLimit first(kFirstCrossingSteps);
         for (std::size_t t = 0; t < count && !first.exceeded(); ++t)
             find(t, found.pairs, first);

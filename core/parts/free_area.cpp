@@ -12,7 +12,7 @@ namespace {
 using Polygon = std::vector<glm::dvec2>;
 
 constexpr double kFarAway = std::numeric_limits<double>::infinity();
-constexpr double kLineSlack = 1e-12;  // rounding, relative to a triangle
+constexpr double kLineSlack = 1e-12;  // tolerance for rounding, relative to a triangle's size
 constexpr std::size_t kFewLines = 16;
 constexpr int kMostHalvings = 64;
 
@@ -36,7 +36,8 @@ std::pair<glm::dvec2, glm::dvec2> boxOf(const Polygon& polygon) {
     return {least, most};
 }
 
-/// Returns the part of a polygon on one side (-1: below, 1: above) of a coordinate value.
+/// Returns the part of a polygon whose coordinate along `axis` is below (side -1) or above (side 1)
+/// `value`.
 Polygon halfOf(const Polygon& polygon, int axis, double value, double side) {
     Polygon half;
     for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -48,7 +49,8 @@ Polygon halfOf(const Polygon& polygon, int axis, double value, double side) {
     return half;
 }
 
-/// Whether a line has a point inside a convex polygon by more than `slack`.
+/// Whether segment pq passes through a convex polygon; passing less than `slack` inside a side does
+/// not count.
 bool goesThrough(const glm::dvec2& p, const glm::dvec2& q, const Polygon& polygon, double slack) {
     int left = 0, right = 0;
     for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -63,7 +65,8 @@ bool goesThrough(const glm::dvec2& p, const glm::dvec2& q, const Polygon& polygo
     return left > 0 && right > 0;
 }
 
-/// Returns the change of the winding number from a to b at a line.
+/// Returns the change of the winding number where the way from a to b crosses segment pq; 0 if it
+/// does not.
 int changeAt(const glm::dvec2& p, const glm::dvec2& q, const glm::dvec2& a, const glm::dvec2& b) {
     if ((cross(b - a, p - a) > 0) == (cross(b - a, q - a) > 0)) return 0;
     return (cross(q - p, b - p) > 0 ? 1 : 0) - (cross(q - p, a - p) > 0 ? 1 : 0);
@@ -88,7 +91,7 @@ double distanceTo(const glm::dvec2& p, const glm::dvec2& q, const glm::dvec2& at
     return glm::length(at - p - share * along);
 }
 
-/// Returns a point inside a polygon that avoids lines of symmetry.
+/// Returns a point inside a convex polygon, off its lines of symmetry.
 glm::dvec2 oddMiddle(const Polygon& polygon) {
     glm::dvec2 sum(0);
     double weights = 0;
@@ -142,8 +145,9 @@ void FreeArea::add(const std::array<glm::dvec3, 3>& other, bool before) {
         away += std::abs(d[i]) > near_ ? 1 : 0;
     }
     if (away == 0) {
-        // Of two triangles that face the same way, the first is in front. If two face each other,
-        // both are in front, as if there were a gap between their bodies.
+        // A convention for coplanar triangles: if two face the same way, the one with the lower
+        // index is in front. If they face opposite ways, each is in front of the other, as if there
+        // were a gap between their bodies.
         const glm::dvec3 facing = glm::cross(other[1] - other[0], other[2] - other[0]);
         if (glm::dot(facing, normal_) > 0 && !before) return;
         const std::array corners{flat(other[0]), flat(other[1]), flat(other[2])};
@@ -153,8 +157,9 @@ void FreeArea::add(const std::array<glm::dvec3, 3>& other, bool before) {
         return;
     }
     if (above == 0 || above == 3) return;
-    // Its intersection with the plane just in front: a corner within `near_` counts as below. Its
-    // body is on the left of the line from its descending side to its ascending one.
+    // The segment in which the other triangle meets the plane just in front; a corner within
+    // `near_` counts as below. It runs from the side that descends through the plane to the side
+    // that ascends, so that the other triangle's body is on its left.
     Line line{};
     for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t k = (i + 1) % 3;
@@ -167,7 +172,7 @@ void FreeArea::add(const std::array<glm::dvec3, 3>& other, bool before) {
     lines_.push_back(line);
 }
 
-/// Returns a place far from all lines.
+/// Returns a point of the triangle far from all lines, with its winding number.
 FreeArea::Place FreeArea::firstPlace() const {
     constexpr std::array<glm::dvec2, 7> kShares{{{1 / 3.0, 1 / 3.0},
                                                  {0.47, 0.22},
@@ -194,7 +199,8 @@ FreeArea::Place FreeArea::firstPlace() const {
     return place;
 }
 
-/// Moves to another place of the same cell; the line between the two must stay in the cell.
+/// Returns another point of the cell with its winding number. The segment from the known point must
+/// stay in the cell, so that it crosses no other lines than `lines`.
 FreeArea::Place FreeArea::moved(const Place& from, const glm::dvec2& at,
                                 const std::vector<Line>& lines) {
     Place to{at, from.winding};
@@ -220,7 +226,8 @@ double FreeArea::inCell(const Polygon& cell, const std::vector<Line>& lines, con
             for (const Line& line : lines)
                 if (goesThrough(line.p, line.q, halves[i], 0)) through[i].push_back(line);
         }
-        // Halving does not separate lines that lie on each other.
+        // Halving along this axis does not pay if most lines pass through both halves, as lines
+        // that lie on each other do.
         if (4 * (through[0].size() + through[1].size()) > 7 * lines.size()) continue;
         double area = 0;
         for (const std::size_t i : {0U, 1U})
@@ -264,7 +271,8 @@ double FreeArea::inTrapezoids(const Polygon& cell, const std::vector<Line>& line
     return area;
 }
 
-/// Returns the free length of a cell along an x without corners or crossings.
+/// Returns the free length of the section of a cell at this x, where there must be no corner or
+/// crossing.
 double FreeArea::freeLength(const Polygon& cell, const std::vector<Line>& lines, const Place& known,
                             double x) {
     double low = kFarAway, high = -kFarAway;

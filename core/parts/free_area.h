@@ -13,23 +13,26 @@
 
 namespace peeler {
 
-/// Finds free areas in the arrangement of the lines along which other triangles cross the plane of
-/// one. A ray gives the winding number in front of one point; on the way to any other point it
-/// changes by one at each line. A cell with a greater winding number than lines is covered. A cell
-/// with many lines is halved; a cell with few is cut into trapezoids at every corner and crossing,
-/// which is exact up to rounding.
+/// Finds the area of a triangle that is not covered by others. The other triangles cross its plane
+/// along lines. A ray gives the winding number in front of one point of the triangle; from there to
+/// any other point, the number changes by one at each line crossed. If the number at one point of a
+/// cell exceeds the number of lines through the cell, the whole cell is covered. Otherwise a cell
+/// with many lines is halved, and a cell with few is cut into trapezoids at every corner and
+/// crossing, which is exact up to rounding.
 class FreeArea {
   public:
-    /// Points within `near` (scene units) of a plane lie in it.
+    /// Points within `near` (scene units) of a plane count as lying in it.
     FreeArea(const TriangleTree& tree, double near, StepLimit& limit)
         : tree_(tree), near_(near), limit_(limit) {}
 
-    /// Returns scene units squared; meaningless once the limit is exceeded.
+    /// Returns the free area of a triangle, in square scene units; meaningless once the limit is
+    /// exceeded.
     double of(std::uint32_t triangle);
 
   private:
     using Polygon = std::vector<glm::dvec2>;  ///< convex
-    /// The winding number in front is greater by one on its left.
+    /// A segment along which another triangle crosses the plane. The winding number in front of the
+    /// plane is greater by one on the left of the segment.
     struct Line {
         glm::dvec2 p, q;
     };
@@ -59,9 +62,10 @@ class FreeArea {
     glm::dvec3 origin_{0}, normal_{0}, right_{0}, up_{0};
     Polygon own_;
     std::vector<Line> lines_;
-    /// Triangles in the plane of this one that count as in front of it, by convention.
+    /// Coplanar triangles that count as lying in front; add() chooses them by convention.
     std::vector<std::array<glm::dvec2, 3>> covers_;
-    /// Heights of the lines at one x, and the change of the winding number there, upwards.
+    /// Scratch of freeLength(): the heights at which lines cross a vertical, and the change of the
+    /// winding number at each, going up.
     std::vector<std::pair<double, int>> steps_;
 };
 

@@ -11,7 +11,8 @@
 namespace peeler {
 namespace {
 
-/// Welds equal places. Returns the index of each place's point, in order of appearance.
+/// Welds equal positions into points, numbered in order of appearance. Returns the point of each
+/// position, and appends the index of each point's first position to `firsts`.
 template <class T>
 std::vector<std::uint32_t> weldedPlaces(const std::vector<glm::vec<3, T>>& places,
                                         std::vector<std::uint32_t>& firsts) {
@@ -183,7 +184,8 @@ std::uint64_t groupsOf(const std::vector<PartEdge>& edges) {
     return groups;
 }
 
-/// Walks over the shells, and determines the triangles turned relative to the first of each.
+/// A walk across shared edges that finds the shells, and in each the triangles that face against
+/// its majority.
 class ShellWalk {
   public:
     ShellWalk(const PartMesh& mesh, PartTopology& topology,

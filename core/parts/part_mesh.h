@@ -37,11 +37,11 @@ struct PartMesh {
         const auto [a, b, c] = corners(triangle);
         return (a + b + c) / 3.0;
     }
-    /// Returns the number of common corners.
+    /// Returns the number of corners that two triangles share.
     int sharedCorners(std::size_t a, std::size_t b) const;
     /// Returns the box around all points; empty if there are no points.
     Bounds bounds() const;
-    /// Returns the length of that box's diagonal.
+    /// Returns the length of the diagonal of bounds().
     double size() const;
 };
 
@@ -63,25 +63,27 @@ struct PartEdge {
 
 /// A set of triangles connected by edges that exactly two of them share.
 struct PartShell {
-    std::uint32_t first = 0;  ///< the largest of its triangles
+    std::uint32_t first = 0;  ///< the shell's largest triangle
     std::uint64_t triangles = 0;
     std::uint64_t open_edges = 0;
     bool orientable = true;
     double area = 0;
-    /// Enclosed volume, with triangles turned like the majority; meaningless if the shell is open.
+    /// Signed volume, in cubic scene units, after flipping triangles that face against the
+    /// majority; positive if the majority faces outwards, meaningless if the shell is open.
     double volume = 0;
 };
 
 /// Topology of a mesh.
 struct PartTopology {
-    std::vector<PartEdge> open;     ///< with an odd number of triangles, mostly one
-    std::vector<PartEdge> crowded;  ///< with more than two triangles
+    std::vector<PartEdge> open;     ///< edges of an odd number of triangles, mostly one
+    std::vector<PartEdge> crowded;  ///< edges of more than two triangles
     std::uint64_t holes = 0;        ///< groups of open edges that share points
     /// Triangles that face opposite to the majority of their shell.
     std::vector<std::uint32_t> turned;
     std::vector<PartShell> shells;
     std::vector<std::uint32_t> shell_of;  ///< per triangle
-    /// Per triangle and side (from corner i to i + 1): the only triangle beyond it, or kNoTriangle.
+    /// Per triangle and side (from corner i to i + 1): the triangle across it, or kNoTriangle
+    /// unless there is exactly one.
     std::vector<std::array<std::uint32_t, 3>> beyond;
 
     bool closed() const { return open.empty(); }

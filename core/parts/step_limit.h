@@ -11,8 +11,8 @@
 
 namespace peeler {
 
-/// Counts the steps of several threads. The sum, and so every result, is independent of their
-/// order.
+/// A step counter shared by several threads. Its sum does not depend on their order, so results do
+/// not either.
 class StepLimit {
   public:
     explicit StepLimit(std::uint64_t most) : most_(most) {}

@@ -123,7 +123,7 @@ void TriangleTree::build(std::uint32_t node, std::uint32_t begin, std::uint32_t 
 
 int TriangleTree::windingInFront(const glm::dvec3& point, const glm::dvec3& normal,
                                  double near) const {
-    constexpr double kLeast = 0.15;  // grazing rays stay too close to the surface itself
+    constexpr double kLeast = 0.15;  // cosine; more grazing rays stay too close to the surface
     constexpr double kEnd = std::numeric_limits<double>::infinity();
     int winding = 0;
     for (const auto& [x, y, z] : kOddDirections) {

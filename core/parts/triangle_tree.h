@@ -28,18 +28,18 @@ Bounds boundsOf(const std::array<glm::dvec3, 3>& corners);
 struct LineHit {
     double t = 0;
     std::uint32_t triangle = 0;
-    bool leaves = false;   ///< through the front, from behind
-    bool on_edge = false;  ///< exactly through an edge: the neighbour is hit as well, or neither is
+    bool leaves = false;   ///< the line passes from the back of the triangle to its front
+    bool on_edge = false;  ///< exactly on an edge: the neighbour may be hit as well
 };
 
-/// A line with parameter t from its origin. Intersection is watertight: a line that passes near but
-/// not through a shared edge hits exactly one of the two triangles (Woop, Benthin and Wald 2013,
-/// "Watertight Ray/Triangle Intersection", section 3.2).
+/// A line, parametrised by t from its origin. Its intersection test is watertight: a line that
+/// passes near but not through a shared edge hits exactly one of the two triangles (Woop, Benthin
+/// and Wald 2013, "Watertight Ray/Triangle Intersection", section 3.2).
 class CheckedLine {
   public:
     CheckedLine(const glm::dvec3& origin, const glm::dvec3& direction);
 
-    /// Whether it meets the box within [from, to].
+    /// Whether the line meets the box at any t in [from, to].
     bool meets(const Bounds& box, double from, double to) const;
     std::optional<LineHit> meets(const std::array<glm::dvec3, 3>& corners) const;
 
@@ -81,15 +81,15 @@ class TriangleTree {
     const PartMesh& mesh() const { return mesh_; }
 
     /// Returns the winding number of the point just in front of a surface: the number of bodies
-    /// around it, each counted once per winding of its surface. Counts the surfaces that a ray to
-    /// `normal`'s side leaves, minus those it enters, except for triangles within `near` of the
-    /// point, which lie on the surface itself.
+    /// around it, each counted once per winding of its surface. Counts the surfaces that a ray
+    /// toward the side of `normal` leaves, minus those it enters. Ignores triangles within `near`
+    /// of the point, because they belong to the surface itself.
     int windingInFront(const glm::dvec3& point, const glm::dvec3& normal, double near) const;
 
   private:
     struct Node {
         Bounds box;
-        std::uint32_t first = 0;  ///< leaf: into order_; otherwise the first of two child nodes
+        std::uint32_t first = 0;  ///< leaf: index into order_; inner node: first of two children
         std::uint32_t count = 0;  ///< triangles of a leaf; 0 for inner nodes
     };
     void build(std::uint32_t node, std::uint32_t begin, std::uint32_t end,

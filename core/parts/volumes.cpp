@@ -53,7 +53,8 @@ std::vector<ShellSide> findSides(const TriangleTree& tree, const PartTopology& t
     parallelFor(sides.size(), [&](std::size_t i) {
         const PartShell& shell = topology.shells[i];
         if (shell.open_edges > 0 || !shell.orientable) return;
-        // A sheet has half of its area on each side.
+        // A flat shell has half of its area on each side, so the volume between touching sides is
+        // at most this.
         if (std::abs(shell.volume) <= near * shell.area / 2) {
             sides[i] = ShellSide::kFlat;
             return;
@@ -98,7 +99,7 @@ double volumeOf(const PartMesh& mesh) {
 
 namespace {
 
-/// FreeArea steps: a few seconds.
+/// Limits of unionVolume(), in steps of FreeArea; these take a few seconds.
 constexpr std::uint64_t kUnionSteps = 30'000'000, kUnionStepsPerTriangle = 1000;
 
 /// Groups untouched triangles into connected patches. All triangles of a patch have the same bodies
@@ -138,7 +139,8 @@ std::optional<double> unionVolume(const TriangleTree& tree, const PartTopology& 
     std::vector<double> shares(patches.size() + touched.size());
     StepLimit limit(kUnionSteps + kUnionStepsPerTriangle * mesh.triangles.size());
     const bool done = parallelFor(shares.size(), limit, progress, [&](std::size_t i) {
-        // The volume under a face: a third of its area times its plane's distance.
+        // Adds the pyramid between the origin and a face: a third of the face's area times the
+        // distance of its plane.
         if (i >= patches.size()) {
             const std::uint32_t t = touched[i - patches.size()];
             const glm::dvec3 normal = unitOrZero(mesh.normal(t));

@@ -19,7 +19,8 @@ namespace {
 
 constexpr std::size_t kWallsAtOnce = 512;
 constexpr std::size_t kPairsAtOnce = 1 << 16;
-/// A step is one triangle visit; a ray passes about kWallStepsPerRay of them.
+/// Limits of thinnestWall(), in steps. A step is one visit of a triangle; a ray visits about
+/// kWallStepsPerRay.
 constexpr std::uint64_t kWallSteps = 100'000'000, kWallStepsPerTriangle = 1000,
                         kWallStepsPerRay = 4000;
 constexpr double kEnd = std::numeric_limits<double>::infinity();
@@ -43,7 +44,8 @@ class WallRays {
                         if (t == triangle) return;
                         const auto hit = line.meets(tree_.mesh().corners(t));
                         if (!hit || hit->t > below) return;
-                        // A surface in contact is entered together with this one, or left at once.
+                        // Of the surfaces in contact with this one, skip those that are entered
+                        // here as well, and keep those that are left at once.
                         if (hit->t < (hit->leaves ? -kSlack * near_ : kSlack * near_)) return;
                         hits_.push_back(*hit);
                         hits_.back().triangle = t;
@@ -53,7 +55,8 @@ class WallRays {
         });
         int inside = 1;
         for (const LineHit& hit : hits_) {
-            if (hit.on_edge && !hit.leaves) return std::nullopt;  // entered once or twice?
+            // On an edge, a body may be entered once or twice, so the count is unknown.
+            if (hit.on_edge && !hit.leaves) return std::nullopt;
             inside += hit.leaves ? -1 : 1;
             if (inside > 0) continue;
             const glm::dvec3 other = unitOrZero(tree_.mesh().normal(hit.triangle));
@@ -69,7 +72,8 @@ class WallRays {
     static const double kFacing;
 
   private:
-    static constexpr double kSlack = 1e-6;  // for surfaces in contact: rounding alone
+    // Tolerance for surfaces in contact, as a fraction of near_; it covers rounding alone.
+    static constexpr double kSlack = 1e-6;
 
     const TriangleTree& tree_;
     double near_;
@@ -89,8 +93,8 @@ void sampleWall(std::size_t triangle, WallRays& rays, const PartMesh& mesh,
         thinnest = wall;
 }
 
-/// Returns a bound by rays from the middles of all triangles. Samples a few first, so that the rays
-/// of the others end early.
+/// Returns the thinnest wall found by rays from the middles of all triangles, as a bound. Samples a
+/// few triangles first, so that rays from the others can end early.
 std::optional<Wall> sampledWall(const TriangleTree& tree, StepLimit& limit,
                                 const Progress& progress) {
     constexpr std::size_t kFirst = 1000;
@@ -115,11 +119,11 @@ std::optional<Wall> sampledWall(const TriangleTree& tree, StepLimit& limit,
 
 /// The overlap of two faces, seen along the normal of the first.
 struct FacePair {
-    double least = 0;  ///< distance behind the first
-    glm::dvec3 at{0};  ///< position on the first
+    double least = 0;  ///< least distance from the first face to the second
+    glm::dvec3 at{0};  ///< the point on the first face with that distance
     glm::dvec3 middle{0};
     std::uint32_t triangle = 0;
-    std::uint32_t number = 0;  ///< index among its triangle's pairs
+    std::uint32_t number = 0;  ///< order in which the triangle's pairs were visited
 
     bool operator<(const FacePair& other) const {
         return std::tie(least, triangle, number) <
@@ -141,14 +145,14 @@ void cutPolygon(std::vector<glm::dvec3>& polygon, std::vector<glm::dvec3>& scrat
     polygon.swap(scratch);
 }
 
-/// Finds the pairs of a face and others behind it that are closer than a bound somewhere and sort
-/// after another pair.
+/// Finds the pairs of a face with faces behind it, if they come closer than a bound anywhere and
+/// sort after a given pair.
 class FacePairs {
   public:
     FacePairs(const TriangleTree& tree, double below, const std::optional<FacePair>& after)
         : tree_(tree), below_(below), size_(tree.mesh().size()), after_(after) {}
 
-    /// Returns the number of triangles visited.
+    /// Appends the pairs of a triangle. Returns the number of triangles visited.
     std::uint64_t add(std::uint32_t triangle, std::vector<FacePair>& pairs) {
         const PartMesh& mesh = tree_.mesh();
         corners_ = mesh.corners(triangle);
@@ -246,7 +250,7 @@ class FacePairs {
 /// The first kPairsAtOnce of many pairs, in order.
 class FirstPairs {
   public:
-    /// Adds pairs and clears the list.
+    /// Adds the pairs and clears `pairs`.
     void add(std::vector<FacePair>& pairs) {
         const std::lock_guard lock(mutex_);
         pairs_.insert(pairs_.end(), pairs.begin(), pairs.end());
@@ -290,7 +294,8 @@ std::vector<FacePair> firstPairs(const TriangleTree& tree, double below,
 /// Finds a thinner wall between the faces of a pair.
 std::optional<Wall> wallBetween(const FacePair& pair, const TriangleTree& tree, WallRays& rays,
                                 double below, StepLimit& limit) {
-    // Another body may be in between there, but not farther toward the middle.
+    // At the closest point, another body may lie between the faces, but perhaps not nearer to the
+    // middle of their overlap; hence several tries.
     for (const double share : {1e-7, 1e-4, 1e-2, 0.1, 0.3, 0.6, 1.0}) {
         limit.take(kWallStepsPerRay);
         const glm::dvec3 from = glm::mix(pair.at, pair.middle, share);
@@ -347,8 +352,8 @@ std::vector<PartEdge> sharpEdges(const PartMesh& mesh, const PartTopology& topol
                 else
                     (common++ == 0 ? edge.a : edge.b) = point;
             }
-            // The third corner of the other face must lie behind this face, or the material is
-            // outside.
+            // The sharp angle contains material only if the third corner of the other face lies
+            // behind this face.
             if (glm::dot(normal, tip - mesh.points[edge.a]) >= 0) continue;
             if (edge.b < edge.a) std::swap(edge.a, edge.b);
             sharp.push_back(edge);

@@ -13,35 +13,38 @@
 
 namespace peeler {
 
-/// The thinnest place of a wall.
+/// A wall at its thinnest point.
 struct Wall {
     double thickness = 0;       ///< scene units
     glm::dvec3 from{0}, to{0};  ///< on its two sides, world space
     std::uint32_t triangle = 0, opposite = 0;
 };
 
-/// Faces that are opposite within this angle, in degrees, have a wall between them. Faces that
-/// share a corner form an edge, however thin the part gets toward it.
+/// The largest angle, in degrees, by which two faces may deviate from opposite directions and still
+/// have a wall between them. Faces that share a corner form an edge instead, however thin the part
+/// gets toward it.
 inline constexpr double kWallAngle = 30;
-/// No wall is thinner than the one found by more than this fraction.
+/// Relative tolerance of thinnestWall(): no wall is thinner than the returned one by more than this
+/// fraction.
 inline constexpr double kWallTolerance = 1e-4;
 
 /// The result of a search for the thinnest wall.
 struct FoundWall {
-    std::optional<Wall> wall;  ///< none if no faces are opposite
-    bool certain = true;       ///< otherwise the surfaces cross so much that a thinner one may
-                               ///< exist
+    std::optional<Wall> wall;  ///< nothing if no two faces have a wall between them
+    bool certain = true;  ///< false: the search was cut short, because it took too many steps; a
+                          ///< thinner wall may exist
 };
 
 /// Finds the thinnest wall. Thickness is measured from a surface point straight into the material,
-/// against the normal of its triangle, to the exit through a face that is opposite within
-/// kWallAngle and shares no corner with it. The search covers all points of the surface, not
-/// samples: it compares pairs of faces where one lies behind the other. Their distance is linear
-/// there, so its minimum is at a corner of their overlap. The tree's mesh faces outwards.
+/// against the normal of its triangle, to where that line leaves the material through another face,
+/// which faces the opposite direction to within kWallAngle and shares no corner with that triangle.
+/// The search covers all points of the surface, not samples: it compares pairs of faces that lie
+/// one behind the other. Where they overlap, their distance is linear, so its minimum is at a
+/// corner of the overlap. The tree's mesh must face outwards.
 FoundWall thinnestWall(const TriangleTree& tree, const Progress& progress = {});
 
 /// Returns the edges whose two faces enclose less than kWallAngle of material; a part gets
-/// arbitrarily thin toward these. The mesh faces outwards.
+/// arbitrarily thin toward such edges. The mesh must face outwards.
 std::vector<PartEdge> sharpEdges(const PartMesh& mesh, const PartTopology& topology);
 
 }  // namespace peeler

@@ -26,7 +26,7 @@ bool AlphaTest::passes(const std::array<std::uint32_t, 3>& vertex,
         alpha *= texelAt(*image_, material_->base_color_texture, uv).a;
     }
     if (!colors_->empty()) alpha *= weighted(*colors_, vertex, weight).a;
-    // Single precision, like the shaders.
+    // Compare in single precision, as the shaders do.
     const auto value = static_cast<float>(alpha);
     return material_->alpha_mode == AlphaMode::kMask ? value >= material_->alpha_cutoff : value > 0;
 }

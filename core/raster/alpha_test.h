@@ -12,8 +12,8 @@
 
 namespace peeler {
 
-/// The alpha test of MASK materials, and of alpha exactly 0 for BLEND ones (core/README.md, "What a
-/// fragment is"). The base colour texture is sampled at its finest level at any distance.
+/// The alpha test: against the cutoff for MASK materials, against 0 for BLEND ones (core/README.md,
+/// "What a fragment is"). The base colour texture is sampled at its finest level at any distance.
 class AlphaTest {
   public:
     AlphaTest(const PosedScene& posed, const Geometry& geometry);
@@ -25,7 +25,7 @@ class AlphaTest {
   private:
     const Material* material_;
     const Image* image_ = nullptr;
-    const std::vector<glm::vec2>* texcoords_ = nullptr;  ///< those of the image
+    const std::vector<glm::vec2>* texcoords_ = nullptr;  ///< the UV set that the image uses
     const std::vector<glm::vec4>* colors_;
 };
 

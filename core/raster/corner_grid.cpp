@@ -9,7 +9,7 @@ namespace peeler {
 namespace {
 
 constexpr int kMostBits = 16;
-// Half of the grid, on either side of the picture's centre, has 2^kHalfBits steps.
+// The grid extends 2^kHalfBits steps to either side of the picture's centre.
 constexpr int kHalfBits = 30;
 // A pinhole's rays begin at this fraction of the near plane's distance: in front of the near plane,
 // so the cut is never visible, but far enough to keep projected coordinates bounded.
@@ -110,7 +110,7 @@ PlacedPolygon CornerPlacement::placedPolygon(const std::array<glm::vec3, 3>& pos
     if (perspective_) {
         keepInside(polygon, [&](const PlacedCorner& c) { return c.z - nearest_; });
         for (std::size_t i = 0; i < polygon.corners; ++i) {
-            // A corner on the plane stays there despite rounding.
+            // Rounding must not move a corner on the cut to the camera's side of it.
             polygon.corner[i].z = std::max(polygon.corner[i].z, nearest_);
             project(polygon.corner[i]);
         }

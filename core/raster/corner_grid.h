@@ -12,7 +12,8 @@
 
 namespace peeler {
 
-/// A corner in grid steps, y down. Snapped coordinates are not negative.
+/// A corner in grid steps, y down. Both coordinates are kNowhere if the corner is not on the grid;
+/// otherwise neither is negative.
 struct SnappedCorner {
     std::int32_t x = kNowhere, y = kNowhere;
 
@@ -21,14 +22,15 @@ struct SnappedCorner {
 };
 
 /// A grid with 2^bits steps between neighbouring rays of a view; every ray is on a grid point.
-/// 65,536 steps, or fewer for pictures of more than 16,384 pixels per side, so that products of two
-/// grid distances fit into 64 bits. It belongs to the display window, so a crop has the same grid.
-/// It extends beyond the picture on all sides; triangles are clipped to it (placedPolygon()).
+/// There are 65,536 steps, or fewer for pictures of more than 16,384 pixels per side, so that
+/// products of two grid distances fit into 64 bits. The grid depends on the display window alone,
+/// so a crop does not change it. It extends beyond the picture on all sides; triangles are clipped
+/// to it (placedPolygon()).
 class CornerGrid {
   public:
     explicit CornerGrid(const View& view);
 
-    /// Coordinates range from 0 to this.
+    /// The greatest coordinate; the least is 0.
     static constexpr std::int32_t kLast = 0x7FFFFFFF;
 
     int bits() const { return bits_; }
@@ -52,26 +54,27 @@ inline bool isOnGrid(double value) {
     return value >= 0 && value <= CornerGrid::kLast;
 }
 
-/// A clipped triangle: each of five planes adds at most one corner.
+/// A clipped triangle. Each of the five clipping planes adds at most one corner, so there are at
+/// most eight.
 struct PlacedPolygon {
     std::array<PlacedCorner, 8> corner;
     std::size_t corners = 0;
 };
 
-/// Transform from mesh space to the grid and Z, in double precision. The same corner always gives
-/// the same result.
+/// Transform from mesh space to grid coordinates and camera Z, in double precision. The same corner
+/// always gives the same result.
 class CornerPlacement {
   public:
     CornerPlacement(const View& view, const CornerGrid& grid, const glm::dmat4& world_from_model);
 
     bool perspective() const { return perspective_; }
-    /// Returns the distance (scene units) before which pinhole cameras see nothing: a fraction of
-    /// the near plane's.
+    /// Returns the distance (scene units) at which a pinhole's rays begin: a fraction of the near
+    /// plane's distance.
     double nearest() const { return nearest_; }
     /// Returns the grid position of the view's axis.
     const glm::dvec2& middle() const { return middle_; }
 
-    /// Places a corner; with a pinhole camera, it must be in front of it.
+    /// Places a corner. With a pinhole camera, the corner must be in front of the camera.
     PlacedCorner place(const glm::vec3& position) const {
         PlacedCorner corner = unprojected(position);
         project(corner);
@@ -82,13 +85,13 @@ class CornerPlacement {
     /// SnappedCorner::kNowhere.
     void snap(std::span<const glm::vec3> positions, SnappedCorner* out) const;
 
-    /// Clips a triangle to the grid and to the front of a pinhole. Returns a polygon without
-    /// corners if nothing remains or if a coordinate is not finite. The cut of an edge does not
-    /// depend on the triangle or on the order of its corners, so surfaces stay closed.
+    /// Clips a triangle to the grid and to the space in front of a pinhole. Returns a polygon
+    /// without corners if nothing remains or if a coordinate is not finite. Two triangles that
+    /// share an edge cut it at exactly the same point, so surfaces stay closed.
     PlacedPolygon placedPolygon(const std::array<glm::vec3, 3>& positions) const;
 
-    /// Transforms a position. For a pinhole, x and y are relative to middle() and multiplied by Z:
-    /// the position in other units.
+    /// Transforms a position, without the perspective division: for a pinhole, x and y are relative
+    /// to middle() and still multiplied by Z.
     PlacedCorner unprojected(const glm::vec3& p) const {
         const double x = double{p.x}, y = double{p.y}, z = double{p.z};
         return {x_[0] * x + x_[1] * y + x_[2] * z + x_[3],
@@ -105,7 +108,7 @@ class CornerPlacement {
 
     bool perspective_;
     double nearest_;
-    glm::dvec2 middle_;                // of the axis; orthographic: included in the rows
+    glm::dvec2 middle_;  // grid position of the axis; if orthographic, included in the rows
     std::array<double, 4> x_, y_, z_;  // rows of the matrix
 };
 

@@ -18,14 +18,14 @@ namespace peeler {
 
 struct HitView;
 
-/// Returns the plane of a triangle in a view. An edge-on triangle gets the mean depth of its
-/// corners.
+/// Returns the plane of a triangle in a view. An edge-on triangle gets a constant depth: the mean
+/// of its nearest and farthest corner.
 HitTriangle hitTriangle(const CornerPlacement& placement, const HitView& seen,
                         const std::array<glm::vec3, 3>& positions);
 
-/// Converts the planar depths of four hits to Z, rounded once and clamped to the corners' range: a
-/// ray that hits the snapped triangle may miss the true one by a fraction of the ray spacing.
-/// Planes too steep to represent (NaN) get the nearest corner's Z.
+/// Converts the planar depths of four hits to Z, rounded once. Clamps them to the range of the
+/// corners' Z, because a ray that hits the snapped triangle may miss the true one by a fraction of
+/// the ray spacing. Planes too steep to represent (NaN) get the nearest corner's Z.
 template <bool kPerspective>
 inline FourFloats hitZ(const TwoDoubles& first, const TwoDoubles& second, float nearest,
                        float farthest) {
@@ -48,7 +48,7 @@ inline bool isWithin(const HitTriangle& triangle, const Projection& projection) 
            double{triangle.farthest} < projection.far;
 }
 
-/// Decides which of the rays that cover a triangle hit it.
+/// Decides which of the rays that a triangle covers hit it: by the depth range and the alpha test.
 class TriangleTest {
   public:
     TriangleTest(const HitView& seen, const CornerPlacement& placement, const HitTriangle& triangle,
@@ -59,14 +59,16 @@ class TriangleTest {
     bool passes(int x, int y) const;
 
   private:
-    /// Returns the corners' weights where the ray meets the plane, clamped to the triangle.
+    /// Returns the barycentric weights where the ray meets the triangle's plane, clamped to the
+    /// triangle.
     std::array<double, 3> weightsAt(int x, int y) const;
 
     const HitView& seen_;
     const HitTriangle& triangle_;
-    const AlphaTest* alpha_;  // null: all pass
+    const AlphaTest* alpha_;  // null: no alpha test
     std::array<std::uint32_t, 3> vertex_;
-    std::array<glm::dvec3, 3> weights_{};  // coefficients of x, y and 1; up to a common factor
+    // Per corner, the coefficients of x, y and 1 in its weight, up to a common factor.
+    std::array<glm::dvec3, 3> weights_{};
 };
 
 }  // namespace peeler

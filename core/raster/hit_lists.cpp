@@ -14,8 +14,8 @@
 namespace peeler {
 namespace {
 
-/// Packs Z (upper half) and the tie-breaking order (lower half) into one double for sorting. A
-/// float's bits are enough for the sign and exponent of a double. Negative doubles sort in reverse,
+/// Packs Z (upper half) and the tie-breaking order (lower half) into one double for sorting. As the
+/// upper half of a double, the bits of floats keep their order. Negative doubles sort in reverse,
 /// so their lower half is inverted.
 void pack(const FourFloats& z, std::uint32_t order, double* hits) {
     const FourInts none{}, above = std::bit_cast<FourInts>(z);
@@ -34,7 +34,7 @@ void unpack(double hit, float& z, std::uint32_t& order) {
     order = static_cast<std::uint32_t>(bits) ^ static_cast<std::uint32_t>(above >> 31);
 }
 
-/// Sorts behind every hit, even one with infinite Z.
+/// A padding value that sorts behind every hit, even one with infinite Z.
 constexpr double kNoHit = std::numeric_limits<double>::max();
 
 }  // namespace
@@ -62,9 +62,9 @@ std::uint64_t countHits(const SpanStore& store, std::size_t row, std::span<std::
 
 namespace {
 
-/// Hits in span order, a few hundred at a time. The next step does not depend on the length of a
-/// span: hits are computed in groups of kWide, and those beyond a span's end are overwritten by the
-/// next span's.
+/// A buffer for a few hundred hits in span order. Hits are computed in groups of kWide, so that no
+/// branch depends on the length of a span; those past a span's end are overwritten by the next
+/// span's.
 struct HitRun {
     static constexpr std::size_t kMost = 512, kWide = 4;
 

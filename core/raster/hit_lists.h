@@ -13,21 +13,22 @@
 
 namespace peeler {
 
-/// Counts the hits of each ray of a row; returns their sum. `counts` has one entry per ray.
+/// Writes the number of hits of each ray of a row to `counts`, which has one entry per ray. Returns
+/// their sum.
 std::uint64_t countHits(const SpanStore& store, std::size_t row, std::span<std::uint32_t> counts);
 
 /// A row of a picture, and the destination of its hits.
 struct HitRow {
-    std::size_t row = 0;  ///< of the store
-    int x0 = 0, y = 0;    ///< pixel of its first ray, of the picture
+    std::size_t row = 0;  ///< index in the store
+    int x0 = 0, y = 0;    ///< the picture's pixel of the row's first ray
     bool perspective = false;
-    std::span<const std::uint32_t> offsets;  ///< of each ray's first hit; they may start at any
-                                             ///< number
-    std::uint32_t end = 0;                   ///< one past the offset of the last hit
-    float* z = nullptr;                      ///< of all hits of the row
+    /// Offset of each ray's first hit; the first one may be any number.
+    std::span<const std::uint32_t> offsets;
+    std::uint32_t end = 0;  ///< one past the offset of the last hit
+    float* z = nullptr;     ///< Z, one per hit of the row
     std::uint32_t* keys = nullptr;
     float* slopes = nullptr;  ///< two per hit (LayeredImage::color), or null
-    /// Converts the change of planar depth per pixel to the right and downwards to slopes.
+    /// Factor from the change of planar depth per pixel to a slope (slopeScale()).
     double slope_scale = 0;
 
     /// Returns one past the offset of a ray's last hit.
@@ -47,7 +48,7 @@ class HitSorter {
     /// matches its offsets.
     bool sortRow(const SpanStore& store, const HitRow& row);
 
-    /// Returns space for the counts of a row.
+    /// Returns storage for the counts of a row's rays.
     std::span<std::uint32_t> counts(std::size_t rays) {
         if (counts_.size() < rays) counts_.resize(rays);
         return {counts_.data(), rays};
@@ -63,7 +64,7 @@ class HitSorter {
     void sortLists(const HitRow& row);
     void sortLong(const HitRow& row, std::uint32_t begin, std::uint32_t end);
 
-    std::vector<double> hits_;                  // packed
+    std::vector<double> hits_;                  // packed by pack()
     std::vector<std::uint32_t> counts_, next_;  // per ray; next_: the offset of its next hit
     std::vector<ListColumn> columns_ = std::vector<ListColumn>(kMostAtOnce);  // lists being sorted
     SortLists sort_ = sortListsFor();

@@ -28,18 +28,18 @@ namespace peeler {
 namespace {
 
 constexpr int kMostSide = 65536;   // spans hold columns in 16 bits
-constexpr int kRowsAtOnce = 8;     // maximum per thread
-constexpr int kGroupsAThread = 4;  // of a band's rows, for load balancing
-// Maximum bytes of spans without a budget. With a budget, spans get this fraction of the remaining
-// memory. Larger scenes are processed section by section.
+constexpr int kRowsAtOnce = 8;     // most rows of a thread's task
+constexpr int kGroupsAThread = 4;  // row groups of a band per thread, for load balancing
+// Maximum bytes of spans. With a memory budget, spans also get at most 1 / kSpanShare of the memory
+// left. Scenes that need more are processed section by section.
 constexpr std::uint64_t kSpanBytes = std::uint64_t{2} << 30;
 constexpr std::uint64_t kSpanShare = 2;
 constexpr std::uint64_t kLeastSpanBytes = std::uint64_t{4} << 20;
-constexpr std::uint64_t kLeastBandBytes = std::uint64_t{16} << 20;  // left for bands
-// Hits are computed from spans, so many small bands cost no more than a few large ones, and reused
-// memory stays in the cache.
+constexpr std::uint64_t kLeastBandBytes = std::uint64_t{16} << 20;  // reserved for bands
+// Maximum bytes of a band. Small bands keep their reused memory in the cache, and cost no more than
+// large ones, since hits are computed from spans.
 constexpr std::uint64_t kBandBytes = std::uint64_t{4} << 20;
-// Approximate fraction of a bundle's time spent on planning.
+// Approximate fraction of a bundle's time spent on planning, for progress.
 constexpr double kPlanShare = 0.4;
 
 void checkHitSettings(const View& view, const CaptureSettings& settings) {
@@ -71,10 +71,10 @@ struct HitPlan final : CapturePlan::Details {
     CaptureSettings settings;
     HitView seen;
     DepthComplexity complexity;
-    std::vector<Window> sections{};  ///< row sections, top to bottom, whose spans are held one at a
-                                     ///< time
+    /// Row sections, top to bottom; the spans of only one are held at a time.
+    std::vector<Window> sections{};
     std::uint64_t span_limit = kSpanBytes;
-    double share = 0;  ///< fraction of a bundle's work, for progress
+    double share = 0;  ///< the plan's fraction of a bundle's work, for progress
 };
 
 }  // namespace
@@ -159,7 +159,8 @@ void HitRasterizer::State::countSection(const Window& section) {
     });
 }
 
-/// Finds the spans of a section. If they do not fit, queues both halves of the section instead.
+/// Finds the spans of a section. If they do not fit, queues both halves of the section instead and
+/// returns false.
 bool HitRasterizer::State::findSpans(const Window& section, std::vector<Window>& to_do) {
     if (section == held) return true;
     triangles.findSpans(shown->seen, section, shown->span_limit, store);
@@ -226,7 +227,7 @@ CapturePlan HitRasterizer::plan(const View& view, const CaptureSettings& setting
     HitPlan& plan = *s.shown;
     s.freeBands();
     if (settings.memory != 0) {
-        // Like bands: the memory left beyond a reserve.
+        // Computed like the limit of a band: from the memory left, less a reserve.
         BandCosts costs;
         costs.band_bytes = kSpanBytes;
         costs.use.fragment = costs.use.pixel = costs.largest_array_bytes = 1;
@@ -253,12 +254,13 @@ BandCosts HitRasterizer::State::costs(const Plan& plan, const Sink& sink) const 
     costs.use.fragment += hit;
     if (const std::size_t floats = shadedComponents(settings.channels); floats > 0)
         costs.use.fragment += floats * sizeof(float) + sizeof(std::uint32_t);
-    // A quarter of a band is for its pixels, and even a wide row must fit.
+    // A quarter of a band's bytes are for its pixels. The limit grows with the width, so that even
+    // a wide row fits.
     costs.band_bytes =
         std::max(std::min(settings.band_bytes, kBandBytes), 4 * width * costs.use.pixel);
     costs.use.fixed += static_cast<std::uint64_t>(threadCount()) *
                        HitSorter::bytes(width, complexity.mostFragments(1));
-    // Offsets are 32 bits wide.
+    // Limits the hits of a band, since offsets are 32 bits wide.
     costs.largest_array_bytes = 1;
     costs.storage_block_bytes = std::numeric_limits<std::uint32_t>::max();
     return costs;
@@ -269,7 +271,7 @@ void HitRasterizer::State::captureRow(const Window& band, int section_top, int y
     const std::size_t row = static_cast<std::size_t>(y - section_top);
     const auto width = static_cast<std::size_t>(band.width());
     std::uint32_t* const offsets = image.offsets.data() + image.pixelIndex(band.x0, y);
-    // The entry after the row's last belongs to the next row, which writes the same value.
+    // The offset after the row's last one is the first of the next row, which writes it.
     const std::span<std::uint32_t> counts = sorter.counts(width);
     const std::uint64_t found = countHits(store, row, counts);
     if (found != shown->complexity.rowFragments(y)) {
@@ -348,7 +350,7 @@ void HitRasterizer::State::captureBand(const Window& band, int section_top, cons
         sources.shaded = places;
         sources.values = values.data();
     }
-    image.color.type = settings.color_type;  // also the type of channels
+    image.color.type = settings.color_type;  // fillChannels() takes the channels' type from it
     fillChannels(sources, settings.channels, image, std::span(image.extra).subspan(1));
     if (settings.hit_mode == HitMode::kSloped) image.color.type = PixelType::kFloat;
 }
@@ -364,7 +366,7 @@ BandSize HitRasterizer::State::largest(std::span<const Window> bands) const {
     return most;
 }
 
-/// Returns the memory that the spans of other sections may add to the spans held.
+/// Returns the bytes by which the spans of other sections may exceed those held now.
 std::uint64_t HitRasterizer::State::spansToCome() const {
     return shown->sections.size() > 1
                ? shown->span_limit - std::min(shown->span_limit, store.bytes())
@@ -404,7 +406,8 @@ CaptureReport HitRasterizer::capture(const CapturePlan& planned, Sink& sink,
         const Window section = to_do.back();
         to_do.pop_back();
         {
-            // Span packing depends on the threads, so a section may just miss the limit here.
+            // Span packing depends on thread timing, so a section that just fitted while planning
+            // may exceed the limit now. It is then halved.
             const StageTimer timer(s.times, "count");
             if (!s.findSpans(section, to_do)) continue;
         }

@@ -12,15 +12,15 @@ namespace peeler {
 /// Finds the hits of parallel or pinhole bundles by rasterising triangles.
 ///
 /// Corners are snapped to a grid (CornerGrid). A ray hits a triangle if it passes through the
-/// inside or the left or top edges of the snapped triangle. The test is exact, so a ray through an
-/// edge shared by two triangles hits one of them, and a closed surface an even number of times. Z
-/// comes from the unsnapped triangle's plane at the ray, in double precision, rounded once. Hits
-/// are ordered by Z, then by draw order. Results are bit-identical on every machine and for any
-/// number of threads, bands and budget.
+/// inside or the left or top edges of the snapped triangle. The test is exact: a ray through an
+/// edge shared by two triangles hits one of them, and every ray hits a closed surface an even
+/// number of times. Z comes from the unsnapped triangle's plane at the ray, in double precision,
+/// rounded once. Hits are ordered by Z, then by draw order. Results are bit-identical on every
+/// machine and for any number of threads, bands and budget.
 ///
-/// core/README.md ("What a fragment is") defines what counts; textures are sampled at their finest
-/// level. Triangles that reach beyond the grid are clipped there, without cracks. Triangles with a
-/// non-finite corner are not hit.
+/// core/README.md ("What a fragment is") defines which intersections count; textures are sampled at
+/// their finest level. Triangles that reach beyond the grid are clipped there, without cracks.
+/// Triangles with a non-finite corner are not hit.
 ///
 /// HitMode::kRefined and kRaw give the same result. Lines and points are not hit.
 class HitRasterizer final : public HitSource {
@@ -45,9 +45,9 @@ class HitRasterizer final : public HitSource {
 
     /// Returns the grid bits of the last plan or capture: 2^gridBits() steps between two rays.
     int gridBits() const;
-    /// Returns the number of row sections into which the last plan or capture cut the picture to
-    /// fit the spans of one into the budget. The spans of a single section are found once, for
-    /// plan() and the following capture().
+    /// Returns the number of row sections into which the last plan or capture cut the picture, so
+    /// that the spans of one section fit the memory budget. If there is only one section, its spans
+    /// are found once, for plan() and the capture() that follows.
     std::size_t sections() const;
 
   private:

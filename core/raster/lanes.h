@@ -24,7 +24,7 @@ using TwoDoubles = double __attribute__((vector_size(16)));
 using FourFloats = float __attribute__((vector_size(16)));
 using FourInts = std::int32_t __attribute__((vector_size(16)));
 
-/// least() and most() return the second argument if the two are unordered.
+/// least() and most() return the second argument if either is NaN.
 template <class Lanes>
 inline Lanes least(const Lanes& a, const Lanes& b) {
     return a < b ? a : b;

@@ -9,9 +9,9 @@
 
 namespace peeler {
 
-/// The comparisons of a sorting network for N numbers: merge exchange (Batcher 1968; Knuth, "The
-/// Art of Computer Programming", volume 3, algorithm 5.2.2M). Calls use(i, d, n) to compare each of
-/// the n numbers from i on with the one d places farther on.
+/// Enumerates the comparisons of a sorting network for `count` numbers: merge exchange (Batcher
+/// 1968; Knuth, "The Art of Computer Programming", volume 3, algorithm 5.2.2M). Calls use(i, d, n)
+/// to compare each of the n numbers from i on with the one d places farther on.
 template <class Use>
 [[gnu::always_inline]] constexpr void forMergeExchange(std::size_t count, Use&& use) {
     std::size_t top = 1;
@@ -26,15 +26,15 @@ template <class Use>
     }
 }
 
-/// One element of each of several lists, compared together.
+/// The number of lists sorted together, and a column that holds one element of each.
 inline constexpr std::size_t kListsAtOnce = 4;
 using ListColumn = std::array<double, kListsAtOnce>;
 
-/// Sorts lists of equal length. No number is NaN.
+/// A function that sorts kListsAtOnce lists of equal length. No number may be NaN.
 using SortLists = void (*)(ListColumn* columns, std::size_t count);
 
-/// Returns the fastest variant for this processor, or the one that every processor can run. The
-/// results are the same.
+/// Returns the fastest variant for this processor or, if `every_processor`, the one that all
+/// processors can run. Both give the same results.
 SortLists sortListsFor(bool every_processor = false);
 
 /// Lists up to this length are sorted together; longer ones are left to std::sort.

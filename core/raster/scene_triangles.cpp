@@ -14,10 +14,10 @@
 namespace peeler {
 namespace {
 
-// Vertices per batch, unless a single primitive has more: small enough for a core's cache, large
-// enough to be worth two parallel loops.
+// Maximum vertices of a batch, unless a single primitive has more: small enough for a core's cache,
+// large enough to be worth two parallel loops.
 constexpr std::size_t kBatchCorners = std::size_t{1} << 17;
-constexpr std::size_t kCornersAtOnce = 4096;  // per thread
+constexpr std::size_t kCornersAtOnce = 4096;  // snapped in one task
 
 }  // namespace
 
@@ -75,8 +75,8 @@ SceneTriangles::SceneTriangles(const PosedScene& posed) : posed_(posed) {
 namespace {
 
 /// Finds the rays of a section that hit one block of triangles. Rows are collected first and stored
-/// a few hundred at a time: whether a row is empty is known late, and a branch on it would stall
-/// the next triangle.
+/// a few hundred at a time, because it is known only late whether a row is empty, and a branch on
+/// that would stall the next triangle.
 class BlockWalk {
   public:
     BlockWalk(const HitView& seen, const Window& section, SpanStore& store, SectionWriter& writer)
@@ -105,7 +105,7 @@ class BlockWalk {
 
   private:
     using Vertices = std::array<std::uint32_t, 3>;
-    /// A triangle with rows.
+    /// A triangle that may cover rays.
     struct Candidate {
         std::uint32_t element = 0;
         Vertices vertex{};  // in an order independent of the first vertex
@@ -196,7 +196,7 @@ void BlockWalk::storeRows() {
                         row);
     }
     rows_ = 0;
-    // The last candidate may have more rows.
+    // Keeps the last candidate, which may have more rows.
     candidate_[0] = candidate_[candidates_];
     last_stored_ = last_stored_ == candidates_ ? 0 : kNone;
     candidates_ = 0;
@@ -205,7 +205,7 @@ void BlockWalk::storeRows() {
 void BlockWalk::walkOne(std::uint32_t element, const Vertices& vertex) {
     const SnappedCorner a = corners_[vertex[0]], b = corners_[vertex[1]], c = corners_[vertex[2]];
     if ((a.x | b.x | c.x) < 0) return walkCut(element, vertex);
-    // Most triangles of fine meshes lie between rays.
+    // Skip triangles that lie between rays, as most triangles of fine meshes do.
     RayWindow window = window_;
     window.x0 = std::max(window.x0, window.rayFrom(std::min({a.x, b.x, c.x})));
     window.x1 = std::min(window.x1, window.rayFrom(std::max({a.x, b.x, c.x})));
@@ -215,7 +215,8 @@ void BlockWalk::walkOne(std::uint32_t element, const Vertices& vertex) {
     const SortedTriangle triangle(a, b, c);
     if (triangle.area == 0 || culled(triangle.clockwise())) return;
     if (rows_ + kMostShortRows > kRows) storeRows();
-    // In an order independent of the first corner, so that coincident triangles get the same depth.
+    // The corners' order does not depend on which is listed first, so that coincident triangles get
+    // the same depth.
     candidate_[++candidates_] = {
         element, {vertex[triangle.which[0]], vertex[triangle.which[1]], vertex[triangle.which[2]]}};
     forEachRow(triangle, window, [this](std::int32_t row, std::int32_t first, std::int32_t end) {

@@ -17,7 +17,7 @@
 
 namespace peeler {
 
-/// A view and its rules for hits.
+/// A view, and the settings that decide which intersections count as hits.
 struct HitView {
     HitView(const View& shown, const CaptureSettings& settings)
         : view(shown), grid(shown), faces(settings.faces), cut(!settings.depth_clamp) {}
@@ -34,7 +34,7 @@ struct TrianglePiece {
     const std::vector<glm::vec3>* positions = nullptr;
     glm::dmat4 world{1};
     bool mirrored = false, double_sided = false;
-    const AlphaTest* alpha = nullptr;  ///< null: all pass
+    const AlphaTest* alpha = nullptr;  ///< null: no alpha test
     std::uint32_t first_key = 0;
     std::uint64_t first = 0;  ///< index of its first triangle; pieces are sorted by it
     std::uint32_t triangles = 0;
@@ -49,13 +49,13 @@ class SceneTriangles {
 
     /// Returns the number of index blocks of the triangles (HitTriangles).
     std::size_t blocks() const { return blocks_; }
-    /// Returns the memory in use besides the store.
+    /// Returns the bytes in use, not counting the SpanStore.
     std::uint64_t bytes() const { return corners_.capacity() * sizeof(SnappedCorner); }
     std::uint64_t mostBytes() const { return most_corners_ * sizeof(SnappedCorner); }
 
-    /// Writes the spans of a section's rows to the store, as long as there is room
-    /// (SpanStore::overflowed()). The section is at most as wide as the crop. Blocks run in
-    /// parallel; the result does not depend on their order.
+    /// Writes the spans of a section's rows to the store, which may take up to `limit` bytes; stops
+    /// early if they do not fit (SpanStore::overflowed()). The section is at most as wide as the
+    /// crop. Blocks run in parallel; the result does not depend on their order.
     void findSpans(const HitView& seen, const Window& section, std::uint64_t limit,
                    SpanStore& store);
 

@@ -49,7 +49,7 @@ void BlockPool::setLimit(std::uint64_t bytes) {
 
 void SpanWriter::begin(std::size_t rows) {
     first_.assign(rows, nullptr);
-    // No chunk yet: looks like a full one.
+    // A row without chunks looks like one whose chunk is full, so that add() extends it.
     next_.assign(rows, reinterpret_cast<Span*>(kLinkOffset));
     free_ = nullptr;
     left_ = 0;

@@ -13,7 +13,7 @@
 
 namespace peeler {
 
-/// Neighbouring rays of a row that hit the same triangle.
+/// A run of neighbouring rays of a row that hit the same triangle.
 struct Span {
     std::uint32_t triangle = 0;         ///< index into HitTriangles
     std::uint16_t first = 0, last = 0;  ///< columns, relative to the crop's first
@@ -23,7 +23,7 @@ struct Span {
 /// along_x · x + along_y · y + at_origin.
 struct HitTriangle {
     double along_x = 0, along_y = 0, at_origin = 0;
-    float nearest = 0, farthest = 0;  ///< Z of its corners; bounds that of its hits
+    float nearest = 0, farthest = 0;  ///< Z of its corners; the Z of hits is clamped to them
     std::uint32_t key = 0;
 };
 
@@ -35,13 +35,13 @@ class BlockPool {
   public:
     static constexpr std::size_t kBlockBytes = 256 << 10;
 
-    /// Returns a block of kBlockBytes; null if `limit` bytes are in use.
+    /// Returns a block of kBlockBytes; null if the limit leaves no room for one.
     std::byte* take();
     /// Takes all blocks back, and keeps them for reuse.
     void reuse();
     void free();
 
-    /// Sets the limit in bytes. Frees everything if more is held, so no block may be in use.
+    /// Sets the limit in bytes, and frees pages held beyond it, so no block may be in use.
     void setLimit(std::uint64_t bytes);
     /// Returns the bytes of the blocks in use.
     std::uint64_t bytes() const { return next_ * kBlockBytes; }
@@ -57,14 +57,15 @@ class BlockPool {
     std::uint64_t limit_ = ~std::uint64_t{0};
 };
 
-/// The row spans of a section, as found by one thread: linked chunks of a row's spans. A chunk ends
-/// with the address of the next one.
+/// The spans that one thread has found in a section: a linked list of chunks per row: the first
+/// chunk, and the end of its spans. A chunk ends with the address of the next one.
 class SpanWriter {
   public:
-    /// Forgets everything; the pool has taken its blocks back.
+    /// Starts again with this number of rows, forgetting all spans. Call it only after
+    /// BlockPool::reuse().
     void begin(std::size_t rows);
 
-    /// Returns false if the pool has no more memory.
+    /// Appends a span to a row. Returns false if the pool has no more memory.
     bool add(BlockPool& pool, std::size_t row, const Span& span) {
         Span*& at = next_[row];
         if ((reinterpret_cast<std::uintptr_t>(at) & (kChunkBytes - 1)) == kLinkOffset &&
@@ -99,7 +100,8 @@ class SpanWriter {
     static_assert(sizeof(Span) == kAddressBytes, "a chunk's last place holds an address");
 
     bool extend(BlockPool& pool, std::size_t row);
-    /// Chunks of a row are scattered, so the hardware prefetcher cannot predict the next one.
+    /// Prefetches a chunk. The chunks of a row are scattered, so the hardware prefetcher cannot
+    /// predict the next one.
     static void prefetch(const Span* chunk) {
         constexpr std::size_t kCacheLine = 64;
         if (!chunk) return;
@@ -108,12 +110,12 @@ class SpanWriter {
     }
 
     std::vector<Span*> first_, next_;  // per row
-    std::byte* free_ = nullptr;        // of the current block
+    std::byte* free_ = nullptr;        // unused part of the current block
     std::size_t left_ = 0;
 };
 
-/// The hit triangles by index. Indices are assigned in blocks of kBlock of the scene's triangles,
-/// so they follow key order regardless of which threads find them.
+/// The hit triangles by index. Every kBlock triangles of the scene share a block of indices, so
+/// that indices follow key order regardless of which thread finds a triangle.
 class HitTriangles {
   public:
     static constexpr std::uint32_t kBlockBits = 11, kBlock = 1U << kBlockBits;
@@ -130,7 +132,7 @@ class HitTriangles {
     std::vector<const HitTriangle*> blocks_;
 };
 
-/// The output of one thread.
+/// The spans and hit triangles that one thread has found.
 class SectionWriter {
   public:
     void begin(std::size_t rows) {
@@ -140,7 +142,7 @@ class SectionWriter {
     }
     /// Returns space for the triangles of a block; null if the pool has no more memory.
     HitTriangle* room(BlockPool& pool);
-    /// Keeps the first `triangles` of that space.
+    /// Keeps the first `triangles` of the space that room() returned.
     void keep(std::size_t triangles) {
         free_ += triangles;
         left_ -= triangles;
@@ -156,7 +158,8 @@ class SectionWriter {
 /// The spans and the triangles of some rows of a picture.
 class SpanStore {
   public:
-    /// Clears the store and makes room for these rows. `limit`: maximum bytes.
+    /// Clears the store and makes room for these rows. `limit`: maximum bytes of spans and
+    /// triangles.
     void begin(std::size_t rows, std::size_t blocks, std::uint64_t limit);
 
     /// Calls use(writer) with a writer that no other thread uses at the same time.

@@ -72,13 +72,13 @@ glm::dvec4 texelAt(const Image& image, const TextureRef& texture, const glm::dve
 
 namespace {
 
-/// A hit and the inputs of its values.
+/// A hit, with the inputs from which its channels are computed.
 struct SurfacePoint {
     const PosedScene& posed;
     const WorldElement& element;
     const Material& material;
     std::array<double, 3> weight;
-    glm::dvec3 direction;  // of the ray
+    glm::dvec3 direction;  // direction of the ray, of any length
     glm::dvec3 facet;      // normal of the triangle, toward the ray; not normalised
     double side = 1;       // −1 on the back
 
@@ -96,7 +96,7 @@ struct SurfacePoint {
         const auto& values = texcoords(set);
         return values.empty() ? glm::dvec2(0) : mean(values);
     }
-    /// Returns all ones without a texture.
+    /// Returns the texel at the hit; all ones without a texture.
     glm::dvec4 textured(const TextureRef& texture, bool srgb) const {
         if (!texture) return glm::dvec4(1);
         return texelAt(posed.scene().images[static_cast<std::size_t>(texture.image)], texture,
@@ -141,7 +141,7 @@ std::pair<glm::dvec3, glm::dvec3> tangentFrame(const SurfacePoint& point, const 
     const glm::dvec2 uv0(texcoords[vertex[0]]);
     const glm::dvec2 uv1 = turn * (glm::dvec2(texcoords[vertex[1]]) - uv0);
     const glm::dvec2 uv2 = turn * (glm::dvec2(texcoords[vertex[2]]) - uv0);
-    // As if the edges went to the right and up on the picture.
+    // Signs as if p1 and p2 ran to the right and up in the picture, like the shader's derivatives.
     const double turned = glm::dot(glm::cross(p1, p2), point.facet) < 0 ? -1 : 1;
     const glm::dvec3 across_2 = turned * glm::cross(p2, normal);
     const glm::dvec3 across_1 = turned * glm::cross(normal, p1);
@@ -153,7 +153,7 @@ std::pair<glm::dvec3, glm::dvec3> tangentFrame(const SurfacePoint& point, const 
     return {factor * tangent, factor * bitangent};
 }
 
-// One function per shaded channel: its components.
+// One function per shaded channel; each writes the channel's components.
 
 void shadingNormal(const SurfacePoint& point, float* out) {
     glm::dvec3 normal = interpolatedNormal(point);
@@ -210,7 +210,7 @@ void roughnessMetallic(const SurfacePoint& point, float* out) {
 
 using EvaluateSurface = void (*)(const SurfacePoint&, float*);
 
-/// Channels not listed follow from Z and primitive, or are not supported.
+/// Channels not listed are computed from Z and primitive, or not supported.
 constexpr std::pair<Channel, EvaluateSurface> kSurfaceChannels[] = {
     {Channel::kNormal, shadingNormal},
     {Channel::kUv, texcoords},

@@ -27,9 +27,9 @@ glm::vec<Value::length(), double> weighted(const std::vector<Value>& values,
            weight[2] * Sum(values[vertex[2]]);
 }
 
-/// Samples a texture at coordinates of its UV set, before the material's transform. Returns 0 to 1,
-/// with the sampler's wrap modes and magnification filter. `srgb`: R, G and B are linearised before
-/// filtering.
+/// Samples a texture with its wrap modes and magnification filter. Returns RGBA, 0 to 1. `uv` are
+/// coordinates of the texture's UV set, before KHR_texture_transform. `srgb`: R, G and B are
+/// linearised before filtering.
 glm::dvec4 texelAt(const Image& image, const TextureRef& texture, const glm::dvec2& uv,
                    bool srgb = false);
 
@@ -37,10 +37,10 @@ glm::dvec4 texelAt(const Image& image, const TextureRef& texture, const glm::dve
 /// bundle asks for.
 void checkSurfaceChannels(std::span<const Channel> channels);
 
-/// Returns the values of the channels (core/image/channels.h) that shaders would give for every hit
-/// of a band, in the layout of FragmentSources::values: records of shadedComponents() floats, hit
-/// after hit. `keys` are those of the hits. Rows run in parallel; the result does not depend on
-/// their order.
+/// Returns the values of the channels (core/image/channels.h) for every hit of a band, as shaders
+/// would compute them. The layout is that of FragmentSources::values: one record of
+/// shadedComponents() floats per hit. `keys` has one entry per hit. Rows run in parallel; the
+/// result does not depend on their order.
 std::vector<float> surfaceValues(const PosedScene& posed, const View& view,
                                  const LayeredImage& band, std::span<const std::uint32_t> keys,
                                  std::span<const Channel> channels);

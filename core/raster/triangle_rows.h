@@ -20,7 +20,7 @@ struct RayWindow {
     int bits = 0;
     std::int32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 
-    /// Returns the first ray at or after a coordinate.
+    /// Returns the first ray at or after a coordinate in grid steps.
     std::int32_t rayFrom(std::int32_t coordinate) const {
         const std::uint32_t step = (std::uint32_t{1} << bits) - 1;
         return static_cast<std::int32_t>((static_cast<std::uint32_t>(coordinate) + step) >> bits);
@@ -33,8 +33,8 @@ class EdgeRows {
   public:
     EdgeRows(const SnappedCorner& a, const SnappedCorner& b, std::int32_t row, int bits)
         : across_(std::int64_t{b.x} - a.x), down_(std::int64_t{b.y} - a.y), bits_(bits) {
-        // The crossing is a.x + (y − a.y) · across / down. Nothing here exceeds 2^63: the sum of
-        // the two products is the crossing, which is on the grid, times `down`.
+        // The crossing is a.x + (y − a.y) · across / down. Nothing here exceeds 2^63, because the
+        // sum of the two products is `down` times the crossing, which is on the grid.
         const std::int64_t y = std::int64_t{row} << bits;
         whole_ = down_ << bits;
         const std::int64_t sum = a.x * down_ + (y - a.y) * across_ + whole_ - 1;
@@ -44,7 +44,7 @@ class EdgeRows {
 
     std::int32_t ray() const { return static_cast<std::int32_t>(at_); }
 
-    /// Prepares the first nextRow().
+    /// Computes the step from row to row; call it before the first nextRow().
     void prepareSteps() {
         step_ = divided(across_, down_, inverse_ * static_cast<double>(std::int64_t{1} << bits_),
                         rest_step_);
@@ -152,9 +152,9 @@ void forEachLongRow(const SortedTriangle& triangle, const RayWindow& window, Emi
     if (middle < bottom) rows(EdgeRows(b, c, middle, window.bits), middle, bottom);
 }
 
-/// Does the same for a small triangle, two rows at once and without branches. A crossing is the
-/// quotient of two numbers below 2^53. In floating point it is an integer, or on one side of it,
-/// exactly if the true quotient is.
+/// Does the same as forEachLongRow() for a small triangle, two rows at once and without branches. A
+/// crossing is the quotient of two numbers below 2^53, so the rounded quotient equals an integer,
+/// or lies on one side of it, exactly if the true quotient does.
 template <class Emit>
 void forEachShortRow(const SortedTriangle& triangle, const RayWindow& window, Emit&& emit) {
     const auto& [a, b, c] = triangle.corner;
@@ -162,7 +162,8 @@ void forEachShortRow(const SortedTriangle& triangle, const RayWindow& window, Em
     const std::int64_t x0 = window.x0 * steps, y0 = window.y0 * steps;
     const double width = window.x1 - window.x0;
     // The upper and lower edges lie on the same side of the long one, and the covered rays end at
-    // the nearer of the two: the least of both crossings, or of both negated.
+    // the nearer of the two: on the right at the lesser crossing, on the left at the greater one.
+    // Multiplying by `sign` turns the second case into the first.
     const double sign = triangle.area > 0 ? 1 : -1;
     struct Edge {
         double at, slope, down;
@@ -174,7 +175,7 @@ void forEachShortRow(const SortedTriangle& triangle, const RayWindow& window, Em
                     static_cast<double>(across) * sign * static_cast<double>(steps),
                     static_cast<double>(down) * static_cast<double>(steps)};
     };
-    // A horizontal edge bounds nothing.
+    // A horizontal edge bounds no row, so the other short edge replaces it.
     const Edge whole = edge(a, c), upper = a.y == b.y ? edge(b, c) : edge(a, b),
                lower = b.y == c.y ? edge(a, b) : edge(b, c);
     const TwoDoubles none{}, all = none + width;
@@ -193,10 +194,10 @@ void forEachShortRow(const SortedTriangle& triangle, const RayWindow& window, Em
     }
 }
 
-/// Calls emit(row, first, end) with the rays that a triangle covers: its inside, its left and its
-/// top edges (the top-left rule), so that a ray on a shared edge belongs to one triangle. In an
-/// empty row `first` is not before `end`. `window` has no rows above or below the triangle, and at
-/// least one row.
+/// Calls emit(row, first, end) with the rays that a triangle covers: those inside it and on its
+/// left and top edges (the top-left rule), so that a ray on a shared edge belongs to one triangle.
+/// In an empty row, first >= end. `window` must have at least one row, and none above or below the
+/// triangle.
 template <class Emit>
 void forEachRow(const SortedTriangle& triangle, const RayWindow& window, Emit&& emit) {
     constexpr std::int32_t kShort = 8, kSmall = 1 << 22;
@@ -225,7 +226,7 @@ void forEachRow(std::span<const SnappedCorner> corners, const RayWindow& window,
             SnappedCorner a = corners[i], b = corners[(i + 1) % corners.size()];
             if (b.y < a.y) std::swap(a, b);
             if (row < window.rayFrom(a.y) || row >= window.rayFrom(b.y)) continue;
-            // Insertion sort; there are few.
+            // Insertion sort, since there are few crossings.
             const std::int32_t ray = EdgeRows(a, b, row, window.bits).ray();
             std::size_t at = crossings++;
             for (; at > 0 && crossing[at - 1] > ray; --at)

@@ -14,10 +14,11 @@ constexpr std::size_t kPointsAtOnce = 1024;
 // A surface this near to a point, relative to the coordinates, counts as touching it: a few
 // roundings of a double.
 constexpr double kOnSurface = 1e-12;
-// Neighbouring rays can have their hits in a different order, so this many hits are considered
-// beyond the next one.
+// The number of hits that are considered beyond the next one, because the point's own ray may have
+// its hits in a different order.
 constexpr int kBeyond = 2;
-// How far along the ray a triangle's plane is followed beyond the triangle, in ray spacings.
+// The distance along the ray, in ray spacings, up to which a triangle's plane is followed beyond
+// the triangle.
 constexpr double kSteepestPlane = 4;
 
 double largestComponent(const glm::dvec3& v) {
@@ -37,7 +38,8 @@ class Search {
         const auto place = static_cast<std::size_t>(std::ranges::upper_bound(z, at) - z.begin());
         int beyond = 0;
         for (std::size_t i = place; i > 0; --i) {
-            if (beyond > kBeyond && z[i - 1] != z[i]) break;  // all coincident hits, or none
+            // Never stop between coincident hits.
+            if (beyond > kBeyond && z[i - 1] != z[i]) break;
             consider(keys[i - 1], false);
             if (hits_.before.key != 0) ++beyond;
         }
@@ -51,8 +53,8 @@ class Search {
     }
 
   private:
-    /// Makes the hit the next one if it is nearer. `later`: it comes after the hits considered so
-    /// far.
+    /// Records the hit if it is the nearest one so far on its side of the point. `later`: in the
+    /// ray's list, it comes after the hits considered so far.
     void consider(std::uint32_t key, bool later) {
         WorldElement element = elementOf(posed_, key);
         placeCorners(posed_, element);
@@ -89,7 +91,7 @@ std::optional<glm::ivec2> nearestRay(const Bundle& bundle, const glm::dvec3& poi
     const glm::dvec2 at =
         glm::floor((across / bundle.size() + 0.5) * glm::dvec2(view.width, view.height));
     const Window& crop = view.crop;
-    // Compared as doubles, since points may be anywhere.
+    // Compared as doubles, since far points would overflow an int.
     if (!(at.x >= crop.x0 && at.x < crop.x1 && at.y >= crop.y0 && at.y < crop.y1)) return {};
     return glm::ivec2(at);
 }

@@ -15,7 +15,7 @@
 namespace peeler {
 
 struct NextHit {
-    /// From the point, scene units, never negative; infinite if there is no hit.
+    /// Distance from the point, in scene units, never negative; infinite if there is no hit.
     double distance = std::numeric_limits<double>::infinity();
     std::uint32_t key = 0;  ///< 0 = none
 };
@@ -33,15 +33,15 @@ struct PointHits {
 std::optional<glm::ivec2> nearestRay(const Bundle& bundle, const glm::dvec3& point);
 
 /// Finds the hits next to those points whose nearest ray is in the band. `found` has one entry per
-/// point; those of other points are kept. The band is of a parallel bundle; its extra[0] are the
-/// keys (kKeyChannel).
+/// point; entries of other points stay unchanged. The band must belong to a parallel bundle and
+/// hold the keys (kKeyChannel) in extra[0].
 ///
-/// Rays do not go through the points. A binary search finds the place of a point in the list of its
-/// nearest ray; the primitives around that place are then intersected with the point's own ray. A
-/// distance is exact if this ray meets the primitive that the nearest ray hit. Otherwise it is the
-/// distance to the primitive's plane, or to its nearest point if the plane is far from there.
-/// Features thinner than the ray spacing can be missed. Points run in parallel; the result does not
-/// depend on their order.
+/// The bundle's rays do not go through the points. A binary search finds a point's position in the
+/// hit list of its nearest ray; the primitives hit around that position are then intersected with a
+/// parallel ray through the point itself. A distance is exact if that ray meets the primitive.
+/// Otherwise it is the distance to the primitive's plane, or to its nearest point if the plane is
+/// far from there. Features thinner than the ray spacing can be missed. Points run in parallel; the
+/// result does not depend on their order.
 void findPointHits(const PosedScene& posed, const Bundle& bundle, const LayeredImage& band,
                    std::span<const glm::dvec3> points, std::span<PointHits> found);
 

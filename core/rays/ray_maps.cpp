@@ -114,8 +114,8 @@ constexpr RayMapInfo kMaps[] = {
      true},
 };
 
-/// Returns a name that is valid in an EXR channel: dots, which separate name parts, and control
-/// characters are replaced. The limit is 255 bytes.
+/// Returns a name that is valid as part of an EXR channel name: replaces dots, which separate
+/// parts, and control characters, and shortens it, since EXR allows 255 bytes in all.
 std::string channelName(const std::string& name) {
     constexpr std::size_t kLongest = 200;
     std::string result;
@@ -183,8 +183,8 @@ RayMaps::RayMaps(const PosedScene& posed, const Solids* solids, RayMapSettings s
     }
 }
 
-/// Walks along the ray with a stack of the spans that it is inside. A span that has ended is popped
-/// when it reaches the top.
+/// Adds up the path lengths per material. Walks along the ray with a stack of the spans that it is
+/// inside. A span that has ended is popped when it reaches the top.
 void RayMaps::findPaths(RayMapScratch& scratch) const {
     std::vector<SolidSpan>& open = scratch.open;
     scratch.paths.assign(path_materials_.size(), 0.0);

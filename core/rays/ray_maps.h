@@ -16,7 +16,7 @@
 
 namespace peeler {
 
-/// A value computed per ray; the table describes each.
+/// A kind of value computed per ray; rayMapTable() describes each.
 enum class RayMap : std::uint8_t {
     kFirst,
     kLast,
@@ -34,13 +34,13 @@ struct MappedRay;
 /// A row of the table of maps.
 struct RayMapInfo {
     RayMap map;
-    std::string_view name;  ///< on the command line; also the channel's, except for kPathLength
+    std::string_view name;  ///< in options and, except for kPathLength, of the channel
     std::string_view summary;
     PixelType type;  ///< kFloat or kUint
     /// Writes the map's value for a ray; for kPathLength one value per material.
     void (*evaluate)(const MappedRay& ray, float* out);
     bool solids = false;  ///< needs the nesting of solids
-    bool length = false;  ///< a length inside something: its sum over parallel rays is a volume
+    bool length = false;  ///< a length inside something; integrated over parallel rays, a volume
 };
 
 /// Returns the table in the order of the enumeration. A ray without hits gets 0, but kFirst and
@@ -53,16 +53,16 @@ inline const RayMapInfo& infoOf(RayMap map) {
 
 struct RayMapSettings {
     std::vector<RayMap> maps;  ///< duplicates count once
-    /// Attenuation coefficient of each of Scene::materials, per unit of length; may be shorter,
-    /// missing entries are 0.
+    /// Attenuation coefficients of Scene::materials, per scene unit of length; 0 for materials past
+    /// the end of the list.
     std::vector<double> attenuation{};
-    /// kOverlap: per element of Scene::nodes, whether it belongs to the part.
+    /// For kOverlap, the two parts: per element of Scene::nodes, whether it belongs to the part.
     std::array<std::vector<char>, 2> parts{};
 };
 
 struct RayMapChannel {
     RayMap map = RayMap::kFirst;
-    std::string name;  ///< of the EXR channel: "thickness", "path.steel"
+    std::string name;  ///< name of the EXR channel, like "thickness" or "path.steel"
 };
 
 /// Scratch storage for evaluating a ray. One per thread.
@@ -72,14 +72,14 @@ struct RayMapScratch {
     std::vector<RayInterval> inside, other;
     std::vector<SolidSpan> open;
     std::vector<double> paths;   ///< by path channel
-    std::vector<float> values;   ///< of the ray
+    std::vector<float> values;   ///< values of the ray
     std::vector<float> nothing;  ///< values of a ray without hits
 };
 
 /// Evaluates maps of a scene. Lengths are in scene units, along the ray.
 ///
-/// At every point inside solids, the material is that of the innermost solid: the one that the ray
-/// entered last, with the material of the triangle of entry. Path lengths therefore add up to the
+/// At every point inside solids, the material is that of the innermost solid, which is the one that
+/// the ray entered last, at the triangle where it entered. Path lengths therefore add up to the
 /// thickness. Transmission is exp(−Σ μ·L) over the path lengths L (Beer–Lambert law).
 class RayMaps {
   public:
@@ -90,7 +90,7 @@ class RayMaps {
     /// a solid of the scene. Names are unique.
     const std::vector<RayMapChannel>& channels() const { return channels_; }
 
-    /// Writes one value per channel to `out`. `t` and `keys` are as in SolidSpans.
+    /// Writes one value per channel to `out`. `t` and `keys` are as for SolidSpans::find().
     void evaluate(std::span<const float> t, std::span<const std::uint32_t> keys,
                   RayMapScratch& scratch, std::span<float> out) const;
 
@@ -105,8 +105,8 @@ class RayMaps {
     const Solids* solids_;
     RayMapSettings settings_;
     std::vector<RayMapChannel> channels_;
-    std::vector<std::size_t> path_materials_;  ///< of each path channel
-    std::vector<std::size_t> path_of_;         ///< the inverse
+    std::vector<std::size_t> path_materials_;  ///< index into Scene::materials, by path channel
+    std::vector<std::size_t> path_of_;         ///< the inverse: path channel by material
     bool needs_spans_ = false, needs_paths_ = false;
     mutable ObjectPool<RayMapScratch> scratch_;
 };

@@ -51,16 +51,16 @@ class WeldedMesh {
         return {bits(p.x), bits(p.y), bits(p.z)};
     }
 
-    std::vector<std::size_t> first_;  // vertex of each primitive
+    std::vector<std::size_t> first_;  // first vertex of each primitive
     std::vector<std::uint32_t> welded_;
 };
 
 }  // namespace
 
-/// Finds edges that occur an odd number of times. Reuses its storage between meshes.
+/// A filter for edges that occur an odd number of times. Reuses its storage between meshes.
 class Solids::EdgeParity {
   public:
-    /// Keeps only these edges, each once.
+    /// Keeps the edges that occur an odd number of times, each once; removes all others.
     void keepOpen(std::vector<Edge>& list) {
         sort(list);
         std::size_t kept = 0;
@@ -75,8 +75,8 @@ class Solids::EdgeParity {
     std::vector<Edge> edges;  ///< of the current primitive
 
   private:
-    /// Buckets the edges by their lesser vertex, which leaves a few per vertex; sorts directly if
-    /// edges are few among many vertices.
+    /// Sorts edges in buckets, one per lesser vertex, which hold only a few edges each. Sorts
+    /// directly if there are few edges for many vertices.
     void sort(std::vector<Edge>& list) {
         if (list.empty()) return;
         const auto [least, most] = std::ranges::minmax(list, {}, &Edge::first);
@@ -93,7 +93,7 @@ class Solids::EdgeParity {
         sorted_.resize(list.size());
         for (const Edge& edge : list)
             sorted_[next_[edge.first - least.first]++] = edge;
-        // Each of next_ is now the beginning of the next vertex's edges.
+        // Each entry of next_ is now where the edges of its vertex end.
         auto begin = sorted_.begin();
         for (std::size_t i = 0; i < vertices; ++i) {
             const auto end = sorted_.begin() + static_cast<std::ptrdiff_t>(next_[i]);
@@ -157,8 +157,8 @@ const std::vector<Solids::Shell>& Solids::shellsOf(const PosedScene& posed,
         open.insert(open.end(), edges.begin(), edges.end());
     }
     if (!rest.primitives.empty()) {
-        // Odd counts add up to an even one: an edge open in the whole is odd among the open edges
-        // of the parts.
+        // An edge that is open in two primitives is not open in both together, so the open edges
+        // are those that occur an odd number of times among the primitives' open edges.
         parity.keepOpen(open);
         rest.open_edges = open.size();
         shells.push_back(std::move(rest));

@@ -21,19 +21,19 @@ namespace peeler {
 struct Solid {
     std::size_t instance = 0;  ///< index into PosedScene::meshes()
     int node = 0;
-    std::span<const std::size_t> primitives{};  ///< of the mesh
-    std::uint64_t triangles = 0;                ///< with three different corners
+    std::span<const std::size_t> primitives{};  ///< indices in the mesh
+    std::uint64_t triangles = 0;                ///< those with three different corners
     std::uint64_t open_edges = 0;
 
     bool closed() const { return open_edges == 0; }
 };
 
-/// The solids of a scene. glTF does not mark closed surfaces, so they follow from the topology:
-/// vertices at the same position (bit for bit; −0 is 0) are welded, and an edge is open if an odd
-/// number of triangles has it. Every primitive of a mesh that is closed by itself is a solid. All
-/// other triangles of the mesh form one more, so a cube with different materials on its sides is
-/// one solid. Lines and points belong to no solid. The topology of a mesh is found once for all its
-/// instances; that of a deformed mesh once per deformation.
+/// The solids of a scene. glTF does not mark closed surfaces, so the topology decides: vertices at
+/// the same position (bit for bit; −0 is 0) are welded, and an edge is open if an odd number of
+/// triangles share it. Every primitive of a mesh that is closed by itself is a solid. All other
+/// primitives of the mesh together form one more, so a cube with different materials on its sides
+/// is one solid. Lines and points belong to no solid. The topology of a mesh is found once for all
+/// its instances; that of a deformed mesh once per deformation.
 class Solids {
   public:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
@@ -46,13 +46,13 @@ class Solids {
 
     /// Returns the solids in draw order.
     const std::vector<Solid>& all() const { return solids_; }
-    /// Returns the index into all(), or kNone; keys are those of DrawList.
+    /// Returns the solid that a key (DrawList) belongs to: an index into all(), or kNone.
     std::uint32_t solidOf(std::uint32_t key) const { return surfaceOf(key).solid; }
-    /// Returns the index into Scene::materials.
+    /// Returns the material of a key: an index into Scene::materials.
     std::size_t materialOf(std::uint32_t key) const { return surfaceOf(key).material; }
 
   private:
-    /// A primitive of an instance.
+    /// The solid and material of a primitive in an instance.
     struct Surface {
         std::uint32_t solid = kNone, material = 0;
     };
@@ -68,9 +68,9 @@ class Solids {
                                        EdgeParity& parity);
 
     std::vector<Solid> solids_;
-    KeyIndex keys_;                  // those of the draw list, which may not live as long
+    KeyIndex keys_;                  // copy of the draw list's index, which may not live as long
     std::vector<Surface> surfaces_;  // indexed by keys_
-    std::map<std::pair<int, int>, std::vector<Shell>> shells_;  ///< by mesh and deformation
+    std::map<std::pair<int, int>, std::vector<Shell>> shells_;  ///< keyed by mesh and deformation
 };
 
 /// An interval of a ray, in t.
@@ -84,7 +84,7 @@ struct RayInterval {
 /// An interval inside one solid.
 struct SolidSpan : RayInterval {
     std::uint32_t solid = 0;  ///< index into Solids::all()
-    std::uint32_t key = 0;    ///< of the hit that entered it
+    std::uint32_t key = 0;    ///< key of the hit that entered it
     std::uint32_t hit = 0;    ///< index among the ray's hits
 };
 
@@ -92,24 +92,24 @@ struct SolidSpan : RayInterval {
 struct SolidHits {
     std::uint32_t hits = 0;
     std::uint32_t last = 0;  ///< index of the last one among the ray's hits
-    std::uint32_t span = 0;  ///< the latest span while spans are being found
+    std::uint32_t span = 0;  ///< index of the latest span, while find() runs
 
     bool odd() const { return hits % 2 == 1; }
 };
 
-/// The spans of a ray inside solids, by parity: the ray is inside a solid from its 1st hit to its
-/// 2nd, from its 3rd to its 4th, and so on; an unpaired last hit opens no span. Reuses its storage
-/// between rays. One per thread.
+/// The spans of a ray inside solids, by parity: the ray is inside a solid from its 1st hit of that
+/// solid to the 2nd, from the 3rd to the 4th, and so on; an unpaired last hit opens no span. Reuses
+/// its storage between rays. One per thread.
 class SolidSpans {
   public:
     /// Finds the spans of a ray. `t` is in ascending order; `keys` are those of DrawList,
     /// coincident hits in draw order.
     void find(std::span<const float> t, std::span<const std::uint32_t> keys, const Solids& solids);
 
-    /// Returns the spans of non-zero length, ordered by their beginnings. Of several with the same
-    /// beginning the longest is first, so the others count as inside it.
+    /// Returns the spans of non-zero length, ordered by their beginnings. Of spans with the same
+    /// beginning, the longest comes first, so that the others count as inside it.
     std::span<const SolidSpan> all() const { return spans_; }
-    /// Returns every solid hit, with its hit count.
+    /// Returns every solid that the ray hits, with the hit count.
     const std::vector<SparseSet<SolidHits>::Entry>& hits() const { return hits_.entries(); }
 
   private:
@@ -154,12 +154,13 @@ class Parity {
 
     explicit Parity(const Solids& solids) : solids_(solids) {}
 
-    /// Adds a band; bundles come in order. extra[0] are the keys.
+    /// Adds a band, which holds the keys in extra[0]. Bundles must be added in order.
     void add(std::size_t bundle, const LayeredImage& band);
 
     /// Returns the counts by index of the solid; solids without hits are missing.
     const std::map<std::uint32_t, SolidParity>& solids() const { return found_; }
-    std::uint64_t oddRays() const { return odd_rays_; }  ///< odd with any solid
+    /// Returns the number of rays that hit at least one solid an odd number of times.
+    std::uint64_t oddRays() const { return odd_rays_; }
     bool holds() const { return odd_rays_ == 0; }
 
   private:

@@ -30,8 +30,8 @@ std::uint64_t parityUpTo(std::uint64_t bits) {
     return bits;
 }
 
-/// Returns the number of set bits in a form that compilers vectorise: the baseline processor need
-/// not have a popcount instruction.
+/// Returns the number of set bits. Written so that compilers vectorise it, because the baseline
+/// processor need not have a popcount instruction.
 std::uint64_t countBits(std::span<const std::uint64_t> words) {
     std::uint64_t sum = 0;
     for (std::uint64_t bits : words) {
@@ -52,8 +52,8 @@ std::uint64_t spreadBits(std::uint64_t bits) {
     return (apart + 0x7F * kEach) >> 7 & kEach;
 }
 
-/// Writes one byte per cell of a plane: value(y, word, from) returns those of eight bits of a
-/// line's word, starting at a bit.
+/// Writes one byte per cell of a plane. value(y, word, from) returns the bytes of eight cells of
+/// line y: those at the bits of `word` from bit `from` on.
 template <class Value>
 void writePlane(std::span<std::uint8_t> plane, const glm::ivec3& cells, Value&& value) {
     static_assert(std::endian::native == std::endian::little);
@@ -92,15 +92,16 @@ void ZeroedWords::Free::operator()(std::uint64_t* words) const {
 
 /// The bits of the cells along a ray.
 struct VoxelVotes::Line {
-    double start, step;  ///< along the ray, in cells
+    double start, step;  ///< cell coordinate at t = 0, and its change per unit of t
     double cells;
     std::uint64_t* words;
     std::size_t stride;  ///< words between cells; 0 = bits of the same word
     std::uint64_t bit;
-    std::size_t end;  ///< cells that have a bit
+    std::size_t end;  ///< number of cells with a bit in storage, including padding; crossings at or
+                      ///< beyond it are ignored
 
-    /// If `marks`, flips the first cell whose centre is at or after t, if any. Avoids a branch that
-    /// would be unpredictable.
+    /// If `marks`, flips the bit of the first cell whose centre is at or after t, if any. `marks`
+    /// is a parameter because a branch in the caller would be unpredictable.
     void cross(double t, bool marks) const {
         const double place = std::clamp(start + step * t - 0.5, 0.0, cells);
         auto cell = static_cast<std::size_t>(static_cast<std::int64_t>(place));
@@ -139,8 +140,8 @@ VoxelVotes::VoxelVotes(const AxisBundles& lattice, const Solids& solids)
     }
 }
 
-/// Stores the lines of neighbouring rays together: by x and y for rays along y, by y and x for the
-/// others. Threads divide x or y among them, so no two write to the same word.
+/// Stores the lines of neighbouring rays together: by (x, y) for rays along y, and by (y, x) for
+/// the others. Threads divide the first coordinate among them, so no two write to the same word.
 void VoxelVotes::add(std::size_t axis, const Bundle& bundle, const LayeredImage& band) {
     constexpr int kAtOnce = 8;
     const Window& window = band.window;
@@ -190,13 +191,15 @@ void VoxelVotes::add(std::size_t axis, const Bundle& bundle, const LayeredImage&
     });
 }
 
-/// Marks the ends of a ray's inside intervals: the entry into the outermost solid and the exit from
-/// the last. A zero-length interval flips a cell twice, which cancels out.
+/// Marks both ends of every interval in which a ray is inside some solid: where it enters the first
+/// one, and where it has left all of them. A zero-length interval flips a cell twice, which cancels
+/// out.
 void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t> keys, Line line,
                         Scratch& scratch) const {
     const std::size_t hits = keys.size();
     if (scratch.solids.size() < hits) scratch.solids.resize(hits);
-    // Bytes may alias anything, so accesses through `scratch` would be reloaded every time.
+    // Local pointers, because byte stores may alias anything: through `scratch`, both would be
+    // reloaded after every store.
     std::uint32_t* const solids = scratch.solids.data();
     std::uint8_t* const states = scratch.states.data();
     bool one = true;
@@ -241,10 +244,10 @@ void VoxelVotes::finish() {
     });
     std::atomic<std::uint64_t> occupied{0}, disputed{0};
     parallelFor(ys, [&](std::size_t y) {
-        std::vector<std::uint64_t> inside(words_);  // along x
+        std::vector<std::uint64_t> inside(words_);  // running parity along x
         std::uint64_t majority = 0;
         for (std::size_t x = 0; x < xs; ++x) {
-            std::uint64_t before = 0;  // all bits equal the one before this word
+            std::uint64_t before = 0;  // the bit before this word, in all 64 bits
             for (std::size_t i = 0; i < words_; ++i) {
                 std::uint64_t& along = along_y[(x * ys + y) * words_ + i];
                 const std::size_t at = (y * xs + x) * words_ + i;
@@ -254,7 +257,7 @@ void VoxelVotes::finish() {
                 before = 0 - (c >> (kWordBits - 1));
                 along = (a & b) | (b & c) | (c & a);
                 along_z[at] = a ^ b ^ c;
-                // Of 1 and 2 votes, one of the two is set.
+                // With 1 or 2 votes, exactly one of the two bits is set.
                 along_x[at] = along ^ along_z[at];
             }
             majority += countBits({along_y + (x * ys + y) * words_, words_});

@@ -16,8 +16,8 @@
 
 namespace peeler {
 
-/// Zeroed words. The system allocates their pages, large ones if possible, on first write, so
-/// untouched ones cost nothing.
+/// An array of zeroed words. The system allocates its pages (large ones if possible) on first
+/// write, so pages that are never written cost nothing.
 class ZeroedWords {
   public:
     ZeroedWords() = default;
@@ -46,18 +46,20 @@ class VoxelVotes {
     /// `lattice` gives corner, spacing and cells. Throws Error (kMemory) if there is no room.
     VoxelVotes(const AxisBundles& lattice, const Solids& solids);
 
-    /// Adds a band of the bundle along `axis` (0–2). Its rays go through cell centres, and its
-    /// sides lie along the other axes. Each band must be added once.
+    /// Adds a band of the bundle along `axis` (0–2). The bundle's rays must go through cell
+    /// centres, and its sides lie along the other axes. Each band must be added once.
     void add(std::size_t axis, const Bundle& bundle, const LayeredImage& band);
 
-    /// Counts the votes, once, after the last band. The results below are valid from then on.
+    /// Counts the votes. Call it once, after the last band; the functions below are valid from then
+    /// on.
     void finish();
 
     /// Returns one bit per cell: (x, y, z) is bit z % 64 of word (x · cells.y + y) ·
     /// wordsOf(cells.z) + z / 64.
     std::span<const std::uint64_t> inside() const { return inside_.all(); }
-    /// Writes one byte per cell of a plane, (y, z) at y · cells.z + z: insideAt() 1 inside, 0
-    /// outside; votesAt() the number of rays that find it inside, 0 to 3.
+    /// Write one byte per cell of the plane at x; the index of cell (y, z) is y · cells.z + z.
+    /// insideAt() writes 1 inside and 0 outside, votesAt() the number of rays that find the cell
+    /// inside, 0 to 3.
     void insideAt(int x, std::span<std::uint8_t> plane) const;
     void votesAt(int x, std::span<std::uint8_t> plane) const;
 
@@ -65,15 +67,15 @@ class VoxelVotes {
     std::uint64_t disputed() const { return disputed_; }  ///< cells on which the rays disagree
 
     static std::uint64_t cellsOf(const AxisBundles& lattice);
-    /// Returns the memory of the votes.
+    /// Returns the bytes that the votes take.
     static std::uint64_t bytesOf(const AxisBundles& lattice);
     /// Returns the words of a line of `cells` cells along z.
     static std::size_t wordsOf(int cells) { return (static_cast<std::size_t>(cells) + 63) / 64; }
 
   private:
     struct Scratch {
-        std::vector<std::uint32_t> solids;  ///< of a ray's hits
-        std::vector<std::uint8_t> states;   ///< of every solid
+        std::vector<std::uint32_t> solids;  ///< solid of each of a ray's hits
+        std::vector<std::uint8_t> states;   ///< state of every solid, see addRay()
     };
     struct Line;
 
@@ -84,11 +86,10 @@ class VoxelVotes {
     double spacing_;
     glm::ivec3 cells_;
     const Solids& solids_;
-    std::size_t words_;                     ///< of a line along z
+    std::size_t words_;                     ///< words of a line along z
     std::array<ZeroedWords, 3> crossings_;  ///< per axis: where its rays enter and leave solids
     ZeroedWords inside_;                    ///< cells inside by majority
-    ZeroedWords odd_;                       ///< cells inside by one ray or all three; lines by y
-                                            ///< and x
+    ZeroedWords odd_;  ///< cells that one ray or all three find inside; lines sorted by y, then x
     std::uint64_t occupied_ = 0, disputed_ = 0;
     ObjectPool<Scratch> scratch_;
 };

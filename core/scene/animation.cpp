@@ -50,7 +50,7 @@ void sampleKeyframes(const Keyframes& keyframes, double time, bool rotation,
     const auto after = std::upper_bound(times.begin(), times.end(), time,
                                         [](double t, float at) { return t < double{at}; });
     const auto last = static_cast<std::size_t>(
-        std::max<std::ptrdiff_t>(after - times.begin() - 1, 0));  // the last key at or before
+        std::max<std::ptrdiff_t>(after - times.begin() - 1, 0));  // last key at or before `time`
     const double start = double{times[last]};
     if (after == times.begin() || after == times.end() || time == start ||
         keyframes.interpolation == Interpolation::kStep) {
@@ -88,7 +88,7 @@ void setScale(Trs& trs, const Values& v) {
     trs.scale = {v[0], v[1], v[2]};
 }
 
-/// In the order of AnimatedProperty, except for the weights.
+/// In the order of AnimatedProperty, without the weights.
 constexpr struct {
     std::size_t width;
     void (*set)(Trs&, const Values&);

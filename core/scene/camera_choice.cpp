@@ -40,10 +40,11 @@ const PlacedLight& chooseLight(const std::vector<PlacedLight>& lights, const std
             "; or an index from light:0 to light:" + std::to_string(lights.size() - 1));
 }
 
-/// Returns the view of a light (lightView in core/scene/lights.h), with its tightest projection and
-/// its size not set. The name is the light's, its node's, or an index in draw order; "key" is the
-/// built-in light of a scene without lights. Throws Error (kUsage) if the light is unknown, with
-/// the list of lights, or is a point light; (kInput) if there is nothing to fit a view to.
+/// Returns the view of a light (lightView in core/scene/lights.h), with the tightest projection,
+/// but without width and height. `camera` is "light:" plus the light's name, its node's name, or an
+/// index in draw order; "key" is the built-in light of a scene without lights. Throws Error
+/// (kUsage) if the light is unknown, with the list of lights, or is a point light; (kInput) if
+/// there is nothing to fit a view to.
 View lightCamera(const PosedScene& posed, const std::string& camera) {
     const std::vector<PlacedLight> lights = placedLights(posed);
     const PlacedLight& light = chooseLight(lights, camera);
@@ -192,7 +193,7 @@ View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
                                   : "the target is the scene's centre; give " + Parameter::kTarget);
     }
     auto place = lookAlong(eye, target - eye, up);
-    // Straight down or up: north is up, as on a map, unless `up` is given.
+    // Looking straight down or up, -Z is up, like north on a map, unless `up` is given.
     if (!place && !choice.up) place = lookAlong(eye, target - eye, {0, 0, -1});
     if (!place) {
         throw Error(ErrorKind::kUsage, "the up direction is parallel to the viewing direction",
@@ -207,7 +208,7 @@ View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
 }
 
 /// Sets near and far as requested, and a far plane beyond the bounds if the projection needs one.
-/// Throws Error (kUsage, or kInput for the scene's own planes) if they make no range.
+/// Throws Error (kUsage, or kInput for the scene's own planes) if near and far make no range.
 void setDepthRange(View& view, const CameraChoice& choice, const Bounds& bounds) {
     Projection& projection = view.projection;
     if (choice.near) projection.near = *choice.near;

@@ -10,7 +10,9 @@
 
 namespace peeler {
 
+/// The maximum width and height of a picture, which GL and common EXR readers support.
 inline constexpr int kMostPictureSide = 65536;
+/// The maximum number of pixels; their indices fit into 32 bits with room to spare.
 inline constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 30;
 
 /// Whether a camera name refers to a light.

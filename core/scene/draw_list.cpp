@@ -41,9 +41,9 @@ bool setAlpha(Draw& draw, const Primitive& p, const Material& m) {
     return draw.alpha_tested || passes;
 }
 
-/// Whether two instances can be drawn together. GL draws all instances of one primitive of the mesh
-/// before the next primitive, and at equal depths some methods rely on fragments arriving in key
-/// order.
+/// Whether two instances can be drawn together. Their mesh may have only one primitive, because GL
+/// would draw all instances of the first primitive before the second, and at equal depths some
+/// methods rely on fragments arriving in key order.
 bool together(const Scene& scene, const MeshInstance& a, const MeshInstance& b) {
     const auto& primitives = scene.meshes[static_cast<std::size_t>(a.mesh)].primitives;
     return primitives.size() == 1 && a.node == b.node && a.mesh == b.mesh &&
@@ -52,7 +52,7 @@ bool together(const Scene& scene, const MeshInstance& a, const MeshInstance& b) 
 
 }  // namespace
 
-/// Chooses the spacing that keeps both the multiples and the surfaces between two of them few.
+/// Chooses the spacing so that there are few multiples, and few surfaces between two of them.
 KeyIndex::KeyIndex(std::vector<std::uint32_t> first_keys, std::uint64_t end)
     : first_keys_(std::move(first_keys)) {
     constexpr std::uint64_t kLeast = 4096;
@@ -99,8 +99,7 @@ void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instan
         keys += elementsOf(p);
         most_vertices = std::max(most_vertices, verticesOf(p));
     }
-    // Both factors are below 2^32: more vertices have just been rejected, and more instances would
-    // not fit into memory.
+    // This cannot overflow: more than 2^32 elements or instances would not fit into memory.
     next_key_ += keys * instances.size();
     if (next_key_ > std::numeric_limits<std::uint32_t>::max() ||
         most_vertices > std::numeric_limits<int>::max()) {
@@ -130,7 +129,8 @@ void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instan
     }
 }
 
-/// Adds the surfaces of instances that are not in worlds_ yet. `first_key` is the first instance's.
+/// Adds the surfaces of a group of instances, before their matrices are in worlds_. `first_key` is
+/// the first instance's first key.
 void DrawList::addSurfaces(std::span<const Primitive> primitives, std::uint32_t first_key,
                            std::size_t instances) {
     for (std::size_t i = 0; i < instances; ++i) {

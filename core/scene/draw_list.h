@@ -17,18 +17,18 @@ namespace peeler {
 
 struct MeshInstance;
 
-/// The vertices of a primitive, from the mesh or deformed by an instance.
+/// Identifies a primitive's vertices: the mesh's own, or an instance's deformed ones.
 struct Geometry {
     int mesh = 0;
     std::size_t primitive = 0;
-    int deformed = -1;  ///< index into PosedScene::deformed()
+    int deformed = -1;  ///< index into PosedScene::deformed(); -1 = the mesh's own
     bool operator<(const Geometry& other) const {
         return std::tie(mesh, primitive, deformed) <
                std::tie(other.mesh, other.primitive, other.deformed);
     }
 };
 
-/// A primitive of a mesh, drawn at one or more places.
+/// A draw call: one primitive of a mesh, in one or more instances.
 struct Draw {
     std::size_t geometry = 0;  ///< index into DrawList::geometries()
     Topology topology = Topology::kTriangles;
@@ -40,7 +40,7 @@ struct Draw {
     bool mirrored = false;              ///< front faces are clockwise
     std::uint32_t first_primitive = 0;  ///< key of its first primitive in the first instance
     std::uint32_t instance_keys = 0;    ///< offset between the keys of successive instances
-    std::uint32_t flags = 0;            ///< PEELER_HAS_NORMALS …
+    std::uint32_t flags = 0;            ///< bits PEELER_HAS_NORMALS …
     bool opaque = false;                ///< OPAQUE or MASK, and not transmissive
     bool alpha_tested = false;          ///< some of its fragments may be rejected by alpha
     bool textured_alpha = false;        ///< alpha is tested against a texture
@@ -49,7 +49,7 @@ struct Draw {
 /// The source of a key.
 struct KeyOrigin {
     std::size_t instance = 0;   ///< index into PosedScene::meshes()
-    std::size_t primitive = 0;  ///< of the mesh
+    std::size_t primitive = 0;  ///< index in the mesh
     std::uint32_t element = 0;  ///< index among the points, lines or triangles of that primitive
     std::uint32_t in_mesh = 0;  ///< index among those of the whole mesh, primitive after primitive
 };
@@ -59,10 +59,10 @@ struct DrawnSurface {
     std::uint32_t first_key = 0;
     std::uint32_t in_mesh = 0;    ///< KeyOrigin::in_mesh of the first key
     std::uint32_t instance = 0;   ///< index into PosedScene::meshes()
-    std::uint32_t primitive = 0;  ///< of the mesh
+    std::uint32_t primitive = 0;  ///< index in the mesh
 };
 
-/// Maps keys to surfaces.
+/// An index from keys to surfaces.
 class KeyIndex {
   public:
     KeyIndex() = default;
@@ -71,7 +71,8 @@ class KeyIndex {
 
     std::uint32_t surfaceOf(std::uint32_t key) const {
         const std::size_t near = key >> shift_;
-        // The last of those with this first key: primitives without elements share it.
+        // Finds the last surface with this first key, since a primitive without elements shares it
+        // with the next.
         const auto begin = first_keys_.begin();
         const auto after = std::upper_bound(begin + near_[near], begin + near_[near + 1] + 1, key);
         return static_cast<std::uint32_t>(after - begin) - 1;
@@ -79,7 +80,8 @@ class KeyIndex {
 
   private:
     std::vector<std::uint32_t> first_keys_;
-    /// The surface of every key that is a multiple of 2^shift_; those of other keys are close.
+    /// The surface of every key that is a multiple of 2^shift_; a search from there finds the
+    /// others.
     std::vector<std::uint32_t> near_;
     unsigned shift_ = 0;
 };

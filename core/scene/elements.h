@@ -27,7 +27,7 @@ struct Corners {
 /// of a strip are turned, so that all have the same orientation (OpenGL 4.5 core, §10.1).
 Corners cornersOf(const Primitive& primitive, std::uint32_t element);
 
-/// The point, line or triangle of a key, in world space.
+/// The point, line or triangle that a key identifies, in world space.
 struct WorldElement {
     KeyOrigin origin;
     const MeshInstance* instance = nullptr;
@@ -44,8 +44,8 @@ struct WorldElement {
         return weight[0] * corner[0] + weight[1] * corner[1] + weight[2] * corner[2];
     }
     /// Returns the corners' weights where a ray meets the plane of the triangle or comes nearest to
-    /// the line. The rasteriser snaps corners to a grid, so a fragment's ray can miss by a fraction
-    /// of a pixel: weights are clamped to the element. `direction` may have any length.
+    /// the line. The rasteriser snaps corners to a grid, so a fragment's ray can miss the element
+    /// by a fraction of a pixel; hence weights are clamped to it. `direction` may have any length.
     std::array<double, 3> weightsAt(const glm::dvec3& ray_origin,
                                     const glm::dvec3& direction) const;
 };
@@ -53,7 +53,8 @@ struct WorldElement {
 /// Returns the element of a key, without its corners.
 WorldElement elementOf(const PosedScene& posed, std::uint32_t key);
 
-/// Finds the corners in double precision. `posed` may be another pose of the same scene.
+/// Computes the element's corners in double precision. `posed` may be another pose of the same
+/// scene.
 void placeCorners(const PosedScene& posed, WorldElement& element);
 
 /// A cache of recently used elements and their normals: neighbouring rays mostly hit the same ones.
@@ -67,7 +68,7 @@ class RecentElements {
         glm::dvec3 unit{0};     ///< normalised `normal`; 0 if that is 0
     };
 
-    /// `posed` must outlive it. Without corners there are no normals either.
+    /// `posed` must outlive this object. Without `corners`, entries have no normals either.
     RecentElements(const PosedScene& posed, bool corners)
         : posed_(posed), corners_(corners), entries_(kEntries) {}
 
@@ -79,7 +80,7 @@ class RecentElements {
     }
 
   private:
-    static constexpr std::size_t kEntries = 512;  ///< fit a processor's own cache
+    static constexpr std::size_t kEntries = 512;  ///< few enough for a core's own cache
 
     void find(std::uint32_t key, Entry& entry) const;
 

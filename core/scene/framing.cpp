@@ -16,8 +16,8 @@ namespace {
 
 constexpr std::size_t kEvenMoments = 9, kMostKeys = 24;
 
-/// Returns times, in seconds: equal steps from the first key to the last, plus those of the keys.
-/// If there are too many keys, uses evenly chosen ones.
+/// Returns times, in seconds: kEvenMoments evenly spaced ones from the first key to the last, plus
+/// the times of all keys, or of kMostKeys evenly chosen ones if there are more.
 std::set<double> momentsOf(const Scene& scene, std::span<const int> animations) {
     std::set<double> keys;
     for (const int animation : animations)
@@ -110,7 +110,7 @@ constexpr double kFill = 1 - 2 * kFramingMargin;
 /// labels have 0.005 to 0.042; tiles, flat boxes and machines on a plate 0.1 and more.)
 constexpr double kFlat = 0.05;
 
-/// Facing (front minus back) below which a flat scene is viewed from behind.
+/// SceneExtent::facing() below which a flat scene is viewed from behind.
 constexpr double kTurned = -0.25;
 
 std::array<glm::dvec3, 8> corners(const Bounds& bounds) {
@@ -156,7 +156,7 @@ FramingDirection framingDirection(const SceneExtent& extent, const glm::dvec3& u
     glm::dvec3 forward(0);
     forward[thin] = pleasing[thin] > 0 ? 1 : -1;
     if (extent.facing(-forward) < kTurned) forward = -forward;
-    // Straight down or up: the front is below.
+    // Seen straight from above or below, the scene's front is at the bottom of the picture.
     if (std::abs(glm::dot(forward, up)) > 0.99) return {forward, turnedTo(up, {0, 0, -1})};
     return {forward, up};
 }
@@ -172,13 +172,13 @@ double sceneSize(const Bounds& bounds) {
 namespace {
 
 /// Returns the shift along `axis` that centres the scene for an eye at `distance`: where two planes
-/// of equal slope, on either side of the eye, both touch the scene. The slope is found by iteration
-/// from `slope`, which holds the scene under the shift `known`. Returns `known` if the iteration
-/// does not converge, for example with a scene around the eye.
+/// of equal slope, on either side of the eye, both touch the scene. The slope is found by
+/// iteration, starting with `slope`, at which the scene fits between the planes with the shift
+/// `known`. Returns `known` if the iteration does not converge, for example with a scene around the
+/// eye.
 double centringShift(const Reach& reach, const glm::dvec3& axis, const glm::dvec3& forward,
                      double slope, double distance, double known) {
-    constexpr int kSteps = 8;  // each reduces the error by the scene's size relative to the
-                               // distance
+    constexpr int kSteps = 8;  // each multiplies the error by about the scene's size / distance
     double shift = known;
     for (int step = 0; step < kSteps; ++step) {
         const double positive = reach(axis - slope * forward);

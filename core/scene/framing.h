@@ -21,21 +21,21 @@ class SceneExtent {
     /// Measures one moment, by its vertices.
     explicit SceneExtent(const PosedScene& posed);
 
-    /// Measures these animations from first key to last, by bounding boxes at keys (24 at
-    /// most) and between them. It is the same for every frame, so a camera that frames the scene
-    /// stands still.
+    /// Measures these animations from the first key to the last: the bounding boxes at up to 24
+    /// keys and at evenly spaced times. The extent is the same for every frame, so a camera that
+    /// frames the scene stands still.
     SceneExtent(const Scene& scene, int scene_index, std::span<const int> animations);
 
     /// Returns a unit cube at the origin if the scene is empty. Throws Error (kInput) if the bounds
     /// are not finite.
     Bounds bounds() const;
 
-    /// Returns the largest dot product of `direction` and points relative to `origin`; −inf if the
-    /// scene is empty.
+    /// Returns the greatest dot(direction, p − origin) over all points p; −inf if the scene is
+    /// empty.
     double reach(const glm::dvec3& origin, const glm::dvec3& direction) const;
 
-    /// Returns the mean facing of the triangles at the first moment: the sum of their areas as seen
-    /// against `direction`, front faces minus back faces, as a fraction of both. −1 to 1, about 0
+    /// Returns the mean facing of the triangles at the first moment: their projected areas as seen
+    /// from `direction`, front faces minus back faces, divided by the sum of both. −1 to 1, about 0
     /// for closed surfaces, and 0 without triangles.
     double facing(const glm::dvec3& direction) const;
 
@@ -61,20 +61,22 @@ struct FramingDirection {
 /// pleasingForward().
 FramingDirection framingDirection(const SceneExtent& extent, const glm::dvec3& up);
 
-/// Returns the largest extent of the bounds; if that is 0, a length that suits the position.
+/// Returns the diagonal of the bounds; if that is 0, a length that suits the position.
 double sceneSize(const Bounds& bounds);
 
-/// Returns the extent of a scene along a direction: the largest dot product relative to an origin.
+/// A function that returns a scene's extent along a direction: the greatest dot product with points
+/// relative to some origin.
 using Reach = std::function<double(const glm::dvec3& direction)>;
 
 /// Margin at each end of the picture side that limits the camera's distance, as a fraction of that
 /// side.
 inline constexpr double kFramingMargin = 0.05;
 
-/// Returns the eye of a camera that looks along `forward`, relative to the origin of `reach`, as
-/// near as the scene fits into the frame with margins of kFramingMargin. `centred` keeps the origin
-/// in the middle of the picture, otherwise the scene. The size of an orthographic frame is given;
-/// the eye is just placed in front. `size` is the scene's, for scenes without an extent.
+/// Returns the eye of a camera that looks along `forward`, relative to the origin of `reach`: as
+/// near as possible with the scene in the frame, with margins of kFramingMargin. With `centred`,
+/// the origin is in the middle of the picture; otherwise the scene is. The size of an orthographic
+/// frame is given; the eye is just placed in front. `size` is sceneSize(), which gives a distance
+/// for scenes without an extent.
 glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::dvec3& forward,
                       const glm::dvec3& up, const Projection& projection);
 
@@ -85,7 +87,7 @@ struct DepthRange {
 };
 DepthRange depthRange(const Bounds& bounds, const glm::dmat4& camera_to_world);
 
-// camera_choice.cpp.
+// Defined in camera_choice.cpp.
 
 /// Returns the names of the scene's cameras, in draw order: their own, else their nodes', else
 /// "camera N".
@@ -94,10 +96,10 @@ std::vector<std::string> cameraNames(const PosedScene& posed);
 /// Returns the view of the chosen, built or framed camera; `extent` is the scene to be seen. A
 /// scene's camera keeps its vertical field of view at any aspect ratio, and its near and far
 /// planes. A built camera has a near plane that clips nothing it could show (1e-4 of the scene's
-/// size or of the distance to the target, which reversed Z makes free) and no far plane, or one
-/// past the scene if orthographic. Throws Error (kUsage) if the camera is unknown, with the list of
-/// cameras, if the crop is outside the picture, or if the camera is impossible; (kInput) if the
-/// file gives the camera no direction or no extent.
+/// size or of the distance to the target; with reversed Z that costs no precision) and no far
+/// plane, or one past the scene if orthographic. Throws Error (kUsage) if the camera is unknown,
+/// with the list of cameras, if the crop is outside the picture, or if the camera is impossible;
+/// (kInput) if the file gives the camera no direction or no extent.
 View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraChoice& choice);
 
 }  // namespace peeler

@@ -15,15 +15,16 @@
 namespace peeler {
 namespace {
 
-/// A requested picture within the larger picture that is centred on the axis, along one side.
+/// The position of a requested picture within a larger picture that is centred on the axis, along
+/// one dimension.
 struct OffCentre {
-    int whole = 0, first = 0;  ///< pixels of the larger picture; the first of the requested one
+    int whole = 0, first = 0;  ///< pixels of the larger picture; index of the requested one's first
     double sample = 0;         ///< position within each pixel
     bool operator==(const OffCentre&) const = default;
 };
 
 /// Returns the placement of a picture with `pixels` pixels whose axis is at `centre`, in pixels
-/// from the centre of the first one. Nothing if the axis is too far away.
+/// from the centre of the first pixel. Nothing if the larger picture would exceed kMostPictureSide.
 std::optional<OffCentre> offCentre(int pixels, double centre) {
     const double corner = centre + 0.5;  // from the first pixel's corner
     const double whole = std::ceil(2 * std::max(corner, pixels - corner));
@@ -50,7 +51,8 @@ double rounded(double value, int digits) {
     return result;
 }
 
-/// Returns the number with the fewest digits that equals `value` up to rounding and `fits`, if any.
+/// Returns the number with the fewest digits that equals `value` up to rounding and for which
+/// fits() is true; nothing if there is none.
 template <class Fits>
 std::optional<double> simplest(double value, const Fits& fits) {
     for (int digits = 1; digits < std::numeric_limits<double>::max_digits10; ++digits)
@@ -71,7 +73,8 @@ double focalLengthOf(int whole, double half) {
     const double value = whole / (2 * half);
     if (const auto found = simplest(value, [&](double f) { return whole / (2 * f) == half; }))
         return *found;
-    // No number gives exactly `half`. Results from the nearest one reproduce themselves.
+    // No focal length gives exactly `half`, so use the nearest half extent for which there is one;
+    // converting back and forth then changes nothing more.
     const double nearest = whole / (2 * value);
     return nearest == half ? value : focalLengthOf(whole, nearest);
 }
@@ -82,7 +85,8 @@ double centreOf(int pixels, const OffCentre& side) {
     const double value = (side.whole / 2.0 - before) - 0.5;
     const auto fits = [&](double centre) { return offCentre(pixels, centre) == side; };
     if (const auto found = simplest(value, fits)) return *found;
-    // A crop of the smaller picture that these intrinsics would produce.
+    // No position gives exactly this crop, so use the crop of a smaller picture that these
+    // intrinsics would give.
     const auto smaller = offCentre(pixels, value);
     return !smaller || *smaller == side ? value : centreOf(pixels, *smaller);
 }

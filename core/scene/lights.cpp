@@ -11,8 +11,8 @@
 namespace peeler {
 namespace {
 
-/// Returns a light's placement as a rigid matrix. Point lights need no direction, and no light
-/// needs a roll.
+/// Returns a light's placement as a rigid matrix. Accepts a matrix without a roll, and for point
+/// lights also without a direction, since the light does not need them.
 glm::dmat4 place(const LightInstance& instance, LightType type) {
     const glm::dmat4& world = instance.world;
     const glm::dvec3 at(world[3]), forward = -glm::dvec3(world[2]);

@@ -20,12 +20,12 @@ struct PlacedLight {
 };
 
 /// Returns the lights of the nodes, in draw order; the built-in key light (directional, named
-/// "key", above, left and in front) if the scene has no lights. Throws Error (kInput) if a node's
-/// matrix leaves a light without a position or direction.
+/// "key", above, left and in front) if the scene has neither lights nor an environment. Throws
+/// Error (kInput) if a node's matrix leaves a light without a position or direction.
 std::vector<PlacedLight> placedLights(const PosedScene& posed);
 
-/// The largest half angle, in radians, of a spot light's view and shadows; a half space has no
-/// perspective projection.
+/// The largest half angle, in radians, of a spot light's view and shadows. It is limited because a
+/// half space has no perspective projection.
 inline constexpr double kWidestCone = 1.4835298641951802;  // 85 degrees
 
 /// Returns the camera and projection of a light, named "light:" plus the light's name. Directional:

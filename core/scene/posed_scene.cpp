@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::size_t kBlock = 4096;  // vertices per thread at a time
 
-/// Calls body(first, end) for intervals of the vertices.
+/// Calls body(first, end) for blocks of vertices, in parallel.
 template <class Body>
 void forBlocks(std::size_t vertices, const Body& body) {
     parallelFor((vertices + kBlock - 1) / kBlock, [&](std::size_t block) {
@@ -140,8 +140,8 @@ struct Visit {
     bool visible = true;
 };
 
-/// Calls body(visit) for every node below `roots`, which `to_world` places, parents first, in file
-/// order.
+/// Calls body(visit) for `roots` and every node below them, parents first, in file order.
+/// `to_world` is the parent transform of the roots.
 template <class Body>
 void walk(const Scene& scene, const Pose& pose, const std::vector<int>& roots,
           const glm::dmat4& to_world, const Body& body) {
@@ -165,7 +165,7 @@ void walk(const Scene& scene, const Pose& pose, const std::vector<int>& roots,
     }
 }
 
-/// Returns the world matrices of all nodes: joints need not be in the scene of their mesh.
+/// Returns the world matrices of all nodes, because joints need not be in the scene of their mesh.
 std::vector<glm::dmat4> worldsOf(const Scene& scene, const Pose& pose, const glm::dmat4& to_world) {
     std::vector<glm::dmat4> worlds(scene.nodes.size(), glm::dmat4(1));
     walk(scene, pose, rootsOf(scene.nodes), to_world,
@@ -253,7 +253,8 @@ class PosedScene::Builder {
                 matrices.joints.push_back(to_anchor * worldOf(i) * skin.inverse_bind[i]);
         matrices.unskinned = to_anchor * instance.world;
         instance.world = glm::translate(glm::dmat4(1), anchor);
-        // Joints can mirror a mesh like nodes. If only some of them do, neither answer is right.
+        // Joints can mirror a mesh, as nodes can. The first vertex decides: if only some joints
+        // mirror, neither answer is right.
         const auto& primitives = scene_.meshes[static_cast<std::size_t>(node.mesh)].primitives;
         instance.mirrored =
             !primitives.empty() && isMirrored(skinMatrix(primitives.front(), matrices, 0));
@@ -278,9 +279,9 @@ class PosedScene::Builder {
 
     const Scene& scene_;
     const Pose& pose_;
-    const glm::dmat4& to_world_;          ///< of the scene's roots
-    std::vector<glm::dmat4> worlds_;      ///< of all nodes, once a skin needs them
-    std::map<int, JointMatrices> skins_;  ///< shared by the nodes with a skin
+    const glm::dmat4& to_world_;          ///< parent transform of the scene's roots
+    std::vector<glm::dmat4> worlds_;      ///< world matrices of all nodes, once a skin needs them
+    std::map<int, JointMatrices> skins_;  ///< by skin, shared by the nodes that use it
     Shown& shown_;
 };
 

@@ -17,12 +17,13 @@
 
 namespace peeler {
 
-// animation.cpp.
+// Defined in animation.cpp.
 
-/// Evaluates keyframes (glTF 2.0 §3.11, appendix C). The time is rounded to a float, as theirs are.
-/// Gives the exact key value at a key's time, and the first or last value before and after all
-/// keys. `value` has the width of one value. For quaternions (x, y, z, w: `rotation`), kLinear is a
-/// spherical interpolation along the shorter arc.
+/// Evaluates keyframes (glTF 2.0 §3.11, appendix C). The time is rounded to a float, like the keys'
+/// times. Gives the exact key value at a key's time, and the first or last key's value before or
+/// after all keys. `value` receives one value, and its size must be the value's width. For
+/// quaternions (x, y, z, w: `rotation`), kLinear is a spherical interpolation along the shorter
+/// arc.
 void sampleKeyframes(const Keyframes& keyframes, double time, bool rotation,
                      std::span<double> value);
 
@@ -35,30 +36,31 @@ struct Pose {
     std::map<int, std::vector<double>> weights;  ///< by node, if its morph weights are animated
 };
 
-/// Returns the pose of the file.
+/// Returns the pose that the file gives without animations.
 Pose restPose(const Scene& scene);
 
 /// Returns the pose at a time in seconds under these animations (indices into Scene::animations).
-/// If two change the same property, the later one counts. Properties without animation stay at
-/// rest.
+/// If two change the same property, the later one in the list counts. Properties without animation
+/// stay at rest.
 Pose poseAt(const Scene& scene, std::span<const int> animations, double time);
 
-// posed_scene.cpp.
+// Defined in posed_scene.cpp.
 
-/// A node placed elsewhere than in its file.
+/// A node, and its new position and rotation in world space.
 struct PlacedNode {
     int node = 0;
     glm::dmat4 to_world{1};  ///< rotation and translation
 };
 
-/// Moves nodes to the given places, under any parent; each keeps its scale of the pose. `index` is
-/// the displayed scene. Throws Error (kInput) if a node's own matrix, or its parent's, has no
-/// inverse.
+/// Moves nodes to the given transforms, regardless of their parents; each keeps the scale that it
+/// has in the pose. `index` is that of the displayed scene. Throws Error (kInput) if a node's own
+/// matrix, or its parent's, has no inverse.
 void placeNodes(const Scene& scene, int index, std::span<const PlacedNode> nodes, Pose& pose);
 
-/// The vertices of a primitive after morphing and skinning. They replace its own arrays: with the
-/// same element counts, and empty where those are. Texture coordinates and colours without morph
-/// targets are also empty; the primitive's own apply then. The same arrays exist at all times.
+/// The vertices of a primitive after morphing and skinning. They replace the primitive's own
+/// arrays: each has the same length, and is empty if the primitive's is. Texture coordinates and
+/// colours without morph targets are also empty; the primitive's own apply then. At all times, the
+/// same arrays are empty.
 struct DeformedVertices {
     std::vector<glm::vec3> positions, normals;
     std::vector<glm::vec4> tangents;
@@ -78,7 +80,8 @@ glm::vec<3, T> unitOrZero(const glm::vec<3, T>& v) {
 glm::dmat3 normalMatrix(const glm::dmat3& m);
 
 /// A placed mesh. `world` is the product of the node matrices from the root (and the instance's,
-/// EXT_mesh_gpu_instancing). A skinned mesh is in world space except for a translation.
+/// EXT_mesh_gpu_instancing). The vertices of a skinned mesh are in world space except for a
+/// translation.
 struct MeshInstance {
     int node = 0;
     int mesh = 0;
@@ -105,12 +108,13 @@ struct LightInstance {
 
 using DeformedMesh = std::vector<DeformedVertices>;  ///< per primitive
 
-/// The contents of one of a file's scenes in a pose, depth first: the draw order. The same
-/// instances exist in the same order at all times. Copies are cheap: they share immutable contents.
+/// The contents of one of a file's scenes in a pose, listed depth first, which is the draw order.
+/// The same instances exist in the same order at all times. Copies are cheap, because they share
+/// immutable contents.
 class PosedScene {
   public:
-    /// `index` counts Scene::scenes; `scene` must outlive this and all copies. Throws Error
-    /// (kUsage) if there is no such scene.
+    /// `index` is an index into Scene::scenes; `scene` must outlive this object and all copies.
+    /// Throws Error (kUsage) if there is no such scene.
     PosedScene(const Scene& scene, int index, const Pose& pose);
     /// Poses the scene at rest.
     PosedScene(const Scene& scene, int index);
@@ -146,7 +150,7 @@ class PosedScene {
     const std::vector<glm::vec2>& texcoords(const Geometry& geometry, int set) const;
     const std::vector<glm::vec4>& colors(const Geometry& geometry) const;
 
-    /// Returns the index of every instance among those of its node.
+    /// Returns, for every mesh instance, its index among the instances of its node.
     std::vector<std::uint32_t> instanceOrdinals() const;
 
     /// Whether anything drawn transmits coloured light: isTintedGlass(), or a transmissive surface
@@ -174,7 +178,7 @@ class PosedScene {
     };
     class Builder;
 
-    /// Returns array_of() of the deformed vertices, or of the primitive if these have none.
+    /// Returns array_of() of the deformed vertices; if that is empty, array_of() of the primitive.
     template <class ArrayOf>
     const auto& arrayOf(const Geometry& geometry, const ArrayOf& array_of) const;
 

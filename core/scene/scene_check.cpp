@@ -20,7 +20,7 @@ std::string placeOf(const char* list, std::size_t index) {
     return "/" + std::string(list) + "/" + std::to_string(index);
 }
 
-/// `none`: −1 is valid too.
+/// Throws Error (kUsage) if the index is invalid. With `none`, −1 is valid, too.
 void checkIndex(std::int64_t index, std::size_t size, bool none, const char* of,
                 const std::string& where) {
     if ((none && index == -1) || (index >= 0 && static_cast<std::uint64_t>(index) < size)) return;
@@ -142,7 +142,7 @@ void checkNodes(const Scene& scene) {
                 refuse("node " + std::to_string(child) + " has two parents", where);
         }
     }
-    // With one parent each, nodes not reachable from a root form a cycle.
+    // Since no node has two parents now, nodes that no root reaches form a cycle.
     std::vector<int> reached = rootsOf(scene.nodes);
     for (std::size_t i = 0; i < reached.size(); ++i) {
         const auto& children = scene.nodes[static_cast<std::size_t>(reached[i])].children;

@@ -14,7 +14,8 @@ namespace peeler {
 /// infinite if the matrix is.
 double distanceFromRigid(const glm::dmat4& matrix);
 
-/// Tolerance for rigid up to rounding: results of lookAlong() and rigid() stay within it.
+/// The greatest distanceFromRigid() of a matrix that is rigid up to rounding; results of
+/// lookAlong() and rigid() stay within it.
 inline constexpr double kRigidByRounding = 1e-12;
 
 /// Mapping between a view's pixels and points in camera space (looking along −Z, +Y up). Pixel
@@ -22,7 +23,8 @@ inline constexpr double kRigidByRounding = 1e-12;
 /// (x, y) has its sample at (x, y) + View::sample.
 ///
 /// Depth along the axis (Z, positive in front) also has a *planar* form: 1/Z for a perspective
-/// camera, Z for an orthographic one. On a plane in space it is linear in the pixel coordinates.
+/// camera, Z for an orthographic one. Along a plane in space, planar depth is linear in the pixel
+/// coordinates.
 class PixelRays {
   public:
     explicit PixelRays(const View& view)

@@ -39,7 +39,7 @@ std::array<glm::dvec2, kGgxSamples> diskSamples() {
     return points;
 }
 
-/// A part of a lobe: its weight and the sum of its directions.
+/// A part of a lobe: its weight and the weighted sum of its directions.
 struct Part {
     double share = 0;
     glm::dvec3 moment{0};
@@ -55,8 +55,9 @@ struct GgxLobe {
     Part scale, bias;
 };
 
-/// Samples the distribution of visible normals (Heitz, "Sampling the GGX Distribution of Visible
-/// Normals", 2018): the remaining integrand is between 0 and 1. The view lies in the plane y = 0.
+/// Integrates a GGX lobe by sampling visible normals (Heitz, "Sampling the GGX Distribution of
+/// Visible Normals", 2018), so that the remaining integrand is between 0 and 1. The view lies in
+/// the plane y = 0.
 GgxLobe ggxLobe(double alpha, double n_dot_v) {
     static const auto points = diskSamples();
     const double a2 = alpha * alpha, hidden = smith(a2, n_dot_v);
@@ -111,7 +112,8 @@ double turnOf(const Part& part, double n_dot_v) {
     return slope / (std::sqrt(1 - n_dot_v * n_dot_v) + slope * (1 - n_dot_v));
 }
 
-/// Returns the roughness of the level as wide as the part, divided by the lobe's own.
+/// Returns the roughness of the level whose filter is as wide as the part, divided by `roughness`,
+/// which is the lobe's own.
 double widthOf(const Part& part, double roughness) {
     if (!(part.share > 1e-12)) return 1;
     return levelOfCosine(glm::length(part.moment) / part.share) / roughness;
@@ -123,9 +125,11 @@ struct GgxEntry {
 };
 
 GgxEntry ggxEntry(double roughness, double n_dot_v) {
-    // There are too few samples for the tails of narrow lobes, which all have the same shape.
+    // Below this roughness, widths are taken from a lobe of this roughness: there are too few
+    // samples for the tails of narrower lobes, and all narrow lobes have the same shape.
     constexpr double kNarrow = 0.2;
-    // Head-on, no direction points toward the viewer.
+    // Above this view cosine, mean directions are taken at this cosine: seen head-on, the normal
+    // and the mirrored view coincide, so there is no line between them.
     constexpr double kHeadOn = 0.995;
     const auto lobeOf = [](double rough, double cosine) {
         return ggxLobe(std::max(rough * rough, kLeastAlpha), cosine);
@@ -134,8 +138,8 @@ GgxEntry ggxEntry(double roughness, double n_dot_v) {
     const double leaning = std::min(n_dot_v, kHeadOn), wide = std::max(roughness, kNarrow);
     const GgxLobe turned = n_dot_v > leaning ? lobeOf(roughness, leaning) : own;
     const GgxLobe widened = roughness < wide ? lobeOf(wide, n_dot_v) : own;
-    // The tails of narrow lobes count for more in a mean cosine than in their appearance
-    // (tests/benchmarks/referee.py).
+    // In the mean cosine, the tails of a narrow lobe weigh more than the eye gives them, so its
+    // width is reduced (tests/benchmarks/referee.py).
     const double seen = std::min(1.0, 0.9 + 0.25 * roughness);
     return {{own.scale.share, own.bias.share},
             {turnOf(turned.scale, leaning), seen * widthOf(widened.scale, wide),
@@ -155,7 +159,8 @@ double lambda(double cosine, double alpha) {
                                  : 2 * lambdaFit(0.5, alpha) - lambdaFit(1 - cosine, alpha));
 }
 
-/// Returns Charlie's lobe times the surface cosine; `shadowing` is 1 + lambda of both directions.
+/// Returns the Charlie lobe (sheen) times the surface cosine; `shadowing` is 1 + lambda of both
+/// directions.
 double charlie(double alpha, double n_dot_v, double n_dot_l, double cos_phi, double shadowing) {
     const double visibility = std::min(1.0, 1 / (shadowing * 4 * n_dot_l * n_dot_v));
     const double sines = std::sqrt((1 - n_dot_l * n_dot_l) * (1 - n_dot_v * n_dot_v));
@@ -166,7 +171,7 @@ double charlie(double alpha, double n_dot_v, double n_dot_l, double cos_phi, dou
            std::pow(h_sine2, 0.5 / alpha);
 }
 
-/// Integrates over the centres of equal solid angles.
+/// Returns the albedo of sheen, summed over cells of equal solid angle.
 double sheenAlbedo(double alpha, double n_dot_v) {
     constexpr int kCosines = 32, kAngles = 32;
     const double v_lambda = lambda(n_dot_v, alpha);
@@ -196,7 +201,7 @@ std::vector<Entry> tabulated(const Integrand& integrand) {
     return table;
 }
 
-// The source of both tables.
+// Returns the entries from which both tables are made; computed once.
 const std::vector<GgxEntry>& ggxEntries() {
     static const auto entries = tabulated<GgxEntry>(ggxEntry);
     return entries;

@@ -7,8 +7,8 @@
 
 namespace peeler {
 
-/// Entries per side of the tables: row r is for roughness r / (size − 1), column c for a cosine of
-/// c / (size − 1).
+/// Entries per side of the tables: row r is for roughness r / (size − 1), column c for a view
+/// cosine of c / (size − 1).
 inline constexpr int kAlbedoTableSize = 64;
 
 /// Returns the albedo table. x, y: directional albedo of GGX (height-correlated Smith) as scale and
@@ -17,12 +17,12 @@ inline constexpr int kAlbedoTableSize = 64;
 /// Independent of the number of threads. Computed at build time, like lobeTable() (constants.h).
 std::vector<glm::vec4> albedoTable();
 
-/// Returns the lookup of prefiltered light for GGX, chosen to integrate the lobe exactly for
-/// radiance that is linear in the direction. x, y: for the F0 term; z, w: for the F90 term, which
-/// Schlick's factor pushes away from the normal. x and z: the mean direction, as a position on the
-/// line from the normal (0) to the mirrored view (1); values above 1 are possible. y and w: the
-/// roughness of the level whose lobe has the same mean cosine with its axis, divided by the
-/// surface's; slightly less for a roughness below 0.4.
+/// Returns the table of lookups in prefiltered light for GGX, chosen so that they integrate the
+/// lobe exactly if radiance is linear in the direction. x, y: for the F0 term; z, w: for the F90
+/// term, which Schlick's factor pushes away from the normal. x and z: the mean direction, as a
+/// position on the line from the normal (0) to the mirrored view (1); values above 1 are possible.
+/// y and w: the roughness of the level whose lobe has the same mean cosine with its axis, divided
+/// by the surface's; slightly less for a roughness below 0.4.
 std::vector<glm::vec4> lobeTable();
 
 }  // namespace peeler

@@ -4,8 +4,8 @@
 namespace peeler {
 namespace {
 
-// The file from write_constants.cpp. Compilers are slow on arrays of this size; the assembler
-// includes the file as is.
+// Embeds the file from write_constants.cpp. The assembler includes it as is, because compilers are
+// slow on arrays of this size.
 asm(".pushsection .rodata\n"
     ".balign 64\n"
     ".globl peeler_constants\n"

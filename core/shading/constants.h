@@ -28,10 +28,10 @@ constexpr std::size_t studioRadianceTexels() {
     return texels;
 }
 
-/// Only floats, in their embedded layout.
+/// The constants in their embedded layout; floats only.
 struct Constants {
     std::array<glm::vec3, pixelsOf(kStudioWidth, kStudioHeight)> studio;  ///< studioEnvironment()
-    /// Its prefilter(): levels one after the other.
+    /// prefilter() of the studio: its radiance, level after level.
     std::array<glm::vec3, studioRadianceTexels()> studio_radiance;
     std::array<glm::vec3, 6 * pixelsOf(kStudioIrradianceFace, kStudioIrradianceFace)>
         studio_irradiance;
@@ -41,10 +41,10 @@ struct Constants {
 
 const Constants& constants();
 
-/// Returns a copy of studioEnvironment()'s result.
+/// Returns a copy of the embedded studioEnvironment().
 Environment embeddedStudio();
 
-/// Returns a copy of its prefilter() result.
+/// Returns a copy of the studio's embedded prefilter() result.
 EnvironmentMaps embeddedStudioMaps();
 
 }  // namespace peeler

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A lobe's mean over an environment is a sum over a few directions. Each is the mean of a patch of
-// sky, held by a pyramid of cube maps, as in Křivánek & Colbert, "Real-time Shading with Filtered
+// Prefiltered environment maps. The mean of a lobe over an environment is computed as a weighted
+// sum over a few directions. Each direction stands for a patch of sky, whose mean radiance is
+// looked up in a pyramid of cube maps, as in Křivánek & Colbert, "Real-time Shading with Filtered
 // Importance Sampling", 2008. Unlike theirs, patches lie side by side in rings about the lobe's
 // axis, so that there are no gaps and bright lamps leave no grain.
 #include "core/shading/environment_maps.h"
@@ -17,11 +18,12 @@
 namespace peeler {
 namespace {
 
-// Texels per side. Mirror reflections are as fine as the picture; wide lobes are not too coarse.
+// Texels per side. Chosen so that mirror reflections keep the resolution of the environment picture
+// (up to kLargestFace) and the levels for wide lobes do not become too coarse.
 constexpr int kSmallFace = 16, kUsualFace = 128, kLargestFace = 512;
 constexpr int kRoughestFace = 8;
 constexpr int kIrradianceFace = 16, kIrradianceSource = 32;
-// Limits the patch size to a texel of this face.
+// Texels per side of the pyramid's coarsest face; its texels limit the size of patches.
 constexpr int kCoarsestFace = 8;
 
 // The faces' own axes: along the rows, down the columns, and outward (OpenGL 4.6, table 8.19).
@@ -116,7 +118,8 @@ glm::vec3 lookUp(const Environment& image, double rotation, const glm::vec3& dir
 
 CubeMap toCube(const Environment& image, double rotation, int size) {
     CubeMap cube = makeCube(size);
-    // A texel smaller than a pixel needs no mean.
+    // If a texel of the cube is smaller than a pixel of the image, one lookup is enough; otherwise
+    // average four.
     const int parts = 4 * size > image.width ? 1 : 2;
     parallelFor(rowsOf(cube), [&](std::size_t row) {
         const int face = static_cast<int>(row) / size, y = static_cast<int>(row) % size;
@@ -176,7 +179,8 @@ class SeamlessCube {
 
     int size() const { return size_; }
 
-    /// Returns the interpolated radiance from a direction of any length in the axes of a face.
+    /// Returns the interpolated radiance from a direction of any length. `own` is in the axes of
+    /// `face`, but may hit another face.
     glm::vec4 at(int face, const glm::vec3& own) const {
         if (std::max(std::abs(own.x), std::abs(own.y)) <= own.z) return on(face, own);
         const glm::vec3 direction = kFaceAxes[static_cast<std::size_t>(face)] * own;
@@ -185,7 +189,7 @@ class SeamlessCube {
     }
 
   private:
-    /// Returns the same for a direction that hits the face.
+    /// Does the same as at() for a direction that hits `face`.
     glm::vec4 on(int face, const glm::vec3& own) const {
         const float scale = half_ / own.z;
         // Texel index plus 1, since there is a border; never negative.
@@ -198,7 +202,7 @@ class SeamlessCube {
                (next[0] * (1 - across) + next[1] * across) * down;
     }
 
-    /// Returns the neighbour's texel for one outside its face.
+    /// Returns the texel of a neighbouring face that is nearest to a border texel.
     static glm::vec3 beyond(const CubeMap& cube, int face, int x, int y) {
         const glm::vec3 direction = cubeDirection(face, x, y, cube.size);
         const int other = faceOf(direction);
@@ -216,15 +220,16 @@ class SeamlessCube {
 };
 
 /// A patch of a lobe about +Z: its centre (by the mean cosine), its weight in the lobe, and the
-/// pyramid level whose texels have about its size.
+/// pyramid level whose texels have about the patch's size.
 struct Patch {
     glm::vec3 direction{0};
     float weight = 0;
     std::size_t level = 0;
 };
 
-/// Returns rings between these angles from the axis, each cut into `around` patches of equal
-/// weight: `lobe`, a function of the angle, times the solid angle.
+/// Returns the patches of a lobe: rings between these angles from the axis, each cut into `around`
+/// patches of equal weight. The weight is `lobe`, a function of the angle, integrated over the
+/// solid angle.
 std::vector<Patch> patches(const std::vector<double>& angles, int around,
                            const std::function<double(double)>& lobe,
                            const std::vector<SeamlessCube>& pyramid) {
@@ -263,12 +268,12 @@ std::vector<Patch> patches(const std::vector<double>& angles, int around,
     return all;
 }
 
-/// Returns the mirrored directions of a GGX surface that faces +Z and is seen from there, weighted
-/// by their cosine.
+/// Returns the patches from which a GGX surface that faces +Z reflects light toward a viewer at +Z,
+/// weighted by the light's cosine.
 std::vector<Patch> ggxPatches(double roughness, const std::vector<SeamlessCube>& pyramid) {
     const double alpha = roughness * roughness;
-    // In units of alpha, narrow lobes all have the same shape, with half of each within 1. Maps of
-    // wide lobes have few texels, so they can afford more patches.
+    // In units of alpha, narrow lobes all have the same shape, with half of their weight within 1.
+    // Maps of wide lobes have few texels, so they can afford more patches.
     constexpr int kWideRings = 10;
     const bool wide = alpha > 0.2;
     std::vector<double> angles{0};
@@ -296,7 +301,7 @@ CubeMap convolved(const std::vector<SeamlessCube>& pyramid, int size,
         const int face = static_cast<int>(row) / size, y = static_cast<int>(row) % size;
         const glm::mat3& axes = kFaceAxes[static_cast<std::size_t>(face)];
         for (int x = 0; x < size; ++x) {
-            // In the face's axes; it varies smoothly from texel to texel.
+            // In the face's axes, so that the tangents vary smoothly from texel to texel.
             const glm::vec3 n = cubeDirection(face, x, y, size) * axes;
             const glm::vec3 tangent = glm::normalize(glm::vec3(n.z, 0, -n.x));
             const glm::vec3 bitangent = glm::cross(n, tangent);
@@ -346,7 +351,7 @@ CubeMap irradianceOf(const CubeMap& source) {
 }  // namespace
 
 EnvironmentSamples::EnvironmentSamples(const Environment& environment, int count) {
-    // Shrunk to one pixel per direction.
+    // Shrunk to about one pixel per direction.
     const int height = std::max(1, static_cast<int>(std::lround(std::sqrt(count / 2.0))));
     coarse_ = shrunk(environment, std::min(2 * height, environment.width),
                      std::min(height, environment.height));
@@ -375,7 +380,8 @@ EnvironmentMaps prefilter(const Environment& environment) {
     };
     const int least = std::clamp(texels(environment.width), kSmallFace, kUsualFace);
     const int size = std::clamp(texels(environment.width / 4), least, kLargestFace);
-    // A finer source than the cube's texels would alias.
+    // Sources that are finer than this are shrunk first, since they would alias in the cube's
+    // texels.
     const int width = std::min(environment.width, 4 * size);
     const int height = std::min(environment.height, 2 * size);
     const bool fits = width == environment.width && height == environment.height;

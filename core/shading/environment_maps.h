@@ -31,8 +31,8 @@ struct EnvironmentMaps {
     CubeMap irradiance;  ///< divided by pi
 };
 
-/// Incident radiance from `count` evenly spread directions: each is the mean around it, so that
-/// small bright lights keep their energy.
+/// Incident radiance for integrals over `count` evenly spread directions: the mean around each
+/// direction, so that small bright lights keep their energy.
 class EnvironmentSamples {
   public:
     EnvironmentSamples(const Environment& environment, int count);

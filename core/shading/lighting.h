@@ -14,8 +14,8 @@
 namespace peeler {
 
 /// Textures of a scene's own environment: two cube maps (prefilter()), the albedo table and the
-/// lobe table. A scene without an environment has none of them, since shaders evaluate the built-in
-/// one themselves; it has the albedo table if one of its materials has a sheen.
+/// lobe table. A scene without an environment needs none of them, since shaders compute the
+/// built-in light themselves; but it has the albedo table if one of its materials has a sheen.
 class EnvironmentTextures {
   public:
     /// Uploads the textures needed. An environment is prefiltered, unless it is the built-in studio
@@ -39,10 +39,10 @@ class EnvironmentTextures {
 /// from Everitt, "Interactive Order-Independent Transparency", 2001, section 4). Points farther
 /// than that are in shadow. A lit surface lies in front of the midpoint by half the distance to the
 /// next surface, so no bias is needed. OPAQUE and MASK surfaces cast shadows, with both faces;
-/// those of BLEND materials and transmissive ones do not. Point lights cast none.
+/// BLEND and transmissive surfaces do not. Point lights cast no shadows.
 struct ShadowMaps {
     struct Map {
-        int layer = -1;  ///< of the texture array; −1 = the light casts no shadows
+        int layer = -1;  ///< index in the texture array; −1 = the light casts no shadows
         View view;
     };
 

@@ -16,7 +16,7 @@ namespace {
 static_assert(kMaterialTextures == PEELER_MATERIAL_UNITS);
 
 constexpr MaterialFeature kFeatures[] = {
-    // It has no metalness, so it transmits light at any colour.
+    // Changes alpha because it has no metalness, which would block transmitted light.
     {"SPECULAR_GLOSSINESS", [](const Material& m) { return m.specular_glossiness.has_value(); },
      true},
     {"SPECULAR",
@@ -81,8 +81,8 @@ shader::MaterialRecord materialRecord(const Material& source) {
 }
 
 void checkTextureUnits(Material material, int units) {
-    // Shadow maps, an environment with its irradiance, albedo and lobe tables, and the other
-    // textures of peel_layer.frag with an opaque bound.
+    // The units of other textures: shadow maps (1), environment, irradiance, albedo and lobe tables
+    // (4), and previous layer and opaque bound of peel_layer.frag (4).
     constexpr int kOthers = 9;
     int used = 0;
     for (const MaterialTexture& texture : texturesOf(material))

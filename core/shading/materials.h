@@ -16,8 +16,7 @@ namespace peeler {
 /// Returns a material's uniform block; textures are bound separately.
 shader::MaterialRecord materialRecord(const Material& material);
 
-/// A feature beyond plain metallic-roughness: its shader definition, and whether a material needs
-/// it.
+/// A material feature beyond plain metallic-roughness, with the macro that shaders test for it.
 struct MaterialFeature {
     const char* definition;
     bool (*used)(const Material&);

@@ -64,7 +64,8 @@ std::array<PlacedBox, std::size(kSoftBoxes)> placedBoxes() {
     return placed;
 }
 
-/// Returns the coverage of the box in a direction, from 0 to 1; `light` is its radiance there.
+/// Returns the coverage of the box in a direction, from 0 to 1, and sets `light` to the box's
+/// radiance there.
 double coverage(const PlacedBox& placed, const glm::dvec3& direction, glm::dvec3& light) {
     const double along = glm::dot(direction, placed.middle);
     if (along < 1e-3) return 0;
@@ -117,7 +118,7 @@ Environment studioEnvironment() {
                 }
                 sum += radiance;
             }
-            // Rounded, so that sines that differ in their last bit give the same studio.
+            // Rounded, so that machines whose sines differ in the last bit get the same studio.
             constexpr double kStep = 4096;
             studio.radiance[row * kStudioWidth + column] =
                 glm::round(sum / double(kParts * kParts) * kStep) / kStep;

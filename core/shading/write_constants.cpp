@@ -43,7 +43,8 @@ std::unique_ptr<Constants> calculated() {
     return all;
 }
 
-/// Writes under a temporary name: half a file would look newer than its sources.
+/// Writes under a temporary name first, because the build would take a partial file for an
+/// up-to-date one.
 void write(const Constants& all, const std::string& path) {
     const std::string unfinished = path + ".tmp";
     std::ofstream file;

@@ -24,13 +24,13 @@ enum class Around : std::uint8_t {
 struct ViewsAround {
     int count = 1;
     Around around = Around::kSphere;
-    std::uint64_t seed = 0;            ///< of kRandom
+    std::uint64_t seed = 0;            ///< for kRandom
     std::optional<double> distance{};  ///< of the eye from the centre, scene units
     double fov = 40;                   ///< vertical, degrees
-    /// Rays go through the upper left corners of pixels, not their centres: some data-set tools put
-    /// the principal point at half the picture's size in pixels counted from 0.
+    /// Rays go through the upper left corners of pixels instead of their centres, as in data-set
+    /// tools that count pixels from 0 and put the principal point at half the picture's size.
     bool through_corners = false;
-    Size size{};  ///< with a height
+    Size size{};  ///< width and height must be given
 };
 
 /// Returns cameras that look at the centre of the scene's bounds. +Y is up in every picture, as far

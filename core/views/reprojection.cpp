@@ -24,11 +24,13 @@ namespace {
 
 constexpr int kStripRows = 16;
 constexpr int kBandStrips = 16;
-/// Fixed-point steps per pixel: products of two coordinates fit into 64 bits.
+/// Fixed-point steps per pixel, chosen so that products of two coordinates fit into 64 bits.
 constexpr double kSteps = 4096;
-/// In pixels. Cells with corners farther out than this almost touch the camera; they are dropped.
+/// The maximum coordinate of a cell's corners, in pixels. Cells that reach farther out almost touch
+/// the camera, and are dropped.
 constexpr double kFarOut = 1 << 17;
-/// At this alpha a fragment hides those behind it; interpolation may miss 1 by rounding.
+/// The alpha from which a fragment hides those behind it; not 1, because interpolation may miss 1
+/// by rounding.
 constexpr float kOpaque = 0.9999F;
 
 using Fixed = glm::tvec2<std::int64_t>;
@@ -36,13 +38,13 @@ using Fixed = glm::tvec2<std::int64_t>;
 /// A cell as seen by the other camera.
 struct ScreenCell {
     std::array<Fixed, kCorners> corners;
-    /// A corner's interpolation weight besides its barycentric coordinate. The ratio of the two
-    /// cameras' weights makes it a projective map from picture to picture.
+    /// Per corner, a factor of its barycentric coordinate: the ratio of the two cameras' weights,
+    /// which makes interpolation a projective map from picture to picture.
     std::array<double, kCorners> weights;
     Fixed least, most;
 };
 
-/// A fragment seen in a pixel, and its position in the cell: -0.5 to 0.5 each, y down.
+/// A fragment seen in a pixel, and the position (u, v) in its cell: -0.5 to 0.5 each, v down.
 struct CellHit {
     std::uint32_t pixel, fragment;
     float z, u, v;
@@ -65,7 +67,7 @@ class Reprojection {
           to_(to),
           from_rays_(from),
           to_rays_(to),
-          // Exactly the identity for the same camera.
+          // Exactly the identity if the two cameras are the same.
           from_to_to_(from.camera_to_world == to.camera_to_world
                           ? glm::dmat4(1)
                           : glm::inverse(to.camera_to_world) * from.camera_to_world),
@@ -111,7 +113,7 @@ class Reprojection {
     }
 
     std::optional<ScreenCell> project(std::size_t fragment) const;
-    /// The strips with samples that a cell may cover: [first, last).
+    /// The range [first, last) of the strips whose samples a cell may cover.
     using StripRange = std::array<std::uint16_t, 2>;
     StripRange stripsOf(const ScreenCell& cell) const;
     void sortIntoStrips();
@@ -129,9 +131,9 @@ class Reprojection {
     glm::dmat4 from_to_to_;
     glm::dvec2 from_sample_;
     SurfaceCells cells_;
-    std::vector<std::uint32_t> pixels_;  ///< of every fragment
+    std::vector<std::uint32_t> pixels_;  ///< pixel of every fragment
     std::size_t strips_;
-    std::vector<std::size_t> strip_offsets_;      ///< strips_ + 1
+    std::vector<std::size_t> strip_offsets_;      ///< strips_ + 1 entries
     std::vector<std::uint32_t> strip_fragments_;  ///< in ascending order within a strip
 };
 
@@ -220,7 +222,7 @@ void Reprojection::rasterise(std::uint32_t fragment, const ScreenCell& cell, con
         strip);
     if (box.empty()) return;
     const Fixed sample(rounded(to_.sample.x * kSteps), rounded(to_.sample.y * kSteps));
-    // Both triangles see the same diagonal.
+    // A cell's two triangles share a diagonal.
     constexpr std::array<std::array<std::size_t, 3>, 2> kTriangles = {{{0, 1, 2}, {0, 2, 3}}};
     for (const auto& triangle : kTriangles) {
         std::array<std::size_t, 3> at = triangle;
@@ -264,8 +266,9 @@ void Reprojection::rasterise(std::uint32_t fragment, const ScreenCell& cell, con
 
 void Reprojection::addHit(std::uint32_t fragment, const glm::dvec2& in_cell, std::uint32_t pixel,
                           std::vector<CellHit>& hits) const {
-    // Bilinear planar depth of the corners, raised to the fragment's own in the centre. At the
-    // captured camera this keeps nearly touching surfaces in captured order.
+    // The corners' planar depth, interpolated bilinearly and corrected so that the centre gets the
+    // fragment's own depth. At the captured camera, this keeps nearly touching surfaces in captured
+    // order.
     const auto& corners = cells_.corners[fragment];
     const double u = in_cell.x + 0.5, v = in_cell.y + 0.5;
     const double own = from_rays_.planar(image_.z[fragment]);

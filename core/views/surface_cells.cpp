@@ -14,11 +14,14 @@
 namespace peeler {
 namespace {
 
-/// Steps, in pixel spacings: the tangent of the angle between surface and picture.
+/// Depth steps between neighbouring pixels, in pixel spacings (the tangent of the angle between
+/// surface and picture): the steepest one of a pair, and the steepest that needs no similar step
+/// beside it.
 constexpr double kSteepestStep = 20, kGentleStep = 3;
-/// A steep step and its neighbour on the same surface differ by at most this fraction of it.
+/// A steep step and its neighbour on the same surface differ by at most this fraction of the step.
 constexpr double kBend = 0.8;
-/// Cost of an unpaired fragment, in squared steps: a pair replaces two of them.
+/// Cost of an unpaired fragment, in squared steps. A pair saves two of these costs, so its step may
+/// be up to kSteepestStep.
 constexpr double kGap = kSteepestStep * kSteepestStep / 2;
 /// Maximum linked fragments per pixel; those behind have no links.
 constexpr std::size_t kMostFragments = 128;
@@ -47,7 +50,8 @@ class Linker {
                 planar_[f] = rays_.planar(image_.z[f]);
             }
         });
-        // A row writes its own fragments' sides and the upper sides of the row below.
+        // Rows can run in parallel, because each writes the upper sides of the row below, but not
+        // those of its own fragments.
         parallelFor(height, [&](std::size_t y) {
             Table table;
             for (std::size_t x = 0; x < width; ++x) {
@@ -169,12 +173,12 @@ SurfaceLinks linkSurfaces(const LayeredImage& image, const View& view) {
 
 namespace {
 
-/// With a perspective camera, a corner's depth differs from its fragments' by at most this factor:
-/// a surface seen edge-on must not reach behind the camera or to the horizon.
+/// With a perspective camera, the maximum factor between a corner's planar depth and those of its
+/// fragments, so that a surface seen edge-on does not reach behind the camera or to the horizon.
 constexpr double kStretch = 2;
 
-/// Around a corner, clockwise from the pixel whose corner `kLowerRight` it is: the side that leads
-/// to the next pixel.
+/// The sides that lead from pixel to pixel around a corner, clockwise, starting in the pixel of
+/// which it is the corner `kLowerRight`.
 constexpr std::array<Side, 4> kAround = {kRight, kDown, kLeft, kUp};
 constexpr Side back(Side side) {
     return static_cast<Side>((side + 2) % kSides);

@@ -13,7 +13,7 @@
 
 namespace peeler {
 
-/// Clockwise: the side after next is the opposite one.
+/// Sides of a pixel, clockwise, so that the opposite side is two further on.
 enum Side : std::uint8_t { kLeft, kUp, kRight, kDown };
 inline constexpr std::size_t kSides = 4;
 
@@ -22,11 +22,11 @@ inline constexpr std::size_t kSides = 4;
 using SurfaceLinks = std::vector<std::array<std::uint32_t, kSides>>;
 
 /// Links the fragments of neighbouring pixels. Layers are ordered by depth and not by surface, so a
-/// fragment's neighbour may be on any layer. Fragments of two pixels are paired by the smallest
-/// depth step, nearest pairs first; equal ones (coincident surfaces) in draw order. With channels
-/// `id.object` and `id.instance`, only fragments of the same object are paired. A pair remains if
-/// its step is gentle (below a slope of 72°), or if the surface continues with a similar step on
-/// one side of it; otherwise the step counts as a silhouette edge.
+/// fragment's neighbour may be on any layer. Fragments of two pixels are paired in depth order, so
+/// that the sum of their squared depth steps is the least; coincident ones in draw order. With
+/// channels `id.object` and `id.instance`, only fragments of the same object are paired. A pair
+/// remains if its step is gentle (below a slope of 72°), or if the surface continues with a similar
+/// step on one side of it; otherwise the step counts as a silhouette edge.
 SurfaceLinks linkSurfaces(const LayeredImage& image, const View& view);
 
 /// Corners of a pixel, clockwise; corner c lies between the sides c and c + 1.
@@ -43,7 +43,7 @@ inline constexpr std::array<std::array<double, 2>, kCorners> kCornerOffsets = {
 struct SurfaceCells {
     SurfaceLinks links;
     /// Planar depth (PixelRays) of each corner: the mean of the extrapolations of the fragments
-    /// that share it, by their own slopes. 0 for fragments that no camera can see.
+    /// that share it, by their own slopes. 0 for fragments that the camera cannot see.
     std::vector<std::array<float, kCorners>> corners;
 };
 
