@@ -26,8 +26,8 @@ struct Receivers {
 /// The baked quantity, with the number of floats per receiver.
 enum class BakeQuantity : std::uint8_t {
     kAmbientOcclusion,  ///< 1: cosine-weighted share of the hemisphere that is not occluded
-    kBentNormal,        ///< 3: unit, the mean unoccluded direction, world space
-    kSkyVisibility,     ///< 1: share of a uniform sky (around +Y) that arrives, 1 on an open plain
+    kBentNormal,        ///< 3: mean unoccluded direction, a unit vector in world space
+    kSkyVisibility,     ///< 1: share of a uniform sky's light that arrives (+Y up); open plain: 1
     kThickness,         ///< 1: mean distance to the other side, scene units
     kIrradiance         ///< 3: incoming light, W/m² per W/(m² sr) of emitted radiance
 };
@@ -36,29 +36,28 @@ std::size_t componentsOf(BakeQuantity quantity);
 
 struct BakeSettings {
     BakeQuantity quantity = BakeQuantity::kAmbientOcclusion;
-    int directions = 256;  ///< over the sphere, in opposite pairs: one bundle serves two
-    int resolution = 512;  ///< of bundles, if any: rays along the longer side
-    double max_distance = std::numeric_limits<double>::infinity();  ///< range of visibility
-    int bounces = 1;  ///< of light that reaches a receiver; irradiance only
+    int directions = 256;  ///< over the sphere; opposite pairs share a bundle
+    int resolution = 512;  ///< rays along the longer side of a bundle, if bundles are used
+    double max_distance = std::numeric_limits<double>::infinity();  ///< range of rays, scene units
+    int bounces = 1;  ///< reflections of light on its way to a receiver; irradiance only
 };
 
-/// Returns the irradiance gathered so far by the receivers, interpolated at a point of a surface.
-/// Supplied by the code that placed the receivers.
+/// A function that interpolates the irradiance gathered so far at a point of the primitive with
+/// this draw-order key. Supplied by the code that placed the receivers.
 using SurfaceLookup = std::function<glm::vec3(std::span<const float> irradiance, std::uint32_t key,
                                               const glm::vec2& barycentric)>;
 
-/// Receives the peak resident bytes of the process while the receivers gather from the planned
-/// bundle.
+/// A callback that receives a forecast: the peak resident bytes of the process while receivers
+/// gather along lines, or from the next bundle.
 using ReportMemory = std::function<void(std::uint64_t bytes)>;
 
 /// Returns the values of every receiver, componentsOf() each. If the source prefers lines and the
-/// integrator needs only distances, every receiver has its own lines (gatherByLines()). Otherwise
-/// each direction is a parallel bundle that covers the scene (Szirmay-Kalos & Purgathofer 1998;
-/// Hermes et al. 2010; Tokuyoshi et al. 2011), and a receiver uses the ray nearest to it. Memory
-/// does not grow with the number of directions.
-/// `lookup` is required for kIrradiance with several bounces. Throws like captures do, and Error
-/// (kMemory) if the receivers' sums alone exceed the budget.
-/// `tell` is called before lines are traced, or before each bundle.
+/// integrator needs only distances, lines are traced from each receiver (gatherByLines()).
+/// Otherwise each direction is a parallel bundle that covers the scene (Szirmay-Kalos & Purgathofer
+/// 1998; Hermes et al. 2010; Tokuyoshi et al. 2011), and a receiver uses the ray nearest to it.
+/// Memory does not grow with the number of directions. `lookup` is required for kIrradiance with
+/// several bounces. Throws like HitSource::capture(), and Error (kMemory) if the receivers' sums
+/// alone exceed the budget. `tell` is called before lines are traced, or before each bundle.
 std::vector<float> bake(HitSource& source, const Receivers& receivers, const BakeSettings& settings,
                         const CaptureSettings& capture, const SurfaceLookup& lookup,
                         const Progress& progress, const ReportMemory& tell = {});

@@ -14,8 +14,9 @@ namespace peeler {
 namespace {
 
 constexpr std::size_t kReceiversAtOnce = 4096;  // per task
-// Hits nearer than this share of the ray spacing are taken for the receiver's own surface: between
-// rays a surface is approximated by a plane, and a curved one deviates from it by less.
+// Hits nearer than this share of the ray spacing are attributed to the receiver's own surface.
+// Between rays a surface is approximated by a plane, from which curved surfaces deviate by less
+// than this.
 constexpr double kOwnSurface = 0.2;
 
 /// The positions of receivers in the ray grid of a bundle.
@@ -36,7 +37,7 @@ class RayLattice {
 
     struct Place {
         int x = 0, y = 0;     // the nearest ray
-        glm::vec2 offset{0};  // from that ray, in rays, y down
+        glm::vec2 offset{0};  // from that ray, in ray spacings, y down
         float t = 0;
     };
     Place placeOf(const glm::dvec3& position) const {
@@ -52,8 +53,8 @@ class RayLattice {
         return place;
     }
 
-    /// Returns the next fragment of the nearest ray along its direction or against it. Hits are
-    /// extrapolated, as planes, to the receiver's own line.
+    /// Returns the next hit of the nearest ray, along the ray's direction or against it.
+    /// Extrapolates each hit, as a plane, to the parallel line through the receiver.
     VisibleHit next(const LayeredImage& band, bool forward, const Place& place) const {
         const std::size_t pixel = band.pixelIndex(place.x, place.y);
         const auto slopes = band.color.as<const glm::vec2>();
@@ -77,7 +78,7 @@ class RayLattice {
     glm::dvec3 origin_, right_, up_, direction_;
     double rays_a_unit_;
     float own_surface_, max_distance_;
-    glm::vec2 z_step_{0};  // from depth per ray (y up) to Z per ray (y down)
+    glm::vec2 z_step_{0};  // factors from depth per ray (y up) to Z per ray (y down)
 };
 
 /// A sink that gathers from the bands of a bundle, for the receivers whose nearest ray is in the
@@ -120,7 +121,7 @@ class ReceiverSink final : public Sink {
 /// that one bundle hits details that fall between the rays of another.
 RayGrid gridOf(const BakeSettings& settings, int bundle) {
     constexpr double kGolden = 0.6180339887498949;
-    // Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences": R2.
+    // The R2 sequence (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
     constexpr double kR2X = 0.7548776662466927, kR2Y = 0.5698402909980532;
     const auto fraction = [&](double step) { return std::fmod(0.5 + step * bundle, 1.0); };
     RayGrid grid;
@@ -151,7 +152,7 @@ void forEachBundle(HitSource& source, const CaptureSettings& capture, const Gath
 
 void gatherByBundles(HitSource& source, const CaptureSettings& capture, const GatherJob& job,
                      std::vector<Sum>& sums, const Progress& progress) {
-    std::uint64_t kept = 0;  // by captures, reused by the next ones
+    std::uint64_t kept = 0;  // bytes that captures left allocated for the next ones
     forEachBundle(source, capture, job,
                   [&](const Bundle& bundle, const CapturePlan& plan, double share) {
                       ReceiverSink sink(bundle, job, sums);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gathering along the rays of bundles.
+// Gathering along rays of parallel bundles.
 #pragma once
 
 #include <vector>
@@ -8,12 +8,14 @@
 
 namespace peeler {
 
-/// Gathers along the ray of each bundle that is nearest to the receiver. `capture` requests hits
-/// with slopes and the integrator's channels. Throws like captures do.
+/// Gathers along the ray of each bundle that is nearest to the receiver. `capture` must request
+/// hits with slopes (HitMode::kSloped) and the integrator's channels. Throws like
+/// HitSource::capture().
 void gatherByBundles(HitSource& source, const CaptureSettings& capture, const GatherJob& job,
                      std::vector<Sum>& sums, const Progress& progress);
 
-/// Returns the highest value that gatherByBundles() would report. Progress covers the count passes.
+/// Returns the highest value that gatherByBundles() would pass to `job.tell`. Progress covers the
+/// count passes.
 std::uint64_t forecastBundles(HitSource& source, const CaptureSettings& capture,
                               const GatherJob& job, const Progress& progress);
 

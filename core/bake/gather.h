@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The job shared by both ways of gathering: along receivers' own lines, and along bundles of rays.
+// The input of both ways of gathering: along lines from each receiver, and along bundles of rays.
 #pragma once
 
 #include <glm/glm.hpp>

@@ -54,8 +54,9 @@ class Thickness final : public Integrator {
     float max_distance_;
 };
 
-/// Lambertian surfaces reflect ρ/π of the incoming light, on their front (on both sides if the
-/// material is double-sided); metals reflect none.
+/// Irradiance from the environment and from surfaces. Lambertian surfaces reflect ρ/π of the
+/// irradiance, on their front (on both sides if the material is double-sided); metals do not
+/// reflect.
 class Irradiance final : public Integrator {
   public:
     Irradiance(const BakeSettings& settings, const IntegratorSources& sources)
@@ -127,7 +128,7 @@ struct Quantity {
                                         const IntegratorSources& sources);
 };
 
-/// In the order of BakeQuantity.
+/// The table of quantities, in the order of BakeQuantity.
 constexpr Quantity kQuantities[] = {
     {1,
      [](const BakeSettings&, const IntegratorSources&) -> std::unique_ptr<Integrator> {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gathering along the receivers' own lines: receivers and directions in tasks, and their sums.
+// Gathering along lines from each receiver: tasks of receivers and directions, and their sums.
 #include "core/bake/line_gather.h"
 
 #include <algorithm>
@@ -18,12 +18,13 @@ namespace peeler {
 namespace {
 
 constexpr double kOwnSurfaceShare = 1e-4;  // of the scene's diagonal
-// Receivers per chunk: few enough for a core's cache, enough to be worth projecting the scene.
+// The maximum number of receivers per chunk: few enough to fit a core's cache, enough to be worth
+// projecting the scene.
 constexpr std::size_t kMostTogether = std::size_t{1} << 17;
 constexpr std::size_t kGroupDirections = 8;  // per task
 constexpr std::size_t kTasksAThread = 4;
 constexpr std::size_t kSumsAtOnce = 4096;  // per task
-// Code and tables at first use, and freshly sorted cells: measured.
+// Bytes that code and tables take on first use, and freshly sorted cells; measured.
 constexpr std::uint64_t kLineBytes = std::uint64_t{4} << 20;
 
 /// Returns the receivers in an order that keeps neighbours together: along a Z curve (Morton 1966)
@@ -76,12 +77,12 @@ struct LineTasks {
     }
 
     std::size_t count, chunks, chunk, groups, groups_at_once = 1;
-    std::uint64_t bytes = 0;  // that all tasks need
+    std::uint64_t bytes = 0;  // needed by all tasks
 };
 
-/// A task is one chunk and one group. Its sums begin at 0 and are added to the others' in the order
-/// of groups. Enough groups run at once to keep all threads busy; their number does not change the
-/// result.
+/// Runs the tasks, each for one chunk and one group, with enough groups at once to keep all threads
+/// busy. Each task's sums begin at 0 and are added up in the order of groups, so that the result
+/// does not depend on the number of groups at once.
 class LineGather {
   public:
     LineGather(const Occluders& occluders, const GatherJob& job, const LineTasks& tasks)
@@ -119,7 +120,7 @@ class LineGather {
     }
 
   private:
-    /// Runs one task. `sums` are those of the group, in the order of `order_`.
+    /// Runs one task. `sums` has the group's sums of all receivers, in the order of `order_`.
     void lookAlong(std::size_t group, std::size_t chunk, Sum* sums) {
         const std::size_t first = chunk * tasks_.chunk,
                           end = std::min(tasks_.count, first + tasks_.chunk);
@@ -161,7 +162,7 @@ class LineGather {
     const GatherJob& job_;
     const LineTasks& tasks_;
     std::vector<std::uint32_t> order_;  // chunk by chunk
-    std::vector<Sum> partial_;          // of each group in progress, in that order
+    std::vector<Sum> partial_;          // sums of each group in progress, in the order of order_
     std::mutex mutex_;
     std::vector<std::unique_ptr<VisibilityRays>> idle_;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gathering along each receiver's own visibility rays.
+// Gathering along visibility rays from each receiver.
 #pragma once
 
 #include <vector>
@@ -9,11 +9,11 @@
 
 namespace peeler {
 
-/// Gathers along each receiver's own lines, traced on the CPU (VisibilityRays). Exact except for
+/// Gathers along lines from each receiver, traced on the CPU (VisibilityRays). Exact except for
 /// rounding and for the receiver's own surface: hits nearer than 1e-4 of the scene's diagonal are
-/// ignored. For integrators without channels. `capture` gives the faces that occlude, and the
-/// budget. Adds to `sums`, one per receiver. The result does not depend on the number of threads or
-/// on memory. Throws Error (kMemory) before any work is done.
+/// ignored. Only for integrators that need no channels. Uses only the faces and the memory budget
+/// of `capture`. Adds to `sums`, one per receiver. The result does not depend on the number of
+/// threads or on memory. Throws Error (kMemory) before any work is done.
 void gatherByLines(const PosedScene& posed, const CaptureSettings& capture, const GatherJob& job,
                    std::vector<Sum>& sums, const Progress& progress);
 

@@ -17,19 +17,20 @@ namespace peeler {
 
 /// Consecutive triangles of a primitive, with the corners they share.
 struct OccluderPatch {
-    static constexpr std::uint32_t kMost = 256;  ///< corners, and triangles: indices are bytes
+    /// The maximum number of corners, and of triangles: indices are bytes.
+    static constexpr std::uint32_t kMost = 256;
 
-    glm::vec3 middle{0}, half{0};  ///< of its bounding box
+    glm::vec3 middle{0}, half{0};  ///< centre and half extent of the bounding box
     std::size_t first_corner = 0, first_triangle = 0;
     std::uint32_t corners = 0, triangles = 0;
-    std::uint32_t first_element = 0;  ///< index of its first triangle in the primitive
+    std::uint32_t first_element = 0;  ///< index, in the primitive, of the first triangle
 };
 
-/// The patches of a primitive in one of its instances.
+/// One instance of a primitive, with the patches of the primitive.
 struct OccluderPiece {
     const Primitive* primitive = nullptr;
     std::size_t first_patch = 0, patches = 0;
-    /// From corners to world space relative to Occluders::origin().
+    /// The transform from the patches' corners to world space, relative to Occluders::origin().
     glm::dmat3 turn{1};
     glm::dvec3 offset{0};
     const AlphaTest* alpha = nullptr;  ///< null: opaque everywhere
@@ -37,15 +38,16 @@ struct OccluderPiece {
     bool cull_front = false, cull_back = false;
 };
 
-/// The triangles of a scene that occlude. Corners are floats relative to the middle of their
-/// primitive, which saves precision. Instances share them.
+/// The occluding triangles of a scene. Corners are stored as floats relative to the middle of their
+/// primitive, which preserves precision; instances share the corners.
 class Occluders {
   public:
-    using Triangle = std::array<std::uint8_t, 3>;  ///< corners, relative to the patch's first
+    /// Corner indices, counted from the patch's first corner.
+    using Triangle = std::array<std::uint8_t, 3>;
 
     Occluders(const PosedScene& posed, Faces faces);
 
-    /// The middle of the scene's bounding box, and the length of its diagonal.
+    /// Return the middle of the scene's bounding box, and the length of the box's diagonal.
     const glm::dvec3& origin() const { return origin_; }
     double diagonal() const { return diagonal_; }
     const std::vector<OccluderPiece>& pieces() const { return pieces_; }
@@ -78,32 +80,32 @@ class Occluders {
 
 /// Receivers that look along Z or against it, sorted by cell, row by row.
 struct CellReceivers {
-    /// Receivers processed together. The arrays have a block of padding behind the last receiver,
-    /// which sees nothing.
+    /// The number of receivers processed together. After the last receiver, the arrays have a block
+    /// of padding, which sees nothing.
     static constexpr std::size_t kBlock = 8;
 
-    const std::uint32_t* first = nullptr;  ///< of each cell, plus an end
-    int width = 1, height = 1;             ///< cells
+    const std::uint32_t* first = nullptr;  ///< index of each cell's first receiver, plus an end
+    int width = 1, height = 1;             ///< size of the grid, in cells
     glm::vec2 units_a_cell{0};             ///< scene units: width and height of a cell
-    std::array<const float*, 3> at{};      ///< x and y in cells, Z in scene units
+    std::array<const float*, 3> at{};      ///< positions: x and y in cells, Z in scene units
     const float* side = nullptr;           ///< 1 = along Z, −1 = against it
-    float* nearest = nullptr;              ///< distances so far, updated in place
-    float own_surface = 0;                 ///< nearer hits are ignored
+    float* nearest = nullptr;              ///< nearest distance so far, updated in place
+    float own_surface = 0;                 ///< scene units; nearer hits are ignored
 };
 
-/// From a piece's corners to the space of CellReceivers: rows of a matrix.
+/// The transform from a piece's corners to the space of CellReceivers, as the rows of a matrix.
 struct PatchView {
     std::array<glm::vec4, 3> rows{};
 };
 
-/// Updates `nearest` of the receivers that a patch's triangles cover. Triangles are enlarged a
-/// little, so that rounding opens no gap.
+/// A function that updates `nearest` for the receivers that a patch's triangles cover. It enlarges
+/// triangles slightly, so that rounding opens no gaps.
 using CoverPatch = void (*)(const Occluders& occluders, const OccluderPiece& piece,
                             const OccluderPatch& patch, const PatchView& view,
                             const CellReceivers& receivers);
 
-/// Returns the function for this piece: the fastest that the processor can run, or the portable
-/// one. Their results are identical.
+/// Returns the function for this piece: the fastest that this processor can run or, if
+/// `for_every_processor`, the portable one. Both give identical results.
 CoverPatch coverPatchFor(const OccluderPiece& piece, bool for_every_processor = false);
 
 }  // namespace peeler

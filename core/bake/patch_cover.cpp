@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangles find the receivers that they cover.
+// Search for the receivers that triangles cover.
 #include <algorithm>
 #include <cstring>
 #include <utility>
@@ -13,27 +13,27 @@ namespace {
 
 // Triangles extend beyond their edges by this share of their size.
 constexpr float kBeyondEdges = 1e-6F;
-// Only triangles of more rows than this are scan-converted edge by edge; smaller ones test few
-// receivers in vain.
+// Only triangles that span more rows of cells than this are scan-converted edge by edge. For
+// smaller ones, all receivers in the bounding box are tested, few of them in vain.
 constexpr int kPlainRows = 3;
-// Steeper triangles are ignored. They are so nearly edge-on that they hide next to nothing and
-// their depth is lost in rounding: a receiver on one could not be distinguished from those in
-// front.
+// The maximum slope of a triangle, depth over width. Steeper triangles are ignored: they are so
+// nearly edge-on that they hide next to nothing, and rounding of their depth could make one hide
+// receivers on its own surface.
 constexpr float kSteepest = 500;
-// Columns by which edges are widened, against rounding.
+// The distance, in columns, by which edges are widened to allow for rounding.
 constexpr float kColumnSlack = 1e-3F;
 
 /// SIMD vectors (compiler extension), 16 and 32 bytes wide.
 using FourLanes = float __attribute__((vector_size(4 * sizeof(float))));
 using EightLanes = float __attribute__((vector_size(8 * sizeof(float))));
 
-/// A projected triangle: its first corner, the gradients of the other two barycentric weights, and
-/// their depths relative to the first corner.
+/// A projected triangle: its first corner; for the other two, the gradients of their barycentric
+/// weights, and their depths relative to the first.
 struct FacingTriangle {
     float x = 0, y = 0, z = 0;
     float second_x = 0, second_y = 0, third_x = 0, third_y = 0;
     float second_z = 0, third_z = 0;
-    float side = 0;  // the only side that can see it
+    float side = 0;  // side of the receivers that can see the triangle
     std::uint32_t element = 0;
 };
 
@@ -127,7 +127,7 @@ PEELER_INLINE void coverRows(const Cover& cover, const FacingTriangle& triangle,
         return to.y > from.y ? (to.x - from.x) / (to.y - from.y) : 0;
     };
     const float along = slope(a, c), upper = slope(a, b), lower = slope(b, c);
-    // The long edge, and the two short ones.
+    // x on the long edge, and on the two short edges.
     const auto one_at = [&](float y) { return a.x + (y - a.y) * along; };
     const auto other_at = [&](float y) {
         return y < b.y ? a.x + (y - a.y) * upper : b.x + (y - b.y) * lower;
@@ -161,10 +161,10 @@ struct PlacedTriangles {
     static constexpr std::size_t kMost = OccluderPatch::kMost;
     using Values = std::array<float, kMost>;
 
-    Values corner[3];                       // of the patch: x, y, z
-    Values a[3], b[3], c[3];                // of each triangle
-    Values inverse_area;                    // twice the area
-    std::array<int, kMost> x0, x1, y0, y1;  // cells; x1 < x0 or y1 < y0: none
+    Values corner[3];                       // corners of the patch: x, y, z
+    Values a[3], b[3], c[3];                // corners of each triangle
+    Values inverse_area;                    // 1 / (twice the area)
+    std::array<int, kMost> x0, x1, y0, y1;  // range of cells; empty if x1 < x0 or y1 < y0
 };
 
 PEELER_INLINE float least(float a, float b, float c) {
@@ -236,7 +236,7 @@ PEELER_INLINE void coverPatch(const Occluders& occluders, const OccluderPiece& p
         const int x0 = p.x0[i], x1 = p.x1[i], y0 = p.y0[i], y1 = p.y1[i];
         if (x1 < x0 || y1 < y0) continue;
         const Corner a{p.a[0][i], p.a[1][i]}, b{p.b[0][i], p.b[1][i]}, c{p.c[0][i], p.c[1][i]};
-        const float inverse = p.inverse_area[i];  // if not finite, it covers nothing
+        const float inverse = p.inverse_area[i];  // if not finite, the triangle covers nothing
         FacingTriangle t;
         t.x = a.x;
         t.y = a.y;

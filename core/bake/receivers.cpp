@@ -57,7 +57,8 @@ void VertexReceivers::fill(const VertexRange& range) {
         world[i] = glm::dvec3(instance.world * glm::dvec4(local[i], 1));
         receivers_.positions[range.first + i] = world[i];
     }
-    // In world space, since a skin can mirror even if the instance's matrix does not.
+    // Computes face normals in world space, since a skin can mirror even if the instance's matrix
+    // does not.
     const double side = instance.mirrored ? -1 : 1;
     for (std::uint32_t t = 0; t < elementsOf(primitive); ++t) {
         const auto [a, b, c] = cornersOf(primitive, t).vertex;
@@ -195,7 +196,7 @@ void rasterize(const Chart& chart, const Placement& placement, int size, TexelAt
     }
     if (count > kMostReceivers) failTooLarge();
     atlas.first.push_back(static_cast<std::uint32_t>(count));
-    // Resizing briefly holds the receivers of earlier textures twice.
+    // Counts the receivers of earlier textures again, since resizing briefly holds them twice.
     checkReceiverMemory(count * kReceiverBytes, count, budget);
     receivers.positions.resize(count);
     receivers.normals.resize(count);
@@ -269,7 +270,7 @@ SurfaceLookup TexelReceivers::lookup() const {
                               second * glm::dvec2(uvs[corners.vertex[1]]) +
                               third * glm::dvec2(uvs[corners.vertex[2]]);
         const auto side = static_cast<std::size_t>(settings_.size);
-        // fract() can round up to 1.
+        // Clamped, since fract() can round up to 1.
         const glm::dvec2 within = glm::fract(uv) * static_cast<double>(settings_.size);
         const std::size_t x = std::min(static_cast<std::size_t>(within.x), side - 1);
         const std::size_t y = std::min(static_cast<std::size_t>(within.y), side - 1);
@@ -320,7 +321,7 @@ std::vector<std::int32_t> nearestFilled(const std::vector<char>& filled, int siz
     const int most = std::min(reach, size / 2);
     const auto wrapped = [&](int i) { return static_cast<std::size_t>((i + size) % size); };
     constexpr int kNone = std::numeric_limits<int>::max();
-    // For each texel, the vertical offset of the nearest filled texel of its column.
+    // For each texel, the vertical offset to the nearest filled texel in the same column.
     std::vector<int> offsets(filled.size(), kNone);
     parallelFor(side, [&](std::size_t x) {
         for (int y = 0; y < size; ++y)

@@ -20,15 +20,15 @@ inline constexpr std::size_t kMostReceivers = std::size_t{1} << 29;
 /// vertices.
 struct VertexRange {
     std::size_t instance = 0;   ///< index into PosedScene::meshes()
-    std::size_t primitive = 0;  ///< of the mesh
+    std::size_t primitive = 0;  ///< index into the mesh's primitives
     std::size_t first = 0, count = 0;
 };
 
-/// A receiver for every vertex of every visible triangle primitive, in its current deformation. Its
-/// normal is the vertex's own. If the primitive has no normals (glTF 2.0 §3.7.2.1: its surface is
-/// flat then) or the normal has no length, it is the area-weighted mean of the normals of the
-/// vertex's triangles, on the front. Vertices are not welded: triangles share only those that they
-/// share by index. A vertex that no triangle uses has normal 0.
+/// One receiver for every vertex of every visible triangle primitive, in the current deformation. A
+/// receiver gets the normal of its vertex. If the primitive has no normals (flat shading, by glTF
+/// 2.0 §3.7.2.1) or the vertex's normal has length 0, the receiver gets the area-weighted mean of
+/// the front normals of the triangles around the vertex. Vertices are not welded: triangles share a
+/// receiver only if they use the same vertex index. A vertex that no triangle uses gets normal 0.
 class VertexReceivers {
   public:
     /// Throws Error (kInput) if there are more than kMostReceivers, and (kMemory) if they exceed
@@ -36,14 +36,16 @@ class VertexReceivers {
     explicit VertexReceivers(const PosedScene& posed, const MemoryBudget& budget = {});
 
     const Receivers& receivers() const { return receivers_; }
-    /// By instance, then primitive. None is left out; the ranges of other topologies are empty.
+    /// Ordered by instance, then primitive. Every primitive has a range; it is empty for topologies
+    /// other than triangles.
     const std::vector<VertexRange>& ranges() const { return ranges_; }
     const VertexRange& range(std::size_t instance, std::size_t primitive) const {
         return ranges_[first_range_[instance] + primitive];
     }
 
     /// Returns a lookup that interpolates the values at the three corners of the primitive with the
-    /// given key (`barycentric` weighs the second and third corner). This must outlive it.
+    /// given key (`barycentric` weighs the second and third corner). This object must outlive the
+    /// lookup.
     SurfaceLookup lookup() const;
 
   private:
@@ -52,7 +54,7 @@ class VertexReceivers {
     PosedScene posed_;
     Receivers receivers_;
     std::vector<VertexRange> ranges_;
-    std::vector<std::size_t> first_range_;  ///< of each instance
+    std::vector<std::size_t> first_range_;  ///< by instance: index of its first range
 };
 
 /// Whether GL draws the primitive as triangles.
@@ -71,38 +73,41 @@ struct TexelAtlas {
     /// The receivers of texel i are first[i] … first[i + 1] − 1.
     std::vector<std::uint32_t> first;
     std::uint64_t covered = 0;  ///< texels whose centre lies in a triangle
-    std::uint64_t shared = 0;   ///< those covered by several triangles: mirrored or tiled
+    std::uint64_t shared = 0;   ///< texels in several triangles: mirrored or tiled UVs
 };
 
-/// A texture for every material that a visible triangle with this UV set uses. Each texel whose
-/// centre lies in the UV image of a triangle is a receiver at that point of the triangle, with its
-/// interpolated normal (or its flat one if the primitive has no normals). A centre on an edge
-/// shared by two triangles belongs to one of them (the fill rule of rasterisers). Triangles that
-/// share a texel have a receiver each, at most 8 per texel, in draw order. An uncovered texel whose
-/// circumscribed circle a triangle touches is a receiver at the nearest point of the nearest such
-/// triangle, so that narrow charts and borders have values, too. UVs outside 0–1 repeat.
+/// One texture for every material that a visible triangle with this UV set uses. A texel whose
+/// centre lies in a triangle in UV space gets a receiver at that point of the triangle, with the
+/// interpolated normal (the flat normal if the primitive has no normals). A centre on an edge
+/// shared by two triangles belongs to exactly one of them (the fill rule of rasterisers). If
+/// several triangles cover a texel, it gets one receiver for each, in draw order and at most 8. If
+/// no triangle covers the texel but some touch its circumscribed circle, it gets a receiver at the
+/// nearest point of the nearest of them, so that narrow charts and borders have values, too. UVs
+/// outside 0–1 repeat.
 class TexelReceivers {
   public:
-    /// Throws Error (kInput) if no triangle has such UVs, if they repeat a texture so often that
-    /// more than 2^29 texels would have to be tested, or if all textures together have more than
-    /// 2^30 texels or kMostReceivers receivers; and (kMemory) if they exceed the budget. Rows are
-    /// processed in parallel; the result does not depend on the order.
+    /// Throws Error (kInput) if no visible triangle has this UV set, if the UVs repeat a texture so
+    /// often that more than 2^29 texels would have to be tested, or if all textures together have
+    /// more than 2^30 texels or kMostReceivers receivers; and (kMemory) if they exceed the budget.
+    /// Rows are processed in parallel; the result does not depend on the order.
     TexelReceivers(const PosedScene& posed, const VertexReceivers& vertices,
                    const TexelSettings& settings, const MemoryBudget& budget = {});
 
     const Receivers& receivers() const { return receivers_; }
-    const std::vector<TexelAtlas>& atlases() const { return atlases_; }  ///< by material
+    const std::vector<TexelAtlas>& atlases() const { return atlases_; }  ///< ordered by material
     const TexelSettings& settings() const { return settings_; }
-    /// Returns the number of triangle primitives, counted per instance, without that UV set.
+    /// Returns the number of triangle primitives, counted per instance, without this UV set.
     std::uint64_t withoutUvs() const { return without_uvs_; }
 
-    /// Returns a lookup of the texel that contains the point's UV. This must outlive it.
+    /// Returns a lookup that reads the texel at the point's UV. This object must outlive the
+    /// lookup.
     SurfaceLookup lookup() const;
 
     /// Returns the pixels of an atlas, row by row, from the values of all receivers (`components`
     /// each). A texel gets the mean of its receivers. A texel without receivers copies the nearest
-    /// one that has some within `padding` texels, across the borders, so that filtering does not
-    /// bleed into charts. All others get the mean of the texels that have receivers.
+    /// texel with receivers within `padding` texels, also across the borders, so that filtering
+    /// does not bleed into charts. If there is no such texel, it gets the mean of all texels with
+    /// receivers.
     std::vector<float> pixels(const TexelAtlas& atlas, std::span<const float> values,
                               std::size_t components, int padding) const;
 
@@ -111,7 +116,7 @@ class TexelReceivers {
     TexelSettings settings_;
     Receivers receivers_;
     std::vector<TexelAtlas> atlases_;
-    std::vector<int> atlas_of_material_;  ///< −1 = none
+    std::vector<int> atlas_of_material_;  ///< index into atlases_; −1 = none
     std::uint64_t without_uvs_ = 0;
 };
 

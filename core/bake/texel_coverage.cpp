@@ -19,15 +19,16 @@ double cross(const glm::dvec2& a, const glm::dvec2& b) {
     return a.x * b.y - a.y * b.x;
 }
 
-/// Returns twice the area of (a, b, p), positive to the left of a → b. Two triangles see a shared
-/// edge from opposite ends; it is always computed from the same one, so that they get opposite
-/// values.
+/// Returns twice the area of (a, b, p), positive to the left of a → b. Two triangles traverse a
+/// shared edge in opposite directions; the value is always computed from the same end, so that they
+/// get exactly opposite values.
 double edge(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& p) {
     if (a.x < b.x || (a.x == b.x && a.y < b.y)) return cross(b - a, p - a);
     return -cross(a - b, p - b);
 }
 
-/// Whether a centre on the edge belongs to this triangle: one of the edge's two directions owns it.
+/// Whether a texel centre on the edge a → b belongs to the triangle: exactly one of an edge's two
+/// directions owns it.
 bool ownsEdge(const glm::dvec2& a, const glm::dvec2& b) {
     return b.y < a.y || (b.y == a.y && b.x > a.x);
 }
@@ -57,7 +58,7 @@ EdgePoint nearestOnEdges(const UvTriangle& t, const glm::dvec2& p) {
     return nearest;
 }
 
-/// Whether the centre p is in the triangle; if so, sets its weights.
+/// Whether the texel centre p is in the triangle; if so, sets its barycentric weights.
 bool covers(const UvTriangle& t, const glm::dvec2& p, glm::dvec3& weights) {
     const double area = edge(t[0], t[1], t[2]);
     if (area == 0) return false;
@@ -143,9 +144,10 @@ TexelCoverage::TexelCoverage(std::span<const UvTriangle> triangles, int size)
 
 TexelRow TexelCoverage::row(int y) const {
     const auto width = static_cast<std::size_t>(size_);
-    std::vector<std::uint32_t> covering(width, 0);  // number of triangles
+    std::vector<std::uint32_t> covering(width, 0);  // number of covering triangles
     std::vector<TexelSample> kept(width * kMostSamples);
-    std::vector<double> nearest(width, kReach * kReach);  // squared distance of touching triangles
+    // By texel: squared distance of the nearest triangle that touches its circumscribed circle.
+    std::vector<double> nearest(width, kReach * kReach);
     const auto sample = [](std::uint32_t triangle, const glm::dvec3& weights) {
         return TexelSample{triangle, glm::vec2(weights.y, weights.z)};
     };

@@ -13,7 +13,7 @@ namespace peeler {
 /// The corners of a triangle in UV space, in texels.
 using UvTriangle = std::array<glm::dvec2, 3>;
 
-/// A triangle at a texel.
+/// A point of a triangle, at a texel.
 struct TexelSample {
     std::uint32_t triangle = 0;
     glm::vec2 barycentric{0};  ///< weights of the second and third corner
@@ -21,29 +21,30 @@ struct TexelSample {
 
 /// The texels of one row of a square texture.
 struct TexelRow {
-    std::vector<std::uint32_t> first;  ///< of texel x: samples first[x] … first[x + 1] − 1
+    std::vector<std::uint32_t> first;  ///< texel x has samples first[x] … first[x + 1] − 1
     std::vector<TexelSample> samples;
     std::uint64_t covered = 0;  ///< texels whose centre is in a triangle
-    std::uint64_t shared = 0;   ///< those covered by several triangles
+    std::uint64_t shared = 0;   ///< texels whose centre is in several triangles
 };
 
 /// The coverage of texels by triangles, in a plane that repeats the texture.
 class TexelCoverage {
   public:
-    /// The maximum number of samples per texel, from the first triangles.
+    /// The maximum number of samples per texel; those of the first triangles are kept.
     static constexpr std::uint32_t kMostSamples = 8;
 
-    /// `size` is in texels per side. The triangles must outlive it. Throws Error (kInput) if the
-    /// bounding boxes of all triangles together contain more than 2^29 texels.
+    /// `size` is in texels per side. The triangles must outlive this object. Throws Error (kInput)
+    /// if the bounding boxes of all triangles together contain more than 2^29 texels.
     TexelCoverage(std::span<const UvTriangle> triangles, int size);
 
-    /// Returns the triangles that contain each texel's centre; a centre on a shared edge belongs to
-    /// one of the two triangles. If there are none, returns the nearest point of the nearest
-    /// triangle that touches the texel's circumscribed circle. Thread-safe.
+    /// Returns, for each texel of row `y`, a sample for every triangle that contains the texel's
+    /// centre; a centre on a shared edge belongs to only one of the two triangles. If no triangle
+    /// contains it, returns the nearest point of the nearest triangle that touches the texel's
+    /// circumscribed circle. Thread-safe.
     TexelRow row(int y) const;
 
   private:
-    /// A row of the unwrapped plane that a triangle reaches.
+    /// A triangle, and a row of the unwrapped plane that it reaches.
     struct Crossing {
         std::uint32_t triangle = 0;
         std::int32_t y = 0;
@@ -54,7 +55,7 @@ class TexelCoverage {
 
     std::span<const UvTriangle> triangles_;
     int size_;
-    std::vector<std::size_t> first_crossing_;  ///< of each row of the texture, plus an end
+    std::vector<std::size_t> first_crossing_;  ///< by row of the texture, plus an end
     std::vector<Crossing> crossings_;
 };
 

@@ -10,8 +10,8 @@
 namespace peeler {
 namespace {
 
-// Measured with the vertices of models and with texels: fewer rows mean fewer ranges to look up,
-// more rows mean fewer receivers tested in vain.
+// Tuned on vertices of models and on texels: fewer rows mean fewer ranges to look up, more rows
+// mean fewer receivers tested in vain.
 constexpr double kReceiversASquare = 10;  // a square is as wide as a row is high
 constexpr double kColumnsASquare = 16;
 constexpr double kLeastSquare = 1e-6;  // of the scene's diagonal
@@ -20,7 +20,7 @@ glm::vec3 rowOf(const glm::dmat3& m, int row) {
     return glm::vec3(m[0][row], m[1][row], m[2][row]);
 }
 
-/// Leaves room for the last block of lanes.
+/// Returns `count` plus room for the last block of lanes.
 std::size_t padded(std::size_t count) {
     return count + CellReceivers::kBlock;
 }
@@ -103,7 +103,8 @@ void VisibilityRays::sort(float max_distance) {
     }
     const auto width = static_cast<std::size_t>(grid_.width);
     const std::size_t cells = width * static_cast<std::size_t>(grid_.height);
-    // During the fill, each cell's next index is stored one entry farther on.
+    // During the fill, first_[cell + 1] is the cell's next free index; afterwards, the next cell
+    // begins there.
     first_.assign(cells + 2, 0);
     for (std::size_t i = 0; i < count_; ++i) {
         const auto column = static_cast<std::uint32_t>(cellOf(place_[0][i], grid_.width));
@@ -121,7 +122,7 @@ void VisibilityRays::sort(float max_distance) {
         side_[to] = cosine_[i] < 0 ? -1.0F : 1.0F;
         nearest_[to] = max_distance;
     }
-    // Padding: no hit is nearer than 0.
+    // Padding sees nothing, since no hit is nearer than 0.
     std::fill(nearest_.begin() + static_cast<std::ptrdiff_t>(count_), nearest_.end(), 0.0F);
 }
 

@@ -14,31 +14,31 @@
 
 namespace peeler {
 
-/// Receivers with the distance each sees along a direction or, if it faces the other way, against
-/// it.
+/// Receivers, each with the distance to the first surface along a direction or, if the receiver
+/// faces the other way, along the opposite direction.
 ///
 /// Projected along the direction, receivers are points in a plane. They are sorted into the cells
 /// of a grid, and every triangle tests the receivers that it may cover, as irregular shadow maps do
 /// (Aila & Laine 2004, "Alias-Free Shadow Maps"; Johnson et al. 2005, "The Irregular Z-Buffer").
-/// Works in single precision relative to the middle of the scene; the results are bit-identical on
-/// every processor. Each thread needs its own.
+/// Calculates in single precision relative to the middle of the scene; the results are
+/// bit-identical on every processor. Each thread needs an object of its own.
 class VisibilityRays {
   public:
-    /// Hits nearer than `own_surface` (scene units) are taken for the receiver's own surface. The
-    /// occluders must outlive it.
+    /// Hits nearer than `own_surface` (scene units) are attributed to the receiver's own surface
+    /// and ignored. The occluders must outlive this object.
     VisibilityRays(const Occluders& occluders, float own_surface)
         : occluders_(occluders), own_surface_(own_surface) {}
 
-    /// Selects receivers, in this order.
+    /// Selects the receivers to trace from, in this order.
     void place(const Receivers& receivers, std::span<const std::uint32_t> chosen);
 
-    /// Traces along the unit vector, away from the receivers' surfaces or into them. Ignores hits
-    /// at `max_distance` or farther.
+    /// Traces along the unit vector `direction`: away from the receivers' surfaces or, if `inside`,
+    /// into them. Ignores hits at `max_distance` or farther.
     void look(const glm::dvec3& direction, bool inside, float max_distance);
 
-    /// Returns for each receiver the cosine between the direction and its normal (the opposite
-    /// normal if it looks into the surface): negative if it looks against the direction, 0 if it
-    /// looks neither way.
+    /// Returns, for each receiver, the cosine of the angle between the direction and the receiver's
+    /// normal (the opposite normal if it looks into the surface). A negative cosine means that the
+    /// receiver looks along the opposite direction, 0 that it looks neither way.
     std::span<const float> cosines() const { return {cosine_.data(), count_}; }
     /// Returns for each receiver the distance to the first surface, in scene units; infinite if it
     /// sees none.
@@ -48,8 +48,8 @@ class VisibilityRays {
     static std::uint64_t bytes(std::size_t receivers);
 
   private:
-    /// Rows of cells. Columns are narrow: within a row a triangle covers one range of receivers,
-    /// for any number of columns.
+    /// Rows of cells. Narrow columns cost nothing, since the receivers that a triangle may cover in
+    /// a row are one range, over any number of columns.
     struct Grid {
         glm::dvec2 first{0}, cells_a_unit{1};
         int width = 1, height = 1;
@@ -64,12 +64,12 @@ class VisibilityRays {
     // Per receiver.
     std::array<std::vector<float>, 3> position_, normal_, place_;
     std::vector<float> cosine_, distance_;
-    std::vector<std::uint32_t> cell_;  // then its index in the sorted order
+    std::vector<std::uint32_t> cell_;  // the cell; after sorting, the receiver's sorted index
     // Per receiver, sorted by cell: x and y in cells, z in scene units.
     std::array<std::vector<float>, 3> sorted_;
     std::vector<float> side_, nearest_;
     Grid grid_;
-    std::vector<std::uint32_t> first_;  // of each cell, plus an end
+    std::vector<std::uint32_t> first_;  // index of each cell's first receiver, plus an end
 };
 
 }  // namespace peeler

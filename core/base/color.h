@@ -14,7 +14,7 @@ T linearFromSrgb(T encoded) {
     return std::pow((encoded + T(0.055)) / T(1.055), T(2.4));
 }
 
-/// Converts linear to encoded sRGB, the inverse; not clipped.
+/// Converts linear to encoded sRGB, without clipping: the inverse of linearFromSrgb().
 template <class T>
 T srgbFromLinear(T linear) {
     if (linear <= T(0.0031308)) return linear * T(12.92);
@@ -22,10 +22,10 @@ T srgbFromLinear(T linear) {
 }
 
 /// Returns a colour of "Inferno" (N. Smith and S. van der Walt, matplotlib, CC0): black, purple,
-/// red, yellow, perceptually uniform. Linear Rec. 709. `share` is clipped to 0–1; NaN is 0.
+/// red, yellow, perceptually uniform. Linear Rec. 709. `share` is clipped to 0–1; NaN counts as 0.
 std::array<float, 3> inferno(float share);
 
-/// Returns a colour from dark blue to cyan, distinct from all colours of the other ramp.
+/// Returns a colour between dark blue and cyan, distinct from all colours of inferno().
 std::array<float, 3> blueToCyan(float share);
 
 }  // namespace peeler

@@ -20,7 +20,7 @@ Text cut(Text text) {
         [&](std::string_view words) {
             std::size_t end = std::min(words.size(), kMost - std::min(kMost, kept.str().size()));
             while (end > 0 && end < words.size() && (words[end] & 0xC0) == 0x80)
-                --end;  // not within a character of UTF-8
+                --end;  // do not split a UTF-8 character
             kept += words.substr(0, end);
         },
         [&](Parameter parameter) {

@@ -25,8 +25,8 @@ struct MemoryUse {
     }
 };
 
-/// Throws Error (kMemory) if `needed` bytes, as usedBytes() counts them, exceed the budget.
-/// `purpose` follows "are needed"; `or_else` follows the hint.
+/// Throws Error (kMemory) if `needed` bytes, as usedBytes() counts them, exceed the budget. In the
+/// message, `purpose` follows "are needed" and `or_else` follows the hint.
 void checkMemory(const MemoryBudget& budget, std::uint64_t needed, const std::string& purpose,
                  const Text& or_else = {});
 

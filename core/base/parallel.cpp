@@ -89,7 +89,7 @@ struct Loop {
     const std::function<void(std::size_t)>& body;
     std::size_t items;
     std::atomic<std::size_t> next{0};
-    std::size_t workers = 0;  ///< working on it, besides its caller; guarded by the pool's mutex
+    std::size_t workers = 0;  ///< threads helping the caller; guarded by the pool's mutex
     std::exception_ptr failure{};
 
     bool hasItems() const { return next < items; }
@@ -103,7 +103,7 @@ class Pool {
             for (int i = 1; i < threads; ++i)
                 workers_.push_back(startWorker([this] { work(); }));
         } catch (...) {
-            // Fewer threads than asked for (a process limit) is slower, not wrong.
+            // A process limit may allow fewer threads, which is slower but not wrong.
         }
     }
 
@@ -163,7 +163,7 @@ class Pool {
         return found;
     }
 
-    /// Takes items until none is left, or another loop has begun.
+    /// Takes items until no item is left, or another loop has begun and needs threads.
     void takeItems(Loop& loop) {
         const std::uint64_t changes = changes_;
         inside_loop = true;
@@ -181,27 +181,27 @@ class Pool {
     std::vector<std::thread> workers_;
     std::mutex mutex_;
     std::condition_variable wake_, idle_;
-    std::vector<Loop*> loops_;               ///< with callers in run()
+    std::vector<Loop*> loops_;               ///< the loops whose callers are still in run()
     std::atomic<std::uint64_t> changes_{0};  ///< number of loops started
     bool stop_ = false;
 };
 
 std::atomic<int> wanted_threads{0};
-std::mutex pool_mutex;  ///< guards the two below
+std::mutex pool_mutex;  ///< guards `pool` and `pool_threads`
 std::shared_ptr<Pool> pool;
 int pool_threads = 0;
 
-/// A child forked by a host has the pool without its threads, and the mutex in its state at that
-/// moment, perhaps locked by a thread that the child does not have. Both are leaked: destroying the
-/// pool would wait for its threads.
+/// Abandons the pool and its mutex in a child process forked by a host. The child has the pool but
+/// not its threads, and the mutex may have been locked by one of these when the host forked. Both
+/// are leaked, because destroying the pool would wait for its threads.
 void forgetPool() {
     new (&pool_mutex) std::mutex;
     new (&pool) std::shared_ptr<Pool>;
     pool_threads = 0;
 }
 
-/// Returns the pool of `threads` threads, including the caller's. A pool of another size is
-/// destroyed when its loops end.
+/// Returns the pool of `threads` threads, including the caller's. Replaces a pool of another size,
+/// which is destroyed when its loops end.
 std::shared_ptr<Pool> poolOf(int threads) {
     static const int watches_forks = pthread_atfork(nullptr, nullptr, forgetPool);
     static_cast<void>(watches_forks);
@@ -217,7 +217,8 @@ std::shared_ptr<Pool> poolOf(int threads) {
 }  // namespace
 
 int affinityCount() {
-    // The affinity mask, not the number of processors: render-farm schedulers pin processes.
+    // Uses the affinity mask, not the number of processors, because render-farm schedulers pin
+    // processes.
     cpu_set_t set;
     CPU_ZERO(&set);
     const int count = sched_getaffinity(0, sizeof set, &set) == 0

@@ -15,16 +15,16 @@
 
 namespace peeler {
 
-/// The hint of an Error when threads cannot be started.
+/// The hint of an Error that is thrown because threads cannot be started.
 inline constexpr char kMoreThreads[] =
     "raise the limit on processes and threads (ulimit -u, a cgroup's pids.max), or end others";
 
-/// Runs `work` on a new thread with all signals blocked: a handler could run while it holds a lock.
-/// Throws Error (kMemory) if a process limit allows no more threads.
+/// Runs `work` on a new thread with all signals blocked, because a signal handler could run while
+/// the thread holds a lock. Throws Error (kMemory) if a process limit allows no more threads.
 std::thread startWorker(std::function<void()> work);
 
-/// Returns how many more threads, at most `wanted`, can be started. Starts and ends them to find
-/// out: limits (RLIMIT_NPROC, a cgroup's pids.max) also count the threads of other processes.
+/// Returns how many more threads, at most `wanted`, can be started. Starts and ends threads to find
+/// out, since limits (RLIMIT_NPROC, a cgroup's pids.max) also count the threads of other processes.
 int startableThreads(int wanted);
 
 /// Returns the number of processors the process may run on, at least 1.
@@ -34,9 +34,10 @@ int affinityCount();
 int threadCount();
 
 /// Calls body(i) for every i in [0, items), in any order, on all threads including the caller's.
-/// Returns when all are done. Rethrows the first exception thrown by a body. Do not nest: a body
-/// that calls parallelFor runs that loop alone. Concurrent loops share the other threads. A child
-/// of fork() has its own threads; a body must not fork and continue in the child.
+/// Returns when all are done. Rethrows the first exception thrown by a body. Nesting gains nothing:
+/// if a body calls parallelFor, the inner loop runs on the body's thread alone. Loops of several
+/// callers share the other threads. A child of fork() starts threads of its own; a body must not
+/// fork and continue in the child.
 void parallelFor(std::size_t items, const std::function<void(std::size_t)>& body);
 
 /// A pool of objects: lends one to each thread and reuses those that are returned.

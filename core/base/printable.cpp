@@ -11,8 +11,8 @@ unsigned byteAt(std::string_view text, std::size_t i) {
     return static_cast<unsigned char>(text[i]);
 }
 
-/// Well-formed UTF-8 sequences: ranges of the first and second byte. All later bytes are 0x80 to
-/// 0xBF.
+/// A class of well-formed UTF-8 sequences, by the ranges of the first and second byte. All later
+/// bytes are 0x80 to 0xBF.
 struct Sequence {
     unsigned first, last;  ///< first bytes
     unsigned second_first, second_last;
@@ -24,7 +24,7 @@ constexpr Sequence kSequences[] = {
     {0xF0, 0xF0, 0x90, 0xBF, 4}, {0xF1, 0xF3, 0x80, 0xBF, 4}, {0xF4, 0xF4, 0x80, 0x8F, 4},
 };
 
-/// Characters that are escaped.
+/// A range of characters that are escaped.
 struct Range {
     char32_t first, last;
 };
@@ -37,7 +37,7 @@ constexpr Range kUnshown[] = {
     {0xFEFF, 0xFEFF},  // byte order mark: invisible
 };
 
-/// Returns the character of a well-formed sequence.
+/// Returns the code point that a well-formed UTF-8 sequence encodes.
 char32_t characterOf(std::string_view sequence) {
     constexpr unsigned kOfFirst[] = {0x7F, 0x1F, 0x0F, 0x07};
     char32_t character = byteAt(sequence, 0) & kOfFirst[sequence.size() - 1];

@@ -9,9 +9,9 @@
 
 namespace peeler {
 
-/// Items by number, in order of first access (Briggs & Torczon 1993, "An Efficient Representation
-/// for Sparse Sets"). Lookup and clearing take constant time, for any range of numbers. Memory is 4
-/// bytes per number, allocated once.
+/// A set of items, addressed by number and kept in order of first access (Briggs & Torczon 1993,
+/// "An Efficient Representation for Sparse Sets"). Lookup and clearing take constant time, for any
+/// range of numbers. Memory is 4 bytes per number, allocated once.
 template <class Item>
 class SparseSet {
   public:
@@ -20,12 +20,12 @@ class SparseSet {
         Item item;
     };
 
-    /// Removes all items; from now on numbers are less than `numbers`.
+    /// Removes all items, and sets the range of numbers to [0, numbers).
     void begin(std::size_t numbers) {
         entries_.clear();
         if (places_.size() < numbers) places_.resize(numbers);
     }
-    /// Returns an item; a new one is value-initialised.
+    /// Returns the item with this number, value-initialised on first access.
     Item& operator[](std::uint32_t number) {
         std::uint32_t& place = places_[number];
         if (place >= entries_.size() || entries_[place].number != number) {
@@ -38,7 +38,8 @@ class SparseSet {
     std::vector<Entry> take() { return std::exchange(entries_, {}); }
 
   private:
-    std::vector<std::uint32_t> places_;  // of each number, valid if the entry there has that number
+    // By number: the index of its entry; valid if that entry has the number.
+    std::vector<std::uint32_t> places_;
     std::vector<Entry> entries_;
 };
 

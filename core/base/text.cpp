@@ -8,7 +8,7 @@ namespace peeler::inline v0 {
 
 namespace {
 
-/// In the order of Parameter.
+/// The names of the parameters, in the order of Parameter.
 constexpr auto kNames = std::to_array<std::string_view>({
     "allow_outside",
     "animations",
@@ -81,7 +81,7 @@ Text::Text(Parameter parameter)
     : text_('`' + std::string(nameOf(parameter)) + '`'), named_{{0, parameter}} {}
 
 Text& Text::operator+=(const Text& other) {
-    for (const Named& named : std::vector<Named>(other.named_))  // which may be our own
+    for (const Named& named : std::vector<Named>(other.named_))  // a copy: `other` may be *this
         named_.push_back({text_.size() + named.begin, named.parameter});
     text_ += std::string(other.text_);
     return *this;

@@ -27,10 +27,10 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
     const PixelType type = settings.color_type;
     const std::uint64_t color = settings.colorBytes();
     const std::uint64_t tile = capture.tilePixels();
-    // Opacity per pixel of a composite, besides RGBA and Z.
+    // Bytes of coloured opacity per pixel of a composite, in addition to RGBA and Z.
     const std::uint64_t opacity = settings.tinted ? 3 * sizeof(float) : 0;
-    // The default is large enough to avoid drawing the geometry many times, and small enough to
-    // keep the memory shared by bands warm in the caches.
+    // The default of band_bytes is large enough to avoid drawing the geometry many times, and small
+    // enough to keep the memory shared by bands warm in the caches.
     costs_.band_bytes = settings.band_bytes;
     costs_.use.pixel = kBandPixelBytes + opacity;
     if (!plan.clip_rows.empty()) costs_.use.pixel += 3 * sizeof(std::uint32_t);
@@ -49,7 +49,7 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
             costs_.use.fragment += capture.copiedFragmentBytes();
             costs_.use.pixel += capture.copiedPixelBytes();
         }
-        // The key of a fragment, and its index in the captured lists.
+        // Per fragment, its key and its index in the captured lists.
         if (channels > 0 || settings.hit_mode != HitMode::kNone)
             costs_.use.fragment += 2 * sizeof(std::uint32_t);
         costs_.largest_array_bytes = std::max<std::uint64_t>(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The memory cost of a GlPlan's bands, and the band sizes that it allows.
+// The memory costs of a GlPlan's bands, and the band sizes that the budget allows.
 #pragma once
 
 #include <cstdint>
@@ -18,16 +18,16 @@ namespace peeler {
 /// The methods of a plan: one captures layers, the other composites on the fly.
 struct PlanMethods {
     std::unique_ptr<LayerMethod> layers{};
-    std::unique_ptr<CompositeMethod> composite{};  ///< used if set
+    std::unique_ptr<CompositeMethod> composite{};  ///< if set, used instead of `layers`
 };
 
 /// Returns the memory that a sink of a plan's bands uses besides the band itself.
 MemoryUse sinkUse(const GlPlan& details, const Plan& plan, const Sink& sink);
 
-/// The current costs of a plan's bands; refers to the plan and the methods.
+/// The costs of a plan's bands. The plan must outlive this object.
 class BandBudget {
   public:
-    /// `overlaps`: a band is captured while the previous one is sorted and passed on.
+    /// `overlaps`: whether a band is captured while the previous one is sorted and passed on.
     BandBudget(const GlPlan& plan, const PlanMethods& methods, const BandCapture& capture,
                bool overlaps, std::uint64_t storage_block_bytes);
 
@@ -47,7 +47,7 @@ class BandBudget {
     std::uint64_t clipFragments(int y) const;
 
     const GlPlan& plan_;
-    bool composites_;  ///< on the fly
+    bool composites_;  ///< whether bands are composited on the fly
     BandCosts costs_;
 };
 

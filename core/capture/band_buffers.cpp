@@ -7,7 +7,8 @@
 
 namespace peeler {
 void BandBuffers::bindClip() {
-    // Half-spaces need no lists, but a program that supports both needs all its bindings.
+    // Clipping by half-spaces needs no lists, but its programs also support clip meshes and need
+    // all bindings.
     reserve(clip_first_, sizeof(std::uint32_t));
     reserve(clip_depths_, sizeof(float));
     clip_first_.bindStorage(PEELER_CLIP_FIRST);
@@ -53,7 +54,8 @@ void BandBuffers::clearForComposite(std::span<const std::uint32_t> counts, bool 
 
 namespace {
 
-/// Returns the index in the values of `band` where a row of `area`, counted from below, begins.
+/// Returns the index at which a row of `area`, counted from below, begins in an array with one
+/// value per pixel of `band`.
 std::size_t rowInBand(const Window& area, const Window& band, int row) {
     const auto y = static_cast<std::size_t>(area.y1 - 1 - row - band.y0);
     return y * static_cast<std::size_t>(band.width()) + static_cast<std::size_t>(area.x0 - band.x0);
@@ -128,12 +130,12 @@ void OpaqueTarget::reserve(const gl::Functions& gl, const Window& tile, PixelTyp
 }
 
 void OpaqueTarget::clear(const gl::Functions& gl, gl::PassState state) const {
-    state.depth_test = gl::DepthTest::kNearest;  // a clear obeys the depth mask
+    state.depth_test = gl::DepthTest::kNearest;  // enables the depth mask, which a clear obeys
     gl::apply(gl, state);
     const float far = 0;
     const GLuint none[4] = {};
     gl.ClearNamedFramebufferfv(framebuffer(), GL_DEPTH, 0, &far);
-    // Colours need no clear: they are read only where there is a depth.
+    // Attachment 1, the float colours, needs no clear: it is read only where there is a depth.
     gl.ClearNamedFramebufferuiv(framebuffer(), GL_COLOR, 0, none);
 }
 

@@ -15,20 +15,20 @@
 
 namespace peeler {
 
-/// For layers: a list head per pixel; per fragment its key and stored data, interleaved
-/// (shaders/stored_fragments.glsl). For a composite: per pixel a list head, a count, a depth, two
-/// stamps and a 32-bit float colour. Grown on demand and reused between bands: touching fresh
-/// memory costs more than rasterising into it.
+/// The buffers of a band. For layers: a list head per pixel and, per fragment, its key and stored
+/// data, interleaved (shaders/stored_fragments.glsl). For a composite: a list head, a count, a
+/// depth, two stamps and a 32-bit float colour per pixel. Buffers grow on demand and are reused
+/// between bands, because touching fresh memory costs more than rasterising into it.
 class BandBuffers {
   public:
     explicit BandBuffers(const gl::Functions& gl) : gl_(gl) {}
 
-    /// Returns the words of one fragment in these buffers: depth, primitive, colour.
+    /// Returns the number of 32-bit words per fragment: depth, primitive, colour.
     static std::size_t fragmentWords(std::size_t color_bytes) {
         return 2 + color_bytes / sizeof(std::uint32_t);
     }
 
-    /// Returns the bytes of one pixel of a composite.
+    /// Returns the bytes per pixel of a composite.
     static std::size_t compositeBytes(bool tinted) {
         return 5 * sizeof(std::uint32_t) + storedComponents(tinted) * sizeof(float);
     }
@@ -42,8 +42,8 @@ class BandBuffers {
         reserve(channels_, floats * sizeof(float));
         channels_.clearToZero(floats * sizeof(float));
     }
-    /// Reserves room for the boundary of a clip mesh. `first` has the start of each pixel's
-    /// surfaces, plus an end.
+    /// Reserves room for the boundary of a clip mesh. `first` holds the index of each pixel's first
+    /// surface, plus an end.
     void reserveClip(std::span<const std::uint32_t> first);
     /// Reserves room for a composite: sets the counts and clears all else to 0. `tinted`: with
     /// coloured opacity.
@@ -74,8 +74,8 @@ class BandBuffers {
     void bindClip();
 
     const gl::Functions& gl_;
-    gl::Buffer list_heads_, fragments_, channels_;  // of layers
-    gl::Buffer depths_, stamps_, colors_, counts_;  // of a composite, with the list heads
+    gl::Buffer list_heads_, fragments_, channels_;  // for layers
+    gl::Buffer depths_, stamps_, colors_, counts_;  // for composites, with list_heads_
     gl::Buffer clip_first_, clip_depths_;
 };
 
@@ -93,11 +93,13 @@ class ListHeadTarget {
 
     void free();
 
-    /// Sets the list heads of `area` from `values`, which holds those of the surrounding `band`;
-    /// empty: all 0. Allocates for the tile first if necessary.
+    /// Sets the list heads of `area` from `values`, which has one per pixel of the surrounding
+    /// `band`; if `values` is empty, sets them to 0. Allocates the texture for the tile first if
+    /// necessary.
     void write(const gl::Functions& gl, const Window& tile, const Window& area, const Window& band,
                std::span<const std::uint32_t> values);
-    /// Reads the list heads of `area` into `values`, those of `band`. Waits for the GPU.
+    /// Reads the list heads of `area` into `values`, which has one per pixel of the surrounding
+    /// `band`. Waits for the GPU.
     void read(const gl::Functions& gl, const Window& tile, const Window& area, const Window& band,
               std::span<std::uint32_t> values);
 
@@ -110,14 +112,14 @@ class ListHeadTarget {
     gl::Texture texture_;
     gl::Framebuffer framebuffer_;
     int width_ = 0, height_ = 0;
-    std::vector<std::uint32_t> rows_;  ///< of an area, y up
+    std::vector<std::uint32_t> rows_;  ///< the list heads of an area, y up
 };
 
 /// The nearest opaque fragment of every pixel of a raster tile: render targets with a depth buffer,
 /// so that hidden fragments are not shaded (shaders/opaque.frag).
 class OpaqueTarget {
   public:
-    /// Returns the words of a pixel as read back: depth (0 = none), key, colour.
+    /// Returns the number of 32-bit words per pixel in read(): depth (0 = none), key, colour.
     static std::size_t words(PixelType color) { return color == PixelType::kFloat ? 8 : 4; }
     /// Returns the bytes for a raster tile with this many pixels.
     static std::uint64_t bytes(std::uint64_t tile_pixels, PixelType color) {
@@ -126,14 +128,14 @@ class OpaqueTarget {
 
     void free() { *this = {}; }
 
-    /// Allocates for a tile, if its size or the colour type differs.
+    /// Allocates for a tile, if the tile's size or the colour type has changed.
     void reserve(const gl::Functions& gl, const Window& tile, PixelType color);
-    /// Clears the scissor rectangle of `state`, which must use its framebuffer.
+    /// Clears the scissor rectangle of `state`, whose framebuffer must be framebuffer().
     void clear(const gl::Functions& gl, gl::PassState state) const;
     /// Reads the pixels of `area`, row by row, y up. Waits for the GPU.
     void read(const gl::Functions& gl, const Window& tile, const Window& area,
               std::vector<std::uint32_t>& pixels);
-    /// Binds it for passes with GeometryPass::in_front.
+    /// Binds the fragments for passes with GeometryPass::in_front.
     void bindForReading(const gl::Functions& gl) const;
 
     GLuint framebuffer() const { return framebuffer_.name(); }

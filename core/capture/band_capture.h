@@ -29,15 +29,16 @@ namespace peeler {
 /// A band to capture, and the fragments to capture per pixel.
 struct BandRequest {
     Window band;
-    std::span<const std::uint32_t> counts;  ///< of the band's pixels, as count() found them
-    std::uint32_t layers = 0;               ///< the nearest to keep; 0 = all
-    /// Whether layers get their draw-order keys as the first extra array; hits always do.
+    std::span<const std::uint32_t> counts;  ///< fragments of each pixel, from count()
+    std::uint32_t layers = 0;               ///< number of nearest layers to keep; 0 = all
+    /// Whether layers() outputs draw-order keys as the first extra array, as it always does for
+    /// hits.
     bool keys = false;
-    /// Only transparent fragments in front of those of the OpaqueTarget.
+    /// Whether to capture only transparent fragments in front of those in the OpaqueTarget.
     bool in_front = false;
 };
 
-/// The lists of a band as captured: in the GPU's buffers, or being copied from there.
+/// The fragment lists of a captured band, in the GPU's buffers or being copied from them.
 struct BandLists {
     Window band;
     std::uint32_t layers = 0;          ///< as in BandRequest
@@ -50,20 +51,22 @@ struct BandLists {
     gl::Fence copied;
 };
 
-/// Takes part of a band's composite, with the number of visible fragments of each pixel.
+/// A callback that takes part of a band's composite, with the number of visible fragments of each
+/// pixel.
 using TakeVisible = std::function<void(const CompositeImage&, std::span<const std::uint32_t>)>;
 
-/// The capture of bands. Owns the uploaded scene and the buffers. Adds "count", "capture" and
-/// "sort" to the times.
+/// The capture of bands. Owns the uploaded scene and the buffers. Adds to the times of the stages
+/// "count", "capture", "sort" and others.
 class BandCapture {
   public:
-    /// Throws like GpuScene. The pass context and the times must outlive it.
+    /// Throws like GpuScene. The pass context and the times must outlive this object.
     BandCapture(gl::Context& context, const PosedScene& posed, const PassContext& pass_context,
                 StageTimes& times);
 
     /// Shows the same scene in another pose, from the next begin() on.
     void setPose(const PosedScene& posed);
-    /// Sets the frame that motion is measured against; must outlive its use. Null: nothing moves.
+    /// Sets the frame that motion is measured against, which must outlive its use. Null: nothing
+    /// moves.
     void setNextFrame(const NextFrame* next) { next_frame_ = next; }
 
     /// Applies the current state of the pass context.
@@ -82,12 +85,12 @@ class BandCapture {
     /// fragments differ in number from the count.
     int layers(LayerMethod& method, const BandRequest& request, LayeredImage& out);
 
-    /// Whether the GPU can capture a band while the CPU sorts another, that is, the GPU is not the
-    /// CPU.
+    /// Whether the GPU can capture a band while the CPU sorts another. False for software
+    /// renderers, and if list heads are a render target.
     bool overlaps() const;
-    /// The two halves of layers() if overlaps(): submit() has the GPU capture a band and copy its
-    /// lists; take() waits for these, checks and sorts them. Other bands may be submitted in
-    /// between.
+    /// The two halves of layers(), available if overlaps(): submit() makes the GPU capture a band
+    /// and copy its lists; take() waits for the copies, checks and sorts them. Other bands may be
+    /// submitted in between.
     void submit(LayerMethod& method, const BandRequest& request, BandLists& lists);
     int take(BandLists& lists, LayeredImage& out);
 
@@ -111,15 +114,15 @@ class BandCapture {
     /// Composites a band on the fly. Returns and throws like layers().
     int composite(CompositeMethod& method, const BandRequest& request, CompositeImage& out);
 
-    /// Returns the largest change of Z by refined hits since the last begin().
+    /// Returns the largest change of Z by the refinement of hits since the last begin().
     double largestCorrection() const { return largest_correction_; }
-    /// Returns the surface of a primitive's key (DrawList::surfaceOf).
+    /// Returns the surface of the primitive with this key (DrawList::surfaceOf).
     std::uint32_t surfaceOf(std::uint32_t key) const {
         return gpu_scene_.posed().drawList().surfaceOf(key);
     }
 
-    /// Return the bytes that bands cost besides those of the hand-over and the sinks: per fragment
-    /// of layers(), or per pixel of composite().
+    /// Return the bytes that a band takes, not counting the copy passed to the sinks, nor the
+    /// sinks: per fragment of layers(), or per pixel of composite().
     std::uint64_t fragmentBytes() const;
     std::uint64_t pixelBytes() const;
     /// Return the bytes, per fragment and per pixel, of the copies of two bands in flight; 0 if
@@ -128,15 +131,15 @@ class BandCapture {
     std::uint64_t copiedPixelBytes() const {
         return overlaps() ? 4 * sizeof(std::uint32_t) : 0;  // list heads, and the starts of lists
     }
-    /// Return the pixels of the largest raster tile that the crop touches, and the bytes of the
-    /// textures that every method needs for it.
+    /// Returns the number of pixels in the largest raster tile that the crop touches.
     std::uint64_t tilePixels() const;
     /// Returns the number of raster tiles that a row of the band touches.
     int tilesAcross(const Window& band) const {
         const Window row{band.x0, band.y0, band.x1, band.y0 + 1};
         return static_cast<int>(rasterizer_.tilesOf(row).size());
     }
-    /// Returns the bytes that compositeVisible() needs for it in addition to tileBytes().
+    /// Returns the bytes of textures that compositeVisible() needs for that tile, in addition to
+    /// tileBytes().
     std::uint64_t opaqueBytes() const {
         return OpaqueTarget::bytes(tilePixels(), pass_context_.settings.color_type);
     }
@@ -147,7 +150,8 @@ class BandCapture {
     }
 
     /// Adds the GPU time since the last call, as "gpuCount" and "gpuCapture", to the times; waits
-    /// for the GPU. Adds nothing if the GPU is the CPU: that time is in "count" and "capture".
+    /// for the GPU. Adds nothing for software renderers, whose time is already in "count" and
+    /// "capture".
     void takeGpuTimes() { gpu_timer_.takeInto(times_); }
 
     /// Frees everything but the scene.
@@ -157,12 +161,14 @@ class BandCapture {
     const gl::Functions& gl() const { return context_.functions(); }
     /// Finds the boundary of the clip meshes in a band, unless the buffers already hold it.
     void prepareClip(const Window& band);
-    /// Draws a pass without attachments that touches every pixel's list head.
+    /// Draws a pass without attachments, for shaders that write to list heads and storage buffers.
     void drawIntoLists(const GeometryPass& pass, const Window& band);
-    /// Counts a pass's fragments in every pixel's list head. Overwrites `counts`.
+    /// Counts the fragments of a pass per pixel, using the list heads as counters. Overwrites
+    /// `counts`.
     void countInLists(const GeometryPass& pass, const Window& band,
                       std::vector<std::uint32_t>& counts);
-    /// Returns the largest value of the pixels of `area`, which lies in `band`.
+    /// Returns the largest value(p) over the pixels of `area`, where p is the pixel's index in
+    /// `band`.
     template <class Value>
     static std::uint32_t largestIn(const Window& band, const Window& area, Value&& value) {
         std::uint32_t most = 0;
@@ -174,7 +180,7 @@ class BandCapture {
         }
         return most;
     }
-    /// Calls f(tile, part of the band in it) for each tile.
+    /// Calls f(tile, part of the band in the tile) for each raster tile that the band touches.
     template <class F>
     void forEachTile(const Window& band, F&& f) {
         for (const Window& tile : rasterizer_.tilesOf(band)) {
@@ -200,22 +206,22 @@ class BandCapture {
     gl::Framebuffer framebufferInFront() const;
     /// Captures the nearest opaque fragments of `area`. Returns the number of geometry passes.
     int captureOpaque(const Window& tile, const Window& area);
-    /// Counts the transparent fragments in front of them for every pixel of `area`. Overwrites
-    /// `counts`.
+    /// Counts the transparent fragments in front of the opaque ones for every pixel of `area`.
+    /// Overwrites `counts`.
     void countInFront(const Window& tile, const Window& area, std::vector<std::uint32_t>& counts);
     /// Composites rows of `tile`. `captured` has the fragments in front of the opaque ones.
     void takeVisible(const Window& tile, const Window& rows, const CapturedFragments& captured,
                      const TakeVisible& take);
     bool needsKeys(bool asked) const;
     bool blendsTail() const { return pass_context_.settings.tail == Tail::kBlend; }
-    /// Return the bytes of the lists' fragments in the buffers, and of the output of channels.frag
-    /// for them.
+    /// Return the bytes that the lists' fragments take in the buffers, and those of the output of
+    /// channels.frag.
     std::size_t storedBytes(const BandLists& lists) const;
     std::size_t shadedBytes(const BandLists& lists) const;
     gl::Buffer::Mapping readFragments(const BandLists& lists) const;
     CapturedFragments capturedIn(const BandLists& lists, const std::uint32_t* stored) const;
-    /// Sorts lists into `out`, with the channels that follow from the keys and, if channels.frag
-    /// has run, its output.
+    /// Sorts lists into `out`, with the channels computed from the keys and, if channels.frag has
+    /// run, those that it output.
     void sortLists(const BandLists& lists, const std::uint32_t* stored, const float* values,
                    LayeredImage& out);
     void setListHeads(std::span<const std::uint32_t> list_heads);
@@ -235,12 +241,12 @@ class BandCapture {
     BandBuffers buffers_;
     ListHeadTarget list_head_target_;
     OpaqueTarget opaque_;
-    std::vector<std::uint32_t> opaque_pixels_;   ///< rows read back from it
+    std::vector<std::uint32_t> opaque_pixels_;   ///< rows read back from opaque_
     CompositeImage visible_;                     ///< rows of a composite
-    std::vector<std::uint32_t> visible_counts_;  ///< of their pixels
-    BandLists lists_;                            ///< of a band without overlap
+    std::vector<std::uint32_t> visible_counts_;  ///< fragments per pixel of these rows
+    BandLists lists_;                            ///< of the current band, if bands do not overlap
     std::vector<std::uint32_t> ends_;            ///< list heads read from a ListHeadTarget
-    Window clip_band_;                           ///< the band of the clip boundary in the buffers
+    Window clip_band_;                           ///< the band whose clip boundary is in the buffers
     double largest_correction_ = 0;
 };
 

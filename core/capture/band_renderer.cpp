@@ -13,10 +13,11 @@
 namespace peeler {
 namespace {
 
-// Rows of a composite per hand-over; small parts soon reuse the same memory.
+// Rows of a composite that are passed on at once: few, so that the same memory is soon reused.
 constexpr int kRowsHandedOver = 128;
 
-/// Times the upload of lights: prefiltering an environment map is slow.
+/// Uploads the lights and adds the time to "upload", because prefiltering an environment map is
+/// slow.
 Lighting timedLighting(gl::Context& context, const PosedScene& posed, StageTimes& times) {
     const StageTimer timer(times, "upload");
     return {context.functions(), posed};
@@ -178,7 +179,8 @@ void BandRenderer::renderVisible(const Window& band, const BandLimits& limits, c
     const Window seen = intersect(band, plan_->drawn);
     if (seen.empty()) return handOverEmpty(band.y0, band.y1);
     handOverEmpty(band.y0, seen.y0);
-    // Several samples are averaged, and parts in several raster tiles are joined.
+    // Several samples must be averaged, and parts in several raster tiles joined, before they are
+    // passed on.
     const std::size_t samples = plan_->positions.size();
     const bool whole = samples > 1 || capture_.tilesAcross(seen) > 1;
     if (whole) beginMean(seen, composite_, tinted);

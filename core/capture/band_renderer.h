@@ -22,30 +22,32 @@
 
 namespace peeler {
 
-/// Takes a band, or some of its rows, for the sinks.
+/// A callback that passes a band, or some of its rows, to the sinks.
 using TakeBand = std::function<void(LayeredImage&)>;
-/// Takes the number of visible fragments of each pixel of some rows.
+/// A callback that takes the number of visible fragments of each pixel of some rows.
 using TakeCounts = std::function<void(const Window& rows, std::span<const std::uint32_t> counts)>;
 
 /// A renderer of bands. Owns the uploaded scene, its lights, and the buffers that bands are
-/// rendered into. Adds "count", "capture", "sort", "composite" and "upload" to the times.
+/// rendered into. Adds to the times of the stages "count", "capture", "sort", "composite" and
+/// "upload".
 class BandRenderer {
   public:
-    /// The posed scene and the times must outlive it.
+    /// The posed scene and the times must outlive this object.
     BandRenderer(gl::Context& context, const PosedScene& posed, StageTimes& times);
 
     BandCapture& capture() { return capture_; }
     Lighting& lighting() { return lighting_; }
 
-    /// Renders the bands of this plan from now on. Its view, settings, method and positions must be
-    /// set; it must outlive its use.
+    /// Selects the plan whose bands are rendered from now on. Its view, settings, method and
+    /// positions must be set; the plan must outlive its use.
     void begin(const GlPlan& plan);
     /// Moves the view to a sample position for all later captures.
     void showSample(std::size_t i);
-    /// Applies the current surfaces of the plan's settings.
+    /// Applies `surfaces` of the plan's settings after a change.
     void takeSurfaces() { pass_context_.settings.surfaces = plan_->settings.surfaces; }
 
-    /// Returns the plan's methods; captured layers may be composited on the CPU.
+    /// Returns the plan's methods. If a composite's plan has no CompositeMethod, captured layers
+    /// are composited on the CPU.
     const PlanMethods& methods() const { return methods_; }
     /// Whether a band is captured while the previous one is sorted and passed on: only for layers
     /// that need no further processing.
@@ -57,10 +59,12 @@ class BandRenderer {
     /// budget has room for both.
     void freeBands();
 
-    /// Renders a band. Throws Error (kInternal) if the hits of a pixel differ from the count.
+    /// Renders a band. Throws Error (kInternal) if a pixel's fragments differ in number from the
+    /// count.
     void render(const Window& band, const BandLimits& limits, const TakeBand& take,
                 const TakeCounts& visible);
-    /// Renders all bands; the GPU captures one while the CPU takes the previous one.
+    /// Renders all bands; the GPU captures a band while the CPU sorts and passes on the previous
+    /// one.
     void renderOverlapping(std::span<const Window> bands, const TakeBand& take);
     /// Renders a band of a plan with `opaque_first`: without the fragments behind opaque surfaces.
     void renderVisible(const Window& band, const BandLimits& limits, const TakeBand& take,

@@ -17,29 +17,29 @@
 
 namespace peeler {
 
-// Results of planning are kept for the capture if they take at most this share of the budget (or
-// this many bytes without one); otherwise they are computed again.
+// The limits of the planning results kept for the capture: 1/kKeptShare of the budget or, without a
+// budget, kKeptBytes. Larger results are computed again.
 inline constexpr std::uint64_t kKeptShare = 6;
 inline constexpr std::uint64_t kKeptBytes = 256ULL << 20;
 
 struct GlPlan final : CapturePlan::Details {
     View view;
-    CaptureSettings settings;  ///< with the surfaces to capture, perhaps fewer
+    CaptureSettings settings;  ///< `surfaces` may exclude more than requested
     const MethodInfo* method = nullptr;
-    std::vector<glm::dvec2> positions{};  ///< sample positions in a pixel: each is a view
-    bool opaque_first = false;            ///< composites are captured by compositeVisible()
-    Window drawn{};                       ///< with opaque_first: outside of it there is nothing
+    std::vector<glm::dvec2> positions{};  ///< sample positions in a pixel, each captured as a view
+    bool opaque_first = false;            ///< whether compositeVisible() captures the composite
+    Window drawn{};                       ///< with opaque_first: the window that can have fragments
 
-    std::vector<std::uint64_t> clip_rows{};    ///< clip-mesh surfaces per row, of the worst view
-    std::optional<DepthComplexity> counted{};  ///< of all samples together
-    std::optional<DepthComplexity> merged{};   ///< of the layers they merge into
-    std::uint32_t limit = 0;                   ///< nearest layers to keep; 0 = all
-    double share = 0;                          ///< of a picture's work, for progress
+    std::vector<std::uint64_t> clip_rows{};  ///< clip-mesh surfaces per row: maximum over the views
+    std::optional<DepthComplexity> counted{};  ///< fragments of all samples together
+    std::optional<DepthComplexity> merged{};   ///< layers that the samples merge into
+    std::uint32_t limit = 0;                   ///< number of nearest layers to keep; 0 = all
+    double share = 0;                          ///< planning's share of the total work, for progress
 
-    // Only a renderer's latest plan has these.
-    std::vector<std::uint32_t> kept_counts{};  ///< of the whole crop, or empty; one view only
-    std::vector<LayeredImage> kept_bands{};    ///< the bands of those counts, or empty
-    int kept_passes = 0;                       ///< that captured these
+    // Results of planning; only a renderer's latest plan has them.
+    std::vector<std::uint32_t> kept_counts{};  ///< by pixel of the crop, or empty; one view only
+    std::vector<LayeredImage> kept_bands{};    ///< the bands captured while counting, or empty
+    int kept_passes = 0;                       ///< geometry passes that captured kept_bands
 
     bool mergesLayers() const { return positions.size() > 1 && !settings.composite; }
     bool fitsKept(std::uint64_t bytes) const {

@@ -14,8 +14,9 @@
 namespace peeler {
 namespace {
 
-// Approximate share of planning in a picture's time: one cheap pass out of two or three plus the
-// writing, or with several samples the whole capture once.
+// Planning's approximate share of the time of a picture. Counting is one cheap pass out of two or
+// three, plus the writing; merging samples means capturing all of them once; compositing while
+// planning leaves little else to do.
 constexpr double kCountShare = 0.2, kMergeShare = 0.6, kCompositeShare = 0.8;
 
 std::uint64_t imageBytes(const LayeredImage& image) {
@@ -83,14 +84,14 @@ void GlPlanner::count() {
     limitLayers();
 }
 
-/// Reports progress in a planning stage that spans `from` to `to` of the planning's share.
+/// Reports progress within a stage that covers `from` to `to` (0–1) of planning.
 void GlPlanner::report(double from, double to, double share) const {
     if (progress_) progress_(plan_.share * (from + (to - from) * share));
 }
 
-/// Leaves out the fragments behind opaque ones if the composite is exact and has all layers: they
-/// cannot change it, since opaque fragments have alpha 1. Approximations average all fragments, and
-/// limits count them.
+/// Skips the fragments behind opaque ones if the composite is exact and has all layers: opaque
+/// fragments have alpha 1, so those behind cannot change the composite. Otherwise they matter,
+/// because approximations average all fragments and limits count them.
 void GlPlanner::chooseSurfaces() {
     CaptureSettings& settings = plan_.settings;
     if (!settings.composite || !plan_.method->exact() || settings.max_layers != 0 ||
@@ -103,14 +104,14 @@ void GlPlanner::chooseSurfaces() {
     if (methods.composite || !methods.layers->takesOpaqueFirst() || !settings.clip.nodes.empty() ||
         settings.depth_clamp)
         return;
-    plan_.opaque_first = true;  // must be set before its costs are computed
+    plan_.opaque_first = true;  // set first, since the costs depend on it
     plan_.opaque_first =
         hasRoom(settings.memory, usedBytes(settings.memory), renderer_.budget().costs());
     if (plan_.opaque_first) plan_.drawn = renderer_.capture().drawnWindow();
 }
 
-/// Composites all samples and returns true if there is room to keep the composites: counting
-/// visible fragments is most of the work of compositing them.
+/// If there is room to keep the composites, composites all samples and returns true, because
+/// counting the visible fragments is most of the work of compositing them.
 bool GlPlanner::compositeSamples() {
     const Window& crop = plan_.view.crop;
     const std::uint64_t composite_bytes = CompositeImage::pixelBytes(plan_.settings.tinted);
@@ -140,7 +141,8 @@ bool GlPlanner::compositeSamples() {
     return true;
 }
 
-/// Counts the clip-mesh surfaces: each band has lists of them, which must also fit.
+/// Counts the clip-mesh surfaces per row, because each band also stores lists of them, which must
+/// fit.
 void GlPlanner::countClip() {
     if (plan_.settings.clip.nodes.empty()) return;
     const Window& crop = plan_.view.crop;
@@ -202,7 +204,7 @@ void GlPlanner::countSamples() {
     }
 }
 
-/// Merges all views to count their layers: the number is known only after merging.
+/// Merges all views to count their layers, whose number is known only after merging.
 void GlPlanner::countMerged() {
     if (!plan_.mergesLayers()) return;
     const Window& crop = plan_.view.crop;
@@ -225,8 +227,8 @@ void GlPlanner::countMerged() {
     if (!keeps) plan_.kept_bands.clear();
 }
 
-/// Applies max_layers and occlusion_ratio of the settings: the first layer that touches fewer
-/// pixels than the ratio becomes the last one, as in an occlusion query per pass.
+/// Applies max_layers and occlusion_ratio of the settings: the first layer that covers a smaller
+/// share of the pixels than that ratio becomes the last one, as with an occlusion query per pass.
 void GlPlanner::limitLayers() {
     plan_.limit = plan_.settings.max_layers;
     if (!(plan_.settings.occlusion_ratio > 0)) return;

@@ -13,18 +13,18 @@ namespace peeler {
 
 /// Throws Error (kUsage) for settings that contradict each other regardless of the scene: an
 /// unknown method, a composite-only method for layers, a layer limit on a method that takes all
-/// layers at once, a blended tail of layers.
+/// layers at once, a blended tail without a composite.
 void checkSettings(const CaptureSettings& settings);
 
 /// The planner of one plan.
 class GlPlanner {
   public:
-    /// All arguments must outlive it. `plan` has its view and its settings.
+    /// All arguments must outlive this object. The view and the settings of `plan` must be set.
     GlPlanner(BandRenderer& renderer, const DrawList& draws, StageTimes& times, GlPlan& plan,
               const Progress& progress);
 
-    /// Counts, and merges or composites if counting requires it; completes the plan. Throws Error
-    /// (kMemory) if a single row exceeds the budget.
+    /// Runs the count pass, with merging or compositing where counting requires it, and completes
+    /// the plan. Throws Error (kMemory) if a single row exceeds the budget.
     void count();
     /// Returns the plan as passed to sinks.
     Plan plan() const;

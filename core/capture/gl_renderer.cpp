@@ -17,11 +17,11 @@
 namespace peeler {
 namespace {
 
-// Memory that the costs do not include but forecasts must. With llvmpipe (Mesa 22.3, LLVM 15, on
-// one and two threads) the captures of tests/memory_test.py take up to 35 MB more: LLVM compiles
-// their passes on first draw (6 MB for plain materials, 27 for those of a car's engine, more for
-// peeling, which has two passes), and the rasteriser's threads keep triangles in bins. Kept bands
-// need no more compilation: up to 20 MB.
+// Bytes that BandCosts do not include but forecasts must. With llvmpipe (Mesa 22.3, LLVM 15, on one
+// and two threads) the captures of tests/memory_test.py take up to 35 MB more: LLVM compiles each
+// pass's shaders on first draw (6 MB for plain materials, 27 MB for those of a car's engine, more
+// for peeling, which has two passes), and the rasteriser's threads keep triangles in bins. With
+// kept bands nothing more is compiled: up to 20 MB.
 constexpr std::uint64_t kCaptureBytes = std::uint64_t{40} << 20;
 constexpr std::uint64_t kHandOverBytes = std::uint64_t{24} << 20;
 
@@ -39,9 +39,9 @@ struct GlRenderer::State {
     std::optional<NextFrame> next_frame;
     StageTimes times;
     BandRenderer bands;
-    std::optional<ShadowMaps> shadows;  // of the pose, captured once a lit render needs them
+    std::optional<ShadowMaps> shadows;  // for this pose, captured when a lit render needs them
     std::shared_ptr<GlPlan> shown;      // the plan that `bands` renders
-    std::weak_ptr<GlPlan> latest;       // the only one that keeps planning results
+    std::weak_ptr<GlPlan> latest;       // the only plan that keeps planning results
 };
 
 GlRenderer::GlRenderer(gl::Context& context, PosedScene posed)
@@ -55,7 +55,7 @@ void GlRenderer::setPose(PosedScene posed) {
     const bool lit_alike = still && s.posed.lights() == posed.lights();
     s.posed = std::move(posed);
     if (!still) timed(s.times, "upload", [&] { s.bands.capture().setPose(s.posed); });
-    // Shadow maps are worth keeping if only the camera moves.
+    // Keeps the shadow maps if only the camera moved.
     if (lit_alike) return;
     s.bands.lighting().setShadows(nullptr);
     s.shadows.reset();

@@ -10,7 +10,8 @@
 
 namespace peeler {
 
-/// A renderer of one scene, which it uploads. Serves any number of views, of pictures and of rays.
+/// A renderer of one scene, which it uploads. Serves any number of views, for pictures and for
+/// rays.
 class GlRenderer final : public HitSource {
   public:
     /// Uploads the scene. The context must outlive the GlRenderer. Throws Error (kMemory) if the
@@ -20,15 +21,15 @@ class GlRenderer final : public HitSource {
     GlRenderer(const GlRenderer&) = delete;
     GlRenderer& operator=(const GlRenderer&) = delete;
 
-    /// Sets another pose of the same scene (of the file's `scenes`) from the next plan() on.
+    /// Sets another pose of the same scene (one of the file's `scenes`) from the next plan() on.
     /// Uploads only the parts that moved. Plans of earlier poses can no longer be captured.
     void setPose(PosedScene posed);
 
     /// Sets the frame that motion is measured against in later captures.
     void setNextFrame(NextFrame next);
 
-    /// Merges several samples in order to count them. Throws like checkSettings() (gl_planner.h),
-    /// and Error (kDevice) if the context is lost.
+    /// With several samples per pixel, counts their layers by merging the samples. Throws like
+    /// checkSettings() (gl_planner.h), and Error (kDevice) if the context is lost.
     CapturePlan plan(const View& view, const CaptureSettings& settings,
                      const Progress& progress = {}) override;
 

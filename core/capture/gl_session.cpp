@@ -116,7 +116,8 @@ void GlSession::giveBack() {
 }
 
 void GlSession::giveUp(bool device_lost) {
-    // If nothing was borrowed, another context may be current, which does not own these objects.
+    // If nothing was borrowed, the current context may be another one, where these objects do not
+    // exist.
     if (function_of_ && !borrowed_) return;
     uploads_.clear();
     borrowed_.reset();

@@ -19,11 +19,12 @@
 namespace peeler {
 namespace {
 
-/// In pixels: lines and points have width, and coordinates are snapped.
+/// The margin of screen bounds, in pixels, because lines and points have width and coordinates are
+/// snapped.
 constexpr double kPixelMargin = 2;
 
-/// The maximum error of a clip coordinate: four products of matrix entries and coordinates, each
-/// rounded to float, and summed.
+/// The maximum relative error of a clip coordinate, a sum of four products of matrix entries and
+/// coordinates, each rounded to float.
 constexpr double kClipRounding = 8.0 / (1 << 24);
 
 }  // namespace
@@ -56,7 +57,7 @@ Window screenBounds(const Box& box, const glm::dmat4& clip_from_model, int width
         low = glm::min(low, (ndc - off + 1.0) / 2.0 * size - kPixelMargin);
         high = glm::max(high, (ndc + off + 1.0) / 2.0 * size + kPixelMargin);
     }
-    // Also if a value is not finite.
+    // Negated, so that it also holds if a value is not finite.
     if (!(low.x <= high.x && low.y <= high.y)) return all;
     low = glm::clamp(glm::floor(low), glm::dvec2(0), size);
     high = glm::clamp(glm::ceil(high), glm::dvec2(0), size);
@@ -66,7 +67,8 @@ Window screenBounds(const Box& box, const glm::dmat4& clip_from_model, int width
 
 namespace {
 
-// Attributes that a primitive lacks read these for every vertex (a binding of stride 0).
+// If a primitive lacks an attribute, every vertex gets these values instead (a binding of stride
+// 0).
 constexpr std::array<float, 8> kMissing = {0, 0, 0, 0, 1, 1, 1, 1};
 constexpr std::size_t kMissingZeros = 0, kMissingOnes = 16;
 
@@ -75,7 +77,7 @@ struct Attribute {
     GLint components;
     const void* data;
     std::size_t bytes;
-    std::size_t missing;  // offset of the default constant
+    std::size_t missing;  // offset into kMissing, in bytes
 };
 
 template <class T>
@@ -85,7 +87,7 @@ Attribute attribute(GLuint location, const std::vector<T>& values,
             missing};
 }
 
-/// Returns the attributes of a primitive, or those that deformation replaces.
+/// Returns the attributes of a primitive or of its deformed vertices.
 template <class Vertices>
 std::array<Attribute, 6> attributes(const Vertices& v) {
     return {attribute(PEELER_POSITION, v.positions),
@@ -159,8 +161,8 @@ gl::VertexArray makeVertexArray(const gl::Functions& gl, const Primitive& p, GLu
 GpuGeometry::GpuGeometry(const gl::Functions& gl, const PosedScene& posed) {
     const Scene& scene = posed.scene();
     const std::vector<Geometry>& geometries = posed.drawList().geometries();
-    // The offset of every primitive's arrays, followed by its indices; deformed instances share all
-    // else.
+    // The offset of every primitive's arrays, which its indices follow. Deformed instances share
+    // the arrays that deformation does not replace.
     std::map<std::pair<int, std::size_t>, std::size_t> offsets;
     std::size_t fixed_bytes = sizeof kMissing, deformed_bytes = 0;
     for (const Geometry& geometry : geometries) {
@@ -222,7 +224,8 @@ void GpuGeometry::setDeformed(const PosedScene& posed) {
 
 namespace {
 
-// std140 records are bound one at a time, and 256 is the largest offset alignment GL allows.
+// The stride of material records. std140 records are bound one at a time, and 256 is the largest
+// offset alignment that GL allows a driver to require.
 constexpr std::size_t kMaterialStride = (sizeof(shader::MaterialRecord) + 255) / 256 * 256;
 
 gl::Texture uploadImage(const gl::Functions& gl, const Image& image, bool srgb, int largest) {

@@ -24,9 +24,9 @@ struct Box {
     void add(std::span<const glm::vec3> points);
 };
 
-/// Returns the pixels, y up, of a viewport of this size that the box can touch. Conservative:
-/// covers every pixel despite the GPU's single-precision rounding, often some more. Returns all
-/// pixels if the box reaches behind the eye.
+/// Returns the window, y up, of the pixels that the box can touch in a viewport of this size.
+/// Conservative: covers every pixel despite the GPU's single-precision rounding, often some more.
+/// Returns all pixels if the box reaches behind the eye.
 Window screenBounds(const Box& box, const glm::dmat4& clip_from_model, int width, int height);
 
 /// Uploaded geometry: one buffer for static data, one for deformed vertices, a vertex array object
@@ -36,14 +36,14 @@ class GpuGeometry {
     /// Throws Error (kMemory) if the driver runs out of memory.
     GpuGeometry(const gl::Functions& gl, const PosedScene& posed);
 
-    /// Uploads the deformed vertices of another moment of the same scene. The GPU must not be using
-    /// them.
+    /// Uploads the deformed vertices of another pose of the same scene. The GPU must not be using
+    /// the old ones.
     void setDeformed(const PosedScene& posed);
 
     GLuint vertexArray(const Draw& draw) const {
         return geometries_[draw.geometry].vertex_array.name();
     }
-    /// Returns the bounding box of its vertices, in mesh space.
+    /// Returns the bounding box of the draw's vertices, in mesh space.
     const Box& box(const Draw& draw) const { return geometries_[draw.geometry].box; }
     /// Returns the offset into the element buffer in bytes.
     std::size_t indexOffset(const Draw& draw) const {
@@ -69,8 +69,8 @@ struct GpuMaterial {
     };
     Binding bindings[kMaterialTextures];
     bool unlit = false, double_sided = false;
-    unsigned features = 0;  ///< of its shader, one bit for each of materialFeatures()
-    glm::uvec4 flags{};     ///< of its record
+    unsigned features = 0;  ///< needed by the shader, one bit for each of materialFeatures()
+    glm::uvec4 flags{};     ///< the record's flags
 };
 
 /// Geometry, textures with mipmaps, and material records.
@@ -80,7 +80,7 @@ class GpuScene {
     /// driver's limit or the scene has 2^32 primitives or more.
     GpuScene(const gl::Context& context, const PosedScene& posed);
 
-    /// Sets another pose of the same scene. The GPU must not be using it.
+    /// Sets another pose of the same scene. The GPU must not be using the scene.
     void setPose(const PosedScene& posed);
 
     const PosedScene& posed() const { return posed_; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Peeling methods: their interfaces, and the table of them.
+// Peeling methods: their interfaces, and the table of all methods.
 #pragma once
 
 #include <cstdint>
@@ -18,15 +18,15 @@ class SceneRasterizer;
 /// The area that a layer method captures.
 struct LayerArea {
     Window window;             ///< inside the rasterizer's tile
-    std::uint32_t layers = 0;  ///< to capture
+    std::uint32_t layers = 0;  ///< number of layers to capture
     /// The framebuffer with the list heads (if takesListHeadTarget()), the depths of opaque
     /// fragments (if takesOpaqueFirst()), or both; 0 = neither.
     unsigned framebuffer = 0;
     bool list_head_target = false;  ///< whether the list heads are a render target, not a buffer
-    /// Captures only transparent fragments in front of the opaque ones (OpaqueTarget).
+    /// Whether to capture only transparent fragments in front of the opaque ones (OpaqueTarget).
     bool in_front = false;
-    /// Whether fragments are stored with their primitives. If not, any value that grows in draw
-    /// order will do.
+    /// Whether fragments are stored with their primitives. If not, any value that increases in draw
+    /// order may replace the primitive.
     bool keys = true;
 };
 
@@ -39,19 +39,21 @@ class LayerMethod {
     /// delivers the nearest layers front to back, so that a layer limit saves work.
     virtual bool takesAll() const = 0;
 
-    /// Whether its one geometry pass can have the list heads as its render target (ListHeadTarget).
+    /// Whether the method has a single geometry pass, which can render to the list heads
+    /// (ListHeadTarget).
     virtual bool takesListHeadTarget() const { return false; }
 
-    /// Whether it can leave out opaque fragments and those behind them (LayerArea::in_front).
+    /// Whether the method can leave out opaque fragments and those behind them
+    /// (LayerArea::in_front).
     virtual bool takesOpaqueFirst() const { return false; }
 
     /// Returns the bytes of textures for a raster tile with this many pixels.
     virtual std::uint64_t tileBytes(std::uint64_t tile_pixels,
                                     const CaptureSettings& settings) const = 0;
 
-    /// Captures the pixels of an area. The list head of each holds the index of its first fragment
-    /// and must be advanced by one for every stored fragment. Returns the number of geometry
-    /// passes.
+    /// Captures the pixels of an area. On entry, each pixel's list head holds the index of the
+    /// pixel's first fragment; the method must advance it by one for every fragment it stores.
+    /// Returns the number of geometry passes.
     virtual int capture(SceneRasterizer& rasterizer, const LayerArea& area) = 0;
 };
 
@@ -60,9 +62,10 @@ struct CompositeArea {
     Window window;              ///< inside the rasterizer's tile
     std::uint32_t layers = 0;   ///< maximum fragments per pixel composited in order
     std::uint32_t deepest = 0;  ///< maximum fragments per pixel
-    bool tail = false;          ///< whether the fragments behind those in order are blended
-    /// Returns the maximum fragments per pixel still to composite in order, among pixels with an
-    /// incomplete list head. Waits for the GPU.
+    bool tail = false;          ///< whether fragments behind `layers` are blended
+    /// Returns the maximum number of fragments per pixel to composite in order, over all pixels
+    /// whose list head shows that some are still missing; 0 if all pixels are complete. Waits for
+    /// the GPU.
     std::function<std::uint32_t()> layersMissing;
 };
 
@@ -77,12 +80,12 @@ class CompositeMethod {
                                     const CaptureSettings& settings) const = 0;
 
     /// Writes the colours (PEELER_COLORS) and nearest depths (PEELER_DEPTHS) of the pixels of
-    /// `area`. List heads, depths and stamps are 0 before; each composited fragment adds one to its
-    /// pixel's list head. Returns the number of geometry passes.
+    /// `area`. List heads, depths and stamps must be 0 on entry; each composited fragment adds one
+    /// to its pixel's list head. Returns the number of geometry passes.
     virtual int composite(SceneRasterizer& rasterizer, const CompositeArea& area) = 0;
 };
 
-/// One row of the table. A new method is one new file and one new row in methods.cpp.
+/// One row of the table. To add a method, add a file, and a row in methods.cpp.
 struct MethodInfo {
     std::string_view name;                     ///< as on the command line
     std::string_view summary;                  ///< one line

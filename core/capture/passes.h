@@ -30,9 +30,9 @@ enum class Draws : std::uint8_t {
     kClipMeshes  ///< the boundary of the clip volume, drawn by no other pass; both faces
 };
 
-/// The definition for passes that render to the list heads (ListHeadTarget).
+/// The shader definition for passes that render to the list heads (ListHeadTarget).
 inline constexpr std::string_view kFetchedListHeads = "FETCHED_LIST_HEADS";
-/// The definition for fragments that also store their list entries in place of their primitives
+/// The shader definitions for passes that also store list entries in place of primitives
 /// (shaders/a_buffer.frag).
 inline constexpr std::string_view kEntriesAsKeys = "FETCHED_LIST_HEADS ENTRIES_AS_KEYS";
 
@@ -80,14 +80,15 @@ struct FullScreenPass {
 /// pass share a program. Programs are compiled on first use and kept.
 class ShaderVariants {
   public:
-    /// All arguments must outlive it; programs match the pass context at the time of the request.
+    /// All arguments must outlive this object. Programs match the pass context at the time of the
+    /// call.
     ShaderVariants(const gl::Functions& gl, const GpuScene& scene, const PassContext& pass_context)
         : gl_(gl), scene_(scene), pass_context_(pass_context) {}
 
     /// Returns the program that draws `draw` in a geometry pass. Throws like gl::Program.
     const gl::Program& variant(const GeometryPass& pass, const Draw& draw);
-    /// Returns the only program of these files. The definitions are separated by spaces; the
-    /// definition of the fragment storage is appended. Throws like gl::Program.
+    /// Returns the program built from these files with these definitions, separated by spaces, and
+    /// the definition of the fragment storage. Throws like gl::Program.
     const gl::Program& program(const std::vector<std::string_view>& files,
                                std::string_view definitions);
 
@@ -97,8 +98,8 @@ class ShaderVariants {
         unsigned bits = 0;
         std::uint32_t material_flags = 0, draw_flags = 0;
         std::uint32_t transformed = 0, second_uv = 0;  // textures, by unit
-        std::uint32_t channels = 0;                    // described by the pass, one bit each
-        std::string_view stored;                       // definition of the fragment storage
+        std::uint32_t channels = 0;  // channels that the pass outputs, one bit each
+        std::string_view stored;     // definition of the fragment storage
         bool operator<(const Variant& other) const {
             return std::tie(bits, material_flags, draw_flags, transformed, second_uv, channels,
                             stored) < std::tie(other.bits, other.material_flags, other.draw_flags,
@@ -108,16 +109,17 @@ class ShaderVariants {
     };
 
     Variant variantOf(const GeometryPass& pass, const Draw& draw) const;
-    /// Returns the bits of lighting on a lit surface.
+    /// Returns the bits that lighting needs on a lit surface.
     unsigned lightBits() const;
     std::string definitionsOf(const GeometryPass& pass, const Variant& variant) const;
 
     const gl::Functions& gl_;
     const GpuScene& scene_;
     const PassContext& pass_context_;
-    /// By definitions and files.
+    /// Programs by definitions and files.
     std::map<std::string, gl::Program> programs_;
-    /// By fragment shader and definitions of the pass: found without building a string.
+    /// Programs by the pass's fragment shader, its definitions and the variant, so that a program
+    /// is found without building a string.
     std::map<std::tuple<std::string_view, std::string_view, Variant>, const gl::Program*> variants_;
 };
 

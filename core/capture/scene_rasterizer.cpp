@@ -90,7 +90,8 @@ void SceneRasterizer::setTile(const Window& tile) {
 
 void SceneRasterizer::setBand(const Window& band, std::uint32_t layers) {
     if (band == band_ && layers == layers_) return;
-    // The boundary of a clip mesh is known for only one band at a time.
+    // With clip meshes, the opaque bound is valid for one band only, because the meshes' boundary
+    // is known for one band at a time.
     if (band != band_ && !pass_context_.settings.clip.nodes.empty()) bound_missing_ = bounded();
     band_ = band;
     layers_ = layers;
@@ -114,7 +115,7 @@ void SceneRasterizer::freeBound() {
 
 glm::dmat4 SceneRasterizer::clipFromView() const {
     const double width = pass_context_.view.width, height = pass_context_.view.height;
-    // GL samples at pixel centres: the picture is shifted to put the sample position there.
+    // GL samples at pixel centres, so the picture is shifted to put the sample position there.
     const glm::dvec2 shift = pass_context_.view.sample - glm::dvec2(0.5);
     return pass_context_.view.projection.matrix(
         (tile_.x0 + shift.x) / width, (tile_.y0 + shift.y) / height, (tile_.x1 + shift.x) / width,
@@ -155,8 +156,8 @@ void SceneRasterizer::uploadDrawRecords() {
         shader::DrawRecord record{};
         record.ids = {draw.first_primitive, draw.instance_keys, draw.flags, next_instance};
         for (const glm::dmat4& world : list.worlds(draw)) {
-            // All products in double, so that large world coordinates cost no precision near the
-            // camera.
+            // Multiplies in double precision, so that large world coordinates cost no precision
+            // near the camera.
             const glm::dmat4 view_from_model = view_from_world * world;
             const glm::dmat4 clip_from_model = clip_from_view * view_from_model;
             const Window bounds = screenBounds(scene_.geometry().box(draw), clip_from_model,
@@ -187,7 +188,7 @@ Window SceneRasterizer::drawnWindow() const {
     return drawn;
 }
 
-/// Returns the bounds grown by the point size, if they are of points or lines; conservative.
+/// Returns the bounds of a draw, for points and lines grown by the point size (conservative).
 Window SceneRasterizer::grown(const Window& bounds, const Draw& draw) const {
     const int size = pass_context_.settings.point_size;
     if (bounds.empty() || size <= 1 || (draw.flags & PEELER_IS_TRIANGLES) != 0) return bounds;
@@ -214,7 +215,7 @@ void SceneRasterizer::bindFrame() {
     }
     frame_record_.bindUniform(PEELER_FRAME_BLOCK, 0, sizeof(shader::FrameRecord));
     if (pass_context_.lighting) pass_context_.lighting->bind();
-    // Without a nearest sampler an integer texture is incomplete: filters are linear by default.
+    // Integer textures are incomplete with the default linear filters; hence the nearest sampler.
     for (GLuint unit = PEELER_MATERIAL_UNITS; unit <= PEELER_SHADOW_UNIT; ++unit)
         functions().BindSampler(unit, nearest_.name());
 }
@@ -234,7 +235,7 @@ bool SceneRasterizer::shown(const GeometryPass& pass, const Draw& draw) const {
     if (pass_context_.settings.hit_mode != HitMode::kNone &&
         (draw.flags & PEELER_IS_TRIANGLES) == 0)
         return false;
-    // Not in the pass that finds the bound: there, opaque surfaces are always drawn.
+    // The pass that renders the bound is not `bounded`, so it draws opaque surfaces in any case.
     const bool hidden =
         pass.bounded && pass_context_.settings.surfaces == Surfaces::kTransparent && draw.opaque;
     const bool boundary =
@@ -349,7 +350,7 @@ void SceneRasterizer::renderOpaqueBound() {
     bound_missing_ = false;
     const GLuint framebuffer = bound_framebuffer_.name();
     gl::PassState clearing = passState(framebuffer, area);
-    clearing.depth_test = gl::DepthTest::kNearest;  // a clear obeys the depth mask
+    clearing.depth_test = gl::DepthTest::kNearest;  // enables the depth mask, which a clear obeys
     gl::apply(gl, clearing);
     const float far = 0;
     const GLuint none[4] = {0xFFFFFFFFU, 0, 0, 0};

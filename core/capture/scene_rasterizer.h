@@ -19,18 +19,18 @@ struct FrameRecord;
 }
 
 /// Rasterisation is repeatable only with a constant viewport, so the picture is divided into raster
-/// tiles: a fixed grid that depends only on its size. Inside a tile every pass of every method,
-/// band and crop uses the same viewport and differs only in the scissor; hence they agree bit for
-/// bit.
+/// tiles: a fixed grid that depends only on the picture's size. Inside a tile, all passes of all
+/// methods, bands and crops use the same viewport and differ only in the scissor; hence their
+/// results agree bit for bit.
 class SceneRasterizer {
   public:
     static constexpr int kTileSize = 4096;
 
-    /// All arguments must outlive it.
+    /// All arguments must outlive this object.
     SceneRasterizer(const gl::Context& context, const GpuScene& scene,
                     const PassContext& pass_context);
 
-    /// Applies the current state of the pass context. The caller sets the view of its lighting.
+    /// Applies the current state of the pass context. The caller must set the view of the lighting.
     void begin();
     /// Returns the tiles of the view that touch `area`, row by row.
     std::vector<Window> tilesOf(const Window& area) const;
@@ -45,7 +45,7 @@ class SceneRasterizer {
     void draw(const GeometryPass& pass, const Window& area);
     /// Runs a fragment shader over `area`.
     void drawFullScreen(const FullScreenPass& pass, const Window& area);
-    /// Runs a compute shader over `area`, which is also its argument.
+    /// Runs a compute shader over `area`, which the shader receives as its argument.
     void compute(std::string_view shader, std::string_view definitions, const Window& area);
 
     /// Returns the window of the picture that can contain the scene's draws, for any sample
@@ -63,11 +63,11 @@ class SceneRasterizer {
     const gl::Functions& functions() const { return context_.functions(); }
     /// Returns the bytes of a tile's textures for the opaque bound.
     std::uint64_t boundBytes(std::uint64_t tile_pixels) const;
-    /// Frees these textures. The next bounded pass renders the bound again.
+    /// Frees the textures of the opaque bound. The next bounded pass renders the bound again.
     void freeBound();
 
   private:
-    /// Binds the record of view, tile and band, and the sampler of the peeling textures.
+    /// Binds the uniform record of view, tile and band, and the sampler for the peeling textures.
     void bindFrame();
     /// Returns the projection to the clip space of the tile.
     glm::dmat4 clipFromView() const;
@@ -87,8 +87,8 @@ class SceneRasterizer {
     const PassContext& pass_context_;
     gl::Buffer frame_record_, draw_records_, instance_records_;
     ShaderVariants shaders_;
-    std::vector<Window> screen_bounds_;  // of the draws, in the tile, y up
-    std::vector<int> boundary_nodes_;    // of the clip volume, sorted
+    std::vector<Window> screen_bounds_;  // by draw: bounds in the tile, y up
+    std::vector<int> boundary_nodes_;    // nodes of the clip meshes, sorted
     Window tile_, band_;
     std::uint32_t layers_ = 0;
     bool frame_dirty_ = true, bound_missing_ = false;

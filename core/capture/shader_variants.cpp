@@ -13,7 +13,7 @@
 namespace peeler {
 namespace {
 
-// Bits, and below them their definitions (shaders/README.md, "Macros").
+// Bits of a variant, and below them their shader definitions (shaders/README.md, "Macros").
 enum ShaderBit : unsigned {
     kVaryings = 1,
     kTextured = 2,
@@ -27,7 +27,7 @@ enum ShaderBit : unsigned {
     kEnvironment = 512,
     kOrthographic = 1024,
     kInFront = 2048,
-    kFirstFeature = 4096,  // of a material, see materialFeatures()
+    kFirstFeature = 4096,  // first of materialFeatures()
 };
 constexpr std::pair<unsigned, const char*> kDefinitions[] = {
     {kVaryings, "VARYINGS"},         {kTextured, "TEXTURED"},
@@ -120,7 +120,7 @@ ShaderVariants::Variant ShaderVariants::variantOf(const GeometryPass& pass,
     v.second_uv = material.flags.z & textures;
     if (v.material_flags >= PEELER_FIRST_TEXTURE_BIT) v.bits |= kTextured;
     if (looks_at == kAll)
-        v.draw_flags = draw.flags & ~PEELER_MIRRORED;  // used by the vertex shader
+        v.draw_flags = draw.flags & ~PEELER_MIRRORED;  // PEELER_MIRRORED is read at run time
     else if (looks_at != 0)
         v.draw_flags = draw.flags & PEELER_HAS_COLORS;
 

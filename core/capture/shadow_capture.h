@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Midpoint shadow maps, captured from the lights with the renderer's own layers.
+// Midpoint shadow maps, made from layers that the renderer captures from the lights.
 #pragma once
 
 #include <vector>

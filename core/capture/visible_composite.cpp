@@ -10,8 +10,8 @@
 namespace peeler {
 namespace {
 
-// Composites are made and passed on a few rows at a time, in memory that stays warm: touching fresh
-// memory costs more than compositing into it.
+// The number of pixels composited and passed on at once: few rows, in memory that stays in the
+// caches, because touching fresh memory costs more than compositing into it.
 constexpr std::uint64_t kPixelsAtOnce = 1 << 18;
 
 }  // namespace

@@ -18,19 +18,19 @@ namespace peeler {
 struct BandLimits {
     std::uint64_t fragments = 0;
     std::uint64_t pixels = 0;
-    std::uint64_t row_fragments = 0;  ///< limit of a one-row band, if higher than the others
+    std::uint64_t row_fragments = 0;  ///< limit for a band of one row, if higher
 };
 
 /// The costs of a band.
 struct BandCosts {
-    MemoryUse use{};                        ///< in the buffers, the hand-over and the sink
+    MemoryUse use{};                        ///< for buffers, the image passed on, and the sink
     std::uint64_t band_bytes = 0;           ///< maximum bytes of a band of several rows
     std::uint64_t largest_array_bytes = 0;  ///< bytes per fragment in the largest single buffer
     std::uint64_t storage_block_bytes = 0;  ///< the driver's limit on one buffer binding
 };
 
-/// Bytes per pixel of a band: a list head, an offset here and in the hand-over, and the pixel that
-/// a sink composites into.
+/// Bytes per pixel of a band: a list head, an offset in the lists and one in the image passed on,
+/// and the pixel that a sink composites into.
 inline constexpr std::uint64_t kBandPixelBytes = 3 * sizeof(std::uint32_t) + 5 * sizeof(float);
 
 /// Returns the memory that a sink uses besides the band itself. `fragment`: bytes per fragment;

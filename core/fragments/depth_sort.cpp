@@ -14,12 +14,12 @@ namespace peeler {
 namespace {
 
 /// A sorter for the lists of consecutive pixels. Adjacent pixels mostly see the same surfaces in
-/// the same order: each list starts with the order of the previous one, and an insertion sort has
-/// next to nothing left to do. If it has too much, a general sort takes over.
+/// the same order, so each list starts in the order of the previous one, and an insertion sort has
+/// next to nothing left to do. If it needs too many moves, std::sort takes over.
 class ListSorter {
   public:
-    /// Returns the order of the fragments, nearest first; valid until the next call. Depths are not
-    /// negative.
+    /// Returns the order of the fragments, nearest first; valid until the next call. Depths must
+    /// not be negative.
     const std::uint32_t* sort(const std::uint32_t* words, std::size_t stride, std::size_t count) {
         if (order_.size() != count) {
             order_.resize(count);
@@ -47,10 +47,11 @@ class ListSorter {
     }
 
   private:
-    static constexpr std::size_t kMoves = 12;  ///< per fragment; beyond that std::sort is cheaper
+    /// The maximum moves per fragment; if more are needed, std::sort is cheaper.
+    static constexpr std::size_t kMoves = 12;
 
-    /// Grows from the nearest to the farthest; equal depths are in draw order. Non-negative floats
-    /// order like their bits.
+    /// Returns a sort key that increases from the nearest fragment to the farthest and, at equal
+    /// depths, in draw order. The bits of non-negative floats sort like the floats.
     static std::uint64_t keyOf(const std::uint32_t* fragment) {
         return std::uint64_t{~fragment[0]} << 32 | fragment[1];
     }
@@ -67,13 +68,14 @@ class ListSorter {
 
 /// The pixels of a row, and the destination of their sorted fragments.
 struct SortedRow {
-    std::size_t first_pixel, pixels;  ///< as captured
-    std::size_t to_pixel;             ///< index of the first one in `out`
+    std::size_t first_pixel, pixels;  ///< in the captured arrays
+    std::size_t to_pixel;             ///< index of the first pixel in `out`
     LayeredImage& out;
-    std::uint32_t* sources;  ///< of all fragments of `out`, or null
+    std::uint32_t* sources;  ///< for all fragments of `out`, or null
 };
 
-/// `kStride`: words captured per fragment; `kColorBytes`: bytes kept of its colour.
+/// Sorts the lists of a row. `kStride`: words captured per fragment; `kColorBytes`: bytes of colour
+/// stored per fragment.
 template <std::size_t kStride, std::size_t kColorBytes>
 void sortRow(const CapturedFragments& captured, const SortedRow& row, ListSorter& sorter) {
     LayeredImage& out = row.out;
@@ -98,7 +100,7 @@ void sortRow(const CapturedFragments& captured, const SortedRow& row, ListSorter
 
 using SortRow = void (*)(const CapturedFragments&, const SortedRow&, ListSorter&);
 
-/// Returns the sorter for captured and stored colours: half or float, plain or tinted.
+/// Returns sortRow() for the sizes of captured and stored colours: half or float, plain or tinted.
 SortRow rowSorterOf(std::size_t stride, std::size_t color_bytes) {
     if (stride == 2) return sortRow<2, 0>;
     if (stride == 4) return sortRow<4, 8>;
@@ -107,8 +109,8 @@ SortRow rowSorterOf(std::size_t stride, std::size_t color_bytes) {
                              : sortRow<6, kTintedComponents * sizeof(std::uint16_t)>;
 }
 
-/// Makes room in `out` for the nearest `max_layers` (0 = all) fragments of the pixels from `first`
-/// on, and for those of `behind` in this row, if given.
+/// Makes room in `out` for the nearest `max_layers` (0 = all) fragments of each pixel from `first`
+/// on, including the opaque fragments of the row in `behind`, if given.
 void layOut(const CapturedFragments& captured, std::size_t first, std::size_t pixels,
             std::uint32_t max_layers, LayeredImage& out, const std::uint32_t* behind = nullptr) {
     resizeAnew(out.offsets, pixels + 1);
@@ -124,7 +126,7 @@ void layOut(const CapturedFragments& captured, std::size_t first, std::size_t pi
 }
 
 /// Appends the opaque fragments of a row, if any, to their pixels' lists. With coloured opacity,
-/// every channel gets their alpha.
+/// the opacity of every channel is the fragment's alpha.
 void addBehind(const std::uint32_t* fragments, const std::uint32_t* colors, LayeredImage& lists) {
     constexpr std::size_t kWords = OpaqueFragments::kWords;
     const std::size_t number = pixelTypeSize(lists.color.type), stride = lists.color.stride();

@@ -25,8 +25,8 @@ struct CapturedFragments {
 };
 
 /// The nearest opaque fragments of a band, four words per pixel: depth (0 = none), key, and a
-/// half-float colour, which `colors`, if given, replaces by floats. They lie behind the pixel's
-/// list.
+/// half-float colour. If `colors` is given, its 32-bit floats replace that colour. Each fragment
+/// lies behind its pixel's list.
 struct OpaqueFragments {
     const std::uint32_t* fragments = nullptr;  ///< of the top row; lower rows precede it in memory
     const std::uint32_t* colors = nullptr;     ///< same layout, four words per pixel
@@ -36,7 +36,7 @@ struct OpaqueFragments {
 
 /// Sorts every pixel's list by (depth, primitive), keeps the nearest `max_layers` (0 = all),
 /// converts buffer depth to camera Z and writes the result to `out`. The window, colour channels
-/// and type of `out` must be set; its storage is reused; its extra arrays are left alone.
+/// and type of `out` must be set; its storage is reused; its extra arrays are not changed.
 /// `sources`, if given, receives the index of each fragment of `out` in the captured arrays. Rows
 /// are processed in parallel; the result does not depend on the order.
 void depthSort(const CapturedFragments& captured, const Projection& projection,
@@ -44,8 +44,8 @@ void depthSort(const CapturedFragments& captured, const Projection& projection,
                std::vector<std::uint32_t>* sources = nullptr);
 
 /// Composites the lists that depthSort() would write, bit-identical to compositeNearest(), without
-/// storing them. `color` gives their channels and type and is empty. `behind`, if given, lies
-/// behind the lists. Overwrites `out`, whose window must be set.
+/// storing them. `color`, an empty array, gives the channels and type of the colours. `behind`, if
+/// given, is composited behind the lists. Overwrites `out`, whose window must be set.
 void depthSortComposite(const CapturedFragments& captured, const Projection& projection,
                         std::uint32_t layers, Tail tail, const FragmentArray& color,
                         CompositeImage& out, const OpaqueFragments* behind = nullptr);

@@ -18,12 +18,12 @@ namespace peeler {
 struct CaptureReport {
     int passes = 0;  ///< geometry passes over a band, without the count pass
     int bands = 0;
-    double largest_correction = 0;  ///< of a hit's Z by refinement, scene units
+    double largest_correction = 0;  ///< change of a hit's Z by refinement, scene units
 };
 
 /// A Plan, with the data that its HitSource needs to capture it.
 struct CapturePlan : Plan {
-    /// A source's own data of a plan.
+    /// Data that a HitSource attaches to its plan; opaque to everyone else.
     struct Details {
         virtual ~Details() = default;
     };
@@ -32,11 +32,11 @@ struct CapturePlan : Plan {
 
 /// A posed scene whose hits are counted and captured bundle by bundle, for any number of bundles.
 /// Features that need only hits (rays, maps, parity, voxels, next hits of points, baking) take a
-/// HitSource and work with all of them, with or without GL; features that need pictures take a
-/// GlRenderer. All sources use the same Plan, bands, Sink and LayeredImage; at the edges of
-/// triangles their hits may differ.
+/// HitSource and work with any of them, with or without GL; features that need pictures take a
+/// GlRenderer. All sources use the same Plan, bands, Sink and LayeredImage; only at the edges of
+/// triangles may their hits differ.
 ///
-/// A source belongs to the thread that made it: only that thread may call it, one call at a time.
+/// A source belongs to the thread that made it; only that thread may call it.
 class HitSource {
   public:
     virtual ~HitSource() = default;
@@ -46,7 +46,7 @@ class HitSource {
     /// and capture(); capture() continues from there. Throws Error (kMemory) if a single row
     /// exceeds the budget, and (kInternal) if the settings do not support hits.
     ///
-    /// The latest plan is the fastest to capture: planning results may be kept for it.
+    /// The latest plan is the fastest to capture, because results of planning may be kept for it.
     virtual CapturePlan plan(const View& view, const CaptureSettings& settings,
                              const Progress& progress = {}) = 0;
 
@@ -57,15 +57,15 @@ class HitSource {
                                   const Progress& progress = {}) = 0;
 
     /// Returns an estimate of the peak resident bytes of the process while capture() passes the
-    /// plan's bands to this sink (its begin() need not have been called): the bytes resident now
+    /// plan's bands to this sink (whose begin() need not have been called): the bytes resident now
     /// plus those of the bands and the sink. Throws like capture() if the budget does not allow it.
     virtual std::uint64_t forecastMemory(const CapturePlan& plan, const Sink& sink) = 0;
 
     /// Returns the captured scene, which also resolves the keys of hits.
     virtual const PosedScene& posed() const = 0;
 
-    /// Whether next hits of scattered points are faster along their own lines
-    /// (core/bake/visibility_rays.h) than among all hits of bundles.
+    /// Whether the next surfaces seen from scattered points are found faster along a line from each
+    /// point (core/bake/visibility_rays.h) than among all hits of bundles.
     virtual bool prefersLines() const { return false; }
 
     /// Returns the times of the stages since the last call.

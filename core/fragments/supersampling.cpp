@@ -29,7 +29,7 @@ struct Entry {
     std::uint32_t surface;
 };
 
-/// Fragments of different samples, at most one of each, that merge into one.
+/// Fragments that merge into one: at most one per sample.
 struct Group {
     std::uint32_t surface;
     std::size_t nearest;       // index into the pixel's entries
@@ -43,7 +43,7 @@ struct MergedRow {
     std::vector<std::pair<int, std::uint32_t>> nearest;  // sample, and fragment in it
 };
 
-/// Merges pixels of a row, one after another; reuses its storage.
+/// Merges the pixels of a row one after another, reusing its buffers.
 class RowMerger {
   public:
     RowMerger(std::span<const LayeredImage> samples, const SurfaceOf& surface_of)
@@ -64,7 +64,7 @@ class RowMerger {
 
     std::span<const LayeredImage> samples_;
     const SurfaceOf& surface_of_;
-    std::vector<Entry> entries_;  // nearest first; those of a sample keep its order
+    std::vector<Entry> entries_;  // nearest first, but in the order of each sample
     std::vector<Group> groups_;
     std::vector<int> last_group_;  // by sample
 };
@@ -83,9 +83,9 @@ void RowMerger::collect(std::size_t pixel) {
     });
 }
 
-/// Whether an entry belongs to the group: each member must be the nearest to it among its sample's
-/// fragments of the surface. A surface may lie in the pixel more than once (front and back of a
-/// ball, folds).
+/// Whether an entry belongs to the group: each member must be, of its sample's fragments of the
+/// surface, the one nearest in Z to the entry. This matters if a surface covers the pixel more than
+/// once (front and back of a ball, folds).
 bool RowMerger::fits(const Group& group, const Entry& entry) const {
     for (const int member : group.members) {
         if (member < 0) continue;
@@ -106,7 +106,8 @@ void RowMerger::group() {
     for (std::size_t i = 0; i < entries_.size(); ++i) {
         const Entry& entry = entries_[i];
         int& last = last_group_[static_cast<std::size_t>(entry.sample)];
-        // Starts behind its sample's last fragment, so that every sample keeps its order.
+        // Searches only the groups behind that of the sample's previous fragment, so that every
+        // sample keeps its order.
         int found = static_cast<int>(groups_.size()) - 1;
         while (found > last && groups_[static_cast<std::size_t>(found)].surface != entry.surface)
             --found;

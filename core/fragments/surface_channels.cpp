@@ -48,7 +48,7 @@ struct Band {
 
     const FragmentSources& sources;
     PixelProjection now, next;
-    std::vector<std::uint32_t> ordinals;  // index of every instance among those of its node
+    std::vector<std::uint32_t> ordinals;  // by instance: index among the instances of its node
 };
 
 /// A pixel's ray.
@@ -67,13 +67,14 @@ struct PixelRay {
 struct Fragment {
     const PixelRay& ray;
     const RecentElements::Entry& entry;
-    std::array<double, 3> weight{};  // of the corners; only if a channel needs it
+    std::array<double, 3> weight{};  // barycentric; only if a channel needs them
     double z = 0;
 
     const WorldElement& element() const { return entry.element; }
 };
 
-// One function per channel: writes its components as doubles, which hold any id.
+// One function per channel. Each writes the channel's components as doubles, which hold every id
+// exactly.
 
 void normalOfTriangle(const Band&, const Fragment& f, double* out) {
     const glm::dvec3& front = f.entry.unit;
@@ -120,7 +121,8 @@ void distance(const Band& band, const Fragment& f, double* out) {
     *out = glm::distance(worldPosition(view, f.ray.at.x, f.ray.at.y, f.z), f.ray.origin);
 }
 
-/// The evaluation of a channel from Z and primitive; null: a shader outputs it.
+/// The evaluation of a channel from Z and the primitive. `evaluate` is null for channels that a
+/// shader outputs.
 struct Evaluation {
     void (*evaluate)(const Band&, const Fragment&, double* out) = nullptr;
     bool needs_point = false;
@@ -168,7 +170,7 @@ class ChannelFiller {
         : band_(sources) {
         for (std::size_t c = 0; c < channels.size(); ++c) {
             FragmentArray& array = arrays[c];
-            // Reuses its storage.
+            // Resets the array but reuses its storage.
             FragmentArray fresh = emptyArray(channels[c], image.color.type);
             fresh.data.swap(array.data);
             array = std::move(fresh);
@@ -181,7 +183,7 @@ class ChannelFiller {
         }
     }
 
-    /// Whether weights and corners are needed.
+    /// Whether any channel needs weights and corners.
     bool needsPoint() const { return needs_point_; }
 
     void fill(std::size_t fragment, const Fragment& f) const {
@@ -218,8 +220,8 @@ class ChannelFiller {
     bool needs_point_ = false;
 };
 
-/// Calls take(part, elements, pixel, ray) for every non-empty pixel, on all threads, each part on
-/// one thread. `corners`: whether elements need them.
+/// Calls take(part, elements, pixel, ray) for every non-empty pixel, in parallel, but each part on
+/// one thread. `corners`: whether the elements must have corners.
 template <class Take>
 void forEachPixel(const FragmentSources& sources, bool corners, const LayeredImage& image,
                   const std::vector<Window>& parts, Take&& take) {
@@ -237,7 +239,8 @@ void forEachPixel(const FragmentSources& sources, bool corners, const LayeredIma
     });
 }
 
-/// Returns groups of an image's rows, one per task: large enough to meet the same triangles again.
+/// Returns groups of an image's rows, one per task: large enough that the same triangles recur
+/// (RecentElements).
 std::vector<Window> partsOf(const Window& window) {
     constexpr int kPixels = 1 << 14;
     const int rows = std::max(1, kPixels / std::max(1, window.width()));

@@ -12,7 +12,7 @@ namespace {
 
 constexpr const char* kMakeCurrent = "make the Renderer's own context current";
 
-/// Returns a label unique in the process, which may load this library twice.
+/// Returns a label that is unique in the process, even if it loads this library twice.
 std::string newLabel() {
     static std::atomic<std::uint64_t> last = 0;
     return "peeler " + std::to_string(reinterpret_cast<std::uintptr_t>(&last)) + ' ' +
@@ -54,7 +54,8 @@ AdoptedContext::~AdoptedContext() {
 
 bool AdoptedContext::current() const {
     const Functions& gl = functions();
-    // Checked first: querying the label of a missing object raises a GL error in another context.
+    // Checked first, because querying the label of a missing object would raise a GL error in
+    // another owner's context.
     if (!anyCurrent(gl) || gl.IsVertexArray(mark_) != GL_TRUE) return false;
     std::array<GLchar, 64> text{};
     GLsizei length = 0;

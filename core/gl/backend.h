@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// GL backends: the row type of the context table, and its rows, context_egl.cpp and
-// context_osmesa.cpp.
+// GL backends: the row type of the backend table, and the functions of its rows (context_egl.cpp,
+// context_osmesa.cpp).
 #pragma once
 
 #include <functional>
@@ -12,10 +12,11 @@
 
 namespace peeler::gl {
 
-/// A possible context of a backend. `open` makes it current or explains why it cannot.
+/// A possible context of a backend.
 struct Candidate {
-    Device device;  ///< backend, name and (if known beforehand) software; or the problem
-    /// Returns null and a sentence in `problem` on failure. The context's functions are loaded.
+    Device device;  ///< with backend, name and, if known beforehand, software; or with the problem
+    /// Opens the context, makes it current and loads its functions. On failure, returns null and
+    /// sets `problem` to a sentence.
     std::function<std::unique_ptr<Context>(std::string& problem)> open;
 };
 

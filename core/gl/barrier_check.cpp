@@ -32,10 +32,10 @@ struct Block {
 
 /// The accesses to a buffer since the last barrier.
 struct Use {
-    GLbitfield unseen = 0;      ///< kByShaders and kByCommands: readers without a barrier
-    std::uint64_t written = 0;  ///< the pass that wrote it
-    std::uint64_t read = 0;     ///< the pass that read it, 0 = none
-    std::string writer;         ///< a block of that pass
+    GLbitfield unseen = 0;      ///< barrier bits missing since the last write
+    std::uint64_t written = 0;  ///< the last pass that wrote the buffer
+    std::uint64_t read = 0;     ///< the last pass that read the buffer; 0 = none
+    std::string writer;         ///< the block through which that pass wrote
 };
 
 /// The known state of the context whose functions are checked on this thread.
@@ -46,7 +46,7 @@ struct Checked {
     PFNGLGETPROGRAMRESOURCEIVPROC get_program_resource_iv = nullptr;
 
     std::map<GLuint, std::set<std::string>> shader_writes;   ///< blocks that a shader may write
-    std::map<GLuint, std::set<std::string>> program_writes;  ///< of its shaders
+    std::map<GLuint, std::set<std::string>> program_writes;  ///< blocks that its shaders may write
     std::map<GLuint, std::vector<Block>> blocks;             ///< by program
     std::map<GLuint, GLuint> bound;                          ///< buffers, by binding
     std::map<GLuint, Use> uses;                              ///< by buffer
@@ -63,8 +63,9 @@ Checked& checked() {
     throw Error(ErrorKind::kInternal, what, "PEELER_CHECK_BARRIERS");
 }
 
-/// Returns the blocks of a shader that are not declared readonly. Each is declared on one line; a
-/// regular expression over the whole shader takes longer than its compiler.
+/// Returns the blocks of a shader that are not declared readonly. Searches line by line, since each
+/// block is declared on one line and a regular expression over the whole shader would take longer
+/// than compiling it.
 std::set<std::string> writtenBlocks(const std::string& text) {
     static const std::regex kBlock(R"((\breadonly\s+)?\bbuffer\s+(\w+)\s*\{)");
     std::set<std::string> names;

@@ -16,7 +16,7 @@ namespace {
 constexpr GLuint kTextureUnits = PEELER_LOBE_UNIT + 1;
 constexpr GLuint kStorageBindings = PEELER_CHANNELS + 1;
 constexpr GLuint kUniformBindings = PEELER_MATERIAL_BLOCK + 1;
-constexpr GLuint kClipDistances = 8;  // the minimum GL_MAX_CLIP_DISTANCES
+constexpr GLuint kClipDistances = 8;  // GL_MAX_CLIP_DISTANCES is at least this
 
 constexpr std::array<std::pair<GLenum, GLenum>, 11> kTextures = {{
     {GL_TEXTURE_1D, GL_TEXTURE_BINDING_1D},
@@ -95,7 +95,7 @@ StateValues readEnabledByIndex(const Functions& gl, GLenum capability, GLenum ho
     return values;
 }
 
-/// Per draw buffer, or per viewport.
+/// Read a capability for each draw buffer, or for each viewport.
 StateValues readBlending(const Functions& gl, GLenum capability) {
     return readEnabledByIndex(gl, capability, GL_MAX_DRAW_BUFFERS);
 }
@@ -168,7 +168,7 @@ StateValues readUniforms(const Functions& gl, GLenum binding) {
                         kUniformBindings);
 }
 
-/// Calls each(unit) for every texture unit while it is active.
+/// Calls each(unit) for every texture unit, with that unit active.
 template <class Each>
 void forEachUnit(const Functions& gl, Each each) {
     const auto active = static_cast<GLenum>(integer(gl, GL_ACTIVE_TEXTURE));
@@ -546,7 +546,7 @@ StateValues repeated(const StateValues& needed, std::size_t values) {
 struct QueryRow {
     GLenum target;
     const char* name;
-    bool streams;  ///< one per vertex stream
+    bool streams;  ///< whether each vertex stream has its own query
 };
 constexpr std::array<QueryRow, 6> kQueries = {{
     {GL_SAMPLES_PASSED, "GL_SAMPLES_PASSED", false},
@@ -576,7 +576,8 @@ std::span<const StateRow> borrowedStateRows() {
 }
 
 std::vector<GLenum> takeErrors(const Functions& gl) {
-    // GL keeps one error of each kind, and a lost context returns the same one for ever.
+    // Ends the loop in any case: GL keeps at most one error of each kind, but a lost context
+    // returns the same error forever.
     constexpr std::size_t kMost = 16;
     std::vector<GLenum> errors;
     while (errors.size() < kMost) {

@@ -17,26 +17,26 @@ using StateValues = std::vector<double>;
 struct StateRow {
     const char* name;
     GLenum parameter;
-    /// Read and write all values: of an indexed parameter, those of every index that peeler uses.
+    /// Read and write all values; for an indexed parameter, those of every index that peeler uses.
     StateValues (*read)(const Functions& gl, GLenum parameter);
     void (*write)(const Functions& gl, GLenum parameter, const StateValues& values);
-    /// GL's initial values, which peeler starts from as in a context of its own; repeated for all
-    /// values. Empty = every pass sets its own.
+    /// The values that peeler starts from: GL's initial values, as in a context of its own,
+    /// repeated for all indices. Empty = every pass sets the values it needs.
     StateValues needed;
     const char* extension = nullptr;  ///< required by the row; null = core
 };
 
-/// Returns all state that affects peeler's pictures or that peeler changes, in the order of
-/// restoring.
+/// Returns the table of all state that affects peeler's pictures or that peeler changes, in the
+/// order in which it is restored.
 ///
-/// Other state does neither: values of disabled features (stencil functions, the logic operation,
-/// polygon offsets, sample masks, the restart index), blend and clear colours, image units, atomic
-/// counters, patch parameters, renderbuffers, parameters of compressed pixels. Extension state
-/// without a row must have its initial values.
+/// State that does neither has no row: values of disabled features (stencil functions, the logic
+/// operation, polygon offsets, sample masks, the restart index), blend and clear colours, image
+/// units, atomic counters, patch parameters, renderbuffers, parameters of compressed pixels.
+/// Extension state without a row must have its initial values.
 ///
-/// GL cannot restore: a program or a pipeline that was deleted while in use; a buffer or a texture
-/// that another context deleted while it was bound here; pending errors (takeErrors()). A debug
-/// callback also receives the messages of peeler's calls.
+/// GL offers no way to restore: a program or a pipeline that was deleted while in use; a buffer or
+/// a texture that another context deleted while it was bound here; pending errors (takeErrors()). A
+/// debug callback also receives the messages of peeler's calls.
 std::span<const StateRow> borrowedStateRows();
 
 /// Returns and clears the pending errors of a context, oldest first.
@@ -44,12 +44,13 @@ std::vector<GLenum> takeErrors(const Functions& gl);
 
 /// Throws Error (kUsage) if an operation is in progress that peeler cannot work within: a query
 /// that counts drawing or measures time, conditional rendering, or transform feedback that is not
-/// paused. No error may be pending. (Pipeline statistics, an extension, keep counting.)
+/// paused. No error may be pending. (Pipeline statistics queries, an extension, may be active: they
+/// also count peeler's work.)
 void requireNothingBegun(const Functions& gl);
 
 /// A scope that sets every row of the table to the values peeler needs, and restores the previous
-/// values on destruction. The context must be current at both times. Errors of restoring are
-/// cleared.
+/// values on destruction. The context must be current at both times. GL errors raised while
+/// restoring are cleared.
 class BorrowedState {
   public:
     explicit BorrowedState(const Functions& gl);

@@ -18,7 +18,8 @@
 namespace peeler::gl {
 namespace {
 
-// The table of backends, in the order `auto` tries them. OSMesa comes last: Mesa 25.1 removed it.
+// The table of backends, in the order `auto` tries them. OSMesa comes last, because Mesa 25.1
+// removed it.
 constexpr std::array<Backend, 2> kBackends = {{
     {"egl", eglCandidates},
     {"osmesa", osmesaCandidates},
@@ -38,7 +39,8 @@ std::string examine(const Functions& gl, Device& device) {
                                device.renderer.find("softpipe") != std::string::npos ||
                                device.renderer.find("SWR") != std::string::npos;
     device.software = device.software || software_name;
-    // On the surfaceless platform Mesa chooses the driver: a GPU if there is one.
+    // On the surfaceless platform Mesa chooses the driver (a GPU's if there is one), so only the
+    // renderer's name shows whether it is software.
     if (device.name.find("surfaceless") != std::string::npos) device.software = software_name;
 
     const auto integer = [&](GLenum name) {
@@ -71,8 +73,8 @@ std::string examine(const Functions& gl, Device& device) {
         return "it has OpenGL " + std::to_string(major) + "." + std::to_string(minor) +
                ", but 4.5 core is needed";
     }
-    // List heads, counts, depths, stamps, lights, and two blocks of a clip mesh:
-    // dual_composite.frag.
+    // dual_composite.frag needs the most: list heads, counts, depths, stamps, lights, and two
+    // blocks for a clip mesh.
     constexpr int kStorageBlocks = 7;
     if (limits.fragment_storage_blocks < kStorageBlocks) {
         return "it has " + std::to_string(limits.fragment_storage_blocks) +
@@ -93,14 +95,14 @@ void APIENTRY printMessage(GLenum, GLenum type, GLuint, GLenum, GLsizei, const G
 #endif
 
 /// Throws Error (kMemory) if not all threads of the software rasteriser can be started. llvmpipe
-/// waits for ever for threads that it could not start (Mesa 22.3.6 to 25.0.7: lp_rast_create()
+/// waits forever for threads that it could not start (Mesa 22.3.6 to 25.0.7: lp_rast_create()
 /// starts fewer, and lp_setup_create() still expects all of them to signal its fences).
 void requireRasterizerThreads() {
     constexpr long kMost = 32;  // LP_MAX_THREADS, 16 in Mesa 22.3
     const char* const set = std::getenv("LP_NUM_THREADS");
     const long all = set ? std::strtol(set, nullptr, 0) : sysconf(_SC_NPROCESSORS_ONLN);
     const int needed = static_cast<int>(std::clamp(all, 1L, kMost));
-    // Another process may briefly have taken the last one.
+    // Tries again, since another process may briefly have taken the last thread.
     constexpr int kTries = 3;
     constexpr std::chrono::milliseconds kBetweenTries{20};
     int startable = 0;
@@ -118,7 +120,7 @@ void requireRasterizerThreads() {
 }
 
 /// Opens and examines a candidate. On failure returns null and sets device.problem. Throws Error
-/// (kMemory) if the driver would hang.
+/// (kMemory) if the driver would hang (requireRasterizerThreads()).
 std::unique_ptr<Context> tryOpen(Candidate& candidate, Device& device) {
     device = candidate.device;
     if (!device.problem.empty()) return nullptr;

@@ -14,15 +14,16 @@ namespace peeler::gl {
 
 struct Functions;
 
-/// Driver limits that affect how a picture is cut into bands, and the settings a user may request.
+/// Driver limits that affect how a picture is cut into bands, and which settings a user may
+/// request.
 struct Limits {
     std::int64_t shader_storage_block_size = 0;  ///< bytes
     int fragment_storage_blocks = 0;
     int framebuffer_width = 0, framebuffer_height = 0;
     int viewport_width = 0, viewport_height = 0;
     int texture_size = 0;
-    int texture_layers = 0;  ///< of an array texture
-    int texture_units = 0;   ///< of fragment shaders
+    int texture_layers = 0;  ///< maximum layers of an array texture
+    int texture_units = 0;   ///< maximum for a fragment shader
     int subpixel_bits = 0;
     int point_size = 1;              ///< maximum pixels per side of a point
     bool framebuffer_fetch = false;  ///< fragment shaders can read the pixel they overwrite
@@ -31,7 +32,7 @@ struct Limits {
 /// A candidate for a context, with the result of trying it.
 struct Device {
     std::string backend;  ///< as in the backend table: "egl", "osmesa"
-    int index = 0;        ///< counts across all backends in the order of trying
+    int index = 0;        ///< counted across all backends, in the order of trying
     std::string name;     ///< the backend's name for it: "device 0 (/dev/dri/card0)", "surfaceless"
     std::string uuid;     ///< "8932f937-d72c-4106-c12f-20bd9faed9f6"; "" = unknown
     std::optional<int> cuda;  ///< its CUDA number, under CUDA_VISIBLE_DEVICES
@@ -72,7 +73,7 @@ std::vector<Device> listDevices();
 /// Requirements for a context.
 struct ContextRequest {
     std::string backend = "auto";  ///< or the name of a backend
-    DeviceChoice device{};         ///< of listDevices(), of any backend
+    DeviceChoice device{};         ///< one of listDevices(), of any backend
     bool require_gpu = false;      ///< refuse software renderers
     bool core_only = false;        ///< use only OpenGL 4.5 core, whatever the driver supports
 
@@ -83,13 +84,14 @@ struct ContextRequest {
 
 /// Makes a context current on this thread. Never uses a GPU that CUDA_VISIBLE_DEVICES hides, even
 /// on request. `failed_attempts` (may be null) receives one sentence for each device tried before
-/// the one that worked. Throws Error (kDevice) with every attempt, or with the existing devices if
+/// the one that worked. Throws Error (kDevice) that lists every attempt, or the existing devices if
 /// the requested one does not exist; (kUsage) for an unknown backend.
 std::unique_ptr<Context> createContext(const ContextRequest& request,
                                        std::vector<std::string>* failed_attempts = nullptr);
 
-/// Returns a context of the first usable GPU, current on this thread; null if there is none. Cheap:
-/// devices listed as software are not opened. `failed_attempts` as above.
+/// Returns a context of the first usable GPU, current on this thread; null if there is no usable
+/// GPU. Fast, because devices listed as software are not opened. `failed_attempts` is as in
+/// createContext().
 std::unique_ptr<Context> findGpuContext(std::vector<std::string>* failed_attempts = nullptr);
 
 }  // namespace peeler::gl

@@ -109,7 +109,7 @@ class EglContext final : public Context {
         const auto& egl = eglLibrary();
         egl.make_current(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
         egl.destroy_context(display_, context_);
-        // The display stays initialised: it is shared by all contexts of the process.
+        // The display stays initialised, because all contexts of the process share it.
     }
     Functions& mutableFunctions() { return *functions_; }
 
@@ -210,7 +210,7 @@ Candidate candidate(Device device, EGLenum platform, void* native) {
 struct Listed {
     EGLDeviceEXT handle = nullptr;
     Device device;
-    bool has_number = false;  ///< the driver can report it
+    bool has_number = false;  ///< whether the driver can report an ordinal
     std::optional<int> ordinal;
 };
 
@@ -246,8 +246,8 @@ Listed describe(EGLDeviceEXT handle, int index) {
     Listed listed;
     listed.handle = handle;
     Device& device = listed.device;
-    // The string is queried before any attribute, and no attribute without a string: some drivers
-    // list devices that the process's cgroup forbids, and crash.
+    // Queries attributes only of devices that have this string: some drivers list devices that the
+    // process's cgroup forbids, and crash if asked for their attributes.
     const char* text = eglLibrary().query_device_string(handle, EGL_EXTENSIONS);
     if (!text) {
         device.name = "device " + std::to_string(index);
@@ -262,7 +262,7 @@ Listed describe(EGLDeviceEXT handle, int index) {
     return listed;
 }
 
-/// Assigns CUDA numbers; devices hidden by the variable are marked unusable.
+/// Assigns CUDA numbers, and marks devices hidden by CUDA_VISIBLE_DEVICES as unusable.
 void numberForCuda(std::vector<Listed>& devices) {
     std::vector<CudaDevice> all;
     std::vector<std::size_t> positions;
@@ -271,7 +271,7 @@ void numberForCuda(std::vector<Listed>& devices) {
         all.push_back({devices[i].ordinal, devices[i].device.uuid});
         positions.push_back(i);
     }
-    // Without any number there is no CUDA.
+    // If no device has a number, there is no CUDA.
     if (std::none_of(all.begin(), all.end(), [](const CudaDevice& gpu) { return gpu.ordinal; }))
         return;
     const auto variable = cudaVisibleDevices();

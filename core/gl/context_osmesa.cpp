@@ -30,8 +30,8 @@ const OsmesaLibrary& osmesaLibrary() {
     static const OsmesaLibrary loaded = [] {
         OsmesaLibrary lib;
         void* handle = nullptr;
-        // RTLD_LOCAL: it exports gl* symbols that would shadow libGL's. Never closed: Mesa keeps
-        // threads.
+        // RTLD_LOCAL, because the library exports gl* symbols that would shadow libGL's. Never
+        // closed, because Mesa keeps threads.
         for (const char* name : {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"})
             if (!handle) handle = dlopen(name, RTLD_NOW | RTLD_LOCAL);
         if (!handle) {
@@ -70,13 +70,14 @@ class OsmesaContextHolder final : public Context {
     Functions& mutableFunctions() { return *functions_; }
 
   private:
-    /// OSMesa requires a colour buffer; peeler renders to its own framebuffers.
+    /// Pixels per side of the colour buffer that OSMesa requires; peeler renders to its own
+    /// framebuffers.
     static constexpr int kSize = 4;
     OSMesaContext context_;
     std::array<std::uint32_t, static_cast<std::size_t>(kSize) * kSize> buffer_{};
 };
 
-/// Loads the library only now: it brings LLVM, which a GPU's driver does not need.
+/// Loads the library only now, because it loads LLVM, which a GPU's driver does not need.
 std::unique_ptr<Context> openOsmesaContext(const Device& device, std::string& problem) {
     problem = osmesaLibrary().problem;
     if (!problem.empty()) return nullptr;

@@ -11,7 +11,7 @@
 namespace peeler::gl {
 namespace {
 
-/// Returns the only device that matches the predicate.
+/// Returns the only device that matches the predicate; nothing if none or several match.
 template <class Predicate>
 std::optional<std::size_t> only(const std::vector<CudaDevice>& devices, Predicate matches) {
     const auto first = std::find_if(devices.begin(), devices.end(), matches);
@@ -58,7 +58,7 @@ std::string_view trimmed(std::string_view text) {
     return text.substr(first, text.find_last_not_of(" \t") + 1 - first);
 }
 
-/// The variable's value as set by the process.
+/// The value passed to setCudaVisibleDevices().
 struct Told {
     std::mutex mutex;
     std::optional<std::string> value;

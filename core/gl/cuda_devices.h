@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The GPUs visible under CUDA_VISIBLE_DEVICES, in its order, and the UUIDs that it uses.
+// The GPUs visible under CUDA_VISIBLE_DEVICES, in CUDA's order, and their UUIDs.
 #pragma once
 
 #include <cstddef>
@@ -15,29 +15,31 @@ struct CudaDevice {
     std::string uuid;            ///< "8932f937-d72c-4106-c12f-20bd9faed9f6", or empty if unknown
 };
 
-/// Returns the indices in `devices` of the visible ones, in CUDA's order: an element's position is
-/// the number after "cuda:". `variable` is the value of CUDA_VISIBLE_DEVICES; empty = not set, and
-/// all are visible, by ordinal. The same if only some have an ordinal: a driver that asks CUDA
-/// finds the variable in the environment and numbers only the visible devices.
-/// Otherwise all ordinals are those that CUDA gives without the variable, and CUDA's rules apply
-/// (CUDA Programming Guide, "CUDA environment variables"): comma-separated identifiers, each an
-/// ordinal, the beginning of a UUID after "GPU-" that matches only one device, or a slice of a GPU,
-/// MIG-GPU-UUID/i/j. The first that names no device ends the list; one named twice empties it. A
-/// slice with its own UUID (MIG-UUID) names no device: EGL does not report slices.
+/// Returns the indices, into `devices`, of the visible ones in CUDA's order: the position in the
+/// result is the number after "cuda:". `variable` is the value of CUDA_VISIBLE_DEVICES; empty = not
+/// set. Without it, the devices with an ordinal are visible, in the order of their ordinals. The
+/// same holds if only some devices have an ordinal, because a driver that asks CUDA finds the
+/// variable in the environment and numbers only the visible devices. If the variable is set and all
+/// devices have ordinals, the ordinals are those that CUDA gives without the variable, and CUDA's
+/// rules apply (CUDA Programming Guide, "CUDA environment variables"): comma-separated identifiers,
+/// each an ordinal, the beginning of a UUID after "GPU-" that matches only one device, or a slice
+/// of a GPU, MIG-GPU-UUID/i/j. The first identifier that names no device ends the list; naming a
+/// device twice makes the list empty. A slice with its own UUID (MIG-UUID) names no device: EGL
+/// does not report slices.
 std::vector<std::size_t> visibleCudaDevices(const std::optional<std::string>& variable,
                                             const std::vector<CudaDevice>& devices);
 
-/// Returns a UUID's hexadecimal digits in lower case, without "GPU-" and dashes; empty if it has
-/// any other character.
+/// Returns a UUID's hexadecimal digits in lower case, without "GPU-" and dashes; empty if `text`
+/// has any other character.
 std::string uuidDigits(std::string text);
 
 /// Returns the value given to setCudaVisibleDevices(), else the current value in the environment.
 std::optional<std::string> cudaVisibleDevices();
 
 /// Sets the original CUDA_VISIBLE_DEVICES for a program that has removed it from its own
-/// environment: a driver that asks CUDA then numbers all devices, like a driver that does not.
-/// Otherwise the environment is read whenever devices are listed; it is never changed. Call it
-/// before the first context.
+/// environment, so that a driver that asks CUDA numbers all devices, as other drivers do. Without
+/// this call, the environment is read whenever devices are listed. The environment is never
+/// changed. Call this before the first context.
 void setCudaVisibleDevices(std::string value);
 
 /// Returns a UUID's 16 bytes as text: "8932f937-d72c-4106-c12f-20bd9faed9f6".

@@ -9,7 +9,8 @@ namespace peeler::gl {
 
 struct Device;
 
-/// A device choice. At most one of the three is set; if none, the first device that works.
+/// A choice of device. At most one of the three members is set; if none is, the first device that
+/// works is chosen.
 struct DeviceChoice {
     std::optional<int> index{};  ///< Device::index
     std::optional<int> cuda{};   ///< Device::cuda

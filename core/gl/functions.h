@@ -10,7 +10,8 @@
 
 namespace peeler::gl {
 
-// One list for the declarations and the loader. X(PFNGL…PROC stem, member name without "gl").
+// One list for the declarations and the loader: X(stem of the type PFNGL…PROC, function name
+// without "gl").
 #define PEELER_GL_FUNCTIONS(X)                                  \
     X(ACTIVETEXTURE, ActiveTexture)                             \
     X(ATTACHSHADER, AttachShader)                               \
@@ -137,7 +138,7 @@ struct Functions {
 #undef X
 };
 
-/// Finds a function by its full name ("glEnable"); null if there is none.
+/// Finds a GL function by its full name ("glEnable"); returns null if there is no such function.
 using ProcAddress = std::function<void*(const char* name)>;
 
 /// Loads every function and applies checkBarriers(). Returns the name of the first missing

@@ -18,7 +18,7 @@ GpuTimer::Span GpuTimer::span(const char* stage) {
 }
 
 void GpuTimer::takeInto(StageTimes& times) {
-    constexpr double kMilliseconds = 1e-6;  // of nanoseconds
+    constexpr double kMilliseconds = 1e-6;  // milliseconds per nanosecond
     for (auto& [stage, query] : spans_) {
         GLuint64 nanoseconds = 0;
         context_.functions().GetQueryObjectui64v(query.name(), GL_QUERY_RESULT, &nanoseconds);

@@ -15,13 +15,14 @@ namespace peeler::gl {
 
 using Query = Object<&Functions::DeleteQueries>;
 
-/// A timer of spans of commands, by timer queries (OpenGL 4.5 core, 4.3, "Time Queries"), without
-/// waiting for them. Does not measure software renderers: their time is CPU time.
+/// A timer for spans of GPU commands, using timer queries (OpenGL 4.5 core, 4.3, "Time Queries"),
+/// so that measuring does not wait for the GPU. Does not measure software renderers, whose time is
+/// CPU time.
 class GpuTimer {
   public:
     explicit GpuTimer(const Context& context) : context_(context) {}
 
-    /// A measured span, as long as the object lives. Spans must not nest.
+    /// A scope whose GPU commands are measured. Spans must not nest.
     class Span {
       public:
         explicit Span(const Functions* gl) : gl_(gl) {}
@@ -35,7 +36,7 @@ class GpuTimer {
         const Functions* gl_;
     };
 
-    /// Begins a span of a stage.
+    /// Begins a span that counts for this stage.
     [[nodiscard]] Span span(const char* stage);
 
     /// Waits for all spans and adds their milliseconds to their stages.

@@ -63,7 +63,8 @@ Fence::Fence(const Functions& gl) : sync_(gl.FenceSync(GL_SYNC_GPU_COMMANDS_COMP
 }
 
 void Fence::wait() const {
-    // A lost context also ends the wait; drivers that do not report it get this long.
+    // The timeout, for drivers that do not report a lost context; with others, losing the context
+    // ends the wait.
     constexpr GLuint64 kNanoseconds = 600'000'000'000;
     const Functions& gl = *sync_.get_deleter().gl;
     const GLenum came = gl.ClientWaitSync(sync_.get(), 0, kNanoseconds);
@@ -87,7 +88,7 @@ void ReadBack::copy(const Functions& gl, const Buffer& from, std::size_t bytes) 
         *this = {};  // free first: never hold both
         *this = ReadBack(gl, bytes);
     }
-    // For the copy, and for later passes that write to the buffer.
+    // The first bit is for the copy, the second for later passes that write to the buffer.
     gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
     gl.CopyNamedBufferSubData(from.name(), name(), 0, 0, static_cast<GLsizeiptr>(bytes));
 }
@@ -174,7 +175,7 @@ namespace {
 struct BlendRow {
     GLenum equation, source_rgb, destination_rgb, source_alpha, destination_alpha;
 };
-// By Blend, starting with kMax.
+// Indexed by Blend, starting with kMax.
 constexpr BlendRow kBlendRows[] = {
     {GL_MAX, GL_ONE, GL_ONE, GL_ONE, GL_ONE},
     {GL_FUNC_ADD, GL_ONE, GL_ONE, GL_ONE, GL_ONE},

@@ -47,11 +47,10 @@ using SamplerObject = Object<&Functions::DeleteSamplers>;
 using VertexArray = Object<&Functions::DeleteVertexArrays>;
 using Framebuffer = Object<&Functions::DeleteFramebuffers>;
 
-/// Immutable storage of a fixed size, in GPU memory if there is any; the CPU accesses it by
-/// mapping.
+/// A buffer with immutable storage, in GPU memory if there is any; the CPU accesses it by mapping.
 class Buffer : public Object<&Functions::DeleteBuffers> {
   public:
-    /// A mapped range; unmapped with the object. No GPU command may use the buffer while it lives.
+    /// A mapped range, unmapped on destruction. No GPU command may use the buffer until then.
     class Mapping {
       public:
         Mapping(const Functions& gl, GLuint buffer, std::size_t bytes, GLbitfield access);
@@ -112,9 +111,9 @@ class Fence {
 class ReadBack : public Object<&Functions::DeleteBuffers> {
   public:
     ReadBack() = default;
-    /// Makes the GPU copy the first `bytes` as left by shaders (sets a barrier first). They can be
-    /// read after waiting for a later Fence. Throws Error (kMemory) if the driver runs out of
-    /// memory.
+    /// Makes the GPU copy the first `bytes` of `from`, after a barrier that makes shaders' writes
+    /// visible. The copy can be read after waiting for a later Fence. Throws Error (kMemory) if the
+    /// driver runs out of memory.
     void copy(const Functions& gl, const Buffer& from, std::size_t bytes);
 
     template <class T>
@@ -155,9 +154,9 @@ void checkErrors(const Functions& gl, const std::string& stage);
 /// The depth test. Reversed Z: nearer is greater.
 enum class DepthTest {
     kOff,
-    kNearest,   ///< among equal depths the first drawn
-    kFarthest,  ///< among equal depths the last drawn
-    kReplace,   ///< every fragment drawn
+    kNearest,   ///< the nearest fragment; among equal depths, the first drawn
+    kFarthest,  ///< the farthest fragment; among equal depths, the last drawn
+    kReplace,   ///< every fragment passes and sets the depth
     kInFront    ///< read-only: fragments behind the buffer's depth fail
 };
 
@@ -182,7 +181,7 @@ struct PassState {
     int viewport_width = 0, viewport_height = 0;
     int scissor_x = 0, scissor_y = 0, scissor_width = 0, scissor_height = 0;  ///< y up
     DepthTest depth_test = DepthTest::kOff;
-    bool depth_clamp = false;  ///< keeps geometry before the near or behind the far plane
+    bool depth_clamp = false;  ///< keeps geometry in front of the near or behind the far plane
     std::array<Blend, kMaxAttachments> blend{};  ///< by attachment
 };
 /// Sets the whole state.

@@ -28,8 +28,8 @@ std::string rawText(const std::string& name) {
     throw Error(ErrorKind::kInternal, "unknown shader", name);
 }
 
-/// Include guards: includes may stand inside #if branches, so only the preprocessor knows which
-/// files are read twice.
+/// Returns the name of a file's include guard. Guards are needed because an #include may be inside
+/// an #if, so only the preprocessor knows whether a file is read twice.
 std::string guardOf(std::string name) {
     for (char& c : name)
         if (c == '.') c = '_';
@@ -127,7 +127,8 @@ GLuint compile(const Functions& gl, std::string_view file, const std::string& so
 Program::Program(const Functions& gl, const std::vector<std::string_view>& files,
                  const std::vector<std::string>& definitions)
     : Program(gl) {  // delegated, so that the destructor runs if the rest throws
-    // Extensions must precede all else; a program that does not need one does not use it.
+    // Extensions must be enabled before everything else; enabling this one does not affect programs
+    // that do not use it.
     std::string prologue =
         "#version 450 core\n"
         "#ifdef GL_EXT_shader_framebuffer_fetch\n"

@@ -14,10 +14,11 @@
 
 namespace peeler {
 
-/// A sink that passes bands to another sink on its own thread. write() waits until the previous
-/// band is written, takes the new one and returns the previous one's storage; finish() returns at
-/// once; wait() waits for the end. If no thread can be started, the caller does all the work. The
-/// next write() or wait() rethrows exceptions of the other sink.
+/// A sink that passes bands to another sink on a thread of its own. write() waits until the
+/// previous band is written, takes the new one and leaves the previous one's storage in its
+/// argument. finish() waits for the last band and starts finish() of the other sink; wait() waits
+/// until that is done, too. If no thread can be started, the caller does all the work. The next
+/// call of any of the three rethrows an exception from the other sink.
 class BackgroundSink final : public Sink {
   public:
     explicit BackgroundSink(std::unique_ptr<Sink> sink);
@@ -31,7 +32,7 @@ class BackgroundSink final : public Sink {
     void wait();
 
     SinkMemory memory(const Plan& plan) const override;
-    StageTimes times() const override { return sink_->times(); }  ///< after wait()
+    StageTimes times() const override { return sink_->times(); }  ///< only after wait()
     /// Returns the time when finish() completed; only after wait().
     std::chrono::steady_clock::time_point finishedAt() const { return finished_at_; }
 
@@ -40,7 +41,7 @@ class BackgroundSink final : public Sink {
     void give(std::function<void()> task);
 
     std::unique_ptr<Sink> sink_;
-    LayeredImage band_;           ///< being written
+    LayeredImage band_;           ///< the band being written
     std::function<void()> task_;  ///< empty: idle
     std::chrono::steady_clock::time_point finished_at_;
     bool stop_ = false;

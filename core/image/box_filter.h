@@ -9,14 +9,14 @@
 
 namespace peeler {
 
-/// A downscaling filter: every pixel of the result is the average of the area it covers in the
-/// source (a box filter); a source pixel on an edge counts for both sides, by area. Expects linear
-/// light, premultiplied.
+/// A downscaling filter: every pixel of the result is the average of the area that it covers in the
+/// source. A source pixel on an edge counts for both sides, weighted by area. Expects linear light,
+/// premultiplied.
 class BoxFilter {
   public:
     using Pixel = TintedColor;
 
-    /// The result must not be larger than the source, in either direction.
+    /// The result must be neither wider nor higher than the source.
     BoxFilter(int source_width, int source_height, int width, int height);
 
     /// Adds the next row of the source, top to bottom.

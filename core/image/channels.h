@@ -14,15 +14,14 @@
 
 namespace peeler {
 
-/// Returns the name of an array: that of the channel with the same components, else their common
-/// prefix up to a dot, else the name of its only component.
+/// Returns the name of an array: that of the channel with the same components, else the prefix of
+/// the components up to the last dot, else the name of the first component.
 std::string nameOf(const FragmentArray& array);
 
-/// Returns the array of a channel, without fragments. `color_type` is the pixel type of the
-/// colours.
+/// Returns an empty array (no fragments) for a channel. `color_type` is the pixel type of colours.
 FragmentArray emptyArray(Channel channel, PixelType color_type);
 
-/// Returns a band of a plan, without fragments: colours and the plan's channels.
+/// Returns an empty band (no fragments) with the arrays of a plan: colours and the plan's channels.
 LayeredImage emptyBand(const Plan& plan);
 
 /// Returns the bytes of these channels per fragment in a LayeredImage.

@@ -5,7 +5,8 @@
 // file flattened on one machine must match the stored bits of another machine.
 #include "core/image/composite.h"
 
-// Without the lookup table Imath's conversions are header-only: core does not link OpenEXR.
+// Without the lookup table, Imath's conversions are header-only, so that core need not link
+// OpenEXR.
 #define IMATH_HALF_NO_LOOKUP_TABLE
 #include <Imath/half.h>
 
@@ -61,7 +62,7 @@ namespace {
 
 using Color = std::array<float, 4>;
 
-/// `C` is Color or TintedColor, with consecutive components.
+/// Return a colour from consecutive components. `C` is Color or TintedColor.
 template <class C>
 C load(const float* components) {
     C color;
@@ -100,7 +101,7 @@ float averageCoverage(float sum, float n) {
 }
 
 Color average(const Color& sum, float n) {
-    if (!(sum[3] > 0)) return {sum[0], sum[1], sum[2], 0};  // reflections on glass
+    if (!(sum[3] > 0)) return {sum[0], sum[1], sum[2], 0};  // such as reflections on glass
     const float covered = averageCoverage(sum[3], n);
     const float scale = covered / sum[3];
     return {sum[0] * scale, sum[1] * scale, sum[2] * scale, covered};
@@ -124,7 +125,7 @@ C averageOf(const T* colors, std::size_t count) {
     return average(sumOf<C>(colors, count), static_cast<float>(count));
 }
 
-/// Consecutive pixels of an image, and their place in the composite.
+/// Consecutive pixels of an image, and their position in the composite.
 struct Pixels {
     const LayeredImage& image;
     std::size_t begin, end;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compositing with layer limits, its approximations, and composites as layers.
+// Compositing with a layer limit, order-independent approximations, and composites as layered
+// images.
 #pragma once
 
 #include <array>
@@ -16,8 +17,8 @@ T meanOpacity(T r, T g, T b) {
     return r == g && g == b ? r : static_cast<T>((double{r} + double{g} + double{b}) / 3);
 }
 
-/// Stores the colour of one fragment, in half precision if `colors` has that type; coloured opacity
-/// only if `colors` has it.
+/// Stores the colour of one fragment in `colors`, in half precision if `colors` has that type, and
+/// with coloured opacity only if `colors` has channels for it.
 void storeColor(const TintedColor& color, FragmentArray& colors, std::size_t fragment);
 
 /// Composites the nearest `layers` fragments of every pixel (0 = all) with "over", without a
@@ -26,8 +27,8 @@ void storeColor(const TintedColor& color, FragmentArray& colors, std::size_t fra
 void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail,
                       CompositeImage& out);
 
-/// The same for an image without a window: the pixels of `out` from `first` on, on one thread.
-/// `out` must have room for them, with coloured opacity if the image has it.
+/// Composites an image without a window in the same way, to the pixels of `out` from `first` on, on
+/// one thread. `out` must have room for them, with coloured opacity if the image has it.
 void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail, std::size_t first,
                       CompositeImage& out);
 

@@ -24,7 +24,7 @@ FragmentChannel idsToMergeBy(const LayeredImage& image, const std::string& name)
                 "add " + Parameter::kChannels + " id, or merge by-z");
 }
 
-/// The test whether a sample belongs to the run of an earlier one.
+/// The test of whether a sample belongs to the run that began with an earlier sample.
 class Matcher {
   public:
     Matcher(const LayeredImage& image, const DeepMergeSettings& settings)

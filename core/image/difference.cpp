@@ -19,7 +19,7 @@ double absoluteDifference(double a, double b) {
     return std::isnan(apart) ? std::numeric_limits<double>::infinity() : apart;
 }
 
-/// Adds the channels of one colour; returns the largest difference.
+/// Adds the differences of one colour's components; returns the largest.
 float addColor(const TintedColor& a, const TintedColor& b, std::size_t components, int x, int y,
                DifferenceStatistics& sum) {
     double largest = 0;
@@ -30,7 +30,8 @@ float addColor(const TintedColor& a, const TintedColor& b, std::size_t component
     return static_cast<float>(largest);
 }
 
-/// Adds the lists of one pixel; returns its value of `largest`.
+/// Adds the differences of one pixel's fragments. Returns the pixel's value for addDifference()'s
+/// `largest`: the largest colour difference or, if the counts differ, minus their difference.
 float addPixel(const LayeredImage& a, const LayeredImage& b, std::size_t pixel, int x, int y,
                LayeredDifference& sum) {
     const std::uint32_t in_a = a.count(pixel), in_b = b.count(pixel);
@@ -61,7 +62,8 @@ void checkSizes(const Window& a, const Window& b) {
 }
 
 /// Calls compare(pixel, x, y, sum of the row) for every pixel and stores the results in `largest`
-/// unless it is empty. One sum per row: the result does not depend on the threads.
+/// unless it is empty. Keeps one sum per row, so that the result does not depend on the number of
+/// threads.
 template <class Sum, class Compare>
 std::vector<Sum> rowDifferences(const Window& window, std::span<float> largest, Compare&& compare) {
     const auto width = static_cast<std::size_t>(window.width());

@@ -28,10 +28,11 @@ struct DifferenceStatistics {
     double psnr() const;
 };
 
-/// Differences of the fragments of one layer, or of all: k-th against k-th of each pixel.
+/// Differences of the fragments of one layer, or of all layers. The k-th fragment of a pixel in one
+/// picture is compared with the k-th in the other.
 struct FragmentDifference {
-    std::uint64_t both = 0, only_a = 0, only_b = 0;  ///< fragments
-    DifferenceStatistics depth;                      ///< of those in both
+    std::uint64_t both = 0, only_a = 0, only_b = 0;  ///< fragments in both pictures, or only in one
+    DifferenceStatistics depth;                      ///< of fragments in both
     DifferenceStatistics color;  ///< premultiplied R, G, B, A, each one a value;
                                  ///< AR, AG, AB, too, if one picture has them
 
@@ -41,7 +42,7 @@ struct FragmentDifference {
 struct LayeredDifference {
     std::uint64_t pixels = 0;
     std::uint64_t count_pixels = 0;   ///< pixels with different numbers of fragments
-    std::uint32_t largest_count = 0;  ///< the largest difference in number
+    std::uint32_t largest_count = 0;  ///< largest difference in a pixel's number of fragments
     FragmentDifference all;
     std::vector<FragmentDifference> layers;  ///< front to back
     DifferenceStatistics composite;          ///< of the composites without background
@@ -49,14 +50,14 @@ struct LayeredDifference {
     void merge(const LayeredDifference& later);
 };
 
-/// Adds the difference of two bands of equal width and height to `sum`; positions are those of `a`.
-/// If `largest` is not empty, it receives one value per pixel: the largest difference of colour or,
-/// if the numbers of fragments differ, minus their difference. The result does not depend on the
-/// number of threads.
+/// Adds the difference of two bands of equal width and height to `sum`; pixel positions in `sum`
+/// are those of `a`. If `largest` is not empty, it receives one value per pixel: the largest
+/// difference of colour or, if the numbers of fragments differ, minus the difference of these
+/// numbers. The result does not depend on the number of threads.
 void addDifference(const LayeredImage& a, const LayeredImage& b, LayeredDifference& sum,
                    std::span<float> largest = {});
 
-/// The same for flat pictures.
+/// Adds the difference of two flat pictures of equal size in the same way.
 void addDifference(const CompositeImage& a, const CompositeImage& b, DifferenceStatistics& sum,
                    std::span<float> largest = {});
 

@@ -17,11 +17,12 @@ namespace {
 
 using Color = std::array<float, 4>;
 
-// The first two are "high quality" and "visible limit" of the white paper.
-constexpr float kContrastShare = 1.0F / 8;   ///< minimum, as a share of the brightest neighbour
-constexpr float kLeastContrast = 1.0F / 32;  ///< absolute minimum
-constexpr float kEndShare = 1.0F / 4;  ///< of the contrast across the edge: beyond it the edge ends
-constexpr float kSubpixel = 0.75F;     ///< maximum blend of an isolated pixel; 3.11's default
+// The first two values are "high quality" and "visible limit" in the white paper.
+constexpr float kContrastShare = 1.0F / 8;   ///< minimum contrast, as a share of the greatest luma
+constexpr float kLeastContrast = 1.0F / 32;  ///< absolute minimum contrast
+/// The change of luma along an edge that ends it, as a share of the contrast across the edge.
+constexpr float kEndShare = 1.0F / 4;
+constexpr float kSubpixel = 0.75F;  ///< maximum blend of an isolated pixel; 3.11's default
 
 /// The share of the contrast by which a pixel on a straight edge stands out, rounding included.
 constexpr float kStraight = 1.0F / 3 + 1e-5F;
@@ -36,8 +37,8 @@ Pixel operator-(Pixel a) {
     return {-a.x, -a.y};
 }
 
-/// The perceived brightness of pixels over one background; the outermost pixels extend beyond the
-/// borders.
+/// The perceived brightness of pixels over one background. Beyond the borders, the outermost pixels
+/// are repeated.
 class Luma {
   public:
     Luma(const CompositeImage& picture, const Color& background) : window_(picture.window) {
@@ -103,9 +104,10 @@ struct Neighbourhood {
     }
 
     /// "Sub-pixel aliasing": Returns the blend weight of a pixel that stands out from its
-    /// surroundings. On a straight edge it stands out by a third of the contrast. 3.11 takes three
-    /// quarters of a squared smoothstep starting at 0, which blends even those by 5 %; in linear
-    /// light that is visible. The straight line from 1/3 stays within 0.1 of that curve everywhere.
+    /// surroundings. A pixel on a straight edge stands out by a third of the contrast. FXAA 3.11
+    /// uses three quarters of a squared smoothstep from 0, which blends even such pixels by 5 %; in
+    /// linear light that is visible. The straight line from 1/3, used here, stays within 0.1 of
+    /// that curve everywhere.
     float subpixelShift() const {
         const float sides = (n + s) + (w + e), corners = (nw + se) + (ne + sw);
         const float out = std::abs((2 * sides + corners) / 12 - m) / range;
@@ -118,10 +120,11 @@ struct Neighbourhood {
     bool visible;  ///< whether the contrast is high enough to filter
 };
 
-/// The position along an edge where pixel pairs start to differ from the first one.
+/// The position along an edge where the pixel pairs on both sides of it start to differ from the
+/// first pair.
 struct EdgeEnd {
     int distance;  ///< to the first differing pair; kFxaaReach + 1 if not found
-    float change;  ///< its mean luma minus the first one's
+    float change;  ///< mean luma of that pair minus that of the first
 };
 
 /// "End-of-edge search": Searches along the edge between p and p + across.
@@ -136,8 +139,9 @@ EdgeEnd findEnd(const Luma& luma, Pixel p, Pixel along, Pixel across) {
     return {kFxaaReach + 1, 0};
 }
 
-/// Returns the share of p that lies beyond the edge towards p + across, assuming a straight edge
-/// through the middle of the run of pixels that is half a pixel off at both ends.
+/// Returns the share of p that lies beyond the edge towards p + across. The edge is assumed to be a
+/// straight line: on the pixel boundary in the middle of the run, and half a pixel off it at both
+/// ends.
 float edgeShift(const Luma& luma, Pixel p, Pixel across) {
     const Pixel along{across.y, across.x};
     const EdgeEnd a = findEnd(luma, p, -along, across), b = findEnd(luma, p, along, across);
@@ -190,7 +194,8 @@ class Filter {
     Filtered operator()(Pixel p) const {
         const Neighbourhood around(dark_, p);
         if (!light_) return filter(dark_, around, p);
-        // Pixels with the luma of one background stand out from the other.
+        // A pixel whose luma equals that of the background over black still stands out when
+        // composited over white. Uses whichever shows more contrast.
         const Neighbourhood other(*light_, p);
         return other.range > around.range ? filter(*light_, other, p) : filter(dark_, around, p);
     }
@@ -229,7 +234,7 @@ class Filter {
 
     const CompositeImage& picture_;
     Luma dark_;
-    std::optional<Luma> light_;  ///< unless the background is opaque
+    std::optional<Luma> light_;  ///< empty if the background is opaque
 };
 
 }  // namespace
@@ -254,16 +259,16 @@ void applyFxaa(const CompositeImage& picture, const Color& background, int y0, i
 
 namespace {
 
-// Large enough to keep many threads busy, here and in the encoder.
+// Bytes filtered at once: enough to keep many threads busy, here and in the encoder.
 constexpr std::uint64_t kSliceBytes = 32U << 20;
 constexpr int kLeastSlice = 16, kMostSlice = 256;  // rows
 
-// Bytes per pixel.
+// Return the bytes per pixel of kept rows, and of filtered rows.
 std::uint64_t keptBytes(bool tinted) {
-    return CompositeImage::pixelBytes(tinted) + 2 * sizeof(float);  // with its two lumas
+    return CompositeImage::pixelBytes(tinted) + 2 * sizeof(float);  // with two lumas
 }
 std::uint64_t filteredBytes(bool tinted) {
-    return 2 * CompositeImage::pixelBytes(tinted) + sizeof(std::uint32_t);  // as a layer
+    return 2 * CompositeImage::pixelBytes(tinted) + sizeof(std::uint32_t);  // also as a layer
 }
 
 void dropRowsAbove(int y, CompositeImage& image) {
@@ -319,7 +324,7 @@ void FxaaFilter::keep(int y0, int y1) {
     kept_.window.y1 = y1;
 }
 
-/// Passes on the rows whose neighbours within reach are all there.
+/// Filters and passes on the rows for which all rows within kFxaaReach have arrived.
 void FxaaFilter::passOn() {
     const int kept = kept_.window.y1;
     const int end = kept == crop_.y1 ? kept : kept - kFxaaReach;

@@ -12,15 +12,15 @@
 
 namespace peeler {
 
-/// The search distance for the ends of a pixel's edge, along the edge, in pixels. Filtering a row
-/// needs this many rows above and below it. (FXAA 3.11 reaches 20.5 with quality preset 12 and 26.5
-/// with 39, in strides; here every pixel is tested.)
+/// How far along an edge its ends are searched for, in pixels. Filtering a row needs this many rows
+/// above and below it. (FXAA 3.11 reaches 20.5 with quality preset 12 and 26.5 with 39, in strides;
+/// here every pixel is tested.)
 inline constexpr int kFxaaReach = 24;
 
 /// Applies fast approximate anti-aliasing (Lottes, "FXAA", NVIDIA white paper 2009, "Algorithm
 /// Details": local contrast check, edge detection, end-of-edge search, sub-pixel aliasing; FXAA
-/// 3.11, quality version) to the rows [y0, y1) of `picture` and writes them to `out`, which gets
-/// that window. The picture's outermost pixels extend beyond its borders.
+/// 3.11, quality version) to the rows [y0, y1) of `picture` and writes them to `out`, whose window
+/// becomes these rows. Beyond the picture's borders, its outermost pixels are repeated.
 ///
 /// Contrast is measured on the square root of Rec. 709 luma, which approximates perception. If
 /// `background` (premultiplied) is not opaque, contrast is measured with black and with white
@@ -41,7 +41,7 @@ void applyFxaa(const CompositeImage& picture, const std::array<float, 4>& backgr
 class FxaaFilter : public Sink {
   public:
     /// `background`: premultiplied linear RGBA that `next` will put behind the picture. If it is
-    /// not opaque, the filter works for any colour behind it.
+    /// not opaque, the filter allows for any colour behind it.
     FxaaFilter(std::unique_ptr<Sink> next, const std::array<float, 4>& background);
 
     void begin(const Plan& plan) override;

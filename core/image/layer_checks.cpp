@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/image/statistics.h"
 
-// Without the lookup table Imath's conversions are header-only: core does not link OpenEXR.
+// Without the lookup table, Imath's conversions are header-only, so that core need not link
+// OpenEXR.
 #define IMATH_HALF_NO_LOOKUP_TABLE
 #include <Imath/half.h>
 
@@ -12,7 +13,7 @@
 namespace peeler {
 namespace {
 
-/// Adds the pixels for which test(first Z, end) is true for their list.
+/// Adds the pixels for whose list of Z values test(begin, end) is true.
 template <class Test>
 void addWhere(const LayeredImage& band, BrokenPixels& broken, Test&& test) {
     std::size_t pixel = 0;

@@ -24,10 +24,10 @@ class DepthComplexity {
     /// Adds the counts of a band's pixels.
     void addBand(const LayeredImage& band);
 
-    /// Adds the counts of some of the rows.
+    /// Merges the statistics of some of the rows.
     void add(const DepthComplexity& rows);
 
-    /// Returns one entry per layer, front to back; the nearest `limit` of them (0 = all).
+    /// Returns one entry for each of the nearest `limit` layers (0 = all), front to back.
     std::vector<LayerPlan> layers(std::uint32_t limit = 0) const;
     std::uint64_t counted() const { return counted_; }
     /// Returns the number of pixels for each number of fragments, from 0 to the maximum per pixel.
@@ -47,11 +47,11 @@ class DepthComplexity {
     std::uint64_t counted_ = 0;
 };
 
-/// A layer selection: those of the nearest `nearest` layers (0 = all) that are in `listed` (empty =
-/// all).
+/// A selection of layers: those that are among the nearest `nearest` (0 = all) and in `listed`
+/// (empty = all).
 struct LayerSelection {
     std::uint32_t nearest = 0;
-    std::vector<bool> listed{};  ///< by layer; layers beyond its end are not selected
+    std::vector<bool> listed{};  ///< by layer; layers not in the vector are not selected
 
     bool all() const { return nearest == 0 && listed.empty(); }
     bool holds(std::size_t layer) const {
@@ -60,11 +60,11 @@ struct LayerSelection {
     }
 };
 
-/// Removes the fragments of all other layers, in place; the remaining ones move up in their pixels'
-/// lists. Applies to every array of `image`.
+/// Removes the fragments of layers that are not selected, in place and from every array of `image`.
+/// The remaining fragments move up in their pixels' lists.
 void keepLayers(LayeredImage& image, const LayerSelection& selection);
 
-/// A set of ids: those listed, or all others.
+/// A set of ids: those in `listed` or, if `others`, all others.
 struct IdSet {
     std::vector<std::uint32_t> listed{};  ///< ascending
     bool others = true;
@@ -73,13 +73,13 @@ struct IdSet {
     bool holds(std::uint32_t id) const;
 };
 
-/// A selection of fragments: the ids in their channels id.object and id.material must both be
-/// selected.
+/// A selection of fragments by their channels id.object and id.material; both ids must be selected.
 struct ObjectSelection {
     IdSet objects{}, materials{};
 };
 
-/// Removes all other fragments, like keepLayers(). Without a channel, its ids are 0.
+/// Removes the fragments that are not selected, like keepLayers(). If a channel is missing, its ids
+/// count as 0.
 void keepObjects(LayeredImage& image, const ObjectSelection& selection);
 
 /// Extracts one layer as an image with at most one fragment per pixel. Overwrites `out` and reuses

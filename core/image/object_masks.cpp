@@ -66,7 +66,7 @@ void PixelRuns::fill(std::uint8_t value, std::vector<std::uint8_t>& bytes) const
 std::vector<std::uint32_t> PixelRuns::columnCounts(int height) const {
     const Window box = this->box();
     const auto rows = static_cast<std::size_t>(box.height());
-    // Transposes only the box: its columns are contiguous here.
+    // Transposes only the bounding box, so that its columns are contiguous.
     std::vector<std::uint8_t> inside(box.pixels());
     for (const Run& run : runs_) {
         const auto y =
@@ -77,7 +77,7 @@ std::vector<std::uint32_t> PixelRuns::columnCounts(int height) const {
             inside[(x + i) * rows + y] = 1;
     }
     std::vector<std::uint32_t> counts;
-    std::uint32_t end = 0;  // of the last run inside the set
+    std::uint32_t end = 0;  // end of the last run inside the set
     for (int x = box.x0; x < box.x1; ++x) {
         for (int y = box.y0; y < box.y1; ++y) {
             const auto at =
@@ -132,7 +132,7 @@ struct ObjectMaskSink::Ids {
 };
 
 struct ObjectMaskSink::Pixel {
-    std::size_t begin = 0, end = 0;  ///< its fragments
+    std::size_t begin = 0, end = 0;  ///< range of the pixel's fragments
     int x = 0, y = 0;                ///< relative to the picture's upper left corner
     std::uint64_t of_canvas = 0;     ///< index in the canvas, from 1
     bool inside = false;             ///< whether it is in the picture
@@ -163,7 +163,8 @@ void ObjectMaskSink::begin(const Plan& plan) {
 SinkMemory ObjectMaskSink::memory(const Plan& plan) const {
     const std::uint64_t fragments = plan.fragments_stored;
     const std::uint64_t pixels = options_.picture.pixels();
-    // A run ends before a pixel outside the set, or at the end of a row.
+    // A run ends before a pixel outside the set or at the end of a row, so at most every other
+    // pixel begins one.
     const std::uint64_t every_other =
         table_.objects *
         (pixels / 2 + pixels % 2 + static_cast<std::uint64_t>(options_.picture.height()));
@@ -236,7 +237,7 @@ View canvasOf(const View& view, int times, Window& picture) {
                     "", "make the picture or the canvas smaller");
     checkPixels({width * times, height * times});
     View canvas = view;
-    // The display window grows equally on both sides, so that its centre stays on the axis.
+    // The display window grows equally on both sides, so that its centre stays on the optical axis.
     canvas.width += 2 * around * width;
     canvas.height += 2 * around * height;
     canvas.projection.half_width *= static_cast<double>(canvas.width) / view.width;

@@ -13,10 +13,10 @@
 
 namespace peeler {
 
-/// A map from fragments to objects, by their channel `id`.
+/// A map from fragments to objects, by the fragments' channel `id`.
 struct ObjectTable {
     bool by_material = false;      ///< by id.material; else by id.object, the node
-    bool instances_apart = false;  ///< for nodes: the first instance has the number, the next + 1
+    bool instances_apart = false;  ///< whether each instance is an object: node's number + index
     /// The object number of each node or material, from 1; 0 = no object.
     std::vector<std::uint32_t> numbers;
     std::uint32_t objects = 0;  ///< the greatest number
@@ -33,7 +33,7 @@ class PixelRuns {
 
     explicit PixelRuns(int width = 0) : width_(static_cast<std::uint32_t>(width)) {}
 
-    /// Adds a pixel. `pixel` must be greater than all before.
+    /// Adds a pixel. `pixel` must be greater than all pixels added before.
     void add(std::uint32_t pixel) {
         ++count_;
         if (!runs_.empty() && runs_.back().end == pixel && pixel % width_ != 0)
@@ -47,7 +47,8 @@ class PixelRuns {
     /// Returns the bounding box of the pixels; empty if there are none. Its origin is the picture's
     /// upper left corner.
     Window box() const;
-    /// Sets the bytes of these pixels; `bytes` has one per pixel of the picture.
+    /// Sets the bytes of the set's pixels to `value`; `bytes` has one byte per pixel of the
+    /// picture.
     void fill(std::uint8_t value, std::vector<std::uint8_t>& bytes) const;
     /// Returns run lengths in column order, alternating between pixels outside and inside the set:
     /// the uncompressed run lengths of COCO (its API's maskApi.h). The first is 0 if the first
@@ -63,14 +64,14 @@ class PixelRuns {
 
 /// The masks of one object in a view. Windows are relative to the picture's upper left corner.
 struct ObjectMasks {
-    PixelRuns amodal;   ///< pixels with any fragment of it
-    PixelRuns visible;  ///< pixels where it is visible
-    /// Its silhouette on the whole canvas, which may be larger than the picture.
+    PixelRuns amodal;   ///< pixels with any fragment of the object
+    PixelRuns visible;  ///< pixels where the object is visible
+    /// The object's silhouette on the whole canvas, which may be larger than the picture.
     std::uint64_t canvas_pixels = 0;
     Window canvas_box{};
 
-    /// Returns the share of its silhouette on the canvas that is visible in the picture; 0 if it
-    /// has none.
+    /// Returns the share of the silhouette on the canvas that is visible in the picture; 0 without
+    /// a silhouette.
     double visibleFraction() const;
 };
 
@@ -90,14 +91,15 @@ struct ObjectMaskOptions {
     /// The visible fragment of a pixel is the first with at least this opacity (A), else the first.
     float see_through = 0;
     bool layers = false;           ///< whether to keep the numbers of all fragments
-    std::uint64_t more_bytes = 0;  ///< needed once the picture is complete
+    std::uint64_t more_bytes = 0;  ///< that the caller needs for the finished picture
 };
 
 /// A sink that takes the bands of all layers with the channel `id`, and collects the masks of every
-/// object. Holds 8 bytes per run of pixels, so at most per fragment.
+/// object. Holds 8 bytes per run of pixels: at most one run per fragment in amodal masks, and one
+/// per pixel in visible masks.
 class ObjectMaskSink final : public Sink {
   public:
-    /// The table must outlive it.
+    /// The table must outlive this object.
     ObjectMaskSink(const ObjectTable& table, const ObjectMaskOptions& options);
 
     /// Throws Error (kMemory) if layers are requested and the picture has 2^32 fragments or more.
@@ -120,14 +122,15 @@ class ObjectMaskSink final : public Sink {
     const ObjectTable& table_;
     ObjectMaskOptions options_;
     std::vector<ObjectMasks> objects_;
-    std::vector<std::uint64_t> last_pixel_;  ///< by object: its last canvas pixel, from 1; 0 = none
+    std::vector<std::uint64_t> last_pixel_;  ///< by object: last canvas pixel, from 1; 0 = none
     ObjectLayers layers_;
     StageTimes times_;
 };
 
-/// Returns the view of a canvas around the crop of `view`, with `times` (odd) as many pixels of the
-/// same size and on the same rays in each direction. Its crop is the canvas; `picture` becomes the
-/// window of the original crop in it. Throws Error (kUsage) if the canvas is too large.
+/// Returns the view of a canvas around the crop of `view`: `times` (odd) as many pixels in each
+/// direction, of the same size and on the same rays. The returned view's crop is the canvas;
+/// `picture` becomes the window of the original crop in the canvas. Throws Error (kUsage) if the
+/// canvas is too large.
 View canvasOf(const View& view, int times, Window& picture);
 
 }  // namespace peeler

@@ -19,11 +19,11 @@ namespace peeler {
 std::optional<double> medianDepth(const LayeredImage& image, const View& view);
 
 /// Writes for each pixel the mean of the two smallest distinct Z (Woo, "The Shadow Depth Map
-/// Revisited", Graphics Gems III, 1992), in scene units; +inf if there is no second one. Two depths
-/// are distinct if they differ by more than the rounding of rasterised depths (2^-18 of Z, or of
-/// the depth range of an orthographic view): coincident surfaces with different triangulations must
-/// not get the midpoint between them, which would lie on both. `out` has one value per pixel of the
-/// window.
+/// Revisited", Graphics Gems III, 1992), in scene units; +inf if there are no two distinct Z. Two
+/// depths are distinct if they differ by more than the rounding of rasterised depths (2^-18 of Z,
+/// or of the depth range of an orthographic view): coincident surfaces with different
+/// triangulations must not get the midpoint between them, which would lie on both. `out` has one
+/// value per pixel of the window.
 void midpoints(const LayeredImage& image, const Projection& projection, std::span<float> out);
 
 /// Number, bounding box and mean of world-space points, accumulated in double precision in order of
@@ -67,8 +67,9 @@ void findUnsorted(const LayeredImage& band, BrokenPixels& broken);
 /// Adds the pixels with a fragment whose Z is not finite.
 void findInfinite(const LayeredImage& band, BrokenPixels& broken);
 
-/// Adds the pixels whose stored composite, colour or Z, differs in any bit from that of the
-/// fragments. `stored` has the band's window, and its colours were stored as half or float.
+/// Adds the pixels whose stored composite differs, in any bit of colour or Z, from the composite of
+/// the fragments. `stored` must have the band's window; `type` is the type in which its colours
+/// were stored.
 void findWrongComposite(const LayeredImage& band, const CompositeImage& stored, PixelType type,
                         BrokenPixels& broken);
 

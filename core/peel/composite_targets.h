@@ -36,26 +36,27 @@ class CompositeTargets {
     /// Returns a framebuffer of the parts, in the order above (the tail's sum before its count).
     GLuint framebuffer(const SceneRasterizer& rasterizer, unsigned parts);
     std::vector<GLuint> textures(unsigned parts) const;
-    /// Returns the blending of these attachments, after `first` others that are not blended.
+    /// Returns the blend modes for a framebuffer with these parts after `first` other attachments,
+    /// which are not blended.
     static std::array<gl::Blend, gl::kMaxAttachments> blending(unsigned parts,
                                                                std::size_t first = 0);
 
     /// Sums all fragments behind the first `last` layers: one geometry pass.
     int addTail(SceneRasterizer& rasterizer, const Window& area, const LayerTargets& layers,
                 std::uint32_t last);
-    /// Sums all fragments, or with an opaque bound those in front of it: one geometry pass.
+    /// Sums all fragments or, with an opaque bound, those in front of the bound: one geometry pass.
     int addFragments(SceneRasterizer& rasterizer, const Window& area);
-    /// Blends the same fragments over the back in draw order: one geometry pass, or two for
-    /// coloured opacity.
+    /// Blends over the back, in draw order, the fragments that addFragments() would sum: one
+    /// geometry pass, or two for coloured opacity.
     int blendUnsorted(SceneRasterizer& rasterizer, const Window& area);
-    /// With Surfaces::kVisible, puts the nearest opaque surface into the back. Returns the geometry
-    /// passes, 0 otherwise.
+    /// With Surfaces::kVisible, draws the nearest opaque surface into the back. Returns the number
+    /// of geometry passes, 0 for other settings.
     int addOpaque(SceneRasterizer& rasterizer, const Window& area);
     /// Blends a texture of premultiplied colours over the back.
     void blendOverBack(SceneRasterizer& rasterizer, const Window& area, GLuint texture);
 
-    /// Writes the band's colours: front, then back, then the tail's average. `definitions`
-    /// (TAIL_FIRST, WEIGHTED_SUM) change that.
+    /// Writes the band's colours: front over back over the tail's average. `definitions`
+    /// (TAIL_FIRST, WEIGHTED_SUM) change the formula.
     void resolve(SceneRasterizer& rasterizer, const Window& area, const char* definitions = "");
 
   private:
@@ -68,7 +69,8 @@ class CompositeTargets {
 };
 
 /// Peels `area.layers` layers front to back, blends each under the front, then adds the tail. The
-/// caller calls begin() of both, so that it can exclude pixels. Returns the geometry passes.
+/// caller must first call begin() of `layers` and of `targets`, which lets it exclude pixels.
+/// Returns the geometry passes.
 int compositeNearestFirst(SceneRasterizer& rasterizer, const CompositeArea& area,
                           LayerTargets& layers, CompositeTargets& targets);
 
@@ -79,7 +81,7 @@ class Unordered final : public CompositeMethod {
   public:
     using Pass = int (CompositeTargets::*)(SceneRasterizer&, const Window&);
 
-    /// `parts` are the targets, `formula` the definitions of resolve.comp.
+    /// `parts` are the targets that are drawn into, `formula` the definitions for resolve.comp.
     Unordered(unsigned parts, Pass pass, const char* formula)
         : parts_(parts), pass_(pass), formula_(formula) {}
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Front-to-back depth peeling (Everitt, "Interactive Order-Independent Transparency", 2001), with
 // the key (depth, primitive) instead of depth alone: coincident fragments are peeled one by one.
-// Everitt's occlusion query after each pass, to detect the end, is not needed: the count pass has
-// already found it.
+// Everitt's occlusion query after each pass, to detect the last layer, is not needed, because the
+// count pass has already counted the layers.
 #include "core/peel/composite_targets.h"
 
 namespace peeler {

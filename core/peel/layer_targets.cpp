@@ -46,7 +46,7 @@ void LayerTargets::begin(const SceneRasterizer& rasterizer, const Window& area,
 
 void LayerTargets::beginFinished(const SceneRasterizer& rasterizer, const Window& area) {
     allocate(rasterizer);
-    clear(rasterizer, area, 1, 0, 0xFFFFFFFFU);  // no fragment lies behind it
+    clear(rasterizer, area, 1, 0, 0xFFFFFFFFU);  // a key that no fragment lies behind
 }
 
 int LayerTargets::peel(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers,
@@ -91,7 +91,7 @@ void LayerTargets::clear(const SceneRasterizer& rasterizer, const Window& area, 
     const auto& gl = rasterizer.functions();
     const GLuint framebuffer = sides_[static_cast<std::size_t>(i)].key.name();
     gl::PassState state = rasterizer.passState(framebuffer, area);
-    state.depth_test = gl::DepthTest::kNearest;  // a clear obeys the depth mask
+    state.depth_test = gl::DepthTest::kNearest;  // enables the depth mask, which a clear obeys
     gl::apply(gl, state);
     const std::array<GLuint, 4> key = {primitive, 0, 0, 0};
     gl.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &depth);

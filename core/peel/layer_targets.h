@@ -16,25 +16,27 @@ namespace peeler {
 /// The end from which layers are peeled.
 struct PeelDirection {
     bool nearest_first;
-    std::string_view definitions;  ///< of peel_layer.frag
+    std::string_view definitions;  ///< for peel_layer.frag
     gl::DepthTest depth_test;      ///< selects the next fragment beyond the previous layer
     float first_depth;             ///< the key before any layer
     GLuint first_primitive;
-    float empty_depth;  ///< of a pixel without the layer; with primitive 0, nothing is beyond it
+    float empty_depth;  ///< of pixels without the layer; with primitive 0, nothing lies beyond
 };
 
-/// Before any layer, in front of everything: the near plane has depth 1, and keys start at 1.
+/// From the front. The first key is in front of everything: the near plane has depth 1, and keys
+/// start at 1.
 inline constexpr PeelDirection kNearestFirst = {true, "", gl::DepthTest::kNearest, 1, 0, 0};
-/// Before any layer, behind everything: no fragment has depth 0. Nothing lies in front of the key
-/// (1, 0) of a pixel without the layer, so the pixel stays finished.
+/// From behind. The first key is behind everything: no fragment has depth 0. A pixel without the
+/// layer gets the key (1, 0), which nothing lies in front of, so the pixel stays finished.
 inline constexpr PeelDirection kFarthestFirst = {false, "BACKWARD",  gl::DepthTest::kFarthest,
                                                  0,     0xFFFFFFFFU, 1};
 
 /// Two pairs of (depth, primitive) textures of raster tile size. The current layer is rendered into
-/// one while the previous layer is read from the other. Both share one colour texture.
+/// one pair while the previous layer is read from the other. Both pairs share one colour texture.
 class LayerTargets {
   public:
-    /// Consumes a layer, held by `side` and the colour texture.
+    /// A callback that consumes a layer, whose key is in `side` and whose colour is in the colour
+    /// texture.
     using Take = std::function<void(int layer, int side)>;
 
     enum Attachments { kKey, kKeyAndColor, kColor };
@@ -42,8 +44,8 @@ class LayerTargets {
     /// Bytes of all textures.
     static std::uint64_t bytes(std::uint64_t tile_pixels, const CaptureSettings& settings);
 
-    /// Prepares to peel from this end: (re)allocates for the rasterizer's tile, and sets the key
-    /// before the first layer.
+    /// Prepares for peeling in this direction: (re)allocates for the rasterizer's tile, and sets
+    /// the key that precedes the first layer.
     void begin(const SceneRasterizer& rasterizer, const Window& area,
                const PeelDirection& direction);
     /// Prepares like begin(), but marks every pixel finished; the caller's next pass into
@@ -64,8 +66,8 @@ class LayerTargets {
     /// Returns the side that holds the last of `layers` layers.
     static int sideOf(std::uint32_t layers) { return static_cast<int>((layers + 1) % 2); }
 
-    /// Appends the layer of side `i` to the lists of the band: one fragment per pixel of `area`
-    /// that has one.
+    /// Appends the layer of side `i` to the lists of the band: one fragment for every pixel of
+    /// `area` that has the layer.
     void store(SceneRasterizer& rasterizer, const Window& area, int i) const;
     /// Runs blend_layer.frag on the layer of side `i`. `pass` is complete except for its shader.
     void blend(SceneRasterizer& rasterizer, const Window& area, int i, FullScreenPass pass) const;
@@ -91,8 +93,8 @@ class PeeledLayers final : public LayerMethod {
   public:
     explicit PeeledLayers(const PeelDirection& direction) : direction_(direction) {}
 
-    // From behind, a layer's index from the front is known only after all have been peeled, so the
-    // lists are sorted afterwards.
+    // From behind, a layer's index from the front is known only after all layers have been peeled,
+    // so the lists are sorted afterwards.
     bool takesAll() const override { return !direction_.nearest_first; }
 
     std::uint64_t tileBytes(std::uint64_t tile_pixels,
