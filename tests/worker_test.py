@@ -351,7 +351,7 @@ class Sockets(WorkerTest):
         self.listen(path)
         second = subprocess.run([PEELER, "worker", "--listen", path], capture_output=True, text=True)
         self.assertEqual(second.returncode, 4)
-        self.assertIn("another worker listens", second.stderr)
+        self.assertIn("another worker is listening", second.stderr)
         stale = self.output("stale")
         bound = socket.socket(socket.AF_UNIX)
         bound.bind(str(stale))

@@ -16,10 +16,10 @@ namespace {
 
 constexpr Choice<BakeTarget> kTargets[] = {
     {"vertices", BakeTarget::kVertices,
-     "arrays, or a .glb of the scene: COLOR_0, and the numbers themselves as _AO, _BENT_NORMAL, "
-     "_SKY_VISIBILITY, _THICKNESS or _IRRADIANCE"},
+     "vertex arrays, or a .glb of the scene with COLOR_0 and the exact values in _AO, "
+     "_BENT_NORMAL, _SKY_VISIBILITY, _THICKNESS or _IRRADIANCE"},
     {"texture", BakeTarget::kTexture,
-     "a texture a material: .exr, .png, arrays, or the occlusion texture of the materials of a "
+     "one texture per material: .exr, .png, arrays, or the materials' occlusion textures in a "
      ".glb"},
 };
 
@@ -70,7 +70,7 @@ BakeFile BakeOptions::file() const {
     const std::string extension = lowerExtension(output);
     for (const auto& choice : kFiles)
         if (choice.name == extension) return choice.value;
-    refuse("nothing is baked into such a file", "--output " + output.string(),
+    refuse("cannot bake into this file format", "--output " + output.string(),
            "choose one of: .glb, .exr, .png, .npz, .safetensors");
 }
 
@@ -93,52 +93,52 @@ void addBakeOptions(VerbOptions& verb, BakeOptions& options) {
     };
     addFile(
         verb, "-o,--output", "FILE", options.output,
-        "the file to write: .glb (the scene with what was baked), .exr (32-bit floats, a part a "
-        "material), .png (16 bits; of several materials one each: #### or %04d in the name "
-        "becomes the material's number), .npz or .safetensors (arrays for numpy, see below)")
+        "file to write: .glb (the scene with the baked values), .exr (32-bit floats, one part per "
+        "material), .png (16 bits; with several materials one file each: #### or %04d in the name "
+        "becomes the material's number), .npz or .safetensors (NumPy arrays, see below)")
         .files(".glb .exr .png .npz .safetensors")
         .group("Output")
         .required();
-    verb.addFlag("--no-mkdir", options.no_mkdir, "fail if its folder is missing; else it is made")
+    verb.addFlag("--no-mkdir", options.no_mkdir,
+                 "fail if the file's folder is missing (default: create it)")
         .group("Output");
-    verb.addFlag("--no-clobber", options.no_clobber, "fail if the file is there already")
-        .group("Output");
+    verb.addFlag("--no-clobber", options.no_clobber, "fail if the file exists").group("Output");
     addValue(
         verb, "--target", "NAME", options.target,
         [](const std::string& text) {
             return choose(std::string("target"), std::span<const Choice<BakeTarget>>(kTargets),
                           text);
         },
-        "where to (default: texture for .exr and .png, else vertices):")
+        "where to bake to (default: texture for .exr and .png, else vertices):")
         .oneOf(describeChoices(kTargets))
         .group("Output");
     verb.addFlag("--values-alone", options.values_alone,
-                 "of a .glb with values at vertices: everything gets one white, unlit material, so "
-                 "that viewers show them and nothing else")
+                 "give everything in a .glb one white, unlit material, so that viewers show only "
+                 "the vertex values")
         .group("Output");
     add("Output", "--uv", "SET", options.uv_set, integers(0, 1),
-        "the UV set of textures: 0 or 1 (default: 0)");
+        "UV set of the textures: 0 or 1 (default: 0)");
     add("Output", "--size", "N", options.size, integers(1, kMostTexels),
-        "texels a side of each texture (default: 1024)");
+        "texels per side of each texture (default: 1024)");
     add("Output", "--padding", "N", options.padding, integers(0, 256),
-        "texels by which what is on a surface is spread beyond it (default: 8)");
+        "texels by which values are spread beyond a surface's edges in the texture (default: 8)");
     addChoice<BakeQuantity>(verb, "--quantity", options.settings.quantity, kBakeQuantities,
-                            "quantity", "what is baked:")
+                            "quantity", "quantity to bake:")
         .group("Baking");
     add("Baking", "--directions", "N", options.settings.directions, evenNumber,
-        "directions over the sphere, an even number (default: 256)");
+        "number of directions over the sphere, even (default: 256)");
     add("Baking", "--resolution", "R", options.settings.resolution, integers(1, kMostResolution),
-        "of bundles, which --engine gl and irradiance look along: rays along the longer side of "
-        "each, which covers the scene (default: 512); details smaller than a ray's distance to the "
-        "next are lost");
+        "rays along the longer side of each bundle, for --engine gl and irradiance; a bundle "
+        "covers the scene, and details smaller than the distance between rays are lost (default: "
+        "512)");
     add(
         "Baking", "--max-distance", "D", options.settings.max_distance,
         [](const std::string& text) { return parsePositiveOrInfinite(text); },
-        "what is farther away is not seen, scene units (default: inf)");
+        "ignore surfaces farther away than this, in scene units (default: inf)");
     add("Baking", "--bounces", "N", options.bounces, integers(0, 64),
-        "of light between diffuse surfaces; irradiance (default: 1)");
+        "light bounces between diffuse surfaces, for irradiance (default: 1)");
     addChoice<Faces>(verb, "--faces", options.faces, kRayFaces, "choice of faces",
-                     "which sides of triangles are in the way:")
+                     "sides of triangles that rays hit:")
         .group("Baking");
 }
 
@@ -146,20 +146,20 @@ void checkBakeOptions(const BakeOptions& options, const AppearanceOptions& appea
     const BakeFile file = options.file();
     const std::string path = options.output.string();
     if (file != BakeFile::kPng && hasFrameToken(path))
-        refuse("one file holds all, so there is nothing to number", "--output " + path,
-               "leave the #### or %04d out, or write .png files");
+        refuse("one file of this format holds all materials, so it takes no number",
+               "--output " + path, "remove #### or %04d from the name, or write .png files");
     if (options.values_alone &&
         (file != BakeFile::kGltf || options.chosenTarget() != BakeTarget::kVertices))
-        refuse("only values at vertices can be shown alone", "--values-alone",
+        refuse("only vertex values in a .glb can be shown alone", "--values-alone",
                "leave it out, or write a .glb with --target vertices");
     if (options.chosenTarget() == BakeTarget::kVertices) {
         if (file == BakeFile::kExr || file == BakeFile::kPng)
-            refuse("values of vertices need a scene to stand in",
+            refuse("vertex values cannot be written to images",
                    "--target vertices, --output " + path,
                    "write a .glb or arrays, or choose --target texture");
         if (options.uv_set || options.size || options.padding)
-            refuse("vertices have no texels", "--uv, --size, --padding",
-                   "leave it out, or add --target texture");
+            refuse("these options apply to textures only", "--uv, --size, --padding",
+                   "leave them out, or add --target texture");
     } else if (file == BakeFile::kGltf && !isOcclusion(options.settings.quantity)) {
         refuse("glTF has textures for ao and sky-visibility only",
                "--target texture, --output " + path,
@@ -167,9 +167,10 @@ void checkBakeOptions(const BakeOptions& options, const AppearanceOptions& appea
     }
     if (options.settings.quantity == BakeQuantity::kIrradiance) return;
     if (options.bounces)
-        refuse("only light bounces", "--bounces", "leave it out, or add --quantity irradiance");
+        refuse("bounces apply to irradiance only", "--bounces",
+               "leave it out, or add --quantity irradiance");
     if (appearance.environment)
-        refuse("no light is asked for", "--environment",
+        refuse("an environment applies to irradiance only", "--environment",
                "leave it out, or add --quantity irradiance");
 }
 
@@ -196,10 +197,11 @@ nlohmann::json bakeSettings(const BakeOptions& options) {
 
 void checkBakedLight(const PosedScene& posed) {
     if (posed.scene().environment || showsEmission(posed)) return;
-    refuse("there is no light: no environment, and no emissive material", "--quantity irradiance",
+    refuse("the scene has no light: no environment and no emissive material",
+           "--quantity irradiance",
            posed.lights().empty() ? "add --environment FILE"
-                                  : "add --environment FILE; lights that are no surfaces, which "
-                                    "this scene has, are not baked");
+                                  : "add --environment FILE; the scene's lights are not baked, "
+                                    "because they are not surfaces");
 }
 
 }  // namespace peeler::cmd

@@ -25,9 +25,10 @@ class VerbOptions;
 // The default comes first.
 inline constexpr Choice<BakeQuantity> kBakeQuantities[] = {
     {"ao", BakeQuantity::kAmbientOcclusion,
-     "cosine-weighted share of the hemisphere that nothing occludes"},
-    {"bent-normal", BakeQuantity::kBentNormal, "the mean open direction, world space"},
-    {"sky-visibility", BakeQuantity::kSkyVisibility, "what of a uniform sky above arrives"},
+     "ambient occlusion: cosine-weighted unoccluded share of the hemisphere"},
+    {"bent-normal", BakeQuantity::kBentNormal, "mean unoccluded direction, world space"},
+    {"sky-visibility", BakeQuantity::kSkyVisibility,
+     "share of the light of a uniform sky above that arrives"},
     {"thickness", BakeQuantity::kThickness, "mean distance to the other side, scene units"},
     {"irradiance", BakeQuantity::kIrradiance,
      "light from the environment and from emissive materials, with diffuse bounces"},

@@ -73,7 +73,8 @@ Shard chunkOf(const VerbOptions& options) {
 
 /// Parses the arguments like the verb, and fills in the fields that the batch needs.
 void readArguments(Job& job) {
-    if (job.verb == "batch") refuseJob("a batch in a batch", job.verb, "put its jobs here");
+    if (job.verb == "batch")
+        refuseJob("a batch cannot run a batch", job.verb, "put its jobs into this file");
     const ParsedVerb parsed(verbNamed(job.verb), job.arguments);
     const VerbOptions& options = parsed.options();
     if (!options.knows("--output"))
@@ -103,7 +104,7 @@ Job readJob(const std::string& line) {
     if (const auto id = json.find("id"); id != json.end()) {
         if (!id->is_string()) refuseJob("expected a string", "id");
         job.id = id->get<std::string>();
-        if (job.id.empty()) refuseJob("an id may not be empty", "id");
+        if (job.id.empty()) refuseJob("the id is empty", "id");
     }
     job.verb = std::move(read.verb);
     job.arguments = std::move(read.arguments);
@@ -133,10 +134,10 @@ std::vector<Job> readJobs(const std::string& name, const std::string& text) {
         try {
             Job job = readJob(line);
             job.line = number;
-            if (!job.id.empty()) unique(ids, job.id, number, "this is the id", job.id);
+            if (!job.id.empty()) unique(ids, job.id, number, "already the id", job.id);
             for (const fs::path& output : job.outputs) {
                 const std::string file = fs::absolute(output).lexically_normal().string();
-                unique(outputs, file, number, "this is an output", output.string());
+                unique(outputs, file, number, "already an output", output.string());
             }
             jobs.push_back(std::move(job));
         } catch (const Error& error) {

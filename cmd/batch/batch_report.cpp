@@ -100,16 +100,16 @@ std::vector<Json> readBatchReport(const fs::path& path, std::size_t* whole) {
     for (std::size_t end; (end = text.find('\n', at)) != std::string::npos; at = end + 1) {
         Json line = parseOrderedJsonOrNull(std::string_view(text).substr(at, end - at));
         if (!isResult(line)) {
-            throw Error(ErrorKind::kUsage,
-                        "line " + std::to_string(lines.size() + 1) +
-                            " of this file is no result of a batch",
-                        "--report " + path.string(), "choose another name for the report");
+            throw Error(
+                ErrorKind::kUsage,
+                "line " + std::to_string(lines.size() + 1) + " of this file is not a batch result",
+                "--report " + path.string(), "choose another name for the report");
         }
         lines.push_back(std::move(line));
     }
     // A truncated result has this prefix; anything else is another kind of file.
     if (at < text.size() && lines.empty() && !text.starts_with("{\"job\":")) {
-        throw Error(ErrorKind::kUsage, "this file holds no results of a batch",
+        throw Error(ErrorKind::kUsage, "this file contains no batch results",
                     "--report " + path.string(), "choose another name for the report");
     }
     if (whole) *whole = at;
@@ -138,7 +138,7 @@ void BatchReport::open() {
         file_ = openFile(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0666);
         if (file_ < 0) failOutput("cannot open the report", path_);
         if (flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-            throw Error(ErrorKind::kOutput, "another batch writes this report", path_.string(),
+            throw Error(ErrorKind::kOutput, "another batch is writing this report", path_.string(),
                         "wait for it, or choose another name");
         }
         // A batch that just ended may have replaced this file.

@@ -250,7 +250,7 @@ CheckReport checkParts(const PosedScene& posed, const CheckSettings& settings,
     }
     if (parts.empty())
         throw Error(ErrorKind::kInput, "the scene shows no triangles", "",
-                    "peeler info tells what is in it");
+                    "list its content with peeler info");
     if (settings.together && parts.size() > 1) {
         std::vector<const PartMesh*> meshes;
         for (const PartReport& part : parts)
@@ -267,7 +267,7 @@ CheckReport checkParts(const PosedScene& posed, const CheckSettings& settings,
     for (const PartReport& part : report.parts) {
         for (const glm::dvec3& p : part.mesh.points) {
             if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
-            throw Error(ErrorKind::kInput, "a part reaches infinitely far", part.name,
+            throw Error(ErrorKind::kInput, "a part's bounds are infinite", part.name,
                         "leave it out with --exclude");
         }
         triangles += part.mesh.triangles.size();

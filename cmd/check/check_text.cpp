@@ -38,7 +38,7 @@ std::string counted(std::uint64_t count, const std::string& noun, const char* on
 constexpr ProblemWords kProblems[] = {
     {PartProblem::kEmpty, "empty",
      [](const PartReport&, const FoundProblem&) {
-         return std::string("no triangle of it has an area");
+         return std::string("all triangles have zero area");
      }},
     {PartProblem::kOpenEdges, "openEdges",
      [](const PartReport& part, const FoundProblem& problem) {
@@ -52,12 +52,12 @@ constexpr ProblemWords kProblems[] = {
     {PartProblem::kTurnedTriangles, "flippedTriangles",
      [](const PartReport&, const FoundProblem& problem) {
          return counted(problem.count, "triangle", " is flipped", " are flipped") +
-                ", against those around";
+                " relative to adjacent triangles";
      }},
     {PartProblem::kOneSided, "oneSidedShells",
      [](const PartReport&, const FoundProblem& problem) {
          return counted(problem.count, "shell", " has", " have") +
-                " one side only, as a Moebius strip has";
+                " only one side, like a Moebius strip";
      }},
     {PartProblem::kInsideOut, "insideOutShells",
      [](const PartReport&, const FoundProblem& problem) {
@@ -69,7 +69,7 @@ constexpr ProblemWords kProblems[] = {
      }},
     {PartProblem::kSelfIntersections, "selfIntersections",
      [](const PartReport&, const FoundProblem& problem) {
-         return "the surface goes through itself: " + atLeast(problem) +
+         return "the surface intersects itself: " + atLeast(problem) +
                 counted(problem.count, "pair", " of triangles crosses", " of triangles cross");
      }},
     {PartProblem::kOverlaps, "overlaps",
@@ -86,7 +86,7 @@ constexpr ProblemWords kProblems[] = {
      }},
     {PartProblem::kUncertainWall, "uncertainWall",
      [](const PartReport&, const FoundProblem&) {
-         return std::string("whether a wall is thinner than --min-wall is not determined");
+         return std::string("could not determine whether a wall is thinner than --min-wall");
      }},
 };
 
@@ -151,8 +151,8 @@ std::string problemText(const PartReport& part, const FoundProblem& problem, con
     if (problem.kind == PartProblem::kThinWall)
         text += ": " + units.length(part.wall()->thickness);
     else if (problem.kind == PartProblem::kOverlaps && part.volume && part.union_volume)
-        text += ": " + units.volume(*part.volume) + " in sum, " + units.volume(*part.union_volume) +
-                " of their union";
+        text += ": " + units.volume(*part.volume) + " in total, " +
+                units.volume(*part.union_volume) + " in their union";
     if (!problem.places.empty())
         text += (problem.places.size() > 1 ? ", one at " : ", at ") +
                 Units::place(problem.places.front());
@@ -180,7 +180,7 @@ std::string crossingsText(const PartReport& part) {
 
 std::string wallText(const PartReport& part, const Units& units) {
     const auto& [wall, certain] = part.found_wall;
-    if (!wall && certain) return "none: no two faces are opposite";
+    if (!wall && certain) return "none: no faces are opposite each other";
     std::string uncertain = certain ? "" : "not determined: " + crossingsText(part);
     if (!wall) return uncertain;
     return (certain ? "" : uncertain + "; at most ") + units.length(wall->thickness) + ", from " +
@@ -207,13 +207,13 @@ std::string partText(const PartReport& part, const Units& units) {
                  groupedText(part.mesh.triangles.size()) + " in " + shellsText(part) +
                      (part.mesh.degenerate == 0 ? std::string()
                                                 : "; " + groupedText(part.mesh.degenerate) +
-                                                      " more without area are left out"));
+                                                      " more with zero area are ignored"));
     std::string surface = topology.closed() ? "closed" : "open";
     surface += topology.crowded.empty() ? ", manifold" : ", not manifold";
     surface += topology.turned.empty() && part.count(PartProblem::kInsideOut) == 0
                    ? ", facing outwards"
                    : ", not all facing outwards";
-    surface += part.crossings.pairs.empty() && !part.crossings.more ? ", nothing crosses"
+    surface += part.crossings.pairs.empty() && !part.crossings.more ? ", no crossings"
                                                                     : ", " + crossingsText(part);
     text += line("surface", surface);
     text += line("size", units.size(part.mesh.bounds()));
@@ -243,9 +243,9 @@ std::string overlapsText(const CheckReport& report, const Units& units) {
     const auto closed = [](const PartReport& part) { return part.volume.has_value(); };
     if (std::ranges::all_of(report.parts, closed)) {
         const std::string sum =
-            report.volume ? units.volume(*report.volume) + " in sum; the union " : "";
+            report.volume ? units.volume(*report.volume) + " in total; the union " : "";
         text += line("volume", sum + (report.union_volume ? units.volume(*report.union_volume)
-                                                          : "not determined: too much crosses"));
+                                                          : "not determined: too many crossings"));
     }
     if (const auto thinnest = report.thinnest())
         text += line("thinnest wall", wallText(report.parts[*thinnest], units) + ", of " +
@@ -345,7 +345,7 @@ std::string toText(const CheckReport& report, const std::string& file) {
     }
     if (named > kNamedParts)
         text += "and " + countText(named - kNamedParts, "more part") + " that " +
-                (named - kNamedParts == 1 ? "is" : "are") + " not good; --json has them all\n";
+                (named - kNamedParts == 1 ? "is" : "are") + " not good; --json lists them all\n";
     if (several)
         text +=
             "all " + countText(report.parts.size(), "part") + ":\n" + overlapsText(report, units);

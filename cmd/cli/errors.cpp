@@ -24,10 +24,11 @@ constexpr DefaultHint kDefaultHints[] = {
     {ErrorKind::kInternal,
      "this is a bug in peeler; please report it with the command that shows it"},
     {ErrorKind::kUsage, "see peeler --help"},
-    {ErrorKind::kInput, "check that the file is there and whole; peeler info tells what it holds"},
-    {ErrorKind::kOutput, "check the folder and the space on its disk"},
-    {ErrorKind::kDevice, "peeler devices lists what can be used, and why the rest cannot"},
-    {ErrorKind::kIncomplete, "leave --strict out to keep what there is"},
+    {ErrorKind::kInput,
+     "check that the file exists and is complete; peeler info lists its content"},
+    {ErrorKind::kOutput, "check the folder and the free space on its disk"},
+    {ErrorKind::kDevice, "run peeler devices to see which devices work, and why the others do not"},
+    {ErrorKind::kIncomplete, "leave --strict out to keep the incomplete result"},
     {ErrorKind::kMemory, "use a smaller --size, fewer --layers or a higher --memory"},
 };
 

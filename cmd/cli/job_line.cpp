@@ -27,7 +27,7 @@ nlohmann::json parseLine(const std::string& line) {
         if (event == nlohmann::json::parse_event_t::object_start) keys.emplace_back();
         if (event == nlohmann::json::parse_event_t::object_end) keys.pop_back();
         if (event == nlohmann::json::parse_event_t::key && !keys.back().insert(parsed).second)
-            refuseLine("a key is there twice", parsed.get<std::string>(), "leave one out");
+            refuseLine("duplicate key", parsed.get<std::string>(), "leave one out");
         return true;
     };
     checkJsonDepth(line, "");
@@ -39,15 +39,14 @@ nlohmann::json parseLine(const std::string& line) {
         const std::size_t column = text.find("column");
         refuseLine("this is not JSON",
                    column == std::string::npos ? text : printable(text.substr(column)),
-                   "a job is one line: {\"verb\": \"render\", \"args\": [\"scene.glb\", \"-o\", "
-                   "\"out.exr\"]}");
+                   "write each job on one line: {\"verb\": \"render\", \"args\": [\"scene.glb\", "
+                   "\"-o\", \"out.exr\"]}");
     }
 }
 
 /// Returns `text`. Throws Error (kUsage) if it cannot be a process argument.
 std::string argumentText(const std::string& text, const std::string& key) {
-    if (text.find('\0') != std::string::npos)
-        refuseLine("a null character cannot be passed on", key);
+    if (text.find('\0') != std::string::npos) refuseLine("a string contains a null character", key);
     return text;
 }
 
@@ -69,7 +68,7 @@ void takeOption(const std::string& name, const nlohmann::json& value, JobLine& j
     const std::string option = "--" + argumentText(name, "options");
     if (value.is_array()) {
         for (const nlohmann::json& each : value) {
-            if (each.is_array()) refuseLine("expected no array in an array", "options/" + name);
+            if (each.is_array()) refuseLine("arrays cannot be nested", "options/" + name);
             takeOption(name, each, job);
         }
     } else if (value.is_boolean()) {

@@ -144,7 +144,7 @@ glm::dvec3 parseVector(std::string_view text) {
 glm::dvec3 parseDirection(std::string_view text) {
     const glm::dvec3 direction = parseVector(text);
     if (direction == glm::dvec3(0)) {
-        throw Error(ErrorKind::kUsage, "expected a direction, which has a length");
+        throw Error(ErrorKind::kUsage, "expected a direction with a length greater than 0");
     }
     return direction;
 }
@@ -236,7 +236,7 @@ Shard parseShard(std::string_view text) {
         shard.index = static_cast<int>(parseInteger(text.substr(0, slash), 1, shard.count));
         return shard;
     } catch (const Error&) {
-        throw Error(ErrorKind::kUsage, "expected one of so many parts, from 1/N to N/N", "",
+        throw Error(ErrorKind::kUsage, "expected a part from 1/N to N/N", "",
                     "e.g. 1/4 for the first of four");
     }
 }

@@ -17,12 +17,13 @@ class Console;
 
 /// The default comes first.
 inline constexpr Choice<ProgressStyle> kProgressStyles[] = {
-    {"auto", ProgressStyle::kAuto, "a bar on a terminal, else plain"},
+    {"auto", ProgressStyle::kAuto, "bar on a terminal, else plain"},
     {"none", ProgressStyle::kNone, "nothing"},
-    {"plain", ProgressStyle::kPlain, "a line now and then"},
-    {"alf", ProgressStyle::kAlf, "ALF_PROGRESS lines: Tractor, Afanasy"},
-    {"openjd", ProgressStyle::kOpenJd, "openjd_progress and openjd_status lines: Deadline Cloud"},
-    {"json", ProgressStyle::kJson, "JSON lines, stage by stage"},
+    {"plain", ProgressStyle::kPlain, "occasional lines"},
+    {"alf", ProgressStyle::kAlf, "ALF_PROGRESS lines for Tractor and Afanasy"},
+    {"openjd", ProgressStyle::kOpenJd,
+     "openjd_progress and openjd_status lines for Deadline Cloud"},
+    {"json", ProgressStyle::kJson, "JSON lines with the stage"},
 };
 
 /// The progress of successive stages on a Console's stderr.

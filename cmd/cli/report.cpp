@@ -88,10 +88,10 @@ void addReportOptions(VerbOptions& verb, ReportOptions& options) {
         .files(".json")
         .group(kGroup);
     addChoice<ProgressStyle>(verb, "--progress", options.progress, kProgressStyles,
-                             "progress style", "how progress is told on stderr:")
+                             "progress style", "style of progress reports on stderr:")
         .group(kGroup);
-    verb.addFlag("-q,--quiet", options.quiet, "warnings and errors only").group(kGroup);
-    verb.addFlag("-v,--verbose", options.verbose, "also what is going on").group(kGroup);
+    verb.addFlag("-q,--quiet", options.quiet, "print only warnings and errors").group(kGroup);
+    verb.addFlag("-v,--verbose", options.verbose, "also print what is going on").group(kGroup);
 }
 
 void RunResult::setFile(const std::filesystem::path& file) {
@@ -195,7 +195,7 @@ Json toJson(const PictureResult& result) {
 std::string summary(const PictureResult& result) {
     const std::string file =
         (result.sample.empty() ? "" : result.sample + " in ") + result.output.string();
-    if (result.skipped) return file + ": is there already";
+    if (result.skipped) return file + ": already exists";
     std::string text = file + ": " + countText(result.layers, "layer") + ", " +
                        countText(result.fragments_stored, "fragment");
     if (result.fragments_stored != result.fragments_counted) {
@@ -237,8 +237,8 @@ std::uint64_t fileBytes(const std::filesystem::path& file) {
     std::error_code failure;
     const std::uint64_t bytes = std::filesystem::file_size(file, failure);
     if (!failure) return bytes;
-    throw Error(ErrorKind::kOutput, "the file is gone: " + failure.message(), file.string(),
-                "something else has removed it, or its folder");
+    throw Error(ErrorKind::kOutput, "the file has disappeared: " + failure.message(), file.string(),
+                "something else has removed the file or its folder");
 }
 
 std::string windowText(const Window& window) {

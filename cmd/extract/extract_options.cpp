@@ -32,7 +32,7 @@ void takeLayers(const std::string& text, std::vector<int>& layers) {
         more = {-1};
     }
     if (std::ranges::any_of(more, [](int layer) { return layer < 0; })) {
-        throw Error(ErrorKind::kUsage, "expected layers, counted from 0", "",
+        throw Error(ErrorKind::kUsage, "expected layer numbers, counted from 0", "",
                     "e.g. 2, 0-3 or 0,2,5-8");
     }
     layers.insert(layers.end(), more.begin(), more.end());
@@ -59,29 +59,26 @@ void checkFile(const ExtractOptions& options, const fs::path& path, bool fits,
 }
 
 constexpr const char* kExtractFooter =
-    "Arrays, for n fragments of w x h pixels, with the names that peeler rays gives "
-    "to\n"
-    "the same things: ray_splits (w*h + 1, int64; pixel p, row by row, has the fragments\n"
-    "ray_splits[p] to ray_splits[p + 1], front to back), z (n; depth along bundle_direction),\n"
-    "rgba (n, 4; linear, premultiplied), opacity (n, 3; of R, G and B, where the file has AR, AG\n"
-    "and AB), layer (n, from 0); of channels, if the file has them:\n"
-    "t_hit (n; distance along the ray), primitive_ids, node_ids, instance_ids, material_ids (n;\n"
-    "indices from 0, 0xFFFFFFFF = none), primitive_uvs (n, 2), facing (n; 1 = the front), normals\n"
-    "and primitive_normals (n, 3; on the front if facing is there, else toward the viewer, and\n"
-    "called viewer_normals, viewer_primitive_normals), positions (n, 3), texcoords (n, 2), "
-    "tangents\n"
-    "(n, 4), base_color, emissive (n, 3), roughness, metallic (n), motion (n, 2), others by their\n"
-    "names; of the camera bundle_origin, bundle_direction, bundle_right, bundle_up (1, 3),\n"
-    "bundle_size (1, 2; at distance 1, or in scene units), bundle_resolution (1, 2), "
-    "bundle_window\n"
-    "(1, 4; x, y, w, h of these pixels), bundle_perspective (1; 0 or 1), near, far: NaN where the\n"
-    "file does not tell; arrays_version. With --dense N, for an H x W crop, the arrays of n are\n"
-    "(H, W, N) or (H, W, N, components), count (H, W, uint32; all fragments of the pixel) is in\n"
-    "place of ray_splits, and layer is there with --layer alone.\n"
-    "With (W, H) = bundle_resolution, what lies behind pixel (i, j) at z is\n"
+    "Arrays for n fragments of w x h pixels, named as by peeler rays: ray_splits (w*h + 1, int64;\n"
+    "pixel p, row by row, has the fragments ray_splits[p] to ray_splits[p + 1], front to back),\n"
+    "z (n; depth along bundle_direction), rgba (n, 4; linear, premultiplied), opacity (n, 3; per\n"
+    "colour channel, if the file has AR, AG and AB), layer (n, from 0).\n"
+    "Channels, if the file has them: t_hit (n; distance along the ray), primitive_ids, node_ids,\n"
+    "instance_ids, material_ids (n; indices from 0, 0xFFFFFFFF = none), primitive_uvs (n, 2),\n"
+    "facing (n; 1 = the front), normals and primitive_normals (n, 3; on the front; without\n"
+    "facing, toward the viewer, as viewer_normals and viewer_primitive_normals), positions\n"
+    "(n, 3), texcoords (n, 2), tangents (n, 4), base_color, emissive (n, 3), roughness, metallic\n"
+    "(n), motion (n, 2); other channels keep their names.\n"
+    "Camera: bundle_origin, bundle_direction, bundle_right, bundle_up (1, 3), bundle_size (1, 2;\n"
+    "at distance 1, or in scene units), bundle_resolution (1, 2), bundle_window (1, 4; x, y, w, h\n"
+    "of these pixels), bundle_perspective (1; 0 or 1), near, far: NaN if unknown; arrays_version.\n"
+    "With --dense N, for an H x W crop, arrays of n are (H, W, N) or (H, W, N, components), count\n"
+    "(H, W, uint32; all fragments of the pixel) replaces ray_splits, and layer exists only with\n"
+    "--layer.\n"
+    "With (W, H) = bundle_resolution, the point behind pixel (i, j) at z is\n"
     "  origin + z * direction\n"
     "  + s * (((i + 0.5) / W - 0.5) * size[0] * right - ((j + 0.5) / H - 0.5) * size[1] * up)\n"
-    "where s = z if it is perspective, else 1. examples/readers does it.";
+    "where s = z for a perspective camera, else 1. See examples/readers.";
 
 }  // namespace
 
@@ -93,17 +90,17 @@ void checkExtractOptions(const ExtractOptions& options) {
     std::vector<fs::path> outputs;
     if (options.writesLayers()) {
         if (options.writesFragments() && options.output.asksForDisplay()) {
-            throw Error(ErrorKind::kUsage, "layers in an EXR stay as they were rendered",
+            throw Error(ErrorKind::kUsage, "layers in an EXR are stored as rendered",
                         "--background, --exposure, --tone-map",
-                        "leave it out, or write .png, .jpg or .tif");
+                        "leave them out, or write .png, .jpg or .tif");
         }
         outputs.push_back(options.output.path);
     }
     if (options.counts) {
         if (isArrayName(options.counts->string())) {
-            throw Error(ErrorKind::kUsage, "a picture of counts is no array",
+            throw Error(ErrorKind::kUsage, "a picture of counts cannot be written as arrays",
                         "--depth-complexity " + options.counts->string(),
-                        "--npz with --dense writes them as the array count");
+                        "use --npz with --dense, which writes them as the array count");
         }
         OutputRequest output = requestFor(options, *options.counts);
         output.options.as = "composite";
@@ -124,16 +121,16 @@ void checkExtractOptions(const ExtractOptions& options) {
                     "give one or more of --output, --depth-complexity, --points and --npz");
     }
     if (!options.layers.empty() && options.max_layers != 0) {
-        throw Error(ErrorKind::kUsage, "layers are chosen by number or from the front",
+        throw Error(ErrorKind::kUsage, "layers can be chosen by number or from the front, not both",
                     "--layer, --layers", "leave one of them out");
     }
     if (!options.writesLayers() && options.output.asksForDisplay()) {
-        throw Error(ErrorKind::kUsage, "no picture of a layer is written",
-                    "--background, --exposure, --tone-map", "leave it out, or add --output");
+        throw Error(ErrorKind::kUsage, "no layer pictures are written",
+                    "--background, --exposure, --tone-map", "leave them out, or add --output");
     }
     checkDenseOptions(options.output, options.arrays && options.output.isGiven("--dense"));
     if (options.double_points && !options.points) {
-        throw Error(ErrorKind::kUsage, "there are no points to be stored in 64 bits", "--double",
+        throw Error(ErrorKind::kUsage, "no points are written", "--double",
                     "add --points FILE.ply");
     }
     std::vector<fs::path> others = outputs;
@@ -150,33 +147,34 @@ void addExtractOptions(VerbOptions& verb, ExtractOptions& options) {
     verb.option("--output")
         .required(false)
         .description(
-            "every layer as a file of its own, #### or %04d being its number: .exr (all channels, "
-            "cropped to the layer), .safetensors (likewise), .npz (rgba and z), .png, .jpg, .tif")
+            "file of each layer, #### or %04d standing for its number: .exr or .safetensors (all "
+            "channels, cropped to the layer), .npz (rgba and z), .png, .jpg, .tif")
         .files(".exr .safetensors .npz .png .jpg .tif");
     const auto add = [&](const char* name, auto& target, const char* endings, const char* help) {
         addFile(verb, name, "FILE", target, help).files(endings).group("Output");
     };
     add("--depth-complexity", options.counts, ".exr .png .jpg .tif",
-        "how many fragments every pixel has: .exr (a channel count), or a picture, black to "
+        "number of fragments per pixel: an .exr with the channel count, or a picture from black to "
         "yellow");
     add("--points", options.points, ".ply",
-        "every fragment as a point in world space (.ply, binary) with colour, layer, and normal "
-        "and ids if the file has them");
-    verb.addFlag("--double", options.double_points, "x, y, z of --points in 64 bits, not 32")
+        "every fragment as a point in world space (binary .ply), with colour, layer, and the "
+        "normal and ids if the file has them");
+    verb.addFlag("--double", options.double_points,
+                 "write x, y, z of --points in 64 bits instead of 32")
         .group("Output");
     add("--npz", options.arrays, ".npz .safetensors",
-        "every fragment in arrays for numpy (.npz or .safetensors, see below)");
+        "every fragment in NumPy arrays (.npz or .safetensors, see below)");
     addDenseOptions(verb, options.output);
     addObjectOptions(verb, options.objects);
     verb.addRepeated(
             "--layer", "K",
             [&options](const std::string& text) { takeLayers(text, options.layers); },
-            "only these layers, 0 being the nearest: 2, 0-3 or 0,2,5-8; may be repeated")
+            "extract only these layers, e.g. 2, 0-3 or 0,2,5-8 (0 is the nearest); may be repeated")
         .group("Layers");
     addValue(
         verb, "--layers", "N|all", options.max_layers,
         [](const std::string& text) { return parseLayers(text); },
-        "only the N nearest layers (default: all)")
+        "extract only the N nearest layers (default: all)")
         .group("Layers");
     addThreadsOption(verb, options.threads);
     addMemoryOption(verb, options.memory, "the picture is read and written in bands that fit");

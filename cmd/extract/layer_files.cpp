@@ -34,10 +34,10 @@ LayerFiles::LayerFiles(const OutputRequest& output, const Provenance& provenance
         OutputRequest one = output_;
         one.path = path(layer);
         if (!names.insert(one.path).second) {
-            throw Error(ErrorKind::kUsage, "the layers would have the same name",
+            throw Error(ErrorKind::kUsage, "all layers would have the same file name",
                         "--output " + output.path.string(),
-                        "put #### or %04d into the file's name, where the layer's number goes, or "
-                        "choose one with --layer");
+                        "put #### or %04d into the file's name for the layer's number, or choose "
+                        "one layer with --layer");
         }
         checkOutput(one, {input});
     }

@@ -162,7 +162,7 @@ std::string layersText(const ImageFacts& facts) {
                 windowText(facts.layers[i].data_window) + '\n';
     }
     if (!facts.layered) return text;
-    text += "fragments a pixel:\n";
+    text += "fragments per pixel:\n";
     for (std::size_t n = 0; n < facts.histogram.size(); ++n) {
         if (facts.histogram[n] == 0) continue;
         text += "  " + std::to_string(n) + "  " + countText(facts.histogram[n], "pixel") + '\n';
@@ -252,8 +252,8 @@ std::string toText(const ImageFacts& facts, const InfoOptions& options) {
 void printImageInfo(const InfoOptions& options, Reporter& reporter) {
     const ImageFacts facts = gather(options, reporter);
     if (!facts.agrees()) {
-        reporter.warning("the file says it has " + groupedText(facts.info.plan.fragments_stored) +
-                         " fragments, and has " + groupedText(facts.fragments));
+        reporter.warning("The header says " + groupedText(facts.info.plan.fragments_stored) +
+                         " fragments, but the file has " + groupedText(facts.fragments) + '.');
     }
     if (options.json)
         reporter.result(toJson(facts, options));

@@ -348,7 +348,10 @@ std::string toText(const SceneFacts& facts, const InfoOptions& options) {
         char unit[64];
         std::snprintf(unit, sizeof unit, " is up, a unit is %.6g m",
                       facts.assumed->metres_per_unit);
-        text += "\ntaken for granted: " + axisName(facts.assumed->up) + unit;
+        text +=
+            "\n"
+            "assumed: " +
+            axisName(facts.assumed->up) + unit;
     }
     text += "\ndraws: " + elementsText(facts.elements) + '\n';
     text += "materials:";

@@ -13,7 +13,7 @@ namespace peeler::cmd {
 namespace {
 
 /// The first line of every file.
-constexpr const char* kHead = "# Made of the options of peeler, as peeler --help is.\n";
+constexpr const char* kHead = "# Generated from the options of peeler, like peeler --help.\n";
 
 constexpr const char* kBashBegin = R"(
 _peeler() {

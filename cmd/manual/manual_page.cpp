@@ -16,24 +16,26 @@ namespace {
 
 constexpr EnvironmentVariable kVariables[] = {
     {"SLURM_CPUS_PER_TASK, CUE_THREADS",
-     "processors that the scheduler allows, beside CPU affinity and the cgroup's quota"},
+     "processors that the scheduler allows; CPU affinity and the cgroup's quota also apply"},
     {"SLURM_MEM_PER_NODE, SLURM_MEM_PER_CPU, SLURM_CPUS_ON_NODE, CUE_MEMORY",
-     "memory that the scheduler allows, beside the cgroup's limit"},
-    {"CUDA_VISIBLE_DEVICES", "which GPUs may be used; the others are hidden"},
+     "memory that the scheduler allows; the cgroup's limit also applies"},
+    {"CUDA_VISIBLE_DEVICES", "GPUs that may be used; the others are hidden"},
     {"LIBGL_ALWAYS_SOFTWARE, GALLIUM_DRIVER",
-     "choose a driver of Mesa; --engine auto takes GL if one of them is set"},
+     "select a Mesa driver; --engine auto chooses gl if either is set"},
     {"LP_NUM_THREADS",
-     "threads of Mesa's software rasteriser beside the calling one, unless --threads is given"},
+     "threads of Mesa's software rasteriser in addition to the calling one, unless --threads is "
+     "given"},
     {"SOURCE_DATE_EPOCH",
-     "the date that files are given, in seconds since 1970; without it they have none"},
-    {"NO_COLOR", "if it is not empty, messages on a terminal have no colours"},
-    {"TERM", "the kind of the terminal; one that is dumb gets no colours"},
+     "date to store in files, in seconds since 1970; without it they have no date"},
+    {"NO_COLOR", "turns colours in messages on a terminal off, if not empty"},
+    {"TERM", "type of the terminal; dumb turns colours off"},
     {"LD_LIBRARY_PATH",
-     "where libraries are looked for, by the program that decodes Draco, too, which gets no other"},
-    {"PEELER_SHADERS", "a folder whose shaders are used instead of those in the program"},
-    {"PEELER_SAVE_SHADERS", "a folder for the shaders as the driver gets them, for bug reports"},
+     "search path for libraries; the program that decodes Draco gets this variable and no other"},
+    {"PEELER_SHADERS", "folder of shaders to use instead of the built-in ones"},
+    {"PEELER_SAVE_SHADERS",
+     "folder to save the shaders to as the driver gets them, for bug reports"},
     {"PEELER_CHECK_BARRIERS",
-     "if it is not empty, ends where a pass uses what another wrote without a barrier between"},
+     "if not empty, aborts when a pass uses another pass's output without a barrier in between"},
 };
 
 constexpr std::string_view kSpecials = "\\-'\"`^~";
@@ -226,7 +228,7 @@ std::string manualPage(const CommandDescription& program, const CommandDescripti
         if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 32);
     if (summary.ends_with('.')) summary.pop_back();
     std::string page =
-        ".\\\" Made of the options of peeler, as peeler --help is.\n.TH " + roffText(title) +
+        ".\\\" Generated from the options of peeler, like peeler --help.\n.TH " + roffText(title) +
         " 1 \"" + date + "\" \"peeler " PEELER_VERSION "\" \"peeler\"\n.nh\n.ad l\n.SH NAME\n" +
         filled(roffText(name) + " \\- " + roffText(summary)) + ".SH SYNOPSIS\n" +
         filled(synopsis(program, command)) + ".SH DESCRIPTION\n" + filled(roffText(summary + '.'));

@@ -35,7 +35,7 @@ std::string buildDate() {
     const auto seconds = static_cast<std::time_t>(std::stoll(variable));
     std::tm utc{};
     std::array<char, 16> date{};
-    if (!gmtime_r(&seconds, &utc)) throw std::runtime_error("SOURCE_DATE_EPOCH is no date");
+    if (!gmtime_r(&seconds, &utc)) throw std::runtime_error("SOURCE_DATE_EPOCH is not a date");
     std::strftime(date.data(), date.size(), "%Y-%m-%d", &utc);
     return date.data();
 }

@@ -22,8 +22,8 @@ constexpr std::string_view kGlobPrefix = "glob:", kExtrasPrefix = "extras:";
 
 constexpr Choice<ObjectsBy> kObjectsBy[] = {
     {"node", ObjectsBy::kNode,
-     "each node with a mesh, and each of its instances (EXT_mesh_gpu_instancing)"},
-    {"material", ObjectsBy::kMaterial, "each material"},
+     "one per node with a mesh, and one per instance of it (EXT_mesh_gpu_instancing)"},
+    {"material", ObjectsBy::kMaterial, "one per material"},
 };
 constexpr std::string_view kObjectNames[] = {"node", "material", "glob:GLOB,...", "extras:KEY"};
 
@@ -40,8 +40,8 @@ void takeGlobs(std::string_view list, ObjectsRequest& request) {
 void takeObjects(std::string_view text, ObjectsRequest& request) {
     const bool globs = text.starts_with(kGlobPrefix);
     if (request.given && !(globs && request.by == ObjectsBy::kGlob))
-        throw Error(ErrorKind::kUsage, "objects are of one kind", "",
-                    "give one --by; only those with glob: add up");
+        throw Error(ErrorKind::kUsage, "objects can be chosen in one way only", "",
+                    "give --by once; only glob: may be repeated");
     request.given = true;
     if (globs) {
         request.by = ObjectsBy::kGlob;
@@ -117,9 +117,9 @@ const std::string* extraOf(const Node& node, const std::string& key) {
             keys.insert(extra.first);
     const std::vector<std::string_view> names(keys.begin(), keys.end());
     throw Error(ErrorKind::kUsage, "no node has extras with this key", "--by extras:" + key,
-                names.empty() ? "no node of the scene has any that are a text, a number, true or "
-                                "false"
-                              : choiceHint(key, "keys", names));
+                names.empty()
+                    ? "no node of the scene has extras with a string, a number, true or false"
+                    : choiceHint(key, "keys", names));
 }
 
 void findExtras(const PosedScene& posed, const ObjectsRequest& request, SceneObjects& found) {
@@ -167,12 +167,11 @@ std::string ObjectsRequest::text() const {
 void addObjectsOption(VerbOptions& verb, ObjectsRequest& request) {
     verb.addRepeated(
             "--by", "NAME", [&request](const std::string& text) { takeObjects(text, request); },
-            "what an object is; what belongs to none is background, which hides what is behind it. "
-            "With glob:GLOB,... there is one for each glob of names: all nodes with such a name "
-            "and "
-            "those below them, of several that a node matches the first; may be repeated. With "
-            "extras:KEY there is one for each value of this key in the extras of nodes, which hold "
-            "for those below them, too: a text, a number, true or false. Or:")
+            "how to divide the scene into objects; the rest is background, which still occludes. "
+            "glob:GLOB,... makes one object per glob, of the nodes with a matching name and their "
+            "descendants; the first match counts; may be repeated. extras:KEY makes one object per "
+            "value of this key (a string, a number, true or false) in the extras of nodes, which "
+            "descendants inherit. Or:")
         .group("Objects")
         .oneOf(describeChoices(kObjectsBy, true));
 }

@@ -180,8 +180,8 @@ void PictureTiles::open(const std::vector<fs::path>& paths, const LayeredReadOpt
         tile.input = kind_ == Kind::kComposite ? openComposite(std::move(opened[i]))
                                                : openInput(std::move(opened[i]), reporter);
         if (tiles && !tile.info().is_peeler) {
-            throw Error(ErrorKind::kInput, "nothing in it says which picture it is a tile of",
-                        tile.path, "tiles are files of peeler render --tile or --crop");
+            throw Error(ErrorKind::kInput, "the file does not say which picture it is a tile of",
+                        tile.path, "merge files that peeler render --tile or --crop wrote");
         }
         const Window& window = tile.window();
         if (kind_ == Kind::kComposite || tile.hasLayers())
@@ -204,9 +204,9 @@ void PictureTiles::checkCommon(Reporter& reporter) {
         }
         throw Error(ErrorKind::kInput,
                     std::string("the ") + (tiles ? "tiles" : "elements") +
-                        " are not of one picture: they differ in " + namesText(differences),
+                        " belong to different pictures: they differ in " + namesText(differences),
                     a.path + " and " + b.path,
-                    in_a.empty() ? "render both again, in the same way"
+                    in_a.empty() ? "render both again with the same settings"
                                  : "the first has " + in_a + "\nthe other has " + in_b);
     };
     const PictureTile& first = tiles_.front();
@@ -222,7 +222,7 @@ void PictureTiles::checkCommon(Reporter& reporter) {
             if (a == b) continue;
             std::string text = first.path + " and " + tile.path;
             text.append(" differ in ").append(attribute.name).append(": ").append(a);
-            text.append(" and ").append(b).append("; the file will say the first");
+            text.append(" and ").append(b).append("; the merged file gets the first.");
             reporter.warning(text);
             break;
         }
@@ -301,7 +301,7 @@ std::string PictureTiles::missingStrip() const {
         try {
             shard = parseShard(text);
         } catch (const Error&) {
-            throw Error(ErrorKind::kInput, "its peeler:tile is none: " + text, tile.path,
+            throw Error(ErrorKind::kInput, "invalid attribute peeler:tile: " + text, tile.path,
                         "render the tile again");
         }
         if (count != 0 && shard.count != count) return "";

@@ -59,69 +59,69 @@ void addBundleOptions(VerbOptions& verb, BundleOptions& options, SceneReadOption
             [&options](const std::string& text) {
                 options.directions.push_back(unitDirection(text));
             },
-            "a bundle of parallel rays along this direction in world space; may be given several "
-            "times")
+            "bundle of parallel rays along this direction in world space; may be repeated")
         .group(kGroup);
     addValue(
         verb, "--directions", "N", options.count,
         [](const std::string& text) {
             return static_cast<int>(parseInteger(text, 1, kMostBundles));
         },
-        "N bundles, evenly over the sphere (a spherical Fibonacci lattice)")
+        "N bundles, spread evenly over the sphere (spherical Fibonacci lattice)")
         .group(kGroup);
-    verb.addFlag("--hemisphere", options.hemisphere, "--directions over the half around +Y only")
+    verb.addFlag("--hemisphere", options.hemisphere,
+                 "spread --directions over the hemisphere around +Y only")
         .group(kGroup);
     addFile(verb, "--directions-file", "FILE", options.file,
-            "a bundle for every line of a text: x y z; what follows # does not count")
+            "text file with one bundle direction per line, as x y z; # starts a comment")
         .group(kGroup);
     verb.addFlag("--axes", options.axes,
-                 "bundles along +X, +Y and +Z, their rays on one lattice of cubes: a layered depth "
-                 "normal image")
+                 "bundles along +X, +Y and +Z with rays on one cubic lattice (a layered "
+                 "depth-normal image)")
         .group(kGroup);
     addValue(
         verb, "--resolution", "R", options.resolution,
         [](const std::string& text) {
             return static_cast<int>(parseInteger(text, 1, kMostPictureSide));
         },
-        "rays along the longer side of every bundle (default: 1024)")
+        "rays along the longer side of each bundle (default: 1024)")
         .group(kGroup);
     addValue(
         verb, "--spacing", "D", options.spacing,
         [](const std::string& text) { return parsePositive(text); },
-        "distance from ray to ray instead, scene units")
+        "distance between rays in scene units, instead of --resolution")
         .group(kGroup);
     addValue(verb, "--bounds", "X0,Y0,Z0,X1,Y1,Z1", options.bounds, parseBounds,
-             "the box that bundles cover, across their direction; along it, rays go through the "
+             "box that bundles cover across their direction; along their direction, rays cross the "
              "whole scene (default: the scene's bounds)")
         .group(kGroup);
     addCameraOptions(verb, options.camera, reading);
     addViewOptions(verb, options.views);
     verb.option("--camera")
         .description(
-            "the rays of this camera's pixels: of the scene's, by name or index; --eye and so on "
-            "build one");
-    verb.option("--size").description("pixels of the camera (default: 1280x720)");
+            "scene camera whose pixels get a ray each, by name or index; --eye and the options "
+            "below define a camera instead");
+    verb.option("--size").description("size of the camera's picture in pixels (default: 1280x720)");
 }
 
 void checkBundleOptions(const BundleOptions& options) {
     const bool parallel =
         !options.directions.empty() || options.count || options.file || options.axes;
     if (!options.asksForRays())
-        refuse("no rays are asked for", "",
+        refuse("no rays are given", "",
                "give --direction X,Y,Z, --directions N, --directions-file, --axes or --camera");
     if (parallel && options.usesCamera())
-        refuse("bundles are parallel or a camera's", "--camera", "trace them one after the other");
+        refuse("a camera cannot be combined with parallel bundles", "--camera",
+               "trace them in separate runs");
     if (options.hemisphere && !options.count)
-        refuse("there are no directions to spread", "--hemisphere", "add --directions N");
+        refuse("a hemisphere needs a number of directions", "--hemisphere", "add --directions N");
     if (options.resolution && options.spacing)
-        refuse("rays are so many or so far apart", "--resolution, --spacing",
+        refuse("rays have either a resolution or a spacing", "--resolution, --spacing",
                "leave one of them out");
     if (options.usesCamera() && (options.resolution || options.spacing || options.bounds))
-        refuse("a camera's rays are those of its pixels", "--resolution, --spacing, --bounds",
+        refuse("a camera has one ray per pixel", "--resolution, --spacing, --bounds",
                "use --size and --crop");
     if (parallel && options.camera.size_given)
-        refuse("the size of a camera's picture says nothing of parallel rays", "--size",
-               "use --resolution or --spacing");
+        refuse("a picture size applies to cameras only", "--size", "use --resolution or --spacing");
     if (options.usesCamera()) checkCamera(options.camera);
 }
 
@@ -142,14 +142,15 @@ std::vector<glm::dvec3> readDirections(const std::filesystem::path& file) {
             if (found.size() != 3) throw Error(ErrorKind::kUsage, "expected three numbers");
             directions.push_back(unitDirection(found[0] + "," + found[1] + "," + found[2]));
         } catch (const Error& error) {
-            throw Error(ErrorKind::kInput, error.what(), where, "a direction a line: x y z");
+            throw Error(ErrorKind::kInput, error.what(), where,
+                        "write one direction per line: x y z");
         }
         if (directions.size() > kMostBundles)
-            throw Error(ErrorKind::kInput, "more directions than 1000000", where);
+            throw Error(ErrorKind::kInput, "more than 1000000 directions", where);
     }
     if (directions.empty())
-        throw Error(ErrorKind::kInput, "there is no direction in it", file.string(),
-                    "a direction a line: x y z");
+        throw Error(ErrorKind::kInput, "the file contains no directions", file.string(),
+                    "write one direction per line: x y z");
     return directions;
 }
 

@@ -30,7 +30,7 @@ std::pair<std::string, double> parseAttenuation(const std::string& text) {
     if (equals == std::string::npos || equals == 0)
         throw Error(ErrorKind::kUsage, "expected MATERIAL=MU");
     const double mu = parseNumber(text.substr(equals + 1));
-    if (mu < 0) throw Error(ErrorKind::kUsage, "an attenuation is not negative");
+    if (mu < 0) throw Error(ErrorKind::kUsage, "expected an attenuation of 0 or more");
     return {text.substr(0, equals), mu};
 }
 
@@ -61,7 +61,7 @@ void setAttenuation(const Scene& scene, const std::string& glob, double mu,
     }
     if (found) return;
     throw Error(
-        ErrorKind::kUsage, "no material has a name like this", "--attenuation " + glob,
+        ErrorKind::kUsage, "no material has a matching name", "--attenuation " + glob,
         choiceHint(glob, "materials", std::vector<std::string_view>(names.begin(), names.end())));
 }
 
@@ -70,11 +70,11 @@ void setAttenuation(const Scene& scene, const std::string& glob, double mu,
 void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags) {
     constexpr const char* kGroup = "Inside";
     const std::string help =
-        "a number a ray instead of its hits, in an EXR several, with commas "
-        "between (a part a bundle, a channel a map), likewise in arrays (h, w) called MAP.I of "
-        "bundle I, in a picture one (black to "
-        "yellow, transmission like an X-ray film from white to black, with a legend below; of "
-        "several bundles #### in its name is their number):";
+        "maps to write instead of hits; a map has one value per ray. EXR and array files hold "
+        "several maps, separated by commas: one part per bundle and one channel per map, or arrays "
+        "(h, w) named MAP.I for bundle I. A picture holds one map from black to yellow "
+        "(transmission from white to black, like X-ray film), with a legend below; #### in its "
+        "name is the bundle's number:";
     verb.addRepeated(
             "--map", "NAMES", [&flags](const std::string& text) { takeMaps(text, flags.maps); },
             help)
@@ -85,22 +85,21 @@ void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags) {
             [&flags](const std::string& text) {
                 flags.attenuation.push_back(parseAttenuation(text));
             },
-            "how much materials of this name (or glob, or index) weaken X-rays, per scene unit: "
-            "what gets through is exp(-sum MU * length); may be given several times, the last one "
-            "counts")
+            "attenuation of X-rays per scene unit, for materials with this name (or glob, or "
+            "index); the share exp(-sum MU * length) is transmitted; may be repeated, the last "
+            "match counts")
         .group(kGroup);
     verb.addRepeated(
             "--part", "GLOB", [&flags](const std::string& text) { flags.parts.push_back(text); },
-            "twice: the two parts of --map overlap, by the names of their nodes (what is below "
-            "them included)")
+            "part for --map overlap, given twice: the nodes with this name and their descendants")
         .group(kGroup);
     addValue(verb, "--range", "LOW,HIGH", flags.range, parseRange,
-             "what is black and what yellow in a picture (default: 0 to the largest value; of "
-             "first and last from the least); of transmission LOW is white and HIGH black, as "
-             "on an X-ray film (default: 0 to 1)")
+             "values that are black and yellow in a picture (default: 0 to the largest value; for "
+             "first and last from the smallest); for transmission, LOW is white and HIGH black, as "
+             "on X-ray film (default: 0 to 1)")
         .group(kGroup);
     verb.addFlag("--legend,!--no-legend", flags.legend,
-                 "below a picture: its colours as a bar with numbers and their unit (default)")
+                 "draw a colour bar with numbers and their unit below a picture (default)")
         .group(kGroup);
 }
 
@@ -110,20 +109,18 @@ void checkRayMapFlags(const RayMapFlags& flags) {
     };
     const bool lengths = has(RayMap::kPathLength) || has(RayMap::kTransmission);
     if (!flags.attenuation.empty() && !lengths)
-        throw Error(ErrorKind::kUsage, "nothing shows what is attenuated", "--attenuation",
+        throw Error(ErrorKind::kUsage, "no map shows the attenuation", "--attenuation",
                     "add --map path-length or --map transmission");
     if (has(RayMap::kTransmission) && flags.attenuation.empty())
-        throw Error(ErrorKind::kUsage, "nothing attenuates", "--map transmission",
+        throw Error(ErrorKind::kUsage, "no material has an attenuation", "--map transmission",
                     "add --attenuation MATERIAL=MU");
     if (has(RayMap::kOverlap) != (flags.parts.size() == 2) || flags.parts.size() > 2)
-        throw Error(ErrorKind::kUsage, "two parts overlap", "--part",
+        throw Error(ErrorKind::kUsage, "an overlap needs two parts", "--part",
                     "give --map overlap and --part twice");
     if (flags.range && flags.maps.empty())
-        throw Error(ErrorKind::kUsage, "there is no picture that has a range", "--range",
-                    "add --map");
+        throw Error(ErrorKind::kUsage, "a range applies to maps only", "--range", "add --map");
     if (!flags.legend && flags.maps.empty())
-        throw Error(ErrorKind::kUsage, "there is no picture that has a legend", "--no-legend",
-                    "add --map");
+        throw Error(ErrorKind::kUsage, "a legend applies to maps only", "--no-legend", "add --map");
 }
 
 RayMapOptions rayMapOptions(const RayMapFlags& flags, const Scene& scene) {

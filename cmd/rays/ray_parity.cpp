@@ -57,7 +57,7 @@ std::string RayParity::describe(const Solid& solid, const SolidParity& parity) c
          << (solid.closed() ? "no edge is open"
                             : countText(solid.open_edges, "edge") +
                                   (solid.open_edges == 1 ? " is open" : " are open"))
-         << "; the first one: " << bundle.name << ", pixel (" << ray.x << ", " << ray.y
+         << "; the first is in " << bundle.name << ", pixel (" << ray.x << ", " << ray.y
          << "), along (" << direction.x << ", " << direction.y << ", " << direction.z << "), at ("
          << place.x << ", " << place.y << ", " << place.z << ')';
     return text.str();
@@ -80,14 +80,14 @@ std::string RayParity::verdict(std::size_t odd_solids) const {
     for (const Bundle& bundle : bundles_)
         rays += bundle.rays();
     if (parity_.solids().empty())
-        return "no ray hits a surface: nothing is known of what is closed";
+        return "no ray hits a surface, so it is unknown whether surfaces are closed";
     if (odd_solids == 0)
-        return "closed: every one of " + countText(rays, "ray") + " enters as often as it leaves";
+        return "closed: each of " + countText(rays, "ray") + " enters as often as it leaves";
     return "open: " + groupedText(parity_.oddRays()) + " of " + countText(rays, "ray") +
-           (parity_.oddRays() == 1 ? " enters" : " enter") + " what " +
-           (parity_.oddRays() == 1 ? "it does" : "they do") + " not leave, of " +
+           (parity_.oddRays() == 1 ? " enters" : " enter") + " a surface that " +
+           (parity_.oddRays() == 1 ? "it does" : "they do") + " not leave, at " +
            groupedText(odd_solids) + " of " + countText(parity_.solids().size(), "surface") +
-           " that they hit";
+           " that rays hit";
 }
 
 void RayParity::fail() const {

@@ -29,43 +29,44 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr Choice<ParityUse> kParityUses[] = {
-    {"report", ParityUse::kReport, "warn of each, and go on"},
+    {"report", ParityUse::kReport, "warn about each, and go on"},
     {"fail", ParityUse::kFail,
-     "end with exit code 3; --include and --exclude say what has to be closed"},
+     "end with exit code 3; --include and --exclude choose the surfaces to check"},
 };
 
 constexpr const char* kRaysFooter =
-    "Arrays, for n hits of m rays in b bundles (names and shapes of Open3D's\n"
+    "Arrays for n hits of m rays in b bundles (names and shapes of Open3D's\n"
     "RaycastingScene.list_intersections where it has them): ray_splits (m + 1, int64; ray r has\n"
     "the hits ray_splits[r] to ray_splits[r + 1], sorted), t_hit (n; distance along the ray),\n"
-    "geometry_ids (n; which of the meshes in their places), primitive_ids (n; which triangle of\n"
-    "its mesh), primitive_uvs (n, 2; weights of the second and third corner), facing (n; 1 = the\n"
-    "front), normals and primitive_normals (n, 3; world space, on the front: of the shading, and\n"
-    "of the flat triangle), node_ids, mesh_ids, instance_ids (among those of the node),\n"
-    "material_ids (n; indices into the glTF, from 0, 0xFFFFFFFF = none), of those with n numbers\n"
-    "the ones that --columns chooses; of each bundle\n"
-    "bundle_origin, bundle_direction, bundle_right, bundle_up (b, 3), bundle_size (b, 2), "
-    "float64,\n"
-    "bundle_resolution (b, 2) and bundle_window (b, 4; x, y, width, height: the rays that were\n"
-    "traced, all but with --crop), int64, and bundle_perspective (b, 0 or 1); arrays_version.\n"
-    "With --dense N, for H x W rays a bundle, the arrays of n are (H, W, N) or (H, W, N,\n"
-    "components), of several bundles, which have one size then, (b, H, W, N, ...), and count\n"
-    "(H, W, uint32; all hits of the ray) is in place of ray_splits.\n"
-    "peeler extract gives the same names to the same things. Rays go bundle\n"
-    "by bundle, row by row from the top. With (w, h) = bundle_resolution ray (i, j) starts at\n"
+    "geometry_ids (n; index of the placed mesh), primitive_ids (n; index of the triangle in its\n"
+    "mesh), primitive_uvs (n, 2; weights of the second and third corner), facing (n; 1 = the\n"
+    "front), normals and primitive_normals (n, 3; world space, on the front: for shading, and of\n"
+    "the flat triangle), node_ids, mesh_ids, instance_ids (within the node), material_ids (n;\n"
+    "indices into the glTF, from 0, 0xFFFFFFFF = none); --columns chooses among these.\n"
+    "Per bundle: bundle_origin, bundle_direction, bundle_right, bundle_up (b, 3), bundle_size\n"
+    "(b, 2), float64, bundle_resolution (b, 2) and bundle_window (b, 4; x, y, width, height of\n"
+    "the rays that were traced, all of them without --crop), int64, and bundle_perspective (b, 0\n"
+    "or 1); arrays_version.\n"
+    "With --dense N, for H x W rays per bundle, arrays of n are (H, W, N) or (H, W, N,\n"
+    "components); for several bundles, which must have one size, (b, H, W, N, ...); count\n"
+    "(H, W, uint32; all hits of the ray) replaces ray_splits.\n"
+    "peeler extract uses the same names. Rays are ordered by bundle, then by row from the top.\n"
+    "With (w, h) = bundle_resolution, ray (i, j) starts at\n"
     "  origin + ((i + 0.5) / w - 0.5) * size[0] * right - ((j + 0.5) / h - 0.5) * size[1] * up\n"
-    "along direction; with perspective it starts at origin, along that sum + direction - origin,\n"
-    "made a unit vector. The .ply has a point a hit, the .exr a deep part a bundle (Z: distance\n"
-    "along the axis). What --parity and maps call inside: of a closed surface, between its first\n"
-    "and second hit, its third and fourth, and so on. A primitive that is closed by itself is a\n"
-    "surface of its own; what else a mesh has is one together. Shells of one surface that overlap\n"
-    "cancel out there. A camera has to stand outside.\n"
-    "Rays hit triangles, not lines and points; not what the alpha test of a MASK material rejects\n"
-    "or a BLEND material makes wholly transparent (alpha 0); anything else, however transparent.\n"
+    "and runs along direction. In a perspective bundle it starts at origin, and its direction is\n"
+    "that sum + direction - origin, normalised. A .ply has one point per hit, an .exr one deep\n"
+    "part per bundle (Z: distance along the axis).\n"
+    "--parity and maps define the inside of a closed surface as the intervals between its first\n"
+    "and second hit, its third and fourth, and so on. A closed primitive is a surface of its own;\n"
+    "all other primitives of a mesh form one surface. Overlapping shells of one surface cancel\n"
+    "out where they overlap. A camera must stand outside.\n"
+    "Rays hit triangles, not lines or points. They pass through fragments that a MASK material's\n"
+    "alpha test rejects and through BLEND fragments with alpha 0; they hit everything else,\n"
+    "however transparent.\n"
     "Arrays of --points, for n points and d directions: t_before and t_after (d, n; distance to\n"
     "the next hit against and along the direction, inf = none), geometry_ids_before, ..._after,\n"
     "primitive_ids_before, ..._after (d, n; 0xFFFFFFFF = none), points (n, 3) and directions\n"
-    "(d, 3). A surface that a point lies on is before it, at distance 0.";
+    "(d, 3). A surface that a point lies on counts as before it, at distance 0.";
 
 /// Parses "t_hit,normals" or "all", which is not a column name. Returns the order of the table.
 std::vector<std::string> parseColumns(const std::string& text) {
@@ -90,9 +91,10 @@ std::vector<ChoiceDescription> columnChoices() {
 
 void checkVoxels(const RaysOptions& options) {
     if (options.writesPictures() || options.double_points)
-        refuse("voxels are not hits", "--voxels", "leave --map and --double out");
+        refuse("voxels cannot be combined with maps or 64-bit points", "--voxels",
+               "leave --map and --double out");
     if (options.bundles.asksForRays() || options.bundles.resolution || options.bundles.spacing)
-        refuse("voxels say which rays are traced", "--voxels",
+        refuse("voxels set the rays themselves", "--voxels",
                "leave directions, cameras, --resolution and --spacing out");
     const std::string path = options.output.path.string();
     if (options.writesFile() && !isArrayName(path) && lowerExtension(path) != ".vdb")
@@ -102,13 +104,12 @@ void checkVoxels(const RaysOptions& options) {
 
 void checkPoints(const RaysOptions& options) {
     if (options.voxels || options.writesPictures() || options.double_points)
-        refuse("what is next to points is no picture of all hits", "--points",
+        refuse("hits next to points cannot be combined with other outputs", "--points",
                "leave --map, --voxels and --double out");
     if (options.bundles.usesCamera())
-        refuse("points are looked from along parallel rays", "--points",
-               "give directions, not a camera");
+        refuse("points need parallel rays", "--points", "give directions, not a camera");
     if (options.writesFile() && !isArrayName(options.output.path.string()))
-        refuse("what is next to points is written as arrays", options.output.path.string(),
+        refuse("hits next to points are written as arrays only", options.output.path.string(),
                "end the name in .npz or .safetensors");
 }
 
@@ -118,19 +119,20 @@ void checkOutputs(const RaysOptions& options) {
     if (!options.writesFile() && !options.parity)
         refuse("nothing to write", "", "add --output FILE, or --parity");
     if (!options.writesFile() && special)
-        refuse("there is no file to write to", "--output", "add --output FILE");
+        refuse("no output file is given", "--output", "add --output FILE");
     if (options.double_points && lowerExtension(options.output.path) != ".ply")
-        refuse("only points can be stored in 64 bits", "--double", "leave it out, or write a .ply");
+        refuse("64-bit coordinates are written to .ply only", "--double",
+               "leave it out, or write a .ply");
     const bool hits = options.writesFile() && !options.writesPictures() && !options.voxels;
     if (hits) checkHitFormat(options.output.path.string());
     const bool is_arrays = hits && !options.points && isArrayName(options.output.path.string());
     checkDenseOptions(options.output, is_arrays && options.output.isGiven("--dense"));
     if (options.columns.empty()) return;
     if (!hits || options.points)
-        refuse("columns are those of a file of hits", "--columns",
-               "leave it out, or --map, --voxels and --points");
+        refuse("columns apply to hits only", "--columns",
+               "leave it out, or leave out --map, --voxels and --points");
     if (lowerExtension(options.output.path) == ".exr")
-        refuse("a deep image has channels, all of them", "--columns",
+        refuse("a deep image always has all channels", "--columns",
                "leave it out, or write arrays or a .ply");
 }
 
@@ -154,8 +156,8 @@ nlohmann::json bundleJson(const Bundle& bundle) {
 /// solid through a front face and leaves through a back face.
 void checkFaces(const RaysOptions& options) {
     if (options.asksForInside() && options.chosenFaces() != Faces::kBoth)
-        refuse("what is inside is known by both sides of surfaces", "--faces",
-               "leave it out, or --voxels, --parity and the maps of what is inside");
+        refuse("finding the inside needs both faces of surfaces", "--faces",
+               "leave it out, or leave out --voxels, --parity and the maps of solids");
 }
 
 }  // namespace
@@ -175,43 +177,46 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
     verb.option("--output")
         .required(false)
         .description(
-            "hits: .npz or .safetensors (arrays for numpy), .ply (points), .exr (deep); of --map "
-            ".exr, arrays, .png, .jpg or .tif; of --voxels arrays or .vdb")
+            "file for hits: .npz or .safetensors (NumPy arrays), .ply (points), .exr (deep); for "
+            "--map: .exr, arrays, .png, .jpg or .tif; for --voxels: arrays or .vdb")
         .files(".npz .safetensors .ply .exr .png .jpg .tif .vdb");
-    addFile(verb, "--points", "FILE", options.points,
-            "write the next hits before and after each of these points along every direction, not "
-            "all hits: a .ply, or a .npz with the array points (n, 3)")
+    addFile(
+        verb, "--points", "FILE", options.points,
+        "write the next hits before and after each of these points along every direction, instead "
+        "of all hits; points are read from a .ply, or a .npz with the array points (n, 3)")
         .files(".ply .npz")
         .group("Output");
-    verb.addFlag("--double", options.double_points, "x, y, z of a .ply in 64 bits, not 32")
+    verb.addFlag("--double", options.double_points,
+                 "write x, y, z of a .ply in 64 bits instead of 32")
         .group("Output");
     addValue(verb, "--columns", "LIST|all", options.columns, parseColumns,
-             "what every hit has in arrays, or in a .ply besides x, y, z and bundle, separated by "
-             "commas, or all (default): fewer are found and written sooner; ray_splits and the "
-             "bundles are always there:")
+             "columns of the hits in arrays, or in a .ply besides x, y, z and bundle, separated by "
+             "commas, or all (default: all); fewer columns are faster; ray_splits and the bundles "
+             "are always written:")
         .someOf(columnChoices())
         .group("Output");
     addDenseOptions(verb, options.output);
     addBundleOptions(verb, options.bundles, &options.scene.reading);
-    verb.addFlag("--refine,!--no-refine", options.refine,
-                 "find t anew in double precision from the triangle (default); otherwise it is as "
-                 "the rasteriser has it: of GL a 32-bit depth, corners on a grid of 1/256 pixel")
+    verb.addFlag(
+            "--refine,!--no-refine", options.refine,
+            "compute t from the triangle in double precision (default); otherwise t is the "
+            "rasteriser's, which in GL has a 32-bit depth and corners on a grid of 1/256 pixel")
         .group("Rays");
     addRayFacesOption(verb, options.faces);
     addRayMapOptions(verb, options.maps);
     addValue(
         verb, "--voxels", "R", options.voxels,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 4096)); },
-        "which cells of a lattice, R along its longest side, are inside: by parity along each of "
-        "the three axes, and the majority of them")
+        "write which cells are inside, in a lattice with R cells along its longest side; the "
+        "majority of the parities along the three axes decides")
         .group("Inside");
     addValue(
         verb, "--parity", "NAME", options.parity,
         [](const std::string& text) {
             return choose<ParityUse>("use of parity", kParityUses, text);
         },
-        "check that what is shown is closed: a ray that enters a surface leaves it. If rays hit "
-        "one an odd number of times:")
+        "check that surfaces are closed; a ray must leave each surface that it enters. If rays hit "
+        "a surface an odd number of times:")
         .oneOf(describeChoices(kParityUses))
         .group("Inside");
     addShownOptions(verb, options);
@@ -268,7 +273,7 @@ void checkVoxelMemory(const AxisBundles& lattice, const MemoryBudget& memory) {
         ErrorKind::kMemory,
         groupedText(VoxelVotes::cellsOf(lattice)) + " voxels do not fit into " + bytesText(memory),
         memory.where(),
-        "they take " + bytesText(bytes) + ": ask for fewer of them, or allow more memory");
+        "they take " + bytesText(bytes) + "; use fewer --voxels or a higher --memory");
 }
 
 }  // namespace peeler::cmd

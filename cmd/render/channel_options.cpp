@@ -59,11 +59,11 @@ bool ChannelOptions::wants(Channel channel) const {
 void addChannelOptions(VerbOptions& verb, ChannelOptions& options) {
     constexpr const char* kGroup = "Channels";
     addValue(verb, "--channels", "LIST|all", options.channels, parseChannels,
-             "what every fragment has besides R, G, B, A and Z, separated by commas, or all:")
+             "channels of every fragment besides R, G, B, A and Z, separated by commas, or all:")
         .someOf(channelChoices())
         .group(kGroup);
     verb.addFlag("--cryptomatte", options.cryptomatte,
-                 "Cryptomatte 1.4 (objects and materials) in the composite part; implies "
+                 "write Cryptomatte 1.4 (objects and materials) to the composite part; implies "
                  "--channels id")
         .group(kGroup);
     addFile(verb, "--manifest", "FILE", options.manifest, "write the names of the ids as JSON")
@@ -82,25 +82,24 @@ std::vector<Channel> capturedChannels(const ChannelOptions& options) {
 void checkChannelOptions(const ChannelOptions& options, const OutputRequest& output) {
     const OutputFormat& format = findOutputFormat(output.path.string(), output.options.as);
     if ((!options.channels.empty() || options.cryptomatte) && format.needs) {
-        throw Error(ErrorKind::kUsage, "this output has the channels that its readers know",
+        throw Error(ErrorKind::kUsage, "this output has a fixed set of channels",
                     "--as " + std::string(format.kind),
                     "leave --channels and --cryptomatte out, or write --as arrays");
     }
     if ((!options.channels.empty() || options.cryptomatte) && !format.channels) {
-        throw Error(ErrorKind::kUsage, "this output holds colour alone, no channels",
-                    output.path.string(),
+        throw Error(ErrorKind::kUsage, "this output cannot store channels", output.path.string(),
                     "write layers or a composite as .exr, or arrays as .npz, or leave --channels "
                     "and --cryptomatte out");
     }
     if (options.cryptomatte && (!format.hasComposite() || output.options.no_composite)) {
-        throw Error(ErrorKind::kUsage, "Cryptomatte belongs to a composite, and there is none",
-                    "--cryptomatte",
-                    output.options.no_composite
-                        ? "leave --no-composite out"
-                        : "deep samples carry ids themselves: --channels id; or write --as ldi");
+        throw Error(
+            ErrorKind::kUsage, "Cryptomatte needs a composite", "--cryptomatte",
+            output.options.no_composite
+                ? "leave --no-composite out"
+                : "use --channels id, as deep samples carry ids themselves, or write --as ldi");
     }
     if (options.manifest && !options.cryptomatte && !options.wants(Channel::kId)) {
-        throw Error(ErrorKind::kUsage, "there are no ids to be named", "--manifest",
+        throw Error(ErrorKind::kUsage, "there are no ids to name", "--manifest",
                     "add --channels id, or --cryptomatte");
     }
 }

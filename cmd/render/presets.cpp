@@ -28,14 +28,14 @@ struct Preset {
 
 constexpr Preset kPresets[] = {
     {"lari",
-     "samples as LaRI's loader reads them: --as lari --size 512x512 --normalize unit-cube --faces "
-     "both, a focal length of 35/32 of the width",
+     "samples for LaRI's loader: --as lari --size 512x512 --normalize unit-cube --faces both, with "
+     "a focal length of 35/32 of the width",
      "lari",
      {512, 512},
      35.0 / 32,
      false},
     {"xray",
-     "the same for X-Ray: --as xray --size 256x256 --normalize unit-cube --faces both, rays of "
+     "samples for X-Ray: --as xray --size 256x256 --normalize unit-cube --faces both, with rays of "
      "--views through the upper left corners of pixels",
      "xray",
      {256, 256},
@@ -54,7 +54,7 @@ void addPresetOption(VerbOptions& verb, std::optional<std::string>& preset) {
                 names.push_back(row.name);
             return std::string(listedNames("preset", text, names).front());
         },
-        "for data sets; what is given besides stays as it is given:")
+        "options for data sets; options that you give take precedence:")
         .oneOf(describeChoices(kPresets))
         .group("Output");
 }

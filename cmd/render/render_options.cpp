@@ -38,7 +38,7 @@ void chooseCasters(CaptureSettings& capture) {
         capture.faces != usual.faces || capture.shadows || capture.samples != usual.samples ||
         capture.occlusion_ratio != usual.occlusion_ratio) {
         throw Error(
-            ErrorKind::kUsage, "a shadow map shows both faces of all opaque surfaces",
+            ErrorKind::kUsage, "a shadow map always shows both faces of all opaque surfaces",
             "--as midpoint-depth",
             "leave --layers, --occlusion-ratio, --samples, --surfaces, --faces and --shadows out");
     }
@@ -59,16 +59,16 @@ void chooseChannels(const RenderOptions& options, CaptureSettings& capture) {
     const MethodInfo* method = findPeelMethod(capture.method);
     if (method && !method->exact()) {
         throw Error(ErrorKind::kUsage,
-                    capture.method + " finds no fragments that could have channels",
+                    capture.method + " keeps no separate fragments, so there are no channels",
                     "--method " + capture.method,
                     "choose another method, or leave --channels and --cryptomatte out");
     }
     if (capture.tail == Tail::kBlend) {
-        throw Error(ErrorKind::kUsage, "what is blended has no channels", "--tail blend",
-                    "leave it out, or --channels and --cryptomatte");
+        throw Error(ErrorKind::kUsage, "blended fragments have no channels", "--tail blend",
+                    "leave it out, or leave out --channels and --cryptomatte");
     }
     if (options.fxaa) {
-        throw Error(ErrorKind::kUsage, "a filter of colours cannot smooth channels", "--fxaa",
+        throw Error(ErrorKind::kUsage, "FXAA filters colours and cannot smooth channels", "--fxaa",
                     "use --samples, or leave --channels and --cryptomatte out");
     }
     capture.composite = false;
@@ -77,16 +77,17 @@ void chooseChannels(const RenderOptions& options, CaptureSettings& capture) {
 }  // namespace
 
 void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
-    verb.addFiles("SCENE", options.scenes,
-                  "scenes (glTF, PLY, STL, OBJ), folders of them, or globs in quotes; of several, "
-                  "{stem} in the output's name is the scene's, {folder} its folder's")
+    verb.addFiles(
+            "SCENE", options.scenes,
+            "scenes (glTF, PLY, STL, OBJ), folders of scenes, or globs in quotes; in the output's "
+            "name, {stem} stands for the scene's name, {folder} for its folder's name")
         .files(sceneExtensions());
     addOutputOptions(verb, options.output);
     addLayerOutputOptions(verb, options.output);
     verb.option("--output").files(outputEndings() + ".tar");
     addShardOptions(verb, options.shard);
     addPresetOption(verb, options.preset);
-    addFxaaOption(verb, options.fxaa, "quick, but --samples sees more");
+    addFxaaOption(verb, options.fxaa, "quick, but less accurate than --samples");
     addShownOptions(verb, options);
     addNormalizeOption(verb, options.scene);
     addFrameOptions(verb, options.animation);
@@ -95,8 +96,7 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     addLayerOptions(verb, options.capture);
     verb.option("--samples")
         .description(
-            "antialiasing: sub-pixel positions a pixel; layers get their coverage in "
-            "alpha (default: " +
+            "antialiasing samples per pixel; layers get their coverage in alpha (default: " +
             std::to_string(kDisplaySamples) +
             " in .png, .jpg and .tif without --fxaa, else 1, the pixel's centre)");
     addChannelOptions(verb, options.channels);
@@ -106,13 +106,13 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     addRunOptions(verb, options);
     addSequenceOptions(verb, options.sequence);
     verb.addFlag("--dry-run", options.sequence.dry_run,
-                 "print as JSON what would be done, and how much memory and room on the disk the "
-                 "first picture takes, and write nothing")
+                 "print as JSON what would be done, with the memory and disk space that the first "
+                 "picture needs, and write nothing")
         .group("Output");
     verb.option("--strict")
         .description(
-            "a warning about what an input says and is not shown is an error (exit code 3), and so "
-            "is a layer limit that leaves fragments out (6); nothing is written then");
+            "treat a warning about input that is not shown as an error (exit code 3), and a layer "
+            "limit that leaves fragments out as well (6); nothing is written then");
 }
 
 CaptureSettings captureSettings(const RenderOptions& options) {
@@ -127,21 +127,21 @@ CaptureSettings captureSettings(const RenderOptions& options) {
     if (shadow_map) chooseCasters(capture);
     checkSettings(capture);
     if (options.fxaa && !capture.composite && capture.channels.empty()) {
-        throw Error(ErrorKind::kUsage, "a filter of finished pictures cannot smooth layers",
+        throw Error(ErrorKind::kUsage, "FXAA filters finished pictures and cannot smooth layers",
                     "--fxaa", "add --as composite, or use --samples instead");
     }
     if (options.camera.tile && (options.fxaa || shadow_map)) {
         throw Error(ErrorKind::kUsage,
-                    options.fxaa ? "the filter needs the pixels beyond the tile"
+                    options.fxaa ? "FXAA needs pixels beyond the tile"
                                  : "tiles of a shadow map cannot be merged",
                     "--tile " + options.camera.tile->text(),
-                    options.fxaa ? "merge tiles of layers, then peeler flatten --fxaa"
+                    options.fxaa ? "merge tiles of layers, then run peeler flatten --fxaa"
                                  : "render it as a whole");
     }
     if (format.takesOneSample() && capture.samples != 1) {
-        throw Error(ErrorKind::kUsage, "every pixel of it is one ray",
+        throw Error(ErrorKind::kUsage, "each pixel of this output is one ray",
                     "--samples " + std::to_string(capture.samples),
-                    "leave it out, or --as " + std::string(format.kind));
+                    "leave it out, or choose another format than --as " + std::string(format.kind));
     }
     setShadowSize(capture, options.shadow_size);
     return capture;

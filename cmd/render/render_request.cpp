@@ -114,16 +114,16 @@ void RenderRequest::openScene() {
 void RenderRequest::choosePictures() {
     const std::optional<Shard>& chunk = options_.sequence.chunk;
     if (chunk && !isSequence())
-        throw Error(ErrorKind::kUsage, "there are no frames or views to take a part of",
+        throw Error(ErrorKind::kUsage, "there are no frames or views to divide",
                     "--chunk " + chunk->text(), "add --frames, --cameras or --views");
     moments_ = momentsOf(options_.animation);
     std::tie(first_, end_) = chunk.value_or(Shard()).of(moments_.size() * views_.size());
     const std::string path = options_.output.path.string();
     if (moments_.size() > 1 && !hasFrameToken(path)) {
-        throw Error(ErrorKind::kUsage,
-                    "all " + std::to_string(moments_.size()) + " frames would have the same name",
-                    "--output " + path,
-                    "put #### or %04d into the file's name, where the frame's number goes");
+        throw Error(
+            ErrorKind::kUsage,
+            "all " + std::to_string(moments_.size()) + " frames would have the same file name",
+            "--output " + path, "put #### or %04d into the file's name for the frame's number");
     }
     views_.checkName(path);
 }
@@ -150,8 +150,8 @@ void RenderRequest::checkFiles() const {
     if (options_.channels.manifest) {
         const std::string manifest = options_.channels.manifest->string();
         if ((hasFrames() && hasFrameToken(manifest)) || (hasViews() && hasViewToken(manifest))) {
-            throw Error(ErrorKind::kUsage, "one manifest serves all frames and views",
-                        "--manifest " + manifest, "give it a name without a number");
+            throw Error(ErrorKind::kUsage, "all frames and views share one manifest",
+                        "--manifest " + manifest, "use a name without a number");
         }
         checkExtraFile(manifest, others, "the manifest", "--manifest");
         if (options_.output.no_clobber && !options_.sequence.dry_run) checkNotThere(manifest);
@@ -287,22 +287,21 @@ bool RenderRequest::exists(const PictureRequest& picture) const {
 }
 
 std::string RenderRequest::differenceOf(const PictureRequest& picture) const {
-    if (options_.shards) return "another scene or other options, which a shard does not list";
+    if (options_.shards) return "another scene or other options; a shard does not record which";
     const std::string path = picture.output.path.string();
     const std::string there = outputHashOf(path);
     const bool exr = lowerExtension(path) == ".exr";
     if (there.empty() && exr && hasChanged(path))
         return "the file has changed since it was written";
-    if (there.empty()) return "the file is not whole, or does not say what it shows";
+    if (there.empty()) return "the file is incomplete, or does not record its settings";
     for (const std::string& file : filesBeside(path, picture.output.options))
         if (!fileExists(file, ErrorKind::kOutput)) return file + " is missing";
-    if (there == picture.provenance.output_hash)
-        return "under --strict fragments are counted again";
+    if (there == picture.provenance.output_hash) return "--strict counts fragments again";
     std::vector<Difference> found =
         exr ? headerDifferences(picture, writerOptions(picture)) : std::vector<Difference>();
     if (!found.empty()) return differencesText(found);
-    return exr ? "other options of its format"
-               : "another scene or other options, which such a file does not list";
+    return exr ? "other options of the file format"
+               : "another scene or other options; this file format does not record which";
 }
 
 nlohmann::ordered_json RenderRequest::plan() const {

@@ -43,8 +43,9 @@ std::string sampleName(const RenderOptions& options) {
     const std::string extension = dot == std::string::npos ? asked : asked.substr(dot + 1);
     std::string key = dot == std::string::npos ? "{stem}" : asked.substr(0, dot);
     if (key.empty() || key.find_first_of("/#%@") != std::string::npos)
-        refuse("a sample has a name, without a folder and without places for numbers",
-               "--shard-member " + asked, "e.g. '{folder}_{stem}.npz'; numbers are added to it");
+        refuse("a sample's name cannot have a folder or a placeholder for numbers",
+               "--shard-member " + asked,
+               "use a name such as '{folder}_{stem}.npz', to which numbers are added");
     std::vector<std::string_view> extensions;
     for (const OutputFormat& format : outputFormats())
         for (const std::string_view each : format.extensions)
@@ -61,19 +62,20 @@ std::string sampleName(const RenderOptions& options) {
 void checkShardName(const RenderOptions& options) {
     const std::string name = options.output.path.string();
     const std::string option = "--output " + name;
-    if (isStandardOutput(name)) refuse("standard output takes no shards", option, "name a file");
+    if (isStandardOutput(name))
+        refuse("shards cannot be written to standard output", option, "name a file");
     for (const char* place : {"{stem}", "{folder}"})
         if (name.find(place) != std::string::npos)
             refuse("all scenes of a run share the shards", option,
-                   "leave " + std::string(place) + " out; it may stand in --shard-member");
+                   "leave " + std::string(place) + " out, or use it in --shard-member");
     if (hasViewToken(name))
-        refuse("shards are not numbered by views", option, "put %06d where their number goes");
+        refuse("shards are not numbered by views", option, "use %06d for the shard's number");
     if (options.sequence.chunk && chunkName(name, *options.sequence.chunk) == name)
         refuse("all chunks would write the same shards", option,
                "put {chunk} into the file's name");
     if (options.output.hasFilePerLayer())
-        refuse("the files of a sample have one key, and layers have none of their own",
-               "--layout per-file", "choose another layout");
+        refuse("a sample cannot have one file per layer", "--layout per-file",
+               "choose another layout");
 }
 
 }  // namespace
@@ -81,22 +83,22 @@ void checkShardName(const RenderOptions& options) {
 void addShardOptions(VerbOptions& verb, ShardOptions& options) {
     addValue(
         verb, "--shard-member", "EXT", options.sample, [](const std::string& text) { return text; },
-        "what each picture is in shards (-o 'train-%06d.tar': tar files of samples that "
-        "webdataset reads): an extension that -o takes (default: what --as is usually in, else "
-        "exr); or a name, too: '{folder}_{stem}.npz' (default: {stem}), to which the numbers of "
-        "frame and view are added")
+        "extension of each picture's file in shards, as -o takes it (default: the usual one of "
+        "--as, else exr), or a whole name such as '{folder}_{stem}.npz' (default: {stem}), to "
+        "which the numbers of frame and view are added; -o 'train-%06d.tar' writes shards, tar "
+        "files of samples for webdataset")
         .group(kShardsGroup);
     addValue(
         verb, "--shard-count", "N", options.samples,
         [](const std::string& text) {
             return static_cast<std::uint64_t>(parseInteger(text, 1, 1'000'000'000));
         },
-        "samples that a shard has at most (default: 100000)")
+        "most samples per shard (default: 100000)")
         .group(kShardsGroup);
     addValue(
         verb, "--shard-size", "BYTES", options.bytes,
         [](const std::string& text) { return parseBytes(text); },
-        "bytes that a shard has at most, unless a lone sample has more (default: 3GB)")
+        "most bytes per shard, unless a single sample is larger (default: 3GB)")
         .group(kShardsGroup);
 }
 
@@ -139,7 +141,7 @@ SampleShards::SampleShards(RenderOptions& options, Reporter& reporter) {
     options.output.no_mkdir = false;
     if (sequence.skip_existing || sequence.dry_run)
         for (const std::string& bad : shards_->findExisting())
-            reporter.note(bad + " is made again: it is not whole, or not made by peeler");
+            reporter.note(bad + " is rendered again: it is incomplete, or peeler did not write it");
     if (!sequence.dry_run) scratch_.emplace(name_.parent_path());
     options.output.path =
         (scratch_ ? scratch_->path() : name_.parent_path() / hiddenName("samples")) / sample;
@@ -194,8 +196,7 @@ void SampleShards::finish(bool all, Reporter& reporter) {
     shards_->finish(all);
     if (!all) return;
     if (const std::string behind = shards_->surplus(); !behind.empty())
-        reporter.warning("Shards that this run has not written are there from earlier: " + behind +
-                         " and what may follow.");
+        reporter.warning("Shards of an earlier run remain: " + behind + " and any that follow.");
 }
 
 }  // namespace peeler::cmd

@@ -58,8 +58,8 @@ std::vector<fs::path> scenesNamed(const fs::path& name) {
     std::vector<fs::path> scenes = folder ? scenesBelow(name) : matches(name);
     if (scenes.empty())
         throw Error(ErrorKind::kInput,
-                    folder ? "there is no scene in the folder" : "no file has such a name",
-                    name.string(), "names of scenes end in " + sceneExtensions(true));
+                    folder ? "the folder contains no scenes" : "no file has a matching name",
+                    name.string(), "give scenes whose names end in " + sceneExtensions(true));
     return scenes;
 }
 
@@ -100,8 +100,8 @@ std::vector<RenderOptions> eachScene(const RenderOptions& options) {
         const auto [other, is_new] = scene_of.emplace(file, scene);
         if (is_new || other->second == scene) return;  // within a scene: checked later
         refuse("the files of " + other->second.string() + " and " + scene.string() +
-                   " would have the same name",
-               option, "put {stem}, the scene's name, into it, or {folder}, its folder's");
+                   " would have the same file name",
+               option, "put {stem} (the scene's name) or {folder} (its folder's name) into it");
     };
     for (const fs::path& name : options.scenes) {
         for (const fs::path& scene : scenesNamed(name)) {

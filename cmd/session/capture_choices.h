@@ -12,25 +12,25 @@ namespace peeler::cmd {
 
 // The default of each comes first.
 inline constexpr Choice<Surfaces> kSurfaces[] = {
-    {"all", Surfaces::kAll, "every surface; opaque ones hide nothing"},
-    {"visible", Surfaces::kVisible, "none behind the nearest opaque one"},
-    {"transparent", Surfaces::kTransparent, "as visible, without the opaque ones"},
+    {"all", Surfaces::kAll, "every surface, even behind opaque ones"},
+    {"visible", Surfaces::kVisible, "surfaces up to the nearest opaque one"},
+    {"transparent", Surfaces::kTransparent, "surfaces as for visible, without opaque ones"},
 };
 inline constexpr Choice<Tail> kTails[] = {
-    {"drop", Tail::kDrop, "left out"},
-    {"blend", Tail::kBlend, "blended behind them as a weighted average; composites only"},
+    {"drop", Tail::kDrop, "leave them out"},
+    {"blend", Tail::kBlend, "blend them behind the layers as a weighted average; composites only"},
 };
 inline constexpr Choice<Faces> kFaces[] = {
-    {"gltf", Faces::kGltf, "as each material's doubleSided says"},
+    {"gltf", Faces::kGltf, "as set by each material's doubleSided"},
     {"front", Faces::kFront, "front faces only"},
     {"back", Faces::kBack, "back faces only"},
-    {"both", Faces::kBoth, "both, whatever the material says"},
+    {"both", Faces::kBoth, "both faces, regardless of the material"},
 };
 /// The same choices, with the default for rays first.
 inline constexpr Choice<Faces> kRayFaces[] = {kFaces[3], kFaces[0], kFaces[1], kFaces[2]};
 inline constexpr Choice<Shading> kShading[] = {
     {"pbr", Shading::kPbr, "metallic-roughness under the scene's lights, or the built-in one"},
-    {"unlit", Shading::kUnlit, "base colour alone"},
+    {"unlit", Shading::kUnlit, "base colour only"},
 };
 inline constexpr Choice<PixelType> kPrecisions[] = {
     {"half", PixelType::kHalf, "16-bit colour"},
@@ -41,9 +41,9 @@ inline constexpr Choice<RayEngine> kEngines[] = {
     {"auto", RayEngine::kAuto,
      "gl if there is a GPU, or --backend, --device or --require-gpu is given; else cpu"},
     {"cpu", RayEngine::kCpu,
-     "a rasteriser of hits that needs no GL and finds the same ones on every machine"},
+     "software rasteriser that needs no GL and finds the same hits on every machine"},
     {"gl", RayEngine::kGl,
-     "the device that pictures are rendered by: the fragments of peeler render"},
+     "GL device that renders pictures; hits are the fragments of peeler render"},
 };
 
 /// Side of a point in display pictures, in pixels.

@@ -32,7 +32,7 @@ std::vector<char> matching(const Scene& scene, const std::vector<std::string>& g
             result[i] |= found[i];
         if (std::ranges::find(found, 1) != found.end()) continue;
         throw Error(
-            ErrorKind::kUsage, "no node has a name like this", std::string(option) + ' ' + glob,
+            ErrorKind::kUsage, "no node has a matching name", std::string(option) + ' ' + glob,
             choiceHint(glob, "nodes", std::vector<std::string_view>(names.begin(), names.end())));
     }
     return result;
@@ -149,8 +149,8 @@ std::optional<std::filesystem::path> environmentFile(const AppearanceOptions& ap
 
 void checkAppearanceOptions(const AppearanceOptions& appearance) {
     if (appearance.environment_rotation && !hasEnvironment(appearance))
-        throw Error(ErrorKind::kUsage, "there is no environment to turn", "--environment-rotation",
-                    "add --environment FILE");
+        throw Error(ErrorKind::kUsage, "there is no environment to rotate",
+                    "--environment-rotation", "add --environment FILE");
 }
 
 Scene loadScene(const SceneRequest& request) {
@@ -196,12 +196,12 @@ nlohmann::json appearanceSettings(const AppearanceOptions& appearance, const Sce
 
 void checkAnimationOptions(const AnimationOptions& options) {
     if (options.time && options.frames) {
-        throw Error(ErrorKind::kUsage, "frames have times already", "--time, --frames",
+        throw Error(ErrorKind::kUsage, "frames already have times", "--time, --frames",
                     "leave one of them out");
     }
     if (options.fps && !options.frames && !options.time) {
-        throw Error(ErrorKind::kUsage, "a frame rate is for frames", "--fps",
-                    "add --frames, or --time where motion to the next frame is asked for");
+        throw Error(ErrorKind::kUsage, "a frame rate needs frames", "--fps",
+                    "add --frames, or --time for motion to the next frame");
     }
 }
 

@@ -31,8 +31,8 @@ struct SceneOptions {
 
 /// The choices of --normalize.
 inline constexpr Choice<Normalized> kNormalized[] = {
-    {"unit-cube", Normalized::kUnitCube, "the longest side of its bounds is 1"},
-    {"unit-sphere", Normalized::kUnitSphere, "its farthest vertex is at distance 1"},
+    {"unit-cube", Normalized::kUnitCube, "scale the longest side of the bounds to 1"},
+    {"unit-sphere", Normalized::kUnitSphere, "scale the farthest vertex to distance 1"},
 };
 
 /// Returns the axis named x, y or z; nothing for any other text.

@@ -53,8 +53,8 @@ void checkEngine(RayEngine engine, const gl::ContextRequest& device) {
     if (device.backend != "auto") options += ", --backend " + device.backend;
     if (device.device.given()) options += ", --device " + device.device.text();
     if (device.require_gpu) options += ", --require-gpu";
-    throw Error(ErrorKind::kUsage, "the CPU finds hits without a GL device",
-                "--engine cpu" + options, "leave out one or the other, or choose --engine gl");
+    throw Error(ErrorKind::kUsage, "the cpu engine uses no GL device", "--engine cpu" + options,
+                "leave one of them out, or choose --engine gl");
 }
 
 Session::Session(Reporter& reporter, std::uint64_t keep)

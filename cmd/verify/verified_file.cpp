@@ -54,12 +54,12 @@ void checkFragments(LayeredInput& input, VerifiedFile& file) {
         input.readComposite(band.window, composite);
         findWrongComposite(band, composite, composite_type, wrong);
     });
-    file.blame(unsorted, "the layers are not in order of Z");
+    file.blame(unsorted, "the layers are not sorted by Z");
     file.blame(infinite, "a fragment's Z is not finite");
-    file.blame(wrong, "the composite is not what the layers make");
+    file.blame(wrong, "the composite does not match the layers");
     if (file.fragments != info.plan.fragments_stored) {
         file.blame(Verdict::kBad, "the header says " + groupedText(info.plan.fragments_stored) +
-                                      " fragments, and there are " + groupedText(file.fragments));
+                                      " fragments, but there are " + groupedText(file.fragments));
     }
 }
 
@@ -76,7 +76,7 @@ void checkCompleteness(const ExrInfo& info, VerifiedFile& file) {
     const bool says_complete = at(info.attributes(), "peeler:complete") == "1";
     if (says_complete != plan.complete()) {
         file.blame(Verdict::kBad, "peeler:complete is " + at(info.attributes(), "peeler:complete") +
-                                      ", which the numbers of fragments deny");
+                                      ", which contradicts the fragment counts");
     }
     if (plan.complete()) return;
     file.blame(Verdict::kIncomplete, "not complete: " + groupedText(plan.fragments_stored) +

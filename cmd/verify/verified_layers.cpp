@@ -148,9 +148,8 @@ void checkLayerParts(const std::string& path, const ExrInfo& info, VerifiedFile&
     for (std::size_t k = 0; k < info.layers.size(); ++k) {
         const std::string name = layerName(k);
         file.blame(findings[k].no_number, name + ": Z is not a number");
-        file.blame(findings[k].colored, name + ": there is colour without a fragment");
-        file.blame(findings[k].orphaned,
-                   name + ": there is a fragment and none in the layer before");
+        file.blame(findings[k].colored, name + ": colour without a fragment");
+        file.blame(findings[k].orphaned, name + ": fragment without one in the layer before");
     }
 }
 

@@ -43,7 +43,7 @@ sockaddr_un addressOf(const std::filesystem::path& path) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     if (path.native().size() >= sizeof address.sun_path)
-        throw Error(ErrorKind::kUsage, "the name of a socket has at most 106 bytes", path.string(),
+        throw Error(ErrorKind::kUsage, "the socket's name is longer than 106 bytes", path.string(),
                     "choose a shorter one");
     std::memcpy(address.sun_path, path.c_str(), path.native().size());
     return address;
@@ -105,11 +105,11 @@ void Dispatcher::listen() {
     struct stat there {};
     if (lstat(path.c_str(), &there) == 0) {
         if (!S_ISSOCK(there.st_mode))
-            throw Error(ErrorKind::kOutput, "there is a file of this name, and it is no socket",
+            throw Error(ErrorKind::kOutput, "a file of this name exists and is not a socket",
                         path.string(), "choose another name");
         if (isAnswered(addressOf(path)))
-            throw Error(ErrorKind::kOutput, "another worker listens on this socket", path.string(),
-                        "connect to it, or choose another name");
+            throw Error(ErrorKind::kOutput, "another worker is listening on this socket",
+                        path.string(), "connect to it, or choose another name");
     }
     // Renamed only once it listens, because a client may connect as soon as the name exists.
     const std::filesystem::path unnamed = path.string() + "~";
@@ -243,9 +243,9 @@ void Dispatcher::take(Client& client, const std::string& line) {
                            });
         if (known) {
             // The id belongs to the running job, so this failure's line must not use it.
-            sendTo(client, failedLine(nullptr,
-                                      Error(ErrorKind::kUsage, "a job with this id is not done yet",
-                                            dumpJson(request.id), "choose another")));
+            sendTo(client, failedLine(nullptr, Error(ErrorKind::kUsage,
+                                                     "a job with this id has not finished yet",
+                                                     dumpJson(request.id), "choose another")));
             return;
         }
         waiting_.push_back({&client, line + '\n', request.id,
@@ -331,12 +331,12 @@ std::string Dispatcher::brokenLine(const Slot& slot) const {
         return resultLine(slot.job->id, result);
     }
     const int signal = slot.process->endingSignal();
-    std::string what = "the process of the job ended ";
+    std::string what = "the job's process ended ";
     what += signal == 0 ? "with exit code " + std::to_string(result.exit_code)
                         : "by signal " + std::to_string(signal) + " (" + strsignal(signal) + ")";
     result.error = Error(ErrorKind::kInternal, what, "",
                          signal == SIGKILL ? "the system may have run out of memory"
-                                           : "a driver may be at fault; other jobs go on");
+                                           : "a driver may be at fault; other jobs continue");
     result.error_kind = "crash";
     return resultLine(slot.job->id, result);
 }

@@ -124,8 +124,8 @@ void checkVerb(const Verb& verb) {
 
 void checkOutput(const VerbOptions& options) {
     if (options.knows("--output") && options.value("--output").starts_with('-'))
-        throw Error(ErrorKind::kUsage, "the standard output of a worker is its own", "--output -",
-                    "name a file");
+        throw Error(ErrorKind::kUsage, "a worker writes its results to standard output",
+                    "--output -", "name a file");
 }
 
 /// A verb with declared options, prepared for the next job.

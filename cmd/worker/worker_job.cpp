@@ -50,7 +50,7 @@ WorkerRequest::WorkerRequest(const std::string& line) {
     const nlohmann::json json = parseJsonOrNull(line);
     if (json.is_object() && json.contains("cancel")) {
         if (json.size() > 1)
-            throw Error(ErrorKind::kUsage, "a request to cancel has no other key", "cancel",
+            throw Error(ErrorKind::kUsage, "a cancel request cannot have other keys", "cancel",
                         kWorkerHelp);
         id = json["cancel"];
         checkId(id, "cancel");

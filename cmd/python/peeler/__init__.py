@@ -7,12 +7,13 @@
         img = r.layers(scene, size=(1280, 720), channels=["normal", "id"])
         img.z, img.rgba, img.splits, img["normal"]  # CSR: pixel p has the fragments splits[p] up to splits[p + 1]
 
-Scene, Renderer, Image, Composite and Hits hold data; check_scene, bake_scene, compare_images and merge_images find
-something in it. The functions that are called as the verbs of the command line (bake, check, compare, convert,
-devices, extract, flatten, info, masks, merge, rays, render, sheet, verify, view) do what those do, from files to files.
-All work is done by a process of the program `peeler`, a worker, which the first call starts: $PEELER, the one that was
-built or installed with this module, or the one in the path. `await peeler.aio(r.layers, scene)` waits for a call without
-holding up an event loop. Lengths are in scene units, space is right-handed with +Y up, colours are linear Rec. 709.
+Scene, Renderer, Image, Composite and Hits hold data; check_scene, bake_scene, compare_images and merge_images work on
+it. The functions named like the verbs of the command line (bake, check, compare, convert, devices, extract, flatten,
+info, masks, merge, rays, render, sheet, verify, view) do the same as those, from files to files.
+A worker, a process of the program `peeler`, does all the work. The first call starts it: $PEELER, the program that was
+built or installed with this module, or the one in the path. `await peeler.aio(r.layers, scene)` waits for a call
+without blocking an event loop. Lengths are in scene units, space is right-handed with +Y up, colours are linear
+Rec. 709.
 """
 
 from . import _options, _verbs

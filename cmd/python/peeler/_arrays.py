@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arrays in files of shared memory, to and from the worker: .safetensors (github.com/huggingface/safetensors).
+"""Arrays exchanged with the worker in shared memory files: .safetensors (github.com/huggingface/safetensors).
 
 The files lie in folders of this process (mode 700), in /dev/shm, or in the folder for temporary files if that is small.
 """
@@ -54,7 +54,7 @@ def parse(data):
 
 
 class _Map:
-    """A file in memory. Python's own mmap keeps a descriptor as long as any array lives."""
+    """A memory-mapped file. Python's own mmap keeps a descriptor as long as any array lives."""
 
     def __init__(self, file):
         size = os.fstat(file.fileno()).st_size
@@ -62,13 +62,13 @@ class _Map:
         # Private: forked processes do not see each other's changes.
         address = _libc.mmap(None, size, protection, mmap.MAP_PRIVATE, file.fileno(), 0)
         if address == _FAILED:
-            raise Error("memory", f"the arrays cannot be mapped: {os.strerror(ctypes.get_errno())}")
+            raise Error("memory", f"cannot map the arrays: {os.strerror(ctypes.get_errno())}")
         self.__array_interface__ = {"version": 3, "typestr": "|u1", "shape": (size,), "data": (address, False)}
         weakref.finalize(self, _libc.munmap, address, size).atexit = False  # arrays may be there until the end
 
 
 def mapped(path):
-    """Returns the bytes of a file of shared memory, which remain when it is removed."""
+    """Returns the bytes of a shared memory file, which stay valid after the file is removed."""
     with open(path, "rb") as file:
         return np.asarray(_Map(file))
 
@@ -144,7 +144,7 @@ def _make(above):
 
 
 def place(name=None, shared=True):
-    """Returns a path for a new file; one with a name lies in a folder of its own."""
+    """Returns a path for a new file; a file with a name gets a folder of its own."""
     above = _SHARED if shared and _is_roomy() else tempfile.gettempdir()
     with _lock:
         if above not in _folders:
@@ -158,7 +158,7 @@ def place(name=None, shared=True):
 
 
 def remove(path):
-    """Removes a file that place() has named, and its own folder."""
+    """Removes a file that place() named, and its own folder."""
     try:
         os.unlink(path)
         if os.path.dirname(path) not in _folders.values():

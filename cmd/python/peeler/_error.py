@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What goes wrong, where, and what to try."""
+"""The package's exception."""
 
 
 class Error(Exception):
     """Raised by everything in peeler.
 
-    kind: 'usage' (what is asked for cannot be), 'input' (a file is unreadable or invalid), 'output' (it cannot be
-        written), 'device' (no usable GL device, or it was lost), 'incomplete', 'memory', 'internal' (a bug of peeler,
-        or its process ended)
-    what: a sentence without a full stop
+    kind: 'usage' (an invalid request), 'input' (a file is unreadable or invalid), 'output' (a file cannot be written),
+        'device' (no usable GL device, or it was lost), 'incomplete', 'memory', 'internal' (a bug in peeler, or its
+        process ended)
+    what: the problem, a sentence without a full stop
     where: a path, a keyword, a place in a glTF file ('/meshes/0/primitives/1'), or ''
-    hint: what to try, or ''
+    hint: a remedy, or ''
     """
 
     def __init__(self, kind, what, where="", hint=""):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures: layers and composites as arrays, what is made of them, and their files."""
+"""Pictures: layers and composites as arrays, operations on them, and their files."""
 
 import json
 import os
@@ -14,7 +14,7 @@ _MOST_SHOWN = 1024  # pixels a side of a picture in a notebook
 
 
 class _Picture:
-    """What both kinds of pictures have. The arrays are views of the bytes that the worker wrote."""
+    """Base of both kinds of pictures. The arrays are views of the bytes that the worker wrote."""
 
     def __init__(self, arrays, metadata):
         self._arrays, self._metadata = arrays, metadata
@@ -37,18 +37,18 @@ class _Picture:
 
     @property
     def window(self):
-        """(x0, y0, x1, y1): which pixels of the display window these are"""
+        """(x0, y0, x1, y1): the pixels of the display window that the picture covers"""
         return self._window
 
     @property
     def display(self):
-        """(width, height) of the display window, whose middle is on the camera's axis"""
+        """(width, height) of the display window; the camera's axis goes through its middle"""
         return self._display
 
     @property
     def K(self):
         """(3, 3) float64, pixels: x right, y down, (0, 0) the centre of the first pixel (OpenCV);
-        None of an orthographic or unknown camera"""
+        None for an orthographic or unknown camera"""
         camera = self._camera
         if not camera or camera["projection"] != "perspective":
             return None
@@ -59,7 +59,7 @@ class _Picture:
 
     @property
     def world_to_camera(self):
-        """(4, 4) float64: to x right, y down, z forward (OpenCV); None if unknown"""
+        """(4, 4) float64: world to camera, with x right, y down, z forward (OpenCV); None if unknown"""
         if not self._camera:
             return None
         matrix = np.linalg.inv(self.gltf)
@@ -68,24 +68,24 @@ class _Picture:
 
     @property
     def gltf(self):
-        """(4, 4) float64: the camera's place as glTF and pyrender have it, camera to world, looking along -Z with +Y
-        up; None if unknown"""
+        """(4, 4) float64: the camera's pose as in glTF and pyrender, camera to world, looking along -Z with +Y up;
+        None if unknown"""
         return np.array(self._camera["cameraToWorld"], np.float64).reshape(4, 4) if self._camera else None
 
     @property
     def near(self):
-        """scene units"""
+        """Distance of the near plane, scene units"""
         return self._camera["near"] if self._camera else 0.0
 
     @property
     def far(self):
-        """scene units"""
+        """Distance of the far plane, scene units; may be inf"""
         far = self._camera["far"] if self._camera else None
         return np.inf if far is None else far
 
     @property
     def camera(self):
-        """Name of the scene's camera; '' if it is none of them"""
+        """Name of the scene's camera; '' for any other camera"""
         return self._camera["name"] if self._camera else ""
 
     @property
@@ -99,7 +99,7 @@ class _Picture:
         return f" of '{scene}'" if scene else ""
 
     def _written(self):
-        """A file of it for the worker, which has to be removed."""
+        """Writes the picture to a file for the worker; the caller removes it."""
         path = _arrays.place()
         try:
             _arrays.write(path, self._arrays, self._metadata)
@@ -109,7 +109,7 @@ class _Picture:
         return path
 
     def _run(self, verb, arguments, **keywords):
-        """Does what a verb does with it, from a file to arrays."""
+        """Runs a verb on the picture, and returns its arrays."""
         path = self._written()
         try:
             return _arrays.run(verb, [path, *arguments], **keywords)
@@ -126,7 +126,7 @@ class _Picture:
 
 
 class Composite(_Picture):
-    """A flat picture: premultiplied linear RGBA over nothing, and the depth of what is nearest."""
+    """A flat picture: premultiplied linear RGBA without a background, and the nearest depth."""
 
     @property
     def rgba(self):
@@ -135,7 +135,7 @@ class Composite(_Picture):
 
     @property
     def z(self):
-        """(height, width) float32: camera Z of the nearest fragment, scene units; inf = nothing; no copy"""
+        """(height, width) float32: camera Z of the nearest fragment, scene units; inf = no fragment; no copy"""
         return self._arrays["z"]
 
     def __array__(self, dtype=None, copy=None):
@@ -146,26 +146,26 @@ class Composite(_Picture):
     def save(self, path, **keywords):
         """save(path, *, background=, exposure=, tone_map=, ...)
 
-        Writes .exr, .png, .jpg, .tif, .npz or .safetensors, with the keywords of `peeler flatten`. A picture for eyes
-        gets an exposure that suits it, and the neutral tone map, unless told otherwise.
+        Writes .exr, .png, .jpg, .tif, .npz or .safetensors, with the keywords of `peeler flatten`. By default,
+        a .png, .jpg or .tif gets a suitable exposure and the neutral tone map.
         """
         _options.check("save", keywords)
         path = _options.path_of(path)
         given = {k: v for k, v in keywords.items() if v is not None and v is not False}
         if given.pop("as_", "composite") != "composite":
-            raise Error("usage", "a composite has no layers", path, "layers() renders them")
+            raise Error("usage", "a composite has no layers", path, "render them with layers()")
         self._refuse(path, given)
         self._save("flatten", path, given)
 
     @staticmethod
     def _refuse(path, given):
-        """Raises Error for keywords of layers."""
+        """Raises Error for keywords that apply to layers only."""
         for keyword in given:
             if keyword not in _options.table("flatten"):
                 raise Error("usage", "a composite has no layers", keyword, f"leave it out for {path}")
 
     def _written(self):
-        """The same as one layer: a fragment in every pixel that shows something."""
+        """Writes the picture as one layer: one fragment in every covered pixel."""
         shown = np.isfinite(self.z).ravel()
         arrays = {"splits": np.concatenate(([0], np.cumsum(shown))), "z": self.z.ravel()[shown]}
         for name in ("rgba", "opacity"):
@@ -187,7 +187,7 @@ class Image(_Picture):
     """Layers: all fragments of every pixel, front to back, in CSR form.
 
     Pixel p (row-major) has the fragments splits[p] up to splits[p + 1]. Arrays are views of the picture, never copies;
-    what is written to them is in the picture.
+    writing to them changes the picture.
     """
 
     def __init__(self, arrays, metadata):
@@ -204,12 +204,12 @@ class Image(_Picture):
 
     @property
     def rgba(self):
-        """(n, 4) float16, or float32 of precision='float': linear Rec. 709, premultiplied; no copy. None of rays"""
+        """(n, 4) float16, or float32 with precision='float': linear Rec. 709, premultiplied; no copy. None for rays"""
         return self._arrays.get("rgba")
 
     @property
     def opacity(self):
-        """(n, 3): of coloured glass, the opacity of each channel, else None; no copy"""
+        """(n, 3): opacity per colour channel if there is coloured glass, else None; no copy"""
         return self._arrays.get("opacity")
 
     @property
@@ -219,22 +219,22 @@ class Image(_Picture):
 
     @property
     def channels(self):
-        """Names of the channels that it has"""
+        """Names of the channels"""
         return list(self._names)
 
     @property
     def layers(self):
-        """The most fragments that a pixel has"""
+        """The largest number of fragments in a pixel"""
         return int(self._counts.max(initial=0))
 
     @property
     def complete(self):
-        """Whether every fragment is there"""
+        """Whether all fragments are stored"""
         return int(self._metadata.get("peeler:fragmentsCounted", len(self))) == len(self)
 
     @property
     def counts(self):
-        """(height, width) uint32: fragments of every pixel (made anew)"""
+        """(height, width) uint32: number of fragments of every pixel (a new array)"""
         return self._counts.reshape(self.shape).astype(np.uint32)
 
     @property
@@ -255,7 +255,7 @@ class Image(_Picture):
         return np.diff(self.splits.astype(np.int64))
 
     def _places(self):
-        """Of each fragment which of its pixel's it is."""
+        """Returns each fragment's index within its pixel."""
         splits = self.splits.astype(np.int64)
         return np.arange(len(self)) - np.repeat(splits[:-1], np.diff(splits))
 
@@ -263,7 +263,7 @@ class Image(_Picture):
         return len(self.z)
 
     def __getitem__(self, channel):
-        """A channel by its name ('normal', 'id'): (n, components), or (n,) of one; or a component of it by its name in
+        """A channel by name ('normal', 'id'): (n, components), or (n,) for one component; or a component by its name in
         files ('N.X', 'id.object'). float16 or float32, ids uint32 (index + 1). No copy"""
         if channel in self._names or channel in ("z", "rgba", "opacity") and channel in self._arrays:
             return self._arrays[channel]
@@ -285,7 +285,7 @@ class Image(_Picture):
         """dense(layers=None, channel='z', fill=None)
 
         (height, width, layers), or (height, width, layers, components): the k-th fragment of every pixel at [..., k],
-        `fill` where there is none (default: NaN of z, else 0). layers=None: all
+        `fill` where a pixel has fewer (default: NaN for z, else 0). layers=None: all
         """
         values, counts = self[channel], self._counts
         depth = self.layers if layers is None else int(layers)
@@ -300,9 +300,9 @@ class Image(_Picture):
         return dense.reshape(*self.shape, *dense.shape[1:])
 
     def positions(self):
-        """(n, 3) float32: every fragment's place in world space (made anew)"""
+        """(n, 3) float32: every fragment's position in world space (a new array)"""
         if not self._camera:
-            raise Error("input", "nothing in it says where its camera was", "positions")
+            raise Error("input", "the picture has no camera", "positions")
         camera, (x0, y0, x1, _) = self._camera, self._window
         width, height = self._display
         sample = camera.get("sample", (0.5, 0.5))
@@ -317,7 +317,7 @@ class Image(_Picture):
         return places.astype(np.float32)
 
     def _kept(self, chosen, counts):
-        """These fragments as an Image."""
+        """Returns the chosen fragments as an Image."""
         arrays = {name: array[chosen] if array.ndim else array for name, array in self._arrays.items() if name != "splits"}
         arrays["splits"] = np.concatenate(([0], np.cumsum(counts))).astype(self.splits.dtype)
         metadata = {k: v for k, v in self._metadata.items() if k not in ("peeler:outputHash", "peeler:layers")}
@@ -326,7 +326,7 @@ class Image(_Picture):
         return Image(arrays, metadata)
 
     def layer(self, k):
-        """layer(k): the k-th fragment of every pixel that has one, as an Image"""
+        """layer(k): the k-th fragment of every pixel, where there is one, as an Image"""
         return self._kept(self._places() == k, self._counts > k)
 
     def nearest(self, layers):
@@ -336,33 +336,33 @@ class Image(_Picture):
     def flatten(self, layers=None, tail="drop"):
         """flatten(layers=None, tail='drop')
 
-        The composite, front to back, in 32-bit float: of all layers, or of the nearest ones; what is behind those is
+        The composite, front to back, in 32-bit float, of all layers or of the nearest ones. Fragments behind those are
         left out, or with tail='blend' blended as a weighted average.
         """
         arguments = []
         if layers:
             arguments = [f"--layers={layers}", f"--tail={tail}"]
         elif tail not in ("drop", "blend"):
-            raise Error("usage", f"there is no tail {tail!r}", "tail", "there are drop and blend")
+            raise Error("usage", f"unknown tail {tail!r}", "tail", "choose one of: drop, blend")
         _, data = self._run("flatten", arguments)
         return composite(data)
 
     def save(self, path, **keywords):
         """save(path, *, as_=, layout=, compression=, deep_merge=, ...)
 
-        Writes .exr (layers, as_='deep' or as_='composite'), .html, .png, .jpg, .tif, .safetensors with the keywords of
-        `peeler render`, .npz (dense=, fill=) and .ply as `peeler extract` does.
+        Writes .exr (layers, as_='deep' or as_='composite'), .html, .png, .jpg, .tif or .safetensors, with the keywords
+        of `peeler render`, or .npz (dense=, fill=) or .ply, as `peeler extract` does.
         """
         _options.check("save", keywords)
         path = _options.path_of(path)
         given = {k: v for k, v in keywords.items() if v is not None and v is not False}
         kind = os.path.splitext(path)[1].lower()
         if "rgba" not in self._arrays:
-            raise Error("usage", "hits have no colours", path, "Hits.save() writes them")
+            raise Error("usage", "hits have no colours", path, "write them with Hits.save()")
         if kind == ".ply" or (kind == ".npz" and "dense" not in given):
             for keyword in given:
                 if keyword not in ("no_clobber", "no_mkdir"):
-                    raise Error("usage", "arrays and points have all there is", keyword, "leave it out")
+                    raise Error("usage", "arrays and points take no such option", keyword, "leave it out")
             self._save("extract", path, given, "--points" if kind == ".ply" else "--npz")
         elif kind in _DISPLAY or given.get("as_") == "composite":
             given.pop("as_", None)
@@ -389,7 +389,7 @@ class Image(_Picture):
 
 
 def image(data):
-    """An Image of a file's bytes."""
+    """Returns a file's bytes as an Image."""
     return Image(*_arrays.parse(data))
 
 
@@ -398,7 +398,7 @@ def composite(data):
 
 
 def _png(picture):
-    """For Jupyter: at most some 1000 pixels wide, for eyes. Of a large picture means of neighbours."""
+    """Returns a PNG for Jupyter, at most about 1000 pixels per side; averages the pixels of larger pictures."""
     height, width = picture.shape
     step = max(1, (max(width, height) - 1) // _MOST_SHOWN + 1)
     rows, columns = max(1, height // step), max(1, width // step)
@@ -424,9 +424,9 @@ def _png(picture):
 def read(path, **keywords):
     """read(path, *, part=None, view=None, strict=False)
 
-    The layers of an .exr or .safetensors of peeler, in any layout, a deep .exr of any program, or a flat one as one
-    layer, as an Image. Of other programs' files part names a part, or a layer of channels, and view a view; with strict
-    a warning is an error. Raises peeler.Error of kind 'input'.
+    Reads an .exr or .safetensors of peeler in any layout, a deep .exr of any program, or a flat .exr as one layer;
+    returns an Image. In other programs' files, part selects a part or a layer of channels, and view a view. With
+    strict, a warning is an error. Raises peeler.Error of kind 'input'.
     """
     _options.check("read", keywords)
     arguments = _options.arguments("convert", keywords)
@@ -437,11 +437,11 @@ def read(path, **keywords):
 def merge_images(images, elements=False):
     """merge_images(images, elements=False)
 
-    Tiles of one picture side by side, or, with elements=True, the fragments of pictures of one camera merged by depth.
+    Puts tiles of one picture together, or, with elements=True, merges the fragments of pictures of one camera by depth.
     """
     images = list(images)
     if not images:
-        raise Error("usage", "there is nothing to merge", "images")
+        raise Error("usage", "no images are given", "images")
     paths = []
     try:
         for each in images:
@@ -454,7 +454,7 @@ def merge_images(images, elements=False):
 
 
 def compare_images(a, b):
-    """compare_images(a, b): how far two Images are apart, as `peeler compare --json` has it."""
+    """compare_images(a, b): the differences of two Images, as a dict like the result of `peeler compare --json`."""
     paths = []
     try:
         for each in (a, b):

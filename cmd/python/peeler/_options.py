@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Keywords as options of the command line, and texts of the command line in keywords.
+"""Translation of keywords to options of the command line, and of its texts to keywords.
 
 verbs.json describes the options of all verbs, as `peeler VERB --help` does; the build writes it.
 """
@@ -100,7 +100,7 @@ _OPTION = re.compile(r"(?<![\w./-])--[a-z][a-z-]*(?![\w/-]|\.\w)")
 
 
 def in_keywords(text, names=()):
-    """Returns a text of the command line with keywords in place of options: "ortho_height" for "--ortho-height".
+    """Returns a text of the command line with keywords instead of options: "ortho_height" for "--ortho-height".
 
     names: {keyword: the caller's name for it}
     """
@@ -145,7 +145,7 @@ def _scalar(keyword, value):
         return path_of(value)
     if not _is_number(value):
         kind = type(value).__name__
-        raise Error("usage", f"expected a number, a text or a sequence of them, not {kind}", keyword)
+        raise Error("usage", f"expected a number, a string or a sequence of them, not {kind}", keyword)
     if hasattr(value, "__index__"):
         return str(value.__index__())
     return repr(float(value))  # the shortest digits that read back as the number
@@ -225,5 +225,5 @@ def help_of(verb, call=None):
         seen.add(id(option))
         lines.append(f"    {keyword}: {option['value'] or 'bool'}\n        {in_keywords(option['help'])}")
         lines += [f"        - {choice}" for choice in option["choices"]]
-    lines.append("    progress: callable\n        called with the share that is done, 0 to 1")
+    lines.append("    progress: callable\n        called with the share of the work that is done, 0 to 1")
     return "\n".join(lines) + "\n"

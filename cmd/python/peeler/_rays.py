@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hits of rays, and what follows from them."""
+"""Hits of rays, and results computed from them."""
 
 import json
 
@@ -14,10 +14,10 @@ _AXES = ("axis_x", "axis_y", "axis_z")
 
 
 class Hits:
-    """All hits of bundles of rays in CSR form: ray r has the hits splits[r] up to splits[r + 1], nearest first, bundle
-    after bundle, the rays of each row by row. Columns, by hits[name], have the names and numbers of
-    `peeler rays -o hits.npz`: t_hit (from where the ray starts), geometry_ids, primitive_ids, primitive_uvs, facing,
-    normals, primitive_normals, node_ids, mesh_ids, instance_ids, material_ids.
+    """All hits of bundles of rays in CSR form: ray r has the hits splits[r] up to splits[r + 1], nearest first. Rays
+    are ordered by bundle, then row by row. hits[name] is a column, with the name and values of
+    `peeler rays -o hits.npz`: t_hit (distance from the ray's start), geometry_ids, primitive_ids, primitive_uvs,
+    facing, normals, primitive_normals, node_ids, mesh_ids, instance_ids, material_ids.
     """
 
     def __init__(self, data, traced, columns):
@@ -39,7 +39,7 @@ class Hits:
         self._images = None
 
     def _depths(self, i):
-        """Depth along the direction of a bundle's rays."""
+        """Returns the depths of a bundle's hits along its direction."""
         first, last = self._first_rays[i : i + 2]
         splits = self.splits[first : last + 1]
         t = self._arrays["t_hit"][splits[0] : splits[-1]]
@@ -65,7 +65,7 @@ class Hits:
 
     @property
     def t(self):
-        """(n,) float32: distance from where the ray starts, scene units"""
+        """(n,) float32: distance from the ray's start, scene units"""
         return self._arrays["t_hit"]
 
     @property
@@ -75,8 +75,8 @@ class Hits:
 
     @property
     def bundles(self):
-        """A dict of each bundle: name, parallel, origin, direction, right, up, size (scene units), shape (rows, columns
-        of rays)"""
+        """A list with a dict per bundle: name, parallel, origin, direction, right, up, size (scene units), shape (rows,
+        columns of rays)"""
         found = []
         for i, window in enumerate(self._windows):
             entry = {"name": self._name(i), "parallel": not self._arrays["bundle_perspective"][i]}
@@ -94,7 +94,7 @@ class Hits:
 
     @property
     def images(self):
-        """The hits of each bundle as an Image: dense(), counts and so on; its channels are the columns"""
+        """The hits of each bundle as an Image, with dense(), counts and so on; its channels are the columns"""
         if self._images is None:
             self._images = [self._image(i) for i in range(len(self._windows))]
         return list(self._images)
@@ -117,7 +117,7 @@ class Hits:
         return len(self._arrays["t_hit"])
 
     def __getitem__(self, column):
-        """A column of all hits, bundle after bundle, as a .npz of `peeler rays` has it; no copy"""
+        """A column of all hits, bundle after bundle, as in a .npz of `peeler rays`; no copy"""
         if column not in self._columns:
             raise KeyError(f"no column '{column}'; there are {', '.join(self._columns)}")
         return self._arrays[column]
@@ -125,8 +125,8 @@ class Hits:
     def next_to(self, points):
         """next_to(points) -> dict
 
-        How far from each point (n, 3; world space) the next hits before and after it are along every parallel bundle,
-        which are traced again: t_before, t_after (bundles, n) float64, inf = none.
+        Distances from each point (n, 3; world space) to the next hits before and after it along every parallel bundle:
+        t_before, t_after (bundles, n) float64, inf = no hit. Traces the rays again.
         """
         points = np.asarray(points, np.float64)
         if points.ndim != 2 or points.shape[1] != 3:
@@ -141,8 +141,10 @@ class Hits:
         return {name: arrays[name].astype(np.float64) for name in ("t_before", "t_after")}
 
     def save(self, path, *, double=False):
-        """save(path, *, double=False): .npz, .safetensors, .ply or .exr, as `peeler rays` writes them; the rays are
-        traced again."""
+        """save(path, *, double=False)
+
+        Writes .npz, .safetensors, .ply or .exr, as `peeler rays` does. Traces the rays again.
+        """
         path = _worker.place(_options.path_of(path))
         asked = [f"--output={path}", *(["--double"] if double else [])]
         columns = self._columns
@@ -171,7 +173,7 @@ class Traced:
 
 
 def maps(result, data):
-    """A dict of the maps of each bundle."""
+    """Returns the maps of each bundle as a dict."""
     arrays, _ = _arrays.parse(data)
     return [
         {c["name"]: arrays[f"{c['name']}.{i}"].astype(np.float32, copy=False) for c in entry["channels"]}
@@ -180,7 +182,7 @@ def maps(result, data):
 
 
 def baked(data):
-    """What bake_scene() returns."""
+    """Returns the result of bake_scene()."""
     arrays, _ = _arrays.parse(data)
     found = {name: arrays[name] for name in ("values", "positions", "normals")}
     names = ("node", "instance", "primitive", "first", "count")

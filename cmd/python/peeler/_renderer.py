@@ -12,11 +12,11 @@ from ._error import Error
 from ._scenes import Scene
 
 _CAMERA = """Camera: camera (name or index), or eye, target, up, fov (degrees) or ortho_height; or K=(3, 3) in pixels
-        (OpenCV: x right, y down, (0, 0) the centre of the first pixel; pixel_center=0.5 if that is at (0.5, 0.5), as of
-        pyrender and COLMAP) and world_to_camera=(4, 4) (OpenCV: z forward), or gltf=(4, 4), camera to world as glTF and
-        pyrender have it (-Z forward, +Y up). near, far, size=(width, height), crop=(x, y, width, height), tile='1/4'.
+        (OpenCV: x right, y down, (0, 0) the centre of the first pixel; pixel_center=0.5 if that is at (0.5, 0.5), as in
+        pyrender and COLMAP) and world_to_camera=(4, 4) (OpenCV: z forward), or gltf=(4, 4), camera to world as in glTF
+        and pyrender (-Z forward, +Y up). near, far, size=(width, height), crop=(x, y, width, height), tile='1/4'.
         Time: animation, time (seconds).
-        progress: called with the share that is done, 0 to 1; what it raises ends the work."""
+        progress: called with the share of the work that is done, 0 to 1; an exception that it raises ends the work."""
 
 
 def _documented(function):
@@ -37,11 +37,11 @@ def _matrix(name, value, shapes):
 
 
 def _take_camera(given):
-    """Makes --intrinsics and --pose of what keywords say that are no options; returns {option: keyword}."""
+    """Replaces the keywords of calibrated cameras by intrinsics and pose; returns {option: keyword}."""
     k, world_to_camera, gltf, centre = (given.pop(name, None) for name in _options.CALIBRATED)
     names = {}
     if world_to_camera is not None and gltf is not None:
-        raise Error("usage", "a camera has one place", "world_to_camera, gltf", "leave one of them out")
+        raise Error("usage", "a camera has one pose", "world_to_camera, gltf", "leave one of them out")
     if world_to_camera is not None:
         given["pose"] = _matrix("world_to_camera", world_to_camera, [(4, 4), (3, 4)])
         names["pose"] = "world_to_camera"
@@ -53,7 +53,7 @@ def _take_camera(given):
             raise Error("usage", "expected a rotation and a translation", "gltf") from None
     if k is None:
         if centre is not None:
-            raise Error("usage", "there is no K whose pixels have a centre", "pixel_center", "add K")
+            raise Error("usage", "a pixel centre needs K", "pixel_center", "add K")
         return names
     k, centre = _matrix("K", k, [(3, 3)]), 0 if centre is None else float(centre)
     if k[0, 1] or k[1, 0] or k[2, 0] or k[2, 1] or k[2, 2] != 1:
@@ -67,15 +67,15 @@ def _take_camera(given):
 class Renderer:
     """Renderer(*, device='auto', backend='auto', memory=None, require_gpu=False, threads=None)
 
-    Renders any number of pictures of any number of scenes. What it needs of GL is in a process of its own, a worker,
-    which keeps scenes and devices open from call to call: nothing of this process is touched. Use it in a `with` block,
-    or close() it. Calls from several threads wait for each other; two Renderers may render at a time. Python runs on
-    meanwhile. Ctrl-C ends a render, and leaves it usable. A process that is forked, or gets it by pickle, has a worker of
-    its own.
+    Renders any number of pictures of any number of scenes. All GL work happens in a separate process, a worker, which
+    keeps scenes and devices open between calls and leaves this process untouched. Use it in a `with` block, or close()
+    it. Calls from several threads wait for each other; two Renderers may render at the same time. Other Python threads
+    run meanwhile. Ctrl-C ends a render, and the Renderer stays usable. A forked process, or one that gets it by pickle,
+    has a worker of its own.
 
-    device: 'auto', or as peeler.devices() lists them: 3, 'cuda:1', 'uuid:8932f937'
-    memory: most bytes that a call takes: '2G', 512_000_000
-    threads: processors that a call uses
+    device: 'auto', or a device as peeler.devices() lists it: 3, 'cuda:1', 'uuid:8932f937'
+    memory: most bytes that a call may use: '2G', 512_000_000
+    threads: processors that a call may use
     """
 
     def __init__(self, **keywords):
@@ -85,7 +85,7 @@ class Renderer:
         for keyword, value in keywords.items():
             choices = _options.keywords("Renderer")[keyword][1]["choices"]
             if value is not None and choices and value not in choices:
-                raise Error("usage", f"there is no {keyword} {value!r}", keyword, "there are " + ", ".join(choices))
+                raise Error("usage", f"unknown {keyword} {value!r}", keyword, "choose one of: " + ", ".join(choices))
         self._keywords, self._arguments = keywords, {}
         self._machine("render")  # what is no number or text is refused here
         self._device = None
@@ -104,15 +104,15 @@ class Renderer:
         return self._arguments[verb]
 
     def _use(self):
-        """A lock for a call. Raises Error if it is closed, or called from its own callback."""
+        """Checks that a call may start. Raises Error if the Renderer is closed, or called from its own callback."""
         if self._closed:
             raise Error("usage", "the Renderer is closed", "Renderer")
         if self._process != os.getpid():  # forked
             self._end.detach()
             self._begin()
         if self._user == threading.get_ident():
-            raise Error("usage", "the Renderer is at work, and called this", "progress",
-                        "make another Renderer for what a callback renders")
+            raise Error("usage", "a callback cannot use the Renderer that calls it", "progress",
+                        "use another Renderer in the callback")
         return self
 
     def __reduce__(self):
@@ -125,13 +125,13 @@ class Renderer:
         self.close()
 
     def close(self):
-        """Gives the device back, if this is the last one: the worker ends."""
+        """Closes the Renderer; the last one also ends the worker, which releases the device."""
         self._closed = True
         self._end()
 
     @property
     def device(self):
-        """GL_RENDERER of the device. Raises peeler.Error of kind 'device' if there is none"""
+        """GL_RENDERER of the device. Raises peeler.Error of kind 'device' if there is no usable one"""
         if self._device is None:
             dot = Scene.from_arrays(np.zeros((3, 3)))
             self._device = self.layers(dot, size=(1, 1), eye=(0, 0, 1)).renderer
@@ -176,7 +176,7 @@ class Renderer:
         geometric-normal, position, uv, tangent, base-color, emissive, roughness-metallic, facing, motion, id,
         barycentric, distance; or 'all'.
 
-        Raises peeler.Error: 'usage', 'device', 'memory'. After an error it can be used on.
+        Raises peeler.Error: 'usage', 'device', 'memory'. The Renderer stays usable after an error.
         """
         return _images.image(self._picture("layers", scene, "layers", keywords))
 
@@ -184,16 +184,16 @@ class Renderer:
     def composite(self, scene, **keywords):
         """composite(scene, **keywords) -> Composite
 
-        What layers() and flatten() come to, without the layers being kept; by method='dual' and so on, also by
+        The same picture as layers() and flatten(), without keeping the layers. method takes 'dual' and so on, and also
         approximations ('weighted-average', 'weighted-sum', 'unsorted').
 
         {camera}
-        The other keywords are those of layers(), tail ('drop', 'blend') and no channels.
+        The other keywords are those of layers(), without channels, and tail ('drop', 'blend').
         """
         return _images.composite(self._picture("composite", scene, "composite", keywords))
 
     def _trace(self, call, scene, given, more=()):
-        """(arguments, progress, {option: keyword}) of a call that traces rays."""
+        """Returns (arguments, progress, {option: keyword}) of a call that traces rays."""
         self._use()
         _options.check(call, given, (*_options.CALIBRATED, "progress", *more))
         progress = given.pop("progress", None)
@@ -204,7 +204,7 @@ class Renderer:
     def rays(self, scene, **keywords):
         """rays(scene, **keywords) -> Hits
 
-        All hits of bundles of rays: direction=(x, y, z) or several of them, directions=N (over the sphere), hemisphere,
+        All hits of bundles of rays: direction=(x, y, z) or a list of them, directions=N (over the sphere), hemisphere,
         directions_file, axes=True, or a camera's pixels. resolution (rays along the longer side), spacing, bounds;
         refine, faces, engine ('auto', 'cpu', 'gl'), columns (names of Hits, or 'all').
 
@@ -230,8 +230,8 @@ class Renderer:
         """
         if keywords.get("map") is None or keywords["map"] in ("", [], ()):
             _options.check("ray_maps", keywords, (*_options.CALIBRATED, "progress"))
-            raise Error("usage", "no map is asked for", "map", "map=['thickness'], or first, last, count, path-length, "
-                        "transmission, parity, overlap")
+            raise Error("usage", "no map is given", "map", "give map=['thickness'], or first, last, count, "
+                        "path-length, transmission, parity, overlap")
         arguments, progress, names = self._trace("ray_maps", scene, keywords)
         result, data = self._run(_arrays.run, "rays", scene, arguments, progress=progress, names=names)
         return _rays.maps(result, data)
@@ -239,8 +239,8 @@ class Renderer:
     def voxels(self, scene, voxels, **keywords):
         """voxels(scene, voxels, *, bounds=None, ...) -> dict
 
-        Which cells of a lattice, `voxels` along its longest side, are inside: occupancy and votes (uint8, (nx, ny,
-        nz)), corner (3,), spacing, occupied, disputed, volume; scene units.
+        The cells of a lattice that are inside, with `voxels` cells along its longest side: occupancy and votes (uint8,
+        (nx, ny, nz)), corner (3,), spacing, occupied, disputed, volume; scene units.
         """
         arguments, progress, names = self._trace("voxels", scene, keywords)
         asked = [*arguments, f"--voxels={voxels}"]
@@ -254,8 +254,8 @@ class Renderer:
     def parity(self, scene, **keywords):
         """parity(scene, **rays) -> dict
 
-        Whether what rays enter they leave: holds, rays, odd_rays, and the solids with node, open_edges, odd_rays and so
-        on.
+        Whether rays leave every surface that they enter: holds, rays, odd_rays, and the solids with node, open_edges,
+        odd_rays and so on.
         """
         arguments, progress, names = self._trace("parity", scene, keywords)
         line = self._run(_run_quietly, "rays", scene, [*arguments, "--parity=report"], progress=progress, names=names)
@@ -274,7 +274,7 @@ def _renderer(keywords):
 
 
 def _run_quietly(verb, arguments, known_warnings=(), **keywords):
-    """Runs what warns of that which it returns."""
+    """Runs a verb without its warnings, which the result repeats."""
     return _worker.run(verb, arguments, known_warnings=_Everything(), **keywords)
 
 
@@ -286,11 +286,11 @@ class _Everything:
 def check_scene(scene, *, together=False, unit=1.0, min_wall=None, progress=None):
     """check_scene(scene, *, together=False, unit=1.0, min_wall=None, progress=None) -> dict
 
-    Whether parts can be made of it, as `peeler check --json` has it. unit: what a scene unit is, in metres; min_wall:
-    millimetres.
+    Whether the scene's parts can be printed; a dict like the result of `peeler check --json`. unit: metres per scene
+    unit; min_wall: millimetres.
     """
     if scene._keywords.get("unit") is not None:
-        raise Error("usage", "lengths are those of the file", "unit", "open the Scene without unit, and give it here")
+        raise Error("usage", "the Scene already has a unit", "unit", "open the Scene without unit, and give it here")
     given = {"together": together, "unit": unit, "min_wall": min_wall}
     arguments = [*scene._arguments("check"), *_options.arguments("check", given)]
     return _run_quietly("check", arguments, progress=progress)
@@ -300,16 +300,16 @@ def bake_scene(scene, **keywords):
     """bake_scene(scene, *, quantity='ao', directions=256, resolution=512, max_distance=None, bounces=None,
     faces='both', animation=None, time=None, progress=None) -> dict
 
-    What every vertex sees around it: values (n, 1 or 3) float32, positions and normals (n, 3) of the vertices, world
-    space, and ranges: which of them are of which node, instance and primitive (first, count). Quantities: ao,
-    bent-normal, sky-visibility, thickness, irradiance.
+    Bakes a quantity (ao, bent-normal, sky-visibility, thickness or irradiance) at every vertex: values (n, 1 or 3)
+    float32, positions and normals (n, 3) of the vertices in world space, and ranges, the vertices (first, count) of
+    each node, instance and primitive.
     """
     progress = keywords.pop("progress", None)
     if keywords.get("output") is not None:
-        raise Error("usage", "numbers are returned, not written", "output", "peeler.bake() writes files")
+        raise Error("usage", "values are returned, not written", "output", "write files with peeler.bake()")
     for keyword in ("target", "size", "padding", "uv"):
         if keywords.get(keyword) is not None:
-            raise Error("usage", "only vertices are baked into arrays", keyword, "peeler.bake() writes textures")
+            raise Error("usage", "only vertex values are returned", keyword, "write textures with peeler.bake()")
     _options.check("bake_scene", keywords, ("output", "target", "size", "padding", "uv"))
     given = {k: v for k, v in keywords.items() if v is not None}
     arguments = [*scene._arguments("bake"), "--engine=cpu", "--target=vertices", *_options.arguments("bake", given)]

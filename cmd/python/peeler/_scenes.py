@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes: files as the command line shows them, and meshes of arrays."""
+"""Scenes: files as the command line reads them, and meshes made of arrays."""
 
 import json
 import os
@@ -19,7 +19,7 @@ def _refuse_shape(name, expected, array):
 
 
 def _array(name, value, kinds="fiu"):
-    """An array of numbers of these kinds."""
+    """Returns an array of numbers of these kinds."""
     try:
         array = np.asarray(value)
     except ValueError:
@@ -44,12 +44,12 @@ def _faces(value, vertices, corners):
         _refuse_shape("faces", f"(m, {corners})", array)
     outside = array[(array < 0) | (array >= vertices)] if array.size else array
     if outside.size:
-        raise Error("usage", f"there is no vertex {outside.flat[0]}, only {vertices}", "faces")
+        raise Error("usage", f"vertex index {outside.flat[0]} is out of range for {vertices} vertices", "faces")
     return array.astype(np.uint32)
 
 
 def _colors(value, rows):
-    """Linear colours, 0 to 1. Of integers but uint8 and uint16 the white may be 1, 255 or more."""
+    """Returns linear colours, 0 to 1. Refuses integers other than uint8 and uint16, whose white is unknown."""
     array = _array("colors", value)
     whites = {np.dtype(np.uint8): 255, np.dtype(np.uint16): 65535}
     white = whites.get(array.dtype, 1)
@@ -67,7 +67,7 @@ def _texture(value):
     array = np.asarray(value)
     if array.dtype != np.uint8:
         raise Error("usage", f"expected uint8, not {array.dtype}", "texture",
-                    "numpy.uint8(numpy.round(255 * texture)) of floats from 0 to 1")
+                    "convert floats from 0 to 1 with numpy.uint8(numpy.round(255 * texture))")
     if array.ndim != 3 or array.shape[2] not in (3, 4) or array.size == 0:
         _refuse_shape("texture", "(height, width, 3 or 4)", array)
     return array
@@ -75,19 +75,19 @@ def _texture(value):
 
 def _choice(name, value, choices):
     if value not in choices:
-        raise Error("usage", f"there is no {name} {value!r}", name, "there are " + ", ".join(choices))
+        raise Error("usage", f"unknown {name} {value!r}", name, "choose one of: " + ", ".join(choices))
     return value
 
 
 class Scene:
     """Scene(path, **keywords)
 
-    What a file (glTF, PLY, STL, OBJ) shows. It never changes, and may be rendered by any number of Renderers; another
-    process gets it by pickle. Space: right-handed, +Y up, the file's units (metres, if it keeps to glTF).
+    The scene in a file (glTF, PLY, STL, OBJ). It never changes, any number of Renderers may render it, and it can be
+    pickled for another process. Space: right-handed, +Y up, the file's units (metres in valid glTF).
 
     Keywords are those of `peeler render`: scene, include, exclude, allow_outside, ignore_extension, smooth_normals,
     unit, up, variant, transmission, environment, environment_rotation, strict.
-    What readers warn of becomes a UserWarning. Raises peeler.Error of kind 'input'.
+    Warnings of readers become UserWarnings. Raises peeler.Error of kind 'input'.
     """
 
     def __init__(self, path, **keywords):
@@ -110,11 +110,11 @@ class Scene:
         vertices, faces=None, *, normals=None, uv=None, texture=None, colors=None, base_color=(1, 1, 1, 1), metallic=0,
         roughness=1, alpha_mode="OPAQUE", double_sided=False, mode="triangles", name="mesh"
     ):  # fmt: skip
-        """A scene of one mesh. The arrays are copied, as 32-bit floats.
+        """A scene with one mesh. The arrays are copied, as 32-bit floats.
 
         vertices: (n, 3), world space
-        faces: (m, 3) indices, counter-clockwise seen from the front; None = the vertices in order,
-            m = 0: there is nothing. Of mode='lines' (m, 2), of mode='points' (m, 1)
+        faces: (m, 3) indices, counter-clockwise seen from the front; None = the vertices in order;
+            m = 0: an empty mesh. (m, 2) with mode='lines', (m, 1) with mode='points'
         normals: (n, 3), unit; None = every triangle is flat
         uv: (n, 2), V down, (0, 0) is the upper left corner of the texture
         texture: (height, width, 3 or 4), uint8, sRGB and straight alpha
@@ -171,7 +171,7 @@ class Scene:
         return self._facts[key]
 
     def _file(self):
-        """The file for the worker. In another process, or once it is gone, that of arrays is written again."""
+        """Returns the file for the worker. Writes that of arrays again in another process, or if it is gone."""
         if self._bytes is None:
             return self._path
         if self._owned != os.getpid() or not os.path.exists(self._path):
@@ -182,7 +182,7 @@ class Scene:
         return self._path
 
     def _arguments(self, verb):
-        """What a verb is told of it."""
+        """Returns the scene's arguments for a verb."""
         if verb not in self._given:
             known = _options.table(verb)
             given = {k: v for k, v in self._keywords.items() if k in known and k != "strict"}
@@ -191,13 +191,13 @@ class Scene:
 
     @property
     def bounds(self):
-        """(2, 3) float64: the least and the greatest corner of what is shown, world space; None if that is nothing"""
+        """(2, 3) float64: the bounding box's lower and upper corner, world space; None if the scene shows nothing"""
         bounds = self._known("bounds")
         return None if bounds is None else np.array([bounds["min"], bounds["max"]], np.float64)
 
     @property
     def cameras(self):
-        """Names of the cameras, in draw order: what `camera` takes"""
+        """Names of the cameras, in draw order, for `camera`"""
         return [camera["name"] for camera in self._known("cameras")]
 
     @property
@@ -212,22 +212,22 @@ class Scene:
 
     @property
     def animations(self):
-        """Names of the animations: what `animation` takes"""
+        """Names of the animations, for `animation`"""
         return [animation["name"] for animation in self._known("animations")]
 
     @property
     def variants(self):
-        """Names of the variants of materials"""
+        """Names of the material variants"""
         return list(self._known("variants"))
 
     @property
     def warnings(self):
-        """What the reader had to leave aside, in sentences"""
+        """The reader's warnings about content that it ignored, in sentences"""
         return list(self._known("warnings"))
 
     @property
     def name(self):
-        """Name of the file; '' of arrays"""
+        """Name of the file; '' for arrays"""
         return self._name
 
     def __reduce__(self):

@@ -19,7 +19,7 @@ def _run(name, files, keywords):
     arguments = _options.arguments(name, keywords, _worker.place)
     for argument in arguments:
         if argument.startswith("--output=-"):
-            raise Error("usage", "standard output is the program's own", "output", "name a file")
+            raise Error("usage", "standard output is not available here", "output", "name a file")
     return _worker.run(name, [*map(_worker.file_argument, files), *arguments], progress=progress)
 
 
@@ -31,7 +31,7 @@ def function(name):
     verb.__module__ = "peeler"
     summary = _options.in_keywords(_options.description()["verbs"][name]["summary"])
     verb.__doc__ = (
-        f"{summary}\n\nWhat `peeler {name}` does, with its options as keywords; returns its JSON as a dict.\n"
+        f"{summary}\n\nDoes the same as `peeler {name}`, with its options as keywords; returns its JSON as a dict.\n"
         f"Raises peeler.Error.\n\n{_options.help_of(name)}"
     )
     keyword_only = [

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The worker of this process: `peeler worker`, started on first use.
 
-It runs in a session of its own, so Ctrl-C reaches this process only, which cancels the job. A forked process starts its
-own. It ends with this process, or when the last Renderer is closed.
+The worker runs in a session of its own, so Ctrl-C reaches only this process, which cancels the job. A forked process
+starts its own worker. The worker ends with this process, or when the last Renderer is closed.
 """
 
 import atexit
@@ -42,7 +42,7 @@ def _program():
             return program
     found = shutil.which("peeler")
     if not found:
-        raise Error("usage", "the program peeler is not found", "", "install it, or name it by $PEELER")
+        raise Error("usage", "cannot find the program peeler", "", "install it, or set $PEELER to its path")
     return found
 
 
@@ -62,8 +62,8 @@ class _Worker:
             )
         except OSError as error:
             self._socket.close()
-            raise Error("usage", f"the program peeler cannot be started: {error.strerror}", program,
-                        "install it, or name it by $PEELER") from None
+            raise Error("usage", f"cannot start the program peeler: {error.strerror}", program,
+                        "install it, or set $PEELER to its path") from None
         finally:
             other.close()
         self._ids, self._sending, self._answers = itertools.count(), threading.Lock(), {}
@@ -72,8 +72,8 @@ class _Worker:
         try:
             hello = json.loads(next(self._lines, b"{}"))
             if hello.get("worker") != _PROTOCOL:
-                raise Error("usage", "the program peeler is of another version than this module", program,
-                            "install those of one version, or name it by $PEELER")
+                raise Error("usage", "the program peeler has another version than this module", program,
+                            "install both in one version, or set $PEELER to the right program")
             self._reader = threading.Thread(target=self._read, name="peeler", daemon=True)
             self._reader.start()
         except BaseException:
@@ -82,7 +82,7 @@ class _Worker:
             raise
 
     def run(self, verb, arguments, progress):
-        """Runs a job, and returns its result line. Ctrl-C, or an exception of `progress`, cancels it."""
+        """Runs a job, and returns its result line. Ctrl-C or an exception in `progress` cancels the job."""
         answers, number, token = queue.SimpleQueue(), next(self._ids), _cancelling.get()
         self._answers[number] = answers
         job = {"id": number, "verb": verb, "args": arguments, "progress": progress is not None}
@@ -136,7 +136,7 @@ class _Worker:
                 raise
 
     def _received(self):
-        """Yields the lines that it sends."""
+        """Yields the lines that the worker sends."""
         text = bytearray()
         while True:
             part = self._socket.recv(1 << 16)
@@ -162,7 +162,7 @@ class _Worker:
             answers.put(None)
 
     def _ending(self):
-        """Returns an Error that says why it has ended."""
+        """Returns an Error with the reason why the worker has ended."""
         if self._closed:
             return _Closed()
         try:
@@ -196,7 +196,7 @@ class _Worker:
         self._socket.close()
 
     def forget(self):
-        """Leaves it to the parent of this forked process."""
+        """Leaves the worker to the parent of this forked process."""
         self._process.returncode = 0
         os.close(self._socket.detach())
 
@@ -234,7 +234,7 @@ def close():
 
 
 def open_user():
-    """Counts a Renderer, whose process this is."""
+    """Counts a Renderer of this process."""
     global _users
     with _lock:
         _users += 1
@@ -264,7 +264,7 @@ os.register_at_fork(after_in_child=_after_fork)
 
 
 def place(path):
-    """Returns a name of a file for the worker, whose names are relative to the folder that it was started in."""
+    """Returns a file's name for the worker, which resolves names in the folder where it was started."""
     folder = _current_folder()
     if os.path.isabs(path) or folder is None or _get().folder == folder:
         return path
@@ -272,7 +272,7 @@ def place(path):
 
 
 def file_argument(path):
-    """Returns a file as an argument that is no option."""
+    """Returns a file as an argument that is not taken for an option."""
     path = place(_options.path_of(path))
     return "./" + path if path.startswith("-") else path
 
@@ -318,7 +318,7 @@ async def aio(call, *arguments, **keywords):
 
 
 def warn(sentences):
-    """Warns of each sentence at the line that called this module."""
+    """Issues each sentence as a warning at the line that called this module."""
     if not sentences:
         return
     level, frame = 1, sys._getframe()
@@ -342,7 +342,7 @@ def run(verb, arguments, progress=None, known_warnings=(), names=()):
     known_warnings: not repeated; names: see in_keywords(). Raises Error if there is no result.
     """
     if progress is not None and not callable(progress):
-        raise TypeError("progress is called with the share that is done: it must be callable")
+        raise TypeError("progress must be callable; it is called with the share of the work that is done")
     if "threads" in _options.table(verb) and not any(a.startswith("--threads=") for a in arguments):
         arguments = [*arguments, "--threads=0"]  # all processors, not the share of one job
     try:

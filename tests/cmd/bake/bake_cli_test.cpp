@@ -73,7 +73,7 @@ TEST_P(BakeCommand, RefusesWhatContradictsItself) {
     expectRefused("out.glb", {"--bounces", "2"}, 2, "--quantity irradiance");
     expectRefused("out.glb", {"--environment", "sky.hdr"}, 2, "--quantity irradiance");
     for (const char* name : {"out.####.glb", "out.%04d.exr"})
-        expectRefused(name, {}, 2, "leave the #### or %04d out");
+        expectRefused(name, {}, 2, "remove #### or %04d");
     expectRefused("out.glb", {"--transmission", "opaque"}, 2, "--transmission");
     expectRefused("out.glb", {"--directions", "33"}, 2, "even number");
     expectRefused("out.glb", {"--max-distance", "0"}, 2, "--max-distance 0");

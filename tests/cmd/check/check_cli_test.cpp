@@ -102,7 +102,7 @@ TEST_F(CheckVerb, ACubeIsGoodToPrint) {
     const Outcome text = check(scene);
     EXPECT_EQ(text.exit_code, 0);
     EXPECT_TRUE(contains(text.out, "part.glb: good to print\n")) << text.out;
-    EXPECT_TRUE(contains(text.out, "closed, manifold, facing outwards, nothing crosses"));
+    EXPECT_TRUE(contains(text.out, "closed, manifold, facing outwards, no crossings"));
     EXPECT_TRUE(contains(text.out, "2000.0000 mm (2 m)")) << text.out;
     EXPECT_FALSE(contains(text.err, "error")) << text.err;
     const Json result = json(scene, 0);
@@ -212,7 +212,7 @@ TEST_F(CheckVerb, WhatCrossesEverywhereEndsAndSaysWhatIsNotDetermined) {
     EXPECT_TRUE(contains(text.out, "facing outwards, at least ")) << text.out;
     EXPECT_TRUE(contains(text.out, "the union not determined: at least ")) << text.out;
     EXPECT_TRUE(contains(text.out, "shells overlap in at least "));
-    EXPECT_TRUE(contains(text.out, "volume         not determined: too much crosses\n"));
+    EXPECT_TRUE(contains(text.out, "volume         not determined: too many crossings\n"));
     const Json result = Json::parse(bytesOf(report));
     EXPECT_TRUE(result.at("volume").is_null());
     const Json& part = result.at("parts")[0];

@@ -162,7 +162,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Refused{{"rendre"}, {"unknown verb: rendre", "did you mean 'render'?"}},
         refusedRender({"--metod", "x"}, {"unknown option: --metod", "did you mean '--method'?"}),
-        refusedRender({"extra.gltf"}, {"would have the same name", "put {stem}"}),
+        refusedRender({"extra.gltf"}, {"would have the same file name", "put {stem}"}),
         Refused{{"flatten", "a.exr", "b.exr", "-o", "OUT/a.png"},
                 {"one argument too many: b.exr", "see peeler flatten --help"}},
         Refused{{"bake", "SCENE", "-o", "OUT/a.glb", "--quantity", "lihgt"},

@@ -368,12 +368,12 @@ TEST_F(ExtractCommand, WhatItRefuses) {
     };
     const Row rows[] = {
         {{}, 2, "nothing to extract"},
-        {{"-o", path("l.exr")}, 2, "the layers would have the same name"},
+        {{"-o", path("l.exr")}, 2, "all layers would have the same file name"},
         {{"-o", path("l.##.gif")}, 2, "unknown output format"},
-        {{"-o", path("l.##.exr"), "--exposure", "1"}, 2, "stay as they were rendered"},
+        {{"-o", path("l.##.exr"), "--exposure", "1"}, 2, "stored as rendered"},
         {{"-o", in, "--layer", "0"}, 2, "the output is the input"},
         {{"--points", path("p.npz")}, 2, "ends in .ply"},
-        {{"--npz", path("a.npz"), "--double"}, 2, "64 bits"},
+        {{"--npz", path("a.npz"), "--double"}, 2, "no points are written"},
         {{"--npz", path("a.npz"), "--layer", "2"}, 2, "there is no layer 2"},
         {{"--npz", path("a.npz"), "--layer", "-1"}, 2, "counted from 0"},
         {{"--npz", path("a.npz"), "--layer", "one"}, 2, "counted from 0"},

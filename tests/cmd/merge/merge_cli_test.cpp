@@ -361,7 +361,7 @@ TEST_F(MergeCommand, WhatDoesNotBelongTogether) {
          "the first has the frame 7\npeeler: hint: the other has the frame 8"},
         {write("time.exr", right, [](Provenance& p) { p.time = 8; }), "they differ in the time"},
         {write("foreign.exr", right, [](Provenance& p) { p.version = ""; }),
-         "nothing in it says which picture"},
+         "does not say which picture"},
     };
     for (const Row& row : rows) {
         const Outcome result = merge({a, row.path});

@@ -90,8 +90,8 @@ TEST_P(Points, WhatContradicts) {
     expect(2, "--map", {"--voxels", "8", "-o", out});
     expect(2, "not a camera", {"--camera", "front", "-o", out});
     expect(2, ".npz", {"--axes", "-o", path("o.ply")});
-    expect(2, "no file to write", {"--axes", "--parity", "report"});
-    expect(2, "no rays are asked for", {"-o", out});
+    expect(2, "no output file", {"--axes", "--parity", "report"});
+    expect(2, "no rays are given", {"-o", out});
     fs::copy(path("p.ply"), path("p.npz"));
     const Outcome over =
         rays({"--axes", "--points", path("p.npz"), "-o", path("p.npz"), "--overwrite"});

@@ -38,7 +38,7 @@ TEST_F(RayParityTest, IsReported) {
         std::uint64_t rays = 0;
         for (const Bundle& bundle : bundles_)
             rays += bundle.rays();
-        EXPECT_EQ(err.str(), "peeler: closed: every one of " + groupedText(rays) +
+        EXPECT_EQ(err.str(), "peeler: closed: each of " + groupedText(rays) +
                                  " rays enters as often as it leaves\n");
     }
     // A lid is missing: the first body has a hole, and one ray goes through it.
@@ -66,10 +66,10 @@ TEST_F(RayParityTest, IsReported) {
     }
     EXPECT_NE(err.str().find("warning: body 0: 1 of "), std::string::npos) << err.str();
     EXPECT_NE(err.str().find("peeler: open: 1 of "), std::string::npos) << err.str();
-    EXPECT_NE(err.str().find(" rays enters what it does not leave, of 1 of 2 surfaces"),
+    EXPECT_NE(err.str().find(" rays enters a surface that it does not leave, at 1 of 2 surfaces"),
               std::string::npos)
         << err.str();
-    EXPECT_NE(err.str().find("3 edges are open; the first one: askew, pixel (9, 0), along (0.26"),
+    EXPECT_NE(err.str().find("3 edges are open; the first is in askew, pixel (9, 0), along (0.26"),
               std::string::npos)
         << err.str();
     Json result;

@@ -146,9 +146,9 @@ TEST(Frames, RefusesWhatContradictsItself) {
         std::vector<std::string> arguments;
         const char* words;
     } rows[] = {
-        {"a.exr", {"--frames", "1-2"}, "same name"},
-        {"a.#.exr", {"--frames", "1-2", "--time", "1"}, "frames have times already"},
-        {"a.exr", {"--fps", "25"}, "a frame rate is for frames"},
+        {"a.exr", {"--frames", "1-2"}, "same file name"},
+        {"a.#.exr", {"--frames", "1-2", "--time", "1"}, "frames already have times"},
+        {"a.exr", {"--fps", "25"}, "a frame rate needs frames"},
         {"a.#.exr", {"--frames", "1-"}, "--frames 1-"},
         {"a.#.exr", {"--frames", "1", "--fps", "0"}, "--fps 0"},
         {"a.#.exr", {"--frames", "1", "--fps", "1e-310"}, "from 0.001"},

@@ -256,15 +256,15 @@ TEST_F(ChannelsCli, RefusesWhatCannotBe) {
     const std::vector<Case> cases{
         {"a.exr", {"--channels", "normals"}, "did you mean 'normal'?"},
         {"a.exr", {"--channels", "id,,uv"}, "channel"},
-        {"a.png", {"--channels", "id"}, "no channels"},
-        {"a.png", {"--cryptomatte"}, "no channels"},
-        {"a.exr", {"--cryptomatte", "--no-composite"}, "belongs to a composite"},
+        {"a.png", {"--channels", "id"}, "cannot store channels"},
+        {"a.png", {"--cryptomatte"}, "cannot store channels"},
+        {"a.exr", {"--cryptomatte", "--no-composite"}, "needs a composite"},
         {"a.exr", {"--manifest", "x.json"}, "no ids"},
         {"a.exr", {"--channels", "id", "--manifest", folder_ / "a.exr"}, "would replace"},
         {"a.exr", {"--channels", "id", "--manifest", "/dev/null/x.json"}, "/dev/null"},
         {"a.exr", {"--channels", "id", "--as", "composite", "--fxaa"}, "--fxaa"},
         {"a.exr", {"--channels", "id", "--as", "composite", "--method", "unsorted"}, "unsorted"},
-        {"a.exr", {"--channels", "id", "--as", "midpoint-depth"}, "no channels"},
+        {"a.exr", {"--channels", "id", "--as", "midpoint-depth"}, "cannot store channels"},
     };
     for (const Case& row : cases) {
         const auto result = render(row.output, row.options);

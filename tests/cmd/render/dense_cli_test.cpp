@@ -364,7 +364,7 @@ TEST_F(Dense, WhatDoesNotGoTogetherIsRefused) {
     render("a.npz", {"--as", "lari"}, {".npz cannot hold --as lari"});
     render("a.png", {"--as", "lari", "--samples", "4"}, {"one ray", "--samples"});
     render("a.npz", {"--as", "xray", "--samples", "4"}, {"one ray", "--samples"});
-    render("a.npz", {"--as", "xray", "--channels", "id"}, {"channels that its readers know"});
+    render("a.npz", {"--as", "xray", "--channels", "id"}, {"fixed set of channels"});
     render("a.png", {"--as", "lari", "--background", "1,1,1"}, {"over black", "--background"});
     render("a.png", {"--as", "lari", "--fxaa"}, {"--fxaa"});
     render("a.npz", {"--background", "1,1,1"}, {"--background"});

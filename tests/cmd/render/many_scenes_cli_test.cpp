@@ -67,13 +67,13 @@ TEST_F(ManyScenes, OfAGlob) {
     EXPECT_EQ(written(), (std::vector<std::string>{"a.png", "b.png"}));
     const Outcome none = render({(scenes_ / "*.obj").string(), "-o", out("{stem}.png")});
     EXPECT_EQ(none.exit_code, 3);
-    EXPECT_TRUE(contains(none.err, "no file has such a name")) << none.err;
+    EXPECT_TRUE(contains(none.err, "no file has a matching name")) << none.err;
 }
 
 TEST_F(ManyScenes, NeedNamesOfTheirOwn) {
     const Outcome result = render({scenes_.string(), "-o", out("{stem}.exr")});
     EXPECT_EQ(result.exit_code, 2);
-    EXPECT_TRUE(contains(result.err, "would have the same name")) << result.err;
+    EXPECT_TRUE(contains(result.err, "would have the same file name")) << result.err;
     EXPECT_TRUE(contains(result.err, "{folder}")) << result.err;
     EXPECT_EQ(written().size(), 0U);
 }

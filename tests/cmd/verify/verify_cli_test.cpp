@@ -150,7 +150,7 @@ TEST_F(VerifyCommand, GoodFiles) {
 TEST_F(VerifyCommand, LayersOutOfOrder) {
     const auto pixel = pixelWith(3);
     expect(damaged("layer_001", [&](Planes& p) { p.at("Z", pixel[0], pixel[1]) = 1e-3F; }), 3,
-           "the layers are not in order of Z in 1 pixel, the first at " + at(pixel));
+           "the layers are not sorted by Z in 1 pixel, the first at " + at(pixel));
 }
 
 TEST_F(VerifyCommand, DepthsThatAreNone) {
@@ -164,7 +164,7 @@ TEST_F(VerifyCommand, DepthsThatAreNone) {
 TEST_F(VerifyCommand, ColourWithoutAFragment) {
     const auto pixel = pixelWith(0);
     expect(damaged("layer_000", [&](Planes& p) { p.at("G", pixel[0], pixel[1]) = 0.5F; }), 3,
-           "layer_000: there is colour without a fragment in 1 pixel, the first at " + at(pixel));
+           "layer_000: colour without a fragment in 1 pixel, the first at " + at(pixel));
 }
 
 TEST_F(VerifyCommand, ALayerWithoutTheOneBefore) {
@@ -175,7 +175,7 @@ TEST_F(VerifyCommand, ALayerWithoutTheOneBefore) {
         p.at("Z", pixel[0], pixel[1]) = kInfinity;
     });
     expect(bad, 3,
-           "layer_002: there is a fragment and none in the layer before in 1 pixel, the first at " +
+           "layer_002: fragment without one in the layer before in 1 pixel, the first at " +
                at(pixel));
     EXPECT_NE(verify({bad}).out.find("the header says"), std::string::npos);
 }
@@ -183,7 +183,7 @@ TEST_F(VerifyCommand, ALayerWithoutTheOneBefore) {
 TEST_F(VerifyCommand, ACompositeOfSomethingElse) {
     const auto pixel = pixelWith(2);
     const std::string says =
-        "the composite is not what the layers make in 1 pixel, the first at " + at(pixel);
+        "the composite does not match the layers in 1 pixel, the first at " + at(pixel);
     expect(damaged("composite", [&](Planes& p) { p.at("B", pixel[0], pixel[1]) += 0.0078125F; }), 3,
            says);
     expect(damaged("composite", [&](Planes& p) { p.at("Z", pixel[0], pixel[1]) *= 1.001F; }), 3,
