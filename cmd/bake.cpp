@@ -155,7 +155,7 @@ void Bake::placeReceivers() {
     vertices_.emplace(*posed_, capture_.memory);
     if (vertices_->receivers().size() == 0)
         throw Error(ErrorKind::kInput, "the scene shows no triangles to bake for",
-                    options_.scene.file.string(), "peeler info tells what is in it");
+                    options_.scene.file.string(), "use peeler info to see its contents");
     if (options_.bake.chosenTarget() == BakeTarget::kVertices) return;
     texels_.emplace(*posed_, *vertices_, options_.bake.texels(), capture_.memory);
     warnOfTexels();
@@ -165,7 +165,7 @@ void Bake::warnOfTexels() const {
     const std::string set = "TEXCOORD_" + std::to_string(texels_->settings().uv_set);
     if (texels_->withoutUvs() > 0)
         reporter_.warning(countText(texels_->withoutUvs(), "surface") + " without " + set +
-                          ": nothing is baked for what has none.");
+                          ": nothing is baked there.");
     for (const TexelAtlas& atlas : texels_->atlases()) {
         if (atlas.shared == 0) continue;
         const double share =
@@ -265,7 +265,7 @@ void Bake::openHits() {
     returnFreeMemory();
     takeMemory(residentBytes() + written);
     const MemoryBudget& budget = capture_.memory;
-    checkMemory(budget, usedBytes(budget) + written, "to write what is baked");
+    checkMemory(budget, usedBytes(budget) + written, "to write the results");
 }
 
 /// Raises the memory forecast to `bytes`, and to the peak so far, which may recur.
@@ -299,7 +299,7 @@ void Bake::gather() {
     const auto tell = [&](std::uint64_t bytes) {
         takeMemory(bytes);
         if (!std::exchange(told, true))
-            reporter_.detail("takes " + bytesText(memory_forecast_) + " of memory at most");
+            reporter_.detail("uses at most " + bytesText(memory_forecast_) + " of memory");
     };
     {
         const SurfaceLookup lookup = texels_ ? texels_->lookup() : vertices_->lookup();
@@ -439,19 +439,18 @@ void Bake::report() {
 }
 
 constexpr const char* kBakeFooter =
-    "What a vertex gets in a .glb: COLOR_0 (linear, 16 bits), which viewers multiply with the\n"
-    "material's colour: ao and sky-visibility times the COLOR_0 that was there, bent-normal\n"
-    "n/2 + 1/2, thickness as a share of the greatest, irradiance E/pi (what a white surface sends\n"
-    "back); clipped at 1. And the numbers themselves, 32-bit floats, as _AO and so on. A .png "
-    "holds\n"
-    "what is in COLOR_0, times no other colour, an .exr the numbers. Normals and distances are\n"
-    "those of the world. A mesh that nodes show differently is copied for each; the instances of\n"
-    "one node (EXT_mesh_gpu_instancing) get their mean. Surfaces are asked on their front.\n"
-    "Arrays of n vertices: values (n, 1 or 3), positions and normals (n, 3; world space), "
-    "float32,\n"
-    "and ranges (r, 5; int64): node, instance (among all that are drawn), primitive of its mesh,\n"
-    "and which of the n are its vertices, the first and how many. With --target texture there is\n"
-    "material_M (size, size, 1 or 3; v = 0 first) for each material M; arrays_version.";
+    "A .glb gets a COLOR_0 for display (linear, 16 bits), which viewers multiply with the\n"
+    "material's colour: ao and sky-visibility times the existing COLOR_0, bent-normal as\n"
+    "n/2+1/2, thickness as a share of the greatest, irradiance as E/pi (the light that a\n"
+    "white surface reflects); clipped at 1. It also gets the values themselves as 32-bit\n"
+    "floats: _AO and so on. A .png contains the values of COLOR_0 without the existing\n"
+    "colour, an .exr the values themselves. Normals and distances are in world space. A mesh\n"
+    "that nodes show differently is copied for each node; the instances of one node\n"
+    "(EXT_mesh_gpu_instancing) get their mean. Values are those of front sides.\n"
+    "Arrays of n vertices: values (n, 1 or 3), positions and normals (n, 3; world space),\n"
+    "float32, and ranges (r, 5; int64): node, instance (among all drawn instances), primitive\n"
+    "of its mesh, first vertex and number of vertices. With --target texture, arrays contain\n"
+    "material_M (size, size, 1 or 3; v = 0 first) for each material M, and arrays_version.";
 
 }  // namespace
 
@@ -463,7 +462,7 @@ VerbAction declareBake(VerbOptions& verb) {
     addUpOption(verb, options->scene.reading);
     addBakedAppearanceOptions(verb, options->appearance);
     addEngineOption(verb, options->engine);
-    addRunOptions(verb, *options, "rays are traced in bands that fit beside the receivers");
+    addRunOptions(verb, *options, "rays are traced in bands that fit next to the receivers");
     addDryRunOption(verb, options->bake.dry_run);
     verb.footer(kBakeFooter);
     return [options](Session& session) {

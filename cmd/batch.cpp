@@ -134,14 +134,14 @@ void Batch::readFile() {
         } catch (const Error& problem) {
             throw Error(problem.kind(), std::string("cannot read the jobs: ") + problem.whatText(),
                         options_.file.string(),
-                        "name a file with a job a line, as peeler batch --help shows one, or - for "
+                        "give a file with one job per line, as in peeler batch --help, or - for "
                         "standard input");
         }
         const FileKind kind = fileKind(options_.file.string());
         if (kind != FileKind::kUnknown && !text.starts_with('{'))
             throw Error(ErrorKind::kInput, "this is a scene or a picture, not a list of jobs",
                         options_.file.string(),
-                        "peeler info tells what it is, peeler batch --help shows a job");
+                        "give a file with one job per line, as in peeler batch --help");
     }
     jobs_ = readJobs(options_.file == "-" ? "standard input" : options_.file.string(), text);
     results_.resize(jobs_.size());
@@ -171,16 +171,16 @@ void Batch::takeEarlierResults(const std::vector<Json>& lines) {
         const auto again = [&](const char* why) {
             reporter_.note("job " + std::to_string(i + 1) +
                            (jobs_[i].id.empty() ? "" : " (" + jobs_[i].id + ")") +
-                           " is done again: " + why);
+                           " runs again: " + why);
         };
         const auto earlier = last.find(jobs_[i].hash);
         if (earlier == last.end()) {
-            if (ids.contains(jobs_[i].id)) again("its line has changed since");
+            if (ids.contains(jobs_[i].id)) again("its line has changed");
             continue;
         }
         if ((*earlier->second)["exitCode"] != 0) continue;
         if (!outputsExist(jobs_[i])) {
-            again("its output is gone");
+            again("its output is missing");
             continue;
         }
         results_[i] = *earlier->second;
@@ -208,7 +208,7 @@ void Batch::share() {
         throw Error(ErrorKind::kMemory,
                     "the memory budget is " + mebibytesText(options_.memory) + ", which leaves " +
                         mebibytesText(memory_) + " for each of " + std::to_string(jobs) + " jobs",
-                    options_.memory.where(), "run fewer at a time with --jobs");
+                    options_.memory.where(), "run fewer jobs at a time with --jobs");
     }
 }
 
@@ -363,37 +363,37 @@ void Batch::printInOrder() {
 
 VerbAction declareBatch(VerbOptions& verb) {
     const auto options = std::make_shared<BatchOptions>();
-    addFile(
-        verb, "JOBS", "", options->file,
-        "a file with a job a line, or - for standard input: {\"verb\": \"render\", \"args\": "
-        "[\"scene.glb\", \"-o\", \"out.exr\"], \"options\": {\"size\": \"640x360\", \"shadows\": "
-        "true}, \"id\": \"first\"}; args, options and id may be left out. Verbs are those with "
-        "--output; ids are strings, each once. No job waits for another. A job's result is a JSON "
-        "line on stdout, in the order of the jobs")
+    addFile(verb, "JOBS", "", options->file,
+            "file with one job per line, or - for standard input: {\"verb\": \"render\", \"args\": "
+            "[\"scene.glb\", \"-o\", \"out.exr\"], \"options\": {\"size\": \"640x360\", "
+            "\"shadows\": true}, \"id\": \"first\"}; args, options and id are optional; verbs are "
+            "those with --output; ids are unique strings; jobs do not depend on each other; the "
+            "results are JSON lines on stdout, in the order of the jobs")
         .required();
     addValue(
         verb, "--jobs", "N", options->jobs,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 1024)); },
-        "how many run at a time, each a process with its part of the threads and the memory "
-        "(default: 1)")
+        "number of jobs that run at the same time, each in a process with its share of the threads "
+        "and the memory (default: 1)")
         .group("Jobs");
     addFile(verb, "--report", "FILE", options->report.file,
-            "keep the results in a file, too; run again with the same file, jobs are left out that "
-            "are done there and whose output exists")
+            "also write the results to a file; with the same file, the next run skips jobs that "
+            "are done and whose output exists")
         .group("Jobs");
     verb.addFlag("--fail-fast", options->fail_fast,
-                 "start no further job once one has failed (default: the others run, and the "
-                 "greatest exit code is the batch's)")
+                 "start no further jobs after one fails (default: run all; the exit code is the "
+                 "highest of all)")
         .group("Jobs");
     verb.addFlag("--dry-run", options->dry_run,
-                 "print the command of every job, as JSON lines, and run none")
+                 "print the commands of all jobs as JSON lines, and run none")
         .group("Jobs");
     addThreadsOption(verb, options->threads);
-    addMemoryOption(verb, options->memory, "all jobs together");
+    addMemoryOption(verb, options->memory, "for all jobs together");
     addChoice<ProgressStyle>(verb, "--progress", options->report.progress, kProgressStyles,
-                             "progress style", "how progress is told on stderr:")
+                             "progress style", "how to report progress on stderr:")
         .group("Messages");
-    verb.addFlag("-q,--quiet", options->report.quiet, "warnings and errors only").group("Messages");
+    verb.addFlag("-q,--quiet", options->report.quiet, "print warnings and errors only")
+        .group("Messages");
     return [options](Session& session) { return Batch(*options, session.reporter()).run(); };
 }
 

@@ -123,8 +123,8 @@ class Check {
         const glm::dvec3 size = report_.bounds.max - report_.bounds.min;
         const double largest = std::max({size.x, size.y, size.z});
         if (largest * report_.metres > kLarge && options_.unit == 1)
-            reporter_.hint("this is " + groupedText(static_cast<std::uint64_t>(largest)) +
-                           " metres large; if the file has millimetres, say --unit mm");
+            reporter_.hint("the scene is " + groupedText(static_cast<std::uint64_t>(largest)) +
+                           " metres large; if the file is in millimetres, give --unit mm");
     }
 
     void writePicture() {
@@ -173,25 +173,27 @@ class Check {
 };
 
 constexpr const char* kCheckFooter =
-    "A part is a mesh in its place, of all its materials; vertices at the same position, bit for\n"
-    "bit, are one. It is good to print if it is\n"
+    "A part is a mesh at its place in the scene, with all its materials; vertices at the same\n"
+    "position, bit for bit, are one. A part can be printed if it is\n"
     "  closed        every edge has an even number of triangles\n"
-    "  manifold      no edge has more than two\n"
-    "  oriented      neighbours run along their common edge in opposite directions, outer shells\n"
-    "                face outwards, shells inside of others inwards (cavities)\n"
+    "  manifold      no edge has more than two triangles\n"
+    "  oriented      neighbours run along their common edge in opposite directions; outer shells\n"
+    "                face outwards, inner shells (cavities) inwards\n"
     "  solid         every shell encloses a volume\n"
-    "  not crossing  no triangle goes through another one, no shell lies in another's material;\n"
-    "                what reaches less than a millionth of the part's size into it only touches\n"
-    "and its thinnest wall is not below --min-wall by more than 1e-4 of it. Parts may overlap "
-    "each\n"
-    "other: that is reported with the volume of their union, and is wrong only with --together.\n"
-    "Where nearly everything crosses, the union and the thinnest wall are not determined.\n"
-    "The thinnest wall is the shortest way from the surface straight into the material, against\n"
-    "the normal of a triangle, to a face that looks the other way within 30 degrees; found for\n"
-    "all points of the surface, not for samples, to 1e-4 of itself. Faces that share a corner are\n"
-    "an edge and no wall; sharp edges, of less than 30 degrees, are counted. Of open parts it is\n"
-    "the thinnest of what is there. Alpha and textures do not matter.\n\n"
-    "Exit codes: 0 good to print; 3 not as it is, or the file is no scene.";
+    "  not crossing  no triangle crosses another, and no shell lies in another's material; depths\n"
+    "                below a millionth of the part's size only count as contact\n"
+    "and if its thinnest wall is not below --min-wall by more than 1e-4 of it. Parts may\n"
+    "overlap: the volume of their union is reported, and overlaps are a problem only with\n"
+    "--together. If nearly everything crosses, the union and the thinnest wall are not\n"
+    "determined.\n"
+    "The thinnest wall is the shortest distance from the surface straight into the material,\n"
+    "against the normal of a triangle, to a face of the opposite direction within 30 degrees.\n"
+    "It is found for all points of the surface, not for samples, to 1e-4 of its value. Faces\n"
+    "that share a corner form an edge, not a wall; sharp edges, of less than 30 degrees, are\n"
+    "counted. For open parts it is the thinnest of the existing walls. Alpha and textures are\n"
+    "ignored.\n"
+    "\n"
+    "Exit codes: 0 printable; 3 not printable, or the file is not a scene.";
 
 }  // namespace
 
@@ -202,26 +204,26 @@ VerbAction declareCheck(VerbOptions& verb) {
     verb.option("--output")
         .required(false)
         .description(
-            "a picture (.png, .jpg, .tif) of the parts, like glass, with what is wrong "
-            "and the thinnest wall in bright colours")
+            "picture (.png, .jpg, .tif) of the parts as glass, with problems and the thinnest wall "
+            "in bright colours")
         .files(".png .jpg .tif");
     addValue(verb, "--size", "WxH", options->camera.size, parseSize,
-             "of the picture (default: 1280x720)")
+             "size of the picture (default: 1280x720)")
         .group("Output");
     addValue(verb, "--min-wall", "MM", options->least_wall, parsePositive,
-             "a thinner wall is a problem; millimetres")
+             "minimum wall thickness in millimetres; a thinner wall is a problem")
         .group("Check");
     addValue(verb, "--unit", "NAME|METRES", options->unit, parseLengthUnit,
-             "what a unit of the scene is, by name or in metres:")
+             "length unit of the scene, by name or in metres:")
         .oneOf(describeChoices(kLengthUnits, true))
         .group("Check");
-    verb.addFlag("--together", options->together,
-                 "all parts are one: they are welded where vertices are at the same place, and may "
-                 "not overlap")
+    verb.addFlag(
+            "--together", options->together,
+            "treat all parts as one: weld vertices at the same position, and allow no overlaps")
         .group("Check");
     addShownOptions(verb, *options);
     addUpOption(verb, options->scene.reading);
-    addRunOptions(verb, *options, "of the picture; the check itself takes what it needs");
+    addRunOptions(verb, *options, "for the picture only, not for the check itself");
     verb.footer(kCheckFooter);
     return [options](Session& session) { return Check(*options, session).run(); };
 }

@@ -160,7 +160,7 @@ void ComparedImage::read(int first, int rows, CompositeImage& out) {
 [[noreturn]] void refuseSizes(const ComparedImage& a, const ComparedImage& b,
                               const std::string& sizes) {
     throw Error(ErrorKind::kUsage, "the images differ in size", a.path() + ", " + b.path(),
-                sizes + " pixels; compare images of one size");
+                sizes + " pixels; compare images of the same size");
 }
 
 /// Sets the compared pixels of two OpenEXR images: the stored ones if both store the same, else all
@@ -175,7 +175,7 @@ void choosePlaced(ComparedImage& a, ComparedImage& b) {
         throw Error(ErrorKind::kUsage, "the images differ in their crops",
                     a.path() + ", " + b.path(),
                     "they hold " + windowText(a.pixels()) + " and " + windowText(b.pixels()) +
-                        "; compare images of one crop");
+                        "; compare images with the same crop");
     }
     const Window window = same ? a.stored() : unite(a.pixels(), b.pixels());
     a.choose(window);
@@ -330,7 +330,7 @@ int Compare::report() {
 double parseLimit(const std::string& text) {
     if (text == "inf") return std::numeric_limits<double>::infinity();
     const double value = parseNumber(text);
-    if (value < 0) throw Error(ErrorKind::kUsage, "expected a number from 0, or inf");
+    if (value < 0) throw Error(ErrorKind::kUsage, "expected a number of 0 or more, or inf");
     return value;
 }
 
@@ -342,42 +342,44 @@ void addThresholds(VerbOptions& verb, Thresholds& thresholds) {
             return static_cast<std::uint64_t>(
                 parseInteger(text, 0, std::numeric_limits<std::int64_t>::max()));
         },
-        "pixels whose number of fragments may differ (default: 0)")
+        "maximum number of pixels with different fragment counts (default: 0)")
         .group(kGroup);
     addValue(verb, "--max-depth", "X", thresholds.max_depth, parseLimit,
-             "largest difference of depth, scene units (default: 0)")
+             "maximum depth difference in scene units (default: 0)")
         .group(kGroup);
     addValue(verb, "--max-color", "X", thresholds.max_color, parseLimit,
-             "largest difference of a colour channel (default: 0, unless one of the next two is "
-             "given)")
+             "maximum difference of a colour channel (default: 0, unless --max-rmse or --min-psnr "
+             "is given)")
         .group(kGroup);
     addValue(verb, "--max-rmse", "X", thresholds.max_rmse, parseLimit,
-             "root mean square of the colour differences")
+             "maximum root mean square of the colour differences")
         .group(kGroup);
-    addValue(verb, "--min-psnr", "DB", thresholds.min_psnr, parseLimit,
-             "least peak signal-to-noise ratio of colour, for a peak of 1; inf: no difference")
+    addValue(
+        verb, "--min-psnr", "DB", thresholds.min_psnr, parseLimit,
+        "minimum peak signal-to-noise ratio of colour, for a peak of 1; inf means no difference")
         .group(kGroup);
 }
 
 void addHeatmap(VerbOptions& verb, CompareOptions& options) {
     addFile(verb, "--heatmap", "FILE", options.heatmap,
-            "a picture (.png, .jpg, .tif) of every pixel's largest colour difference, black to "
-            "yellow; pixels whose fragment counts differ go from blue to cyan")
+            "picture (.png, .jpg, .tif) of every pixel's largest colour difference, from black to "
+            "yellow; pixels with different fragment counts go from blue to cyan")
         .files(".png .jpg .tif")
         .group("Output");
     addValue(
         verb, "--heatmap-max", "X", options.heatmap_max,
         [](const std::string& text) { return parsePositive(text); },
-        "the difference that is shown yellow (default: the largest)")
+        "difference shown in yellow (default: the largest)")
         .group("Output");
 }
 
 constexpr const char* kCompareFooter =
-    "Two layered files are compared fragment by fragment, the k-th of a pixel with the\n"
-    "k-th, and thresholds apply to the fragments that both have. A layered file against a\n"
-    "flat one (PNG, JPEG, TIFF, or EXR without layers) is compared by its composite.\n"
-    "Colours are compared linear and premultiplied: 8- and 16-bit images are decoded from\n"
-    "sRGB first. NaN differs infinitely from any number, and not from NaN.\n\n"
+    "Two layered files are compared fragment by fragment, in the order of each pixel;\n"
+    "thresholds apply to the fragments that both files have. A layered file and a flat one\n"
+    "(PNG, JPEG, TIFF, or EXR without layers) are compared by their composites. Colours are\n"
+    "compared linear and premultiplied: 8- and 16-bit images are decoded from sRGB first. NaN\n"
+    "differs infinitely from any number, but equals NaN.\n"
+    "\n"
     "Exit codes: 0 within the thresholds, 1 beyond them, 2 if the sizes or crops differ.";
 
 }  // namespace
@@ -386,7 +388,7 @@ VerbAction declareCompare(VerbOptions& verb) {
     const auto options = std::make_shared<CompareOptions>();
     constexpr const char* kImages = ".exr .safetensors .png .jpg .tif";
     addFile(verb, "A", "", options->a, "an image").files(kImages).required();
-    addFile(verb, "B", "", options->b, "another of the same size and crop")
+    addFile(verb, "B", "", options->b, "another image of the same size and crop")
         .files(kImages)
         .required();
     addLayeredOptions(verb, options->reading);

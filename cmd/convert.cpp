@@ -37,15 +37,15 @@ void checkHoldsLayers(const ConvertOptions& options) {
                                          OutputContent::kXray};
     if (std::ranges::find(kArrays, format.content) != std::end(kArrays)) {
         throw Error(ErrorKind::kUsage, "convert writes layers", path,
-                    "peeler extract --npz writes arrays");
+                    "write arrays with peeler extract --npz");
     }
     if (format.holds(OutputContent::kComposite) || format.holds(OutputContent::kShadowMap)) {
         throw Error(ErrorKind::kUsage, "convert writes layers", path,
-                    "use --as ldi, deep or layers; peeler flatten makes composites");
+                    "use --as ldi, deep or layers, or write a composite with peeler flatten");
     }
     if (options.cryptomatte &&
         (!format.channels || !format.hasComposite() || options.output.options.no_composite)) {
-        throw Error(ErrorKind::kUsage, "Cryptomatte belongs to a composite, and there is none",
+        throw Error(ErrorKind::kUsage, "Cryptomatte needs a composite, which this output lacks",
                     "--cryptomatte", "leave it out, or write --as ldi with its composite");
     }
 }
@@ -70,7 +70,7 @@ void convert(const ConvertOptions& options, Reporter& reporter) {
     const auto input = run.openInput(ObjectOptions());
     const ExrInfo& info = input->info();
     if (options.cryptomatte && info.provenance.ids.empty())
-        throw Error(ErrorKind::kUsage, "there are no names of ids in it", "--cryptomatte",
+        throw Error(ErrorKind::kUsage, "the file has no names of ids", "--cryptomatte",
                     "render it with --channels id");
     countLayers(*input, run);
 
@@ -89,10 +89,11 @@ void convert(const ConvertOptions& options, Reporter& reporter) {
 }
 
 constexpr const char* kConvertFooter =
-    "Layered files (--as ldi, in any --layout) and deep images hold the same fragments: from one\n"
-    "to the other and back nothing is lost, and the file is the same byte for byte if it was\n"
-    "written with the same options. A deep image has no composite, and so no Cryptomatte. Deep\n"
-    "images of other programs are read too; samples are sorted by depth first.";
+    "Layered files (--as ldi, in any --layout) and deep images contain the same fragments, so\n"
+    "conversion in both directions is lossless. A file that is converted there and back with\n"
+    "the same options is the same byte for byte. A deep image has no composite, and so no\n"
+    "Cryptomatte. Deep images of other programs are read too; their samples are sorted by\n"
+    "depth first.";
 
 }  // namespace
 
@@ -104,10 +105,9 @@ VerbAction declareConvert(VerbOptions& verb) {
     addLayeredOptions(verb, options->reading);
     addOutputFile(verb, options->output, true);
     addLayerOutputOptions(verb, options->output, true);
-    verb.addFlag(
-            "--cryptomatte", options->cryptomatte,
-            "Cryptomatte 1.4 (objects and materials) in the composite part, from the ids of the "
-            "input (default: if the input has it)")
+    verb.addFlag("--cryptomatte", options->cryptomatte,
+                 "write Cryptomatte 1.4 (objects and materials) into the composite part, from the "
+                 "ids of the input (default: if the input has it)")
         .group("Output");
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);

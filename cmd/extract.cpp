@@ -138,9 +138,9 @@ void Extract::open() {
     provenance_.version = PEELER_VERSION;
     camera_known_ = reader_->info().attributes().contains("peeler:cameraJson");
     if (options_.points && !camera_known_) {
-        throw Error(ErrorKind::kInput, "nothing in it says where its camera was",
-                    options_.input.string(),
-                    "points in the world need peeler:cameraJson, which peeler render writes");
+        throw Error(ErrorKind::kInput, "the file has no camera", options_.input.string(),
+                    "give a file of peeler render; points in world space need its attribute "
+                    "peeler:cameraJson");
     }
 }
 
@@ -168,7 +168,7 @@ void Extract::selectLayers() {
     }
     std::set<fs::path> names;
     if (options_.writesLayers()) {
-        if (layers.empty()) reporter_.warning("there is no layer to write");
+        if (layers.empty()) reporter_.warning("There is no layer to write.");
         layers_.emplace(options_.output, provenance_, layers, options_.input);
         for (const std::size_t layer : layers)
             names.insert(layers_->path(layer).lexically_normal());
@@ -303,7 +303,7 @@ void Extract::forecastMemory() {
     returnFreeMemory();
     resident_ = residentBytes();
     peak_ = peakMemory();
-    if (knowsBands()) reporter_.detail("takes " + bytesText(takes()) + " of memory at most");
+    if (knowsBands()) reporter_.detail("uses at most " + bytesText(takes()) + " of memory");
 }
 
 bool Extract::isOneBand() const {
@@ -418,7 +418,7 @@ void Extract::report() {
     for (const Product& product : products_) {
         add_file(product.kind, product.path,
                  product.sink.get() == counts_
-                     ? "0 to " + countText(counts_->largest(), "fragment") + " a pixel, "
+                     ? "0 to " + countText(counts_->largest(), "fragment") + " per pixel, "
                      : countText(fragments_, "fragment") + ", ");
     }
     if (layers_ && !layers_->layers().empty() && products_.empty())

@@ -56,7 +56,7 @@ void limitLayers(const FlattenOptions& options, LayeredInput& input, LayeredRun&
 void flatten(const FlattenOptions& options, Reporter& reporter) {
     LayeredRun run(options, {options.input}, reporter);
     if (options.blendsTail() && options.max_layers == 0)
-        throw Error(ErrorKind::kUsage, "there is nothing behind all layers", "--tail blend",
+        throw Error(ErrorKind::kUsage, "a tail needs a layer limit", "--tail blend",
                     "add --layers N, or leave it out");
     run.checkFiles();
     const auto input = run.openInput(options.objects);
@@ -94,14 +94,14 @@ VerbAction declareFlatten(VerbOptions& verb) {
     addLayeredOptions(verb, options->reading);
     addOutputOptions(verb, options->output);
     addObjectOptions(verb, options->objects);
-    addFxaaOption(verb, options->fxaa, "quick, but render --samples sees more");
+    addFxaaOption(verb, options->fxaa, "fast, but render --samples sees more detail");
     addValue(
         verb, "--layers", "N|all", options->max_layers,
         [](const std::string& text) { return parseLayers(text); },
-        "composite the N nearest layers of every pixel (default: all)")
+        "composite only the N nearest layers of every pixel (default: all)")
         .group("Layers");
     addChoice<Tail>(verb, "--tail", options->tail, kTails, "choice of tail",
-                    "what becomes of fragments behind the layers that are kept:")
+                    "treatment of fragments behind the kept layers:")
         .group("Layers");
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);

@@ -31,8 +31,7 @@ int printInfo(const InfoOptions& options, Reporter& reporter) {
     // the best error.
     if (!sceneFormatOf(options.file) && !isSceneName(options.file))
         throw Error(ErrorKind::kInput, "neither a scene nor an OpenEXR image",
-                    options.file.string(),
-                    "info reads glTF, PLY, STL, OBJ, arrays and the .exr files that peeler writes");
+                    options.file.string(), "give a glTF, PLY, STL, OBJ, array or .exr file");
     printSceneInfo(options, reporter);
     return 0;
 }

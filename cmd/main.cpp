@@ -78,10 +78,10 @@ void takeFailedAllocation() {
         endWithoutMemory();
     } catch (...) {
     }
-    endAtOnce(peeler::ErrorKind::kInternal,
-              "peeler: error: an exception that nothing handles\n"
-              "peeler: hint: this is a bug in peeler; please report it with the command that "
-              "shows it\n");
+    endAtOnce(
+        peeler::ErrorKind::kInternal,
+        "peeler: error: unhandled exception\n"
+        "peeler: hint: this is a bug in peeler; please report it with the command that shows it\n");
 }
 
 /// Whether to use colours, per no-color.org and the terminal type.

@@ -50,8 +50,8 @@ struct MaskFormatRow {
 constexpr MaskFormatRow kMaskFormats[] = {
     {"bop", &MaskFormats::bop,
      "mask/, mask_visib/, scene_gt.json, scene_gt_info.json, scene_camera.json, camera.json"},
-    {"coco", &MaskFormats::coco, "coco.json, run lengths of what is seen and of the whole"},
-    {"ids", &MaskFormats::ids, "ids/, a 16-bit picture of each layer: numbers of objects"},
+    {"coco", &MaskFormats::coco, "coco.json, run lengths of the visible and amodal masks"},
+    {"ids", &MaskFormats::ids, "ids/, a 16-bit picture of object numbers for each layer"},
 };
 
 struct MasksOptions : CaptureJobOptions {
@@ -153,7 +153,7 @@ void Masks::checkOptions() {
     checkFolder(options_.output / "objects.json");
     checkReport(options_.report, {options_.scene.file});
     if (options_.views.cameras_out)
-        refuse("the folder has the cameras already: scene_camera.json", "--cameras-out",
+        refuse("the folder already contains the cameras: scene_camera.json", "--cameras-out",
                "leave it out");
     checkClipOptions(options_.clip);
     job_.checkOptions();
@@ -167,7 +167,7 @@ void Masks::checkOutput(const OpenedScene& scene) const {
     if (options_.report.file) inputs.push_back(*options_.report.file);
     for (const fs::path& input : inputs)
         if (folder_->owns(input))
-            refuse("the masks could replace a file that is read, or the report", input.string(),
+            refuse("the masks could replace an input or the report", input.string(),
                    "choose another folder");
     job_.checkOutputs({});
     if (!options_.no_clobber || options_.sequence.skip_existing) return;
@@ -186,7 +186,7 @@ void Masks::open() {
                     objects_.objects);
     folder_->checkViews(seen_);
     checkOutput(*scene_);
-    reporter_.detail("finds " + countText(objects_.objects.size(), "object"));
+    reporter_.detail("found " + countText(objects_.objects.size(), "object"));
 }
 
 PosedScene Masks::poseOf(std::size_t view) const {
@@ -320,8 +320,7 @@ bool Masks::writeShared() {
         return true;
     }
     reporter_.note(countText(missing, "view") + " of " + groupedText(views_.size()) +
-                   " still missing; the JSON files of all are written by the run that makes the "
-                   "last of them");
+                   " still missing; the JSON files of all views are written with the last view");
     return false;
 }
 
@@ -335,7 +334,7 @@ void Masks::report(std::size_t view, PictureResult& result, const Json& objects,
         result.camera = views_.name(view);
     }
     const std::string line = options_.output.string() + ": " + of;
-    if (result.skipped) return results_.add(toJson(result), line + "is there already");
+    if (result.skipped) return results_.add(toJson(result), line + "skipped, already complete");
     Json found = findingsOf(result);
     found["objects"] = objects;
     results_.add(toJson(result, found), line + counts + ", " + countText(result.layers, "layer") +
@@ -357,7 +356,8 @@ MaskFormats parseFormats(const std::string& text) {
 int parseCanvas(const std::string& text) {
     const auto times = static_cast<int>(parseInteger(text, 1, 9));
     if (times % 2 == 0)
-        throw Error(ErrorKind::kUsage, "expected an odd number, so that the picture is the middle");
+        throw Error(ErrorKind::kUsage,
+                    "expected an odd number, so that the picture is in the middle");
     return times;
 }
 
@@ -369,42 +369,40 @@ double parseOpacity(const std::string& text) {
 
 void addMaskOptions(VerbOptions& verb, MasksOptions& options) {
     addFile(verb, "-o,--output", "FOLDER", options.output,
-            "the folder to write into; it may have pictures of another verb, too")
+            "folder to write into; it may also contain pictures of other verbs")
         .group("Output")
         .required();
     addValue(verb, "--as", "NAMES", options.formats, parseFormats,
-             "what to write, with commas between (default: all of it):")
+             "formats to write, separated by commas (default: all):")
         .someOf(describeChoices(kMaskFormats))
         .group("Output");
-    verb.addFlag("--no-clobber", options.no_clobber, "fail if a view is there already")
-        .group("Output");
-    verb.addFlag("--no-mkdir", options.no_mkdir, "fail if the folder is missing; else it is made")
+    verb.addFlag("--no-clobber", options.no_clobber, "fail if a view exists").group("Output");
+    verb.addFlag("--no-mkdir", options.no_mkdir,
+                 "fail if the folder is missing (default: create it)")
         .group("Output");
     addObjectsOption(verb, options.objects);
     addValue(verb, "--see-through", "A", options.see_through, parseOpacity,
-             "the object that is seen at a pixel is that of the first fragment of at least this "
-             "opacity, or, if none has it, of the first one: from 0, what is in front hides "
-             "(default), to 1, only what is opaque does")
+             "minimum opacity of a fragment that hides the objects behind it: a pixel shows the "
+             "object of the first such fragment, else of its first fragment; at 0 any fragment "
+             "hides, at 1 only an opaque one (default: 0)")
         .group("Objects");
     addValue(verb, "--canvas", "K", options.canvas, parseCanvas,
-             "capture K times the picture's width and height around it, odd, to 9: then counts, "
-             "fractions and amodal boxes are of what lies beside the picture, too. 3 is what BOP "
-             "has (default: 1)")
+             "capture an area K times as wide and high as the picture around it, so that counts, "
+             "fractions and amodal boxes include objects outside the picture; K is odd, 1 to 9; "
+             "BOP uses 3 (default: 1)")
         .group("Objects");
 }
 
 constexpr const char* kMasksFooter =
-    "The amodal mask of an object has the pixels where it has any fragment, whatever hides it; "
-    "the\n"
-    "visible mask those where it is what is seen (--see-through). Visible masks share no pixel; "
-    "with\n"
-    "those of the background, which is what belongs to no object, they are the first layer. The\n"
-    "visible fraction is what is visible on the picture, of its silhouette on the canvas. An "
-    "object\n"
-    "of which a view has nothing is not listed there.\n"
-    "The files of a view end with views/NNNNNN.json, by which --skip-existing knows them; the "
-    "JSON\n"
-    "files of all views are written when the last view is there, whichever --chunk makes it.";
+    "The amodal mask of an object contains the pixels where it has any fragment, hidden or\n"
+    "not; the visible mask those where it is the object that is seen (--see-through). Visible\n"
+    "masks do not overlap; together with the background, which belongs to no object, they\n"
+    "form the first layer. The visible fraction is the visible area in the picture, divided\n"
+    "by the area of the silhouette on the canvas. A view does not list objects that it does\n"
+    "not contain.\n"
+    "The last file of a view is views/NNNNNN.json, by which --skip-existing recognises the\n"
+    "view. The JSON files of all views are written with the last missing view, in whichever\n"
+    "--chunk it is.";
 
 }  // namespace
 
@@ -423,8 +421,8 @@ VerbAction declareMasks(VerbOptions& verb) {
     addRunOptions(verb, *options);
     verb.option("--cameras")
         .description(
-            "a view for each camera of a file: transforms.json, BOP's scene_camera.json, COLMAP's "
-            "model, .npy, .npz or .jsonl");
+            "render a view for each camera of a file: transforms.json, BOP's scene_camera.json, a "
+            "COLMAP model, .npy, .npz or .jsonl");
     verb.footer(kMasksFooter);
     return [options](Session& session) { return Masks(*options, session).run(); };
 }

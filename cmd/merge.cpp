@@ -72,8 +72,8 @@ class Merge {
 void Merge::checkOptions() {
     run_.checkFiles();
     if (findOutputFormat(path(), run_.output.options.as).holds(OutputContent::kShadowMap)) {
-        throw Error(ErrorKind::kUsage, "layers do not tell which surfaces cast shadows",
-                    "--as midpoint-depth", "render it as a whole");
+        throw Error(ErrorKind::kUsage, "layers do not record which surfaces cast shadows",
+                    "--as midpoint-depth", "render the whole picture at once");
     }
 }
 
@@ -103,7 +103,7 @@ void Merge::chooseKind() {
     checkFormat(output);  // options for layered files may not fit the chosen kind
     if (!composites()) return;
     if (output.isGiven("--background")) {
-        throw Error(ErrorKind::kUsage, "composites are merged as they are, background and all",
+        throw Error(ErrorKind::kUsage, "composites are merged with the backgrounds they have",
                     "--background", "render the tiles with it");
     }
     if (!findOutputFormat(path(), as).holds(OutputContent::kComposite)) {
@@ -115,7 +115,7 @@ void Merge::chooseKind() {
 void Merge::checkCover() const {
     if (options_.allow_gaps || options_.elements) return;
     const auto refuse = [&](const std::string& what) {
-        throw Error(ErrorKind::kInput, what, path(), "add the tile, or --allow-gaps to do without");
+        throw Error(ErrorKind::kInput, what, path(), "add the tile, or use --allow-gaps");
     };
     if (const std::string strip = tiles_->missingStrip(); !strip.empty())
         refuse("tile " + strip + " is missing");
@@ -154,7 +154,7 @@ void Merge::plan() {
     if (composites()) {
         if (!tiles_->overlap()) return;
         throw Error(ErrorKind::kInput,
-                    "tiles overlap: nobody knows how many fragments the composite has", path(),
+                    "tiles overlap, so the composite's fragment count is unknown", path(),
                     "render tiles that do not overlap, or layers");
     }
     const OutputOptions& output = run_.output.options;
@@ -166,7 +166,7 @@ void Merge::plan() {
     }
     if (!complete) {
         throw Error(ErrorKind::kInput,
-                    "tiles overlap and lack fragments: nobody knows how many the picture has",
+                    "tiles overlap and lack fragments, so the picture's fragment count is unknown",
                     path(), "render tiles that do not overlap, or all their layers");
     }
     countLayers();
@@ -186,9 +186,9 @@ void Merge::forEachBand(const Stage& stage, Take&& take) {
     const auto read = [&](const Window& window, LayeredImage& band) {
         if (const auto pixel = tiles_->read(window, band)) {
             throw Error(ErrorKind::kInput,
-                        "tiles that overlap do not agree on pixel (" + std::to_string(pixel->x0) +
-                            ", " + std::to_string(pixel->y0) + ")",
-                        path(), "render them with the same renderer, or without an overlap");
+                        "overlapping tiles differ at pixel (" + std::to_string(pixel->x0) + ", " +
+                            std::to_string(pixel->y0) + ")",
+                        path(), "render them with the same renderer, or without overlap");
         }
     };
     run_.forEachBand(stage, tiles_->rowsFor(kBandBytes), read, take);
@@ -212,9 +212,9 @@ void Merge::write() {
         });
         if (composites() || fragments == run_.plan.fragments_stored) return;
         throw Error(ErrorKind::kInput,
-                    "the tiles say they have " + groupedText(run_.plan.fragments_stored) +
-                        " fragments, and have " + groupedText(fragments),
-                    path(), "peeler verify tells which one is damaged");
+                    "the tiles' headers give " + groupedText(run_.plan.fragments_stored) +
+                        " fragments, but the tiles have " + groupedText(fragments),
+                    path(), "find the damaged tile with peeler verify");
     });
     run_.report(output, tiles_->provenance());
 }
@@ -230,18 +230,17 @@ VerbAction declareMerge(VerbOptions& verb) {
     addLayeredOptions(verb, options->reading);
     addOutputOptions(verb, options->output);
     addLayerOutputOptions(verb, options->output);
-    verb.addFlag(
-        "--elements", options->elements,
-        "the files are not tiles but elements of one picture, such as its objects rendered "
-        "apart, and layered or deep: their fragments are merged by depth");
-    verb.addFlag("--allow-gaps", options->allow_gaps, "pixels that no tile has stay empty");
+    verb.addFlag("--elements", options->elements,
+                 "merge elements of one picture, such as objects rendered separately, instead of "
+                 "tiles; the fragments of layered or deep files are merged by depth");
+    verb.addFlag("--allow-gaps", options->allow_gaps, "leave pixels empty that no tile has");
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);
     verb.footer(
-        "The result is the file that a render of the whole would have written. Tiles may overlap\n"
-        "where they agree, bit for bit. Elements have camera, size, precision and channels in\n"
-        "common; fragments at the very same depth stay in the order of the files. Ids of elements\n"
-        "of different scenes are made different, and keep their names.");
+        "The result is identical to a render of the whole picture. Tiles may overlap where\n"
+        "they are identical bit for bit. Elements must have the same camera, size, precision\n"
+        "and channels; fragments at exactly the same depth stay in the order of the files.\n"
+        "Ids of different scenes are renumbered so that they differ, and keep their names.");
     return [options](Session& session) {
         Merge(*options, session.reporter()).run();
         return 0;

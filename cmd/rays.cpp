@@ -75,8 +75,8 @@ void Rays::checkOptions() {
     checkRaysOptions(options_);
     std::tie(first_, end_) = views_.part(options_.sequence.chunk);
     if ((options_.sequence.skip_existing || options_.sequence.keep_going) && !eachAlone())
-        refuse("one file has all views", "--skip-existing, --keep-going",
-               "put @@@@ into the output's name, for a file a view");
+        refuse("one file contains all views", "--skip-existing, --keep-going",
+               "put @@@@ into the output's name for one file per view");
     checkFiles();
 }
 
@@ -120,9 +120,9 @@ void Rays::openScene() {
     if (!views_.asked()) return;
     views_.place(*scene_);
     if (views_.placesObjects() && !eachAlone())
-        throw Error(ErrorKind::kUsage, "every view has objects in places of its own",
+        throw Error(ErrorKind::kUsage, "every view places objects differently",
                     "--cameras " + options_.bundles.views.file->string(),
-                    "put @@@@ into the output's name, for a file a view");
+                    "put @@@@ into the output's name for one file per view");
 }
 
 Bundle Rays::viewBundle(std::size_t view) const {
@@ -133,8 +133,8 @@ std::vector<Bundle> Rays::chooseBundles() {
     const PosedScene& posed = tracer_.posed();
     const std::optional<Bounds> all = posed.bounds();
     if (!all)
-        throw Error(ErrorKind::kInput, "the scene shows nothing that a ray could hit",
-                    options_.scene.file.string(), "peeler info tells what is in it");
+        throw Error(ErrorKind::kInput, "the scene shows nothing that rays can hit",
+                    options_.scene.file.string(), "use peeler info to see its contents");
     if (views_.asked()) {
         std::vector<Bundle> bundles;
         for (std::size_t view = first_; view < end_; ++view)
@@ -194,7 +194,8 @@ void Rays::makeViewFile(std::size_t view) {
         there.setFile(trace.output.path);
         job_.finish(there);
         Json found = {{"view", view}, {"camera", views_.name(view)}, {"skipped", true}};
-        results_.add(toJson(there, found), trace.output.path.string() + ": is there already");
+        results_.add(toJson(there, found),
+                     trace.output.path.string() + ": skipped, already complete");
         return;
     }
     if (trace.output.no_clobber) checkNotThere(trace.output.path);

@@ -77,8 +77,7 @@ class Render {
         try {
             const std::string name = options_.output.path.string();
             if (!request_.hasFrames() && hasFrameToken(name))
-                reporter_.warning(
-                    "There are no --frames, so the name keeps its place for a number: " + name);
+                reporter_.warning("Without --frames, the name keeps its placeholder: " + name);
             if (options_.views.cameras_out)
                 cameras_.emplace(*options_.views.cameras_out, request_.pictures());
             renderAll();
@@ -180,7 +179,8 @@ bool Render::make(Picture& picture, std::size_t index) {
     if (options_.output.no_clobber) checkTarget(picture.asked.output, {});
     const std::filesystem::path& path = picture.asked.output.path;
     if (options_.sequence.skip_existing && fileExists(path, ErrorKind::kOutput)) {
-        reporter_.note(path.string() + " is made again: " + request_.differenceOf(picture.asked));
+        reporter_.note(path.string() +
+                       " is written again: " + request_.differenceOf(picture.asked));
     }
     try {
         capture(picture);
@@ -234,7 +234,7 @@ void Render::capture(Picture& picture) {
         renderer.capture(picture.plan, *picture.writer, progressOf(picture)).passes;
     reporter_.detail("captured in " +
                      countText(static_cast<std::uint64_t>(picture.result.passes), "geometry pass") +
-                     "; writes " + request_.outputFile(picture.asked.index).string());
+                     "; writing " + request_.outputFile(picture.asked.index).string());
     add(picture.result.milliseconds, job_.takeTimes());
     picture.writer->finish();
 }
@@ -243,7 +243,7 @@ void Render::capture(Picture& picture) {
 void Render::forecastMemory(const Picture& picture) {
     memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()),
                                  job_.renderer()->forecastMemory(picture.plan, *picture.writer)});
-    reporter_.detail("takes " + bytesText(memory_forecast_) + " of memory at most");
+    reporter_.detail("uses at most " + bytesText(memory_forecast_) + " of memory");
 }
 
 /// Adds to a dry run's result the forecast of the first picture to render. Null if there is no such
@@ -259,7 +259,7 @@ void Render::forecast(Json& result) {
         prepare(picture);
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kDevice) throw;
-        reporter_.warning("What it takes is not known: " + error.whatText() + ".");
+        reporter_.warning("Its size and memory are unknown: " + error.whatText() + ".");
         return;
     }
     result["forecastBytes"] = *picture.result.forecast_bytes;
@@ -284,12 +284,11 @@ void Render::plan(Picture& picture) {
     reporter_.detail("counted " + countText(plan.fragments_counted, "fragment") + " in " +
                      countText(plan.layers.size(), "layer") + " of " +
                      std::to_string(plan.view.width) + "x" + std::to_string(plan.view.height) +
-                     " pixels; captures them by " + picture.asked.capture.method);
+                     " pixels; capturing them with " + picture.asked.capture.method);
     if (!options_.scene.reading.strict || plan.complete()) return;
     const bool blended = plan.fragments_blended != 0;
     throw Error(ErrorKind::kIncomplete,
-                std::string("the layer limit ") +
-                    (blended ? "leaves to an approximation " : "leaves out ") +
+                std::string("the layer limit ") + (blended ? "approximates " : "leaves out ") +
                     countText(plan.fragments_counted - plan.fragments_stored, "fragment") + " of " +
                     groupedText(plan.fragments_counted),
                 request_.outputFile(picture.asked.index).string(),

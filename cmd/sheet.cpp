@@ -42,11 +42,11 @@ constexpr Choice<SheetShow> kShows[] = {
 };
 
 constexpr Choice<SheetMethods> kMethodChoices[] = {
-    {"unsorted", SheetMethods::kUnsorted, "blending in draw order, beside the composite"},
+    {"unsorted", SheetMethods::kUnsorted, "blending in draw order, next to the composite"},
     {"all", SheetMethods::kAll,
-     "instead of the layers every method's composite, with its geometry passes and its error "
+     "the composite of every method instead of the layers, with its geometry passes and its error "
      "against the first"},
-    {"none", SheetMethods::kNone, "only what the layers tell"},
+    {"none", SheetMethods::kNone, "only the layers"},
 };
 
 struct SheetOptions {
@@ -108,7 +108,7 @@ int Sheets::run() {
         } else {
             throw Error(ErrorKind::kInput, "neither a scene nor a layered depth image",
                         request_.scene.file.string(),
-                        "sheet shows glTF, PLY, STL, OBJ and the .exr of peeler render");
+                        "give a glTF, PLY, STL or OBJ file, or an .exr of peeler render");
         }
     } catch (...) {
         if (!views_.asked()) throw;
@@ -127,16 +127,16 @@ void Sheets::checkOptions() {
     checkFiles();
     const OutputFormat& format = findOutputFormat(options_.output.path.string(), "composite");
     if (!format.for_display) {
-        throw Error(ErrorKind::kUsage, "a sheet is a picture to look at",
+        throw Error(ErrorKind::kUsage, "a sheet needs a display format",
                     options_.output.path.string(), "choose one of: .png, .jpg, .tif");
     }
     const bool depth = request.cells.show == SheetShow::kDepth;
     if (request.cells.progression && depth) {
-        throw Error(ErrorKind::kUsage, "a composite has no depth of its own",
-                    "--progression, --show depth", "leave one of them out");
+        throw Error(ErrorKind::kUsage, "a composite has no depth", "--progression, --show depth",
+                    "leave one of them out");
     }
     if (request.capture.tail == Tail::kBlend) {
-        throw Error(ErrorKind::kUsage, "a sheet shows layers as they are found", "--tail blend",
+        throw Error(ErrorKind::kUsage, "a sheet shows layers without blending", "--tail blend",
                     "leave it out, or render a composite with it");
     }
     if (request.methods == SheetMethods::kAll &&
@@ -227,7 +227,7 @@ std::string Sheets::hashOf(const SceneSheet& sheet, const OpenedScene& scene,
 
 void Sheets::refuseSceneOptions() const {
     if (options_.given.empty()) return;
-    throw Error(ErrorKind::kUsage, "the option is for scenes, and this is an image",
+    throw Error(ErrorKind::kUsage, "the option is for scenes, but the input is an image",
                 *options_.given.begin(), "leave it out, or make the sheet of the scene");
 }
 
@@ -296,24 +296,24 @@ void addCellOptions(VerbOptions& verb, SheetOptions& options) {
         };
     };
     addChoice<SheetShow>(verb, "--show", options.request.cells.show, kShows, "thing to show",
-                         "what the cells show:")
+                         "content of the cells:")
         .group(kGroup);
     verb.addFlag("--progression", options.request.cells.progression,
-                 "composites of the nearest 1, 2, … layers instead of the layers, each with its "
-                 "error against that of all")
+                 "show composites of the nearest 1, 2, … layers instead of the layers, each with "
+                 "its error against the composite of all")
         .group(kGroup);
     addChoice<SheetMethods>(verb, "--methods", options.request.methods, kMethodChoices,
                             "choice of methods",
-                            "of a scene, composites that methods blend while they render:")
+                            "for scenes: composites that methods blend during rendering:")
         .group(kGroup);
     addValue(verb, "--cells", "N", options.request.cells.most_cells, within(1, 1000),
-             "most cells; the rest are left out (default: 24)")
+             "maximum number of cells; the rest are left out (default: 24)")
         .group(kGroup);
     addValue(verb, "--columns", "N", options.columns, within(1, 1000),
-             "cells beside each other (default: near-square)")
+             "number of cells per row (default: nearly square sheet)")
         .group(kGroup);
     addValue(verb, "--cell-width", "PIXELS", options.request.cells.cell_width, within(16, 8192),
-             "width of a cell, at most that of the picture (default: 320)")
+             "width of a cell, at most the picture's width (default: 320)")
         .group(kGroup);
 }
 
@@ -334,11 +334,11 @@ std::set<std::string> sceneOptionsGiven(const VerbOptions& verb) {
 }
 
 constexpr const char* kSheetFooter =
-    "Of a layered file the sheet shows what is in it: options of scene, camera, clipping, light "
-    "and\n"
-    "machine and those of the layers but --layers are for scenes. An error is that of linear\n"
-    "premultiplied R, G, B and A against the composite of all layers. A file has no draw order:\n"
-    "unsorted blending is shown of scenes only, and of them beside the composite of all layers.";
+    "Options of scene, camera, clipping, light and machine, and those of layers except\n"
+    "--layers, are for scenes only; a sheet of a layered file shows the file's content.\n"
+    "Errors are those of linear premultiplied R, G, B and A against the composite of all\n"
+    "layers. A file has no draw order, so unsorted blending is shown only for scenes, next to\n"
+    "the composite of all layers.";
 
 }  // namespace
 
@@ -354,8 +354,8 @@ VerbAction declareSheet(VerbOptions& verb) {
     verb.option("--output").description(kOutputHelp);
     verb.option("--background")
         .description(
-            "behind every cell: transparent (default), r,g,b[,a] in linear light, or #rrggbb[aa] "
-            "in sRGB; where it is transparent a checkerboard shows");
+            "background of every cell: transparent (shown as a checkerboard), r,g,b[,a] in linear "
+            "light, or #rrggbb[aa] in sRGB (default: transparent)");
     addCellOptions(verb, *options);
     addShownOptions(verb, options->request);
     addNormalizeOption(verb, options->request.scene);

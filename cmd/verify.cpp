@@ -115,7 +115,7 @@ std::string toText(const VerifiedFile& file) {
     const bool proven = file.proof == ExrIntegrity::kProven;
     if (file.kind == VerifiedKind::kForeign)
         return text +
-               (proven ? "as it was written"
+               (proven ? "unchanged since it was written"
                        : "readable; not written by peeler, so nothing else was checked") +
                '\n';
     text += file.kind == VerifiedKind::kFlat ? "good, without layers"
@@ -179,25 +179,23 @@ int verifyAll(const VerifyOptions& options, Reporter& reporter) {
 VerbAction declareVerify(VerbOptions& verb) {
     const auto options = std::make_shared<VerifyOptions>();
     verb.addFiles("FILES", options->inputs,
-                  "OpenEXR files, and pictures in arrays (.safetensors); those of peeler as one "
-                  "sequence")
+                  "OpenEXR files and pictures in arrays (.safetensors); files of peeler are "
+                  "checked as one sequence")
         .files(".exr .safetensors");
     verb.addFlag("--any-settings", options->any_settings,
-                 "scene, settings and size may differ from file to file");
+                 "allow scene, settings and size to differ between files");
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);
     verb.footer(
-        "Every byte is held against the hash of its part; files without one, of others and of "
-        "older\n"
-        "versions, are told apart. Every chunk is read. Of layers: sorted by Z, a finite Z "
-        "wherever\n"
-        "there is a fragment, 0 where there is none, as many fragments as the header says, a\n"
-        "composite that is the composite of the layers, bit for bit. A camera says the same in "
-        "all\n"
-        "of its attributes. A file that peeler did not write is read to its end, no more.\n\n"
-        "Exit codes: 0 all is good; 3 a file is unreadable or inconsistent, or has other "
-        "settings;\n"
-        "6 nothing worse than fragments or frames that are missing.");
+        "Every byte is checked against the hash of its part; files without a hash, from other\n"
+        "programs or older versions, are reported as such. Every chunk is read. Layers must\n"
+        "be sorted by Z, with a finite Z where there is a fragment and 0 elsewhere; the\n"
+        "header must have the right number of fragments, and the stored composite must be the\n"
+        "composite of the layers, bit for bit. All attributes of a camera must agree. A file\n"
+        "of another program is only read to its end.\n"
+        "\n"
+        "Exit codes: 0 all files are good; 3 a file is unreadable or inconsistent, or has\n"
+        "other settings; 6 only fragments or frames are missing.");
     return [options](Session& session) { return verifyAll(*options, session.reporter()); };
 }
 

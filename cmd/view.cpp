@@ -104,35 +104,34 @@ void addViewCameraOptions(VerbOptions& verb, ViewCameraOptions& options) {
             .group(group);
     };
     add("--orbit", "YAW,PITCH", options.orbit, parseAngles,
-        "degrees by which the file's camera goes round the target, to the right and upwards",
+        "rotate the file's camera around the target, in degrees to the right and upwards",
         "Camera");
     add("--eye", "X,Y,Z", options.eye, parseVector,
-        "where a camera of your own stands (default: where the file's does)", "Camera");
+        "position of a custom camera (default: the position of the file's camera)", "Camera");
     add("--target", "X,Y,Z", options.target, parseVector,
-        "the point it looks at (default: on the file's viewing axis, as deep as the middle of the "
-        "picture)",
+        "point the camera looks at (default: on the file's viewing axis, at the depth of the "
+        "picture's middle)",
         "Camera");
     add("--up", "X,Y,Z", options.up, parseDirection,
-        "the direction that is up in the picture, and the axis of --orbit (default: 0,1,0)",
+        "up direction in the picture, and axis of --orbit (default: 0,1,0)", "Camera");
+    add("--fov", "DEGREES", options.fov, parseFov, "vertical field of view (default: the file's)",
         "Camera");
-    add("--fov", "DEGREES", options.fov, parseFov,
-        "vertical field of view (default: that of the file's camera)", "Camera");
     add("--ortho-height", "H", options.ortho_height, parsePositive,
-        "height in scene units; makes it orthographic", "Camera");
+        "height of the view in scene units; makes the camera orthographic", "Camera");
     add("--size", "WxH|W", options.size, parseSize,
-        "pixels; a width alone keeps the file's aspect ratio (default: that of the file)",
+        "size in pixels; a width alone keeps the file's aspect ratio (default: the file's)",
         "Picture");
     add("--crop", "X,Y,W,H", options.crop, parseCrop,
-        "render this part of the picture only, in pixels from the upper left corner", "Picture");
+        "render only this part of the picture, in pixels from the upper left corner", "Picture");
 }
 
 /// Throws Error (kUsage) if the options contradict each other, regardless of the file.
 void checkViewCameraOptions(const ViewCameraOptions& options) {
     if (options.fov && options.ortho_height)
-        refuse("a camera has a field of view or an orthographic height", "--fov, --ortho-height",
-               "leave one of them out");
+        refuse("a camera has either a field of view or an orthographic height",
+               "--fov, --ortho-height", "leave one of them out");
     if (options.orbit && options.eye)
-        refuse("--orbit moves the file's camera, --eye builds another one", "--orbit, --eye",
+        refuse("--orbit moves the file's camera, but --eye replaces it", "--orbit, --eye",
                "leave one of them out");
     if (options.eye && options.target && *options.eye == *options.target)
         refuse("the eye is at the target, so there is no direction to look along",
@@ -213,12 +212,11 @@ bool chooseKind(const ViewOptions& options, OutputRequest& output) {
     const bool page = format.holds(OutputContent::kPage);
     output.options.as = page ? format.kind : "composite";
     if (page && options.camera.changesAnything()) {
-        throw Error(ErrorKind::kUsage, "a page begins at the file's own camera",
-                    output.path.string(),
-                    "leave the options of camera and picture out, or write a .png");
+        throw Error(ErrorKind::kUsage, "a page starts at the file's camera", output.path.string(),
+                    "leave camera and picture options out, or write a .png");
     }
     if (!page && options.max_fragments) {
-        throw Error(ErrorKind::kUsage, "only a page has a limit", "--max-fragments",
+        throw Error(ErrorKind::kUsage, "only a page has a fragment limit", "--max-fragments",
                     "leave it out, or write a .html");
     }
     return page;
@@ -227,9 +225,8 @@ bool chooseKind(const ViewOptions& options, OutputRequest& output) {
 /// Returns all fragments of the input, or the nearest layers, and sets the plan accordingly.
 LayeredImage load(const ViewOptions& options, LayeredInput& input, Plan& plan) {
     if (!input.info().attributes().contains("peeler:cameraJson")) {
-        throw Error(ErrorKind::kInput, "the file does not say which camera its layers come from",
-                    options.input.string(),
-                    "view needs the attribute peeler:cameraJson, which peeler render writes");
+        throw Error(ErrorKind::kInput, "the file has no camera", options.input.string(),
+                    "give a file of peeler render; view needs its attribute peeler:cameraJson");
     }
     LayeredImage image;
     input.read(plan.view.crop, image);
@@ -319,7 +316,7 @@ VerbAction declareView(VerbOptions& verb) {
     addValue(
         verb, "--layers", "N|all", options->max_layers,
         [](const std::string& text) { return parseLayers(text); },
-        "use the N nearest layers of every pixel (default: all)")
+        "use only the N nearest layers of every pixel (default: all)")
         .group("Layers");
     addValue(
         verb, "--max-fragments", "N|all", options->max_fragments,
@@ -327,7 +324,7 @@ VerbAction declareView(VerbOptions& verb) {
             if (text == "all") return std::uint64_t{0};
             return static_cast<std::uint64_t>(parseInteger(text, 1, 1'000'000'000));
         },
-        "a page (.html) holds no more fragments than these (default: 4000000)")
+        "maximum number of fragments in a page (.html) (default: 4000000)")
         .group("Layers");
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);

@@ -39,7 +39,7 @@ JobLimits shareOf(const WorkerOptions& options) {
                     "the memory budget is " + mebibytesText(options.memory) + ", which leaves " +
                         mebibytesText(limits.memory) + " for each of " + std::to_string(jobs) +
                         " jobs",
-                    options.memory.where(), "run fewer at a time with --jobs");
+                    options.memory.where(), "run fewer jobs at a time with --jobs");
     constexpr std::uint64_t kKept = std::uint64_t{2} << 30;
     const std::uint64_t keep =
         options.keep.value_or(limits.memory == 0 ? kKept * jobs : limits.memory / 4 * jobs);
@@ -51,26 +51,24 @@ JobLimits shareOf(const WorkerOptions& options) {
 
 VerbAction declareWorker(VerbOptions& verb) {
     const auto options = std::make_shared<WorkerOptions>();
-    addFile(
-        verb, "--listen", "PATH", options->socket,
-        "take clients on a Unix socket of this name, for its user alone (mode 600; default: one "
-        "client, on stdin and stdout)")
+    addFile(verb, "--listen", "PATH", options->socket,
+            "accept clients on a Unix socket of this name, for the current user only (mode 600) "
+            "(default: one client, on stdin and stdout)")
         .group("Jobs");
     addValue(
         verb, "--jobs", "N", options->jobs,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 1024)); },
-        "how many run at a time, each in a process with its part of the threads and the memory "
-        "(default: 1)")
+        "number of jobs that run at the same time, each in a process with its share of the threads "
+        "and the memory (default: 1)")
         .group("Jobs");
-    addValue(
-        verb, "--keep", "SIZE", options->keep, parseBytes,
-        "most memory for scenes that stay open between jobs, of all processes together; 0 keeps "
-        "none (default: a quarter of --memory, else 2G a process)")
+    addValue(verb, "--keep", "SIZE", options->keep, parseBytes,
+             "memory limit for scenes that stay open between jobs, for all processes together; 0 "
+             "keeps none (default: a quarter of --memory, else 2G per process)")
         .group("Jobs");
     addThreadsOption(verb, options->threads);
-    addMemoryOption(verb, options->memory, "all jobs together");
+    addMemoryOption(verb, options->memory, "for all jobs together");
     verb.footer(
-        "A job is a JSON line on stdin, its result one on stdout with the same id:\n"
+        "A job is a JSON line on stdin; its result is a JSON line on stdout with the same id:\n"
         "  {\"id\": 7, \"verb\": \"render\", \"args\": [\"scene.glb\", \"-o\", \"out.exr\"],\n"
         "   \"options\": {\"size\": \"640x360\"}, \"progress\": true}\n"
         "  {\"cancel\": 7}\n"

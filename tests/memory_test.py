@@ -186,7 +186,7 @@ class Forecasts(unittest.TestCase):
                 folder = pathlib.Path(name)
                 before = run(job, folder, "--dry-run")
                 self.assertEqual(before.returncode, 0, before.stderr)
-                self.assertIn("of memory at most", before.stderr)
+                self.assertIn("of memory", before.stderr)
                 self.assertEqual(list(folder.iterdir()), [])
                 done = run(job, folder, "--json", "--quiet")
                 self.assertEqual(done.returncode, 0, done.stderr)

@@ -26,13 +26,13 @@ void addTimeOptions(VerbOptions& verb, AnimationOptions& options) {
     addValue(
         verb, "--animation", "NAME|INDEX|all", options.animation,
         [](const std::string& text) { return text; },
-        "which of the file's animations (default: the first, if a time is given, else none: the "
-        "scene at rest); all plays them together")
+        "animation of the file to show; all plays all of them together (default: the first if a "
+        "time is given, else the scene at rest)")
         .group(kAnimationGroup);
     addValue(
         verb, "--time", "SECONDS", options.time,
         [](const std::string& text) { return parseNumber(text); },
-        "when; before its first and after its last key an animation stands still")
+        "time in the animation; outside the range of its keys it holds the first or last one")
         .group(kAnimationGroup);
 }
 
@@ -40,10 +40,10 @@ void addFrameOptions(VerbOptions& verb, AnimationOptions& options) {
     addValue(
         verb, "--frames", "LIST", options.frames,
         [](const std::string& text) { return parseFrames(text); },
-        "pictures of a sequence, e.g. 1-100, 1-100x2 (every second), 150,200-180; frame N is at "
-        "N / fps seconds. The output's name has a place for the number: #### or %04d")
+        "frames to render, e.g. 1-100, 1-100x2 (every second), 150,200-180; frame N is at N / fps "
+        "seconds; put #### or %04d into the output's name for the number")
         .group(kAnimationGroup);
-    addValue(verb, "--fps", "N", options.fps, parseFps, "frames a second (default: 24)")
+    addValue(verb, "--fps", "N", options.fps, parseFps, "frames per second (default: 24)")
         .group(kAnimationGroup);
 }
 

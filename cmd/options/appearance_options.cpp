@@ -11,18 +11,19 @@ namespace {
 
 constexpr Choice<Transmitted> kTransmissions[] = {
     {"color", Transmitted::kColor,
-     "its layer filters what is behind it colour by colour, unrefracted: layers have AR, AG and AB "
-     "beside A, if anything in the scene is coloured glass"},
-    {"alpha", Transmitted::kAlpha, "its layer has one alpha, and veils what is behind it"},
-    {"opaque", Transmitted::kNothing, "it is shown as if it let no light through"},
+     "its layer filters the layers behind it per colour channel, without refraction; layers get "
+     "AR, AG and AB besides A if the scene has coloured glass"},
+    {"alpha", Transmitted::kAlpha,
+     "its layer has a single alpha, which attenuates all colours behind it equally"},
+    {"opaque", Transmitted::kNothing, "it is drawn as opaque"},
 };
 
 void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance, const std::string& remark) {
     addValue(
         verb, "--variant", "NAME|INDEX", appearance.variant,
         [](const std::string& text) { return text; },
-        "which of the file's materials (KHR_materials_variants) to show; peeler info lists them "
-        "(default: none, the materials of the meshes themselves)" +
+        "material variant of the file (KHR_materials_variants); peeler info lists them (default: "
+        "the meshes' own materials)" +
             remark)
         .group("Scene");
 }
@@ -30,16 +31,15 @@ void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance, const st
 void addEnvironmentOptions(VerbOptions& verb, AppearanceOptions& appearance,
                            const std::string& remark) {
     addFile(verb, "--environment", "FILE|studio|none", appearance.environment,
-            "light from all around: an equirectangular .hdr or .exr, its centre seen along +Z, or "
-            "studio, soft boxes in a dim room, or none (default: of pictures for eyes the studio, "
-            "if the scene has no lights of its own and nothing is to cast shadows; else none)" +
+            "environment light: an equirectangular .hdr or .exr with its centre at +Z, studio "
+            "(soft boxes in a dim room), or none" +
                 remark)
         .files(".hdr .exr")
         .group("Light");
     addValue(
         verb, "--environment-rotation", "DEGREES", appearance.environment_rotation,
         [](const std::string& text) { return parseNumber(text); },
-        "turns the environment about +Y; 90 takes what is seen along +Z to +X (default: 0)")
+        "rotate the environment about +Y; 90 turns +Z to +X (default: 0)")
         .group("Light");
 }
 
@@ -52,16 +52,18 @@ void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance) {
 void addAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance) {
     addVariantOption(verb, appearance);
     addChoice<Transmitted>(verb, "--transmission", appearance.transmission, kTransmissions,
-                           "transmission", "glass and other surfaces that transmit light:")
+                           "transmission",
+                           "treatment of glass and other surfaces that transmit light:")
         .group("Layers");
     addEnvironmentOptions(verb, appearance,
-                          ". It is light only; the background stays what --background says. The "
-                          "built-in light is off then, the scene's own lights shine on");
+                          "; it replaces the built-in light, but neither the scene's lights nor "
+                          "the background (default: studio in display formats if the scene has no "
+                          "lights and --shadows is not given, else none)");
 }
 
 void addBakedAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance) {
-    addVariantOption(verb, appearance, "; a .glb opens with them, too");
-    addEnvironmentOptions(verb, appearance, "; irradiance");
+    addVariantOption(verb, appearance, "; a .glb output shows it by default");
+    addEnvironmentOptions(verb, appearance, ", for --quantity irradiance (default: none)");
 }
 
 }  // namespace peeler::cmd

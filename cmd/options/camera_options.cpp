@@ -22,7 +22,7 @@ Window tileOf(const Window& whole, const Shard& tile) {
     if (first == end) {
         throw Error(ErrorKind::kUsage,
                     "there are more tiles than the " + std::to_string(whole.height()) + " rows",
-                    "--tile " + tile.text(), "divide the picture into fewer");
+                    "--tile " + tile.text(), "divide the picture into fewer tiles");
     }
     return {whole.x0, whole.y0 + static_cast<int>(first), whole.x1,
             whole.y0 + static_cast<int>(end)};
@@ -51,7 +51,7 @@ glm::dmat4 parsePose(const std::string& text) {
     constexpr double kMostOff = 1e-4;
     if (!(distanceFromRigid(world_to_camera) < kMostOff))
         throw Error(ErrorKind::kUsage, "expected a rotation and a translation", "",
-                    "scale the scene instead; a mirrored axis is another convention");
+                    "scale the scene instead; a mirrored axis means another convention");
     return poseOfOpencv(world_to_camera, "--pose");
 }
 
@@ -65,15 +65,15 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options, SceneReadOption
         addValue(verb, name, value, target, parse, help).group("Camera");
     };
     add("--camera", "NAME|INDEX", options.camera, text,
-        "one of the scene's cameras; the index counts in draw order, as peeler info lists them "
-        "(default: "
-        "the first; the whole scene framed if there is none); light:NAME or light:INDEX is what a "
-        "directional or spot light sees, light:key the built-in one of a scene without lights");
+        "camera of the scene, by name or by index as peeler info lists it; light:NAME or "
+        "light:INDEX looks from a directional or spot light, light:key from the built-in one of a "
+        "scene without lights (default: the first camera, or a view of the whole scene if it has "
+        "no camera)");
     add("--eye", "X,Y,Z", options.eye, vector,
-        "where a camera of your own stands (default: where it sees the whole scene: what is flat "
-        "from the front, all else from the right and above, with margins of 5 %)");
+        "position of a custom camera (default: one that sees the whole scene with margins of 5 %; "
+        "flat scenes from the front, others from the right and above)");
     add("--target", "X,Y,Z", options.target, vector,
-        "the point it looks at (default: the scene's centre)");
+        "point the camera looks at (default: the scene's centre)");
     verb.addRepeated(
             "--up", reading ? "X,Y,Z|x|y|z" : "X,Y,Z",
             [&options, reading](const std::string& value) {
@@ -83,31 +83,30 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options, SceneReadOption
                 else
                     options.up = parseDirection(value);
             },
-            std::string("the direction that is up in the picture (default: 0,1,0)") +
+            std::string("up direction in the picture (default: 0,1,0)") +
                 (reading ? std::string("; or ") + kUpHelp : ""))
         .group("Camera");
     add(
         "--fov", "DEGREES", options.fov, [](const std::string& value) { return parseFov(value); },
-        "its vertical field of view (default: 40)");
+        "vertical field of view (default: 40)");
     add(
         "--ortho-height", "H", options.ortho_height,
         [](const std::string& value) { return parsePositive(value); },
-        "its height in scene units; makes it orthographic");
+        "height of the view in scene units; makes the camera orthographic");
     add("--intrinsics", "FX,FY,CX,CY", options.intrinsics, parseIntrinsics,
-        "focal lengths and principal point of a calibrated camera, in pixels, instead of --fov: "
-        "the point x,y,z in front of it (x to the right, y down) appears at fx*x/z+cx, "
-        "fy*y/z+cy, where 0,0 is the centre of the upper left pixel, as in OpenCV; needs --size "
-        "WxH");
+        "focal lengths and principal point in pixels, as in OpenCV, instead of --fov: the point "
+        "x,y,z in camera space (x right, y down) appears at fx*x/z+cx, fy*y/z+cy; 0,0 is the "
+        "centre of the upper left pixel; needs --size WxH");
     add("--pose", "MATRIX", options.pose, parsePose,
-        "where a camera of your own stands, instead of --eye, --target and --up: the matrix from "
-        "world to camera space as in OpenCV (z forward), 3 x 4 or 4 x 4 numbers, row by row");
+        "pose of a custom camera, instead of --eye, --target and --up: the world-to-camera matrix "
+        "as in OpenCV (z forward), 3 x 4 or 4 x 4 numbers, row by row");
     add(
         "--near", "D", options.near, [](const std::string& value) { return parsePositive(value); },
-        "nearest distance that is seen (default: the camera's own)");
+        "distance of the near plane (default: the camera's own)");
     add(
         "--far", "D", options.far,
         [](const std::string& value) { return parsePositiveOrInfinite(value); },
-        "farthest distance that is seen, or inf (default: the camera's own)");
+        "distance of the far plane, or inf (default: the camera's own)");
 
     addValue(
         verb, "--size", "WxH|W", options.size,
@@ -115,18 +114,18 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options, SceneReadOption
             options.size_given = true;
             return parseSize(value);
         },
-        "pixels; a width alone keeps the camera's aspect ratio (default: 1280x720)")
+        "size in pixels; a width alone keeps the camera's aspect ratio (default: 1280x720)")
         .group("Picture");
     addValue(
         verb, "--crop", "X,Y,W,H", options.crop,
         [](const std::string& value) { return parseCrop(value); },
-        "render this part of the picture only, in pixels from the upper left corner")
+        "render only this part of the picture, in pixels from the upper left corner")
         .group("Picture");
     addValue(
         verb, "--tile", "I/N", options.tile,
         [](const std::string& value) { return parseShard(value); },
-        "of the picture (or the crop) the I-th of N strips of rows, from 1/N at the top to N/N; "
-        "peeler merge puts them together")
+        "render only the I-th of N strips of rows of the picture (or the crop), from 1/N at the "
+        "top to N/N; peeler merge joins them")
         .group("Picture");
 }
 

@@ -112,7 +112,7 @@ void CaptureJob::checkOptions() const {
 }
 
 const OpenedScene& CaptureJob::openScene() {
-    reporter_.detail("reads " + options_.scene.file.string());
+    reporter_.detail("reading " + options_.scene.file.string());
     const AnimationOptions& animation = options_.animation;
     {
         const StageTimer timer(times_, "load");
@@ -156,7 +156,7 @@ GlRenderer& CaptureJob::openRenderer(const PosedScene& posed) {
     if (device_->software && !isChosen(options_.device)) {
         reporter_.noteOnce("no GPU can be used, so " + device_->renderer +
                            " renders in software (" + device_->backend +
-                           "); peeler devices says why");
+                           "); run peeler devices to see why");
     }
     reporter_.detail("GL: " + device_->renderer + " (" + device_->backend + "), OpenGL " +
                      device_->version);

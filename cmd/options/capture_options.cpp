@@ -72,14 +72,14 @@ constexpr const char* kLayersGroup = "Layers";
 void addMethodOption(VerbOptions& verb, CaptureSettings& capture) {
     capture.method = peelMethods().front().name;
     addValue(verb, "--method", "NAME", capture.method, parseMethod,
-             "how layers are found; these give the same ones:")
+             "peeling method; all of these find the same layers:")
         .oneOf(methodChoices())
         .group(kLayersGroup);
 }
 
 void addFacesOption(VerbOptions& verb, CaptureSettings& capture) {
     addChoice<Faces>(verb, "--faces", capture.faces, kFaces, "choice of faces",
-                     "which sides of triangles are drawn:")
+                     "sides of triangles to draw:")
         .group(kLayersGroup);
 }
 
@@ -87,7 +87,7 @@ void addPointSizeOption(VerbOptions& verb, CaptureSettings& capture, const std::
     addValue(
         verb, "--point-size", "N", capture.point_size,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 1024)); },
-        "pixels a side of points (default: " + otherwise + ")")
+        "pixels per side of points (default: " + otherwise + ")")
         .group(kLayersGroup);
 }
 
@@ -105,32 +105,33 @@ void addLayerOptions(VerbOptions& verb, CaptureSettings& capture) {
     addValue(
         verb, "--layers", "N|all", capture.max_layers,
         [](const std::string& text) { return parseLayers(text); },
-        "keep the N nearest layers (default: all, or 0)")
+        "keep only the N nearest layers; 0 means all (default: all)")
         .group(kGroup);
     addValue(verb, "--occlusion-ratio", "R", capture.occlusion_ratio, parseRatio,
-             "the first layer on fewer than this share of the pixels is the last (default: 0, all)")
+             "stop after the first layer that covers less than this share of the pixels (default: "
+             "0, all layers)")
         .group(kGroup);
     addChoice<Tail>(verb, "--tail", capture.tail, kTails, "choice of tail",
-                    "what becomes of fragments behind the layers that are kept:")
+                    "treatment of fragments behind the kept layers:")
         .group(kGroup);
     addValue(
         verb, "--samples", "N", capture.samples,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 256)); },
-        "antialiasing: sub-pixel positions a pixel; layers get their coverage in alpha (default: "
-        "1, the pixel's centre)")
+        "antialiasing samples per pixel; layers get their coverage in alpha (default: 1, the "
+        "pixel's centre)")
         .group(kGroup);
     addChoice<Surfaces>(verb, "--surfaces", capture.surfaces, kSurfaces, "choice of surfaces",
-                        "which fragments become layers:")
+                        "fragments that become layers:")
         .group(kGroup);
     addFacesOption(verb, capture);
     addChoice<Shading>(verb, "--shading", capture.shading, kShading, "shading",
-                       "how surfaces are coloured:")
+                       "shading of surfaces:")
         .group(kGroup);
     addPointSizeOption(verb, capture,
                        std::to_string(kDisplayPointSize) +
-                           " in pictures for eyes: .png, .jpg, .tif, .html and sheets; else 1");
+                           " in display formats: .png, .jpg, .tif, .html and sheets; else 1");
     addChoice<PixelType>(verb, "--precision", capture.color_type, kPrecisions, "precision",
-                         "how colour is stored; Z is always 32 bits:")
+                         "precision of stored colour; Z is always 32 bits:")
         .group(kGroup);
 }
 
@@ -138,8 +139,8 @@ void addRayFacesOption(VerbOptions& verb, std::optional<Faces>& faces) {
     addValue(
         verb, "--faces", "NAME", faces,
         [](const std::string& text) { return choose<Faces>("choice of faces", kRayFaces, text); },
-        "which sides of triangles rays hit (default: both; of a camera's pixels gltf, as peeler "
-        "render has it, unless what is inside is asked for):")
+        "sides of triangles that rays hit (default: both; gltf for the rays of a camera, as in "
+        "peeler render, unless an output needs the inside):")
         .oneOf(describeChoices(kRayFaces))
         .group("Rays");
 }
@@ -147,23 +148,23 @@ void addRayFacesOption(VerbOptions& verb, std::optional<Faces>& faces) {
 void addLightOptions(VerbOptions& verb, CaptureSettings& capture, std::optional<int>& shadow_size) {
     constexpr const char* kGroup = "Light";
     verb.addFlag("--shadows", capture.shadows,
-                 "directional and spot lights, the built-in one too, cast shadows of all OPAQUE "
-                 "and MASK surfaces that let no light through; point lights and environments do "
-                 "not")
+                 "cast shadows from directional and spot lights, including the built-in one; "
+                 "OPAQUE and MASK surfaces that transmit no light cast them; point lights and "
+                 "environments have no shadows")
         .group(kGroup);
     addValue(
         verb, "--shadow-size", "N", shadow_size,
         [](const std::string& text) {
             return static_cast<int>(parseInteger(text, 1, kMostPictureSide));
         },
-        "texels a side of each light's shadow map (default: 2048)")
+        "texels per side of each light's shadow map (default: 2048)")
         .group(kGroup);
 }
 
 void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_size) {
     if (!shadow_size) return;
     if (!capture.shadows) {
-        throw Error(ErrorKind::kUsage, "there are no shadows whose maps have a size",
+        throw Error(ErrorKind::kUsage, "there are no shadow maps",
                     "--shadow-size " + std::to_string(*shadow_size), "add --shadows");
     }
     capture.shadow_size = *shadow_size;
@@ -172,9 +173,9 @@ void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_si
 void addMemoryOption(VerbOptions& verb, MemoryBudget& budget, const std::string& remark) {
     budget = inheritedBudget();
     addValue(verb, "--memory", "SIZE", budget, parseMemory,
-             "most memory to use, e.g. 8G or 512M; " + remark +
-                 " (default: 7/8 of what the cgroup, SLURM_MEM_PER_NODE, SLURM_MEM_PER_CPU or "
-                 "CUE_MEMORY allows, else no limit)")
+             "memory limit, e.g. 8G or 512M; " + remark +
+                 " (default: 7/8 of the limit set by the cgroup, SLURM_MEM_PER_NODE, "
+                 "SLURM_MEM_PER_CPU or CUE_MEMORY, else no limit)")
         .group("Machine");
 }
 
@@ -184,16 +185,15 @@ void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threa
     std::vector<ChoiceDescription> backends{{"auto", "", true}};
     for (const std::string& name : gl::backendNames())
         backends.push_back({name, ""});
-    addValue(verb, "--backend", "NAME", device.backend, parseBackend, "where GL comes from:")
+    addValue(verb, "--backend", "NAME", device.backend, parseBackend, "source of the GL context:")
         .oneOf(std::move(backends))
         .group(kGroup);
-    addValue(
-        verb, "--device", "NAME", device.device, gl::parseDeviceChoice,
-        "a device: its number in peeler devices, cuda:N as CUDA numbers it, or uuid: and as much "
-        "of its UUID as tells it apart (default: the first that works; none that "
-        "CUDA_VISIBLE_DEVICES hides)")
+    addValue(verb, "--device", "NAME", device.device, gl::parseDeviceChoice,
+             "device to use: its number in peeler devices, cuda:N for its CUDA ordinal, or uuid: "
+             "and an unambiguous beginning of its UUID (default: the first usable one that "
+             "CUDA_VISIBLE_DEVICES does not hide)")
         .group(kGroup);
-    verb.addFlag("--require-gpu", device.require_gpu, "fail rather than render in software")
+    verb.addFlag("--require-gpu", device.require_gpu, "fail instead of rendering in software")
         .group(kGroup);
     addThreadsOption(verb, threads);
     addMemoryOption(verb, capture.memory, memory);
@@ -201,7 +201,7 @@ void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threa
 
 void addEngineOption(VerbOptions& verb, RayEngine& engine) {
     addChoice<RayEngine>(verb, "--engine", engine, kEngines, "engine",
-                         "what finds the hits of rays:")
+                         "engine that finds the hits of rays:")
         .group("Machine");
 }
 

@@ -13,16 +13,16 @@ namespace peeler::cmd {
 namespace {
 
 constexpr Choice<bool> kSides[] = {
-    {"inside", true, "what is inside stays"},
-    {"outside", false, "what is outside stays"},
+    {"inside", true, "keep fragments inside"},
+    {"outside", false, "keep fragments outside"},
 };
 
 void checkRoom(const ClipVolume& volume, std::size_t more) {
     if (volume.half_spaces.size() + more > ClipVolume::kMaxHalfSpaces) {
         throw Error(ErrorKind::kUsage,
                     "a clip volume has at most " + std::to_string(ClipVolume::kMaxHalfSpaces) +
-                        " planes, a box counting six",
-                    "", "use --clip-mesh for more intricate volumes");
+                        " planes; a box counts as six",
+                    "", "use --clip-mesh for more complex volumes");
     }
 }
 
@@ -36,7 +36,7 @@ void addPlane(ClipVolume& volume, const std::string& text) {
     const auto v = parseNumbers<4>(text, "a,b,c,d");
     const glm::dvec3 normal(v[0], v[1], v[2]);
     const double length = glm::length(normal);
-    if (!(length > 0)) throw Error(ErrorKind::kUsage, "a plane needs a normal that is not zero");
+    if (!(length > 0)) throw Error(ErrorKind::kUsage, "the plane's normal is zero");
     checkRoom(volume, 1);
     volume.half_spaces.push_back({normal / length, -v[3] / length});
 }
@@ -79,7 +79,7 @@ void addClipOptions(VerbOptions& verb, ClipOptions& options) {
     verb.addRepeated(
             "--clip-box", "X,Y,Z,X,Y,Z",
             [&](const std::string& text) { addBox(options.volume, text); },
-            "two corners of a box in world space; several volumes are intersected")
+            "two opposite corners of a box in world space; several clip volumes are intersected")
         .group(kGroup);
     verb.addRepeated(
             "--clip-plane", "A,B,C,D",
@@ -88,8 +88,7 @@ void addClipOptions(VerbOptions& verb, ClipOptions& options) {
         .group(kGroup);
     verb.addRepeated(
             "--clip-mesh", "NODE", [&](const std::string& text) { options.meshes.push_back(text); },
-            "the closed mesh of a node and those below it, by name or index; it is not drawn "
-            "itself")
+            "closed mesh of a node and its descendants, by name or index; it is not drawn itself")
         .group(kGroup);
     addValue(
         verb, "--clip", "SIDE", options.volume.keep_inside,
@@ -97,14 +96,14 @@ void addClipOptions(VerbOptions& verb, ClipOptions& options) {
             options.side_given = true;
             return choose<bool>("side", kSides, text);
         },
-        "which fragments stay:")
+        "fragments to keep:")
         .oneOf(describeChoices(kSides, true))
         .group(kGroup);
 }
 
 void checkClipOptions(const ClipOptions& options) {
     if (!options.side_given || options.volume.active() || !options.meshes.empty()) return;
-    throw Error(ErrorKind::kUsage, "there is no volume to clip with", "--clip",
+    throw Error(ErrorKind::kUsage, "there is no clip volume", "--clip",
                 "add --clip-box, --clip-plane or --clip-mesh");
 }
 
@@ -120,7 +119,7 @@ ClipVolume clipVolume(const ClipOptions& options, const PosedScene& posed) {
                        hasTriangles(scene, instance.mesh);
             });
         if (!bounds) {
-            throw Error(ErrorKind::kUsage, "this node shows no triangles to clip with",
+            throw Error(ErrorKind::kUsage, "the node shows no triangles to clip with",
                         "--clip-mesh " + name, "name a node with a closed mesh");
         }
         volume.nodes.insert(volume.nodes.end(), below.begin(), below.end());

@@ -45,8 +45,8 @@ void addDenseOptions(VerbOptions& verb, OutputRequest& output) {
                 output.given.insert("--dense");
                 if (output.options.as.empty()) output.options.as = "dense";
             },
-            "planes of arrays, not lists: (h, w, N) and (h, w, N, components), plane k having "
-            "the k-th fragment of every pixel, and count (h, w); N is 1 to " +
+            "write dense planes instead of lists: arrays (h, w, N) and (h, w, N, components), "
+            "whose plane k has the k-th fragment of every pixel, and count (h, w); N is 1 to " +
                 std::to_string(kMostPlanes))
         .group(kGroup);
     verb.addText(
@@ -56,8 +56,9 @@ void addDenseOptions(VerbOptions& verb, OutputRequest& output) {
                 if (!dense.repeat_last) dense.fill = parseFill(text);
                 output.given.insert("--fill");
             },
-            "what stands in planes where a pixel has no fragment: nan (default), inf, a number "
-            "(-1), or last, its last fragment again; of ids always 0xFFFFFFFF, of facing 0")
+            "value of planes where a pixel has no fragment: nan, inf, a number such as -1, or last "
+            "to repeat the pixel's last fragment; ids are always filled with 0xFFFFFFFF, facing "
+            "with 0 (default: nan)")
         .group(kGroup);
     addValue(
         verb, "--dense-type", "NAME", dense.type,
@@ -65,7 +66,7 @@ void addDenseOptions(VerbOptions& verb, OutputRequest& output) {
             output.given.insert("--dense-type");
             return choose<PixelType>("type", kPlaneTypes, text);
         },
-        "how planes are stored, but for ids, facing and count:")
+        "number type of planes, except ids, facing and count:")
         .oneOf(describeChoices(kPlaneTypes, true))
         .group(kGroup);
 }
@@ -73,7 +74,7 @@ void addDenseOptions(VerbOptions& verb, OutputRequest& output) {
 void checkDenseOptions(const OutputRequest& output, bool has_planes) {
     if (has_planes) return;
     if (output.isGiven("--dense"))
-        refuse("only arrays can be planes", "--dense",
+        refuse("only arrays can have planes", "--dense",
                "write a .npz or .safetensors, or leave it out");
     for (const char* option : {"--fill", "--dense-type"})
         if (output.isGiven(option)) refuse("there are no planes", option, "add --dense N");

@@ -61,7 +61,7 @@ constexpr Setting kSettings[] = {
     {"method", "--method", "an exact one"},
     {"occlusionRatio", "--occlusion-ratio", "0", firstText, "of other pixels"},
     {"opaqueOnly", "--as midpoint-depth", "off"},
-    {"placed", "--cameras", "none", nullptr, "other places of objects"},
+    {"placed", "--cameras", "none", nullptr, "other object positions"},
     {"samples", "--samples", "1"},
     {"selected", "--include, --exclude or --material", "none", nullptr,
      "other objects of the file"},
@@ -138,7 +138,7 @@ std::vector<Difference> sceneDifferences(const Provenance& here, const Provenanc
     if (here.scene_hash == there.scene_hash) return {};
     if (here.scene != there.scene) return {{"the scene", here.scene, there.scene}};
     const std::string scene = here.scene.empty() ? "the scene" : "the scene " + here.scene;
-    return {{scene + ", which has changed in between", "", ""}};
+    return {{scene + ", which has changed since", "", ""}};
 }
 
 std::vector<Difference> settingsDifferences(const Provenance& here, const Provenance& there) {
@@ -160,7 +160,7 @@ std::vector<Difference> settingsDifferences(const Provenance& here, const Proven
     if (!found.empty()) return found;
     std::string by = "peeler " + here.version;
     if (there.version != here.version) by += " and " + there.version;
-    return {{"other settings, which " + by + " did not write down", "", ""}};
+    return {{"other settings, which " + by + " did not record", "", ""}};
 }
 
 std::vector<Difference> sizeDifferences(const View& here, const View& there) {
@@ -185,7 +185,7 @@ std::vector<Difference> cameraDifferences(const View& here, const View& there) {
     }
     if (!here.known || !there.known) return found;
     const auto name = [](const View& view) {
-        return view.camera_name.empty() ? std::string("one without a name") : view.camera_name;
+        return view.camera_name.empty() ? std::string("unnamed") : view.camera_name;
     };
     add("the camera", here.camera_name == there.camera_name, name(here), name(there));
     const Projection &a = here.projection, &b = there.projection;
@@ -198,7 +198,7 @@ std::vector<Difference> cameraDifferences(const View& here, const View& there) {
     add("the near plane", a.near == b.near, shortText(a.near), shortText(b.near));
     add("the far plane", a.far == b.far, shortText(a.far), shortText(b.far));
     const glm::dmat4 &m = here.camera_to_world, &n = there.camera_to_world;
-    add("the camera's place", m[3] == n[3], placeText(m[3]), placeText(n[3]));
+    add("the camera's position", m[3] == n[3], placeText(m[3]), placeText(n[3]));
     add("the camera's direction", m[0] == n[0] && m[1] == n[1] && m[2] == n[2], placeText(-m[2]),
         placeText(-n[2]));
     return found;

@@ -77,9 +77,9 @@ void reportShare(const DiskShare& share, std::uint64_t times, Reporter& reporter
     const std::string free = bytesText(share.disk.free);
     if (share.certain > share.disk.free) {
         throw Error(ErrorKind::kOutput,
-                    "the disk has too little room: " + bytesText(share.certain) + contents +
-                        " will be needed, " + free + " are free",
-                    share.names, "free some space, write elsewhere, or ask for less");
+                    "not enough disk space: " + bytesText(share.certain) + contents + " needed, " +
+                        free + " free",
+                    share.names, "free some space, write elsewhere, or reduce the output");
     }
     SizeForecast all = share.size;
     // A product over 64 bits exceeds any disk.
@@ -90,9 +90,9 @@ void reportShare(const DiskShare& share, std::uint64_t times, Reporter& reporter
     const std::string what = who + " will take " + sizeText(all) + (times > 1 ? "" : contents);
     if (isMoreThan(all.bytes, 10, share.disk)) {
         reporter.warning(what + ", " + percentText(all.bytes, share.disk.free) + " of the " + free +
-                         " that are free there.");
+                         " free there.");
     } else if (always || all.bytes >= kNotableBytes || isMoreThan(all.bytes, 100, share.disk)) {
-        reporter.note(what + ", of " + free + " that are free there");
+        reporter.note(what + " of the " + free + " free there");
     }
 }
 
@@ -116,7 +116,7 @@ std::uint64_t repeatedPeak(std::uint64_t peak) {
 }
 
 void reportMemory(std::uint64_t bytes, Reporter& reporter) {
-    reporter.note("it will take " + bytesText(bytes) + " of memory at most");
+    reporter.note("the run will use at most " + bytesText(bytes) + " of memory");
 }
 
 bool mayExceedDisk(const Forecast& forecast, const DiskSpaceOf& disk) {
@@ -144,8 +144,7 @@ Json forecastJson(const Forecast& forecast, const DiskSpaceOf& disk) {
 void addDryRunOption(VerbOptions& verb, bool& dry_run) {
     verb.addFlag(
             "--dry-run", dry_run,
-            "print as JSON what would be written, how large it would be and how much memory it "
-            "would take, and write nothing")
+            "print the planned files, their sizes and the memory needed as JSON, and write nothing")
         .group("Output");
 }
 

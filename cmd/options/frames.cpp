@@ -68,7 +68,7 @@ std::vector<int> parseFrames(std::string_view text) {
         const std::int64_t count = (range.last - range.first) / step + 1;
         if (static_cast<std::uint64_t>(count) + frames.size() > kMaxFrames)
             throw Error(ErrorKind::kUsage,
-                        "these are more than " + std::to_string(kMaxFrames) + " frames", "",
+                        "there are more than " + std::to_string(kMaxFrames) + " frames", "",
                         "render them in parts");
         for (std::int64_t i = 0; i < count; ++i) {
             const int frame = static_cast<int>(range.first + i * step);

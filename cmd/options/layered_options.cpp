@@ -52,16 +52,16 @@ void addLayeredOptions(VerbOptions& verb, LayeredReadOptions& options) {
             .group("Input");
     };
     add("--part", options.part,
-        "of an .exr by another program: the part to read, or the layer (beauty of beauty.R); "
-        "default: the first part with colours");
+        "part or layer (beauty for beauty.R) to read from an .exr of another program (default: the "
+        "first part with colours)");
     add("--view", options.view,
-        "of an .exr with several views, as left and right: the one to read");
+        "view to read from an .exr with several views, such as left and right");
     if (!verb.knows("--strict")) addStrictOption(verb, options.strict);
 }
 
 void refusePictureChoice(const LayeredReadOptions& options) {
     if (!options.choosesPicture()) return;
-    throw Error(ErrorKind::kUsage, "a scene has no pictures to choose among",
+    throw Error(ErrorKind::kUsage, "a scene has no pictures to choose from",
                 options.part.empty() ? "--view" : "--part", "leave it out, or give an .exr");
 }
 

@@ -47,7 +47,7 @@ class ChosenObjects final : public LayeredInput {
         keepObjects(out, selection_);
     }
     void readComposite(const Window&, CompositeImage&) override {
-        throw Error(ErrorKind::kInput, "the composite is one of all objects", "",
+        throw Error(ErrorKind::kInput, "the composite contains all objects", "",
                     "flatten the layers");
     }
     int rowsFor(std::uint64_t bytes) const override { return input_->rowsFor(bytes); }
@@ -101,10 +101,10 @@ std::vector<std::uint32_t> idsLike(const std::vector<std::string>& globs, const 
         const std::string where = std::string(option) + ' ' + glob;
         if (kind.names.empty()) {
             throw Error(ErrorKind::kInput, "the ids of the file have no names", path,
-                        "give " + std::string(option) + " a number, as in " + kind.channel);
+                        "give " + std::string(option) + " an id from the channel " + kind.channel);
         }
         throw Error(
-            ErrorKind::kUsage, std::string("no ") + kind.one + " has a name like this", where,
+            ErrorKind::kUsage, std::string("no ") + kind.one + " matches this name", where,
             choiceHint(glob, kind.many,
                        std::vector<std::string_view>(kind.names.begin(), kind.names.end())));
     }
@@ -145,7 +145,7 @@ void checkChannel(const ExrInfo& info, const std::string& channel, const char* o
     };
     if (std::ranges::any_of(info.parts, is_there)) return;
     throw Error(ErrorKind::kInput,
-                std::string("its fragments have no ids, which ") + option + " would go by", path,
+                std::string("the fragments have no ids, which ") + option + " needs", path,
                 "render it with --channels id");
 }
 
@@ -159,11 +159,11 @@ void addObjectOptions(VerbOptions& verb, ObjectOptions& options) {
             .group("Objects");
     };
     add("--include", options.include,
-        "only fragments of objects with such a name, and of those below them; *, ? and [a-z] as in "
-        "a shell; or the number of an id. May be repeated. The file has to have ids (peeler render "
-        "--channels id)");
-    add("--exclude", options.exclude, "none of these objects, nor of those below them");
-    add("--material", options.materials, "only fragments of materials with such a name");
+        "keep only fragments of objects with a matching name or id, and of their descendants; *, ? "
+        "and [a-z] as in a shell; may be repeated; the file needs ids (peeler render --channels "
+        "id)");
+    add("--exclude", options.exclude, "leave out these objects and their descendants");
+    add("--material", options.materials, "keep only fragments of materials with a matching name");
 }
 
 std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredReadOptions& reading,

@@ -48,7 +48,7 @@ void checkFilesBeside(const OutputRequest& output, const std::vector<fs::path>& 
     for (const std::string& file : beside) {
         const auto is_file = [&](const fs::path& input) { return sameFile(input, file); };
         if (std::ranges::any_of(inputs, is_file)) {
-            throw Error(ErrorKind::kUsage, "a file beside the output is an input", file,
+            throw Error(ErrorKind::kUsage, "a file written beside the output is an input", file,
                         "choose another name for the output");
         }
         if (output.no_clobber) checkNotThere(file);
@@ -82,7 +82,7 @@ void checkLayerFiles(const OutputRequest& output, const std::vector<fs::path>& i
 void checkNotThere(const fs::path& file) {
     if (isStandardOutput(file.string())) return;
     if (!isTaken(file)) return;
-    throw Error(ErrorKind::kOutput, "the file is there already", file.string(),
+    throw Error(ErrorKind::kOutput, "the file already exists", file.string(),
                 "remove it, choose another name, or leave --no-clobber out");
 }
 
@@ -164,7 +164,7 @@ void checkExtraFile(const fs::path& file, const std::vector<fs::path>& others,
 void checkReport(const ReportOptions& options, const std::vector<fs::path>& others) {
     const auto on_stdout = [](const fs::path& file) { return isStandardOutput(file.string()); };
     if (options.json && std::ranges::any_of(others, on_stdout))
-        refuse("standard output cannot take the picture and the result", "--json",
+        refuse("standard output cannot take both the picture and the result", "--json",
                "write the result to a file: --report FILE");
     if (options.file) checkExtraFile(*options.file, others, "the report", "--report");
 }
@@ -174,8 +174,8 @@ void checkSceneFiles(const Scene& scene, const std::vector<fs::path>& outputs) {
     for (const fs::path& output : outputs) {
         std::error_code failure;
         if (!files.contains(fs::weakly_canonical(fs::absolute(output, failure), failure))) continue;
-        throw Error(ErrorKind::kUsage, "this would replace a file that the scene is made of",
-                    output.string(), "choose another name");
+        throw Error(ErrorKind::kUsage, "this would replace a file of the scene", output.string(),
+                    "choose another name");
     }
 }
 

@@ -40,10 +40,10 @@ std::array<float, 4> parseBackground(const std::string& text) {
 }
 
 constexpr Choice<DeepMerge> kDeepMerges[] = {
-    {"off", DeepMerge::kOff, "every fragment is a sample"},
-    {"exact", DeepMerge::kExact, "those at the very same depth"},
-    {"by-id", DeepMerge::kById, "those of one object and material within the tolerances"},
-    {"by-z", DeepMerge::kByZ, "those within --deep-z-tolerance"},
+    {"off", DeepMerge::kOff, "keep every fragment as a sample"},
+    {"exact", DeepMerge::kExact, "merge samples at exactly the same depth"},
+    {"by-id", DeepMerge::kById, "merge samples of one object and material within the tolerances"},
+    {"by-z", DeepMerge::kByZ, "merge samples within --deep-z-tolerance"},
 };
 
 /// Like addValue(), for an option that only some formats use; records that it is given.
@@ -79,7 +79,7 @@ Option addNamed(VerbOptions& verb, OutputRequest& output, const char* option, st
 
 float parseTolerance(const std::string& text) {
     const double value = parseNumber(text);
-    if (value < 0) throw Error(ErrorKind::kUsage, "expected a number from 0");
+    if (value < 0) throw Error(ErrorKind::kUsage, "expected a number of 0 or more");
     return static_cast<float>(value);
 }
 
@@ -88,22 +88,23 @@ void addLayerFileOptions(VerbOptions& verb, OutputRequest& output) {
     constexpr const char* kGroup = "Layer files";
     OutputOptions& options = output.options;
     addNamed(verb, output, "--layout", options.layout, exrLayouts(), "layout",
-             "where the layers of --as ldi go", true)
+             "arrangement of the layers of --as ldi:", true)
         .group(kGroup);
     addNamed(verb, output, "--compression", options.compression, exrCompressions(), "compression",
-             "lossless compression of layers; deep images take no zip", false)
+             "lossless compression of layers; zip is not available for deep images:", false)
         .group(kGroup);
     addChoice<DeepMerge>(verb, "--deep-merge", options.deep_merge.mode, kDeepMerges, "merge",
-                         "neighbouring samples of --as deep that become one, with the same "
-                         "composite and the nearest's depth:")
+                         "merge neighbouring samples of --as deep into one with the same composite "
+                         "and the nearest depth:")
         .group(kGroup);
     addGiven(verb, output, "--deep-z-tolerance", "X", options.deep_merge.z_tolerance,
              parseTolerance,
-             "how far samples that are merged may lie behind the nearest, scene units")
+             "maximum distance of merged samples behind the nearest one, in scene units")
         .group(kGroup);
     addGiven(verb, output, "--deep-alpha-tolerance", "X", options.deep_merge.alpha_tolerance,
              parseTolerance,
-             "how far their alpha may be from the nearest's, by-id (default: 1, any)")
+             "maximum difference between the alpha of merged samples and of the nearest one, for "
+             "by-id (default: 1, any)")
         .group(kGroup);
 }
 
@@ -112,14 +113,14 @@ void checkDeepMerge(const OutputRequest& output) {
     const bool by_id = mode == DeepMerge::kById;
     const bool near = by_id || mode == DeepMerge::kByZ;
     if (near && !output.isGiven("--deep-z-tolerance")) {
-        refuse("nothing says how near samples must be", "--deep-merge",
+        refuse("merging samples needs a depth tolerance", "--deep-merge",
                "add --deep-z-tolerance, in scene units");
     }
     if (output.isGiven("--deep-z-tolerance") && !near)
-        refuse("no samples are merged by it", "--deep-z-tolerance",
+        refuse("the tolerance has no effect", "--deep-z-tolerance",
                "add --deep-merge by-id or by-z");
     if (output.isGiven("--deep-alpha-tolerance") && !by_id)
-        refuse("no samples are merged by it", "--deep-alpha-tolerance", "add --deep-merge by-id");
+        refuse("the tolerance has no effect", "--deep-alpha-tolerance", "add --deep-merge by-id");
 }
 
 void checkLayerFileOptions(const OutputRequest& output, const OutputFormat& format) {
@@ -128,14 +129,14 @@ void checkLayerFileOptions(const OutputRequest& output, const OutputFormat& form
         refuse("only layered files have a layout", "--layout", "add --as ldi, or leave it out");
     if (output.isGiven("--compression")) {
         if (!format.isCompressed())
-            refuse("only layers are compressed as asked for", "--compression",
+            refuse("only layered and deep files have a choice of compression", "--compression",
                    "add --as ldi or --as deep, or leave it out");
         findExrCompression(output.options.compression, deep);
     }
     const bool merging = output.options.deep_merge.mode != DeepMerge::kOff;
     const bool by_z = output.isGiven("--deep-z-tolerance");
     if ((merging || by_z || output.isGiven("--deep-alpha-tolerance")) && !deep) {
-        refuse("only the samples of deep images are merged",
+        refuse("only deep images have samples to merge",
                merging ? "--deep-merge"
                : by_z  ? "--deep-z-tolerance"
                        : "--deep-alpha-tolerance",
@@ -167,9 +168,9 @@ void addOutputFile(VerbOptions& verb, OutputRequest& output, bool layers_only) {
         .files(endings)
         .group("Output")
         .required();
-    verb.addFlag("--no-clobber", output.no_clobber, "fail if the file is there already")
-        .group("Output");
-    verb.addFlag("--no-mkdir", output.no_mkdir, "fail if its folder is missing; else it is made")
+    verb.addFlag("--no-clobber", output.no_clobber, "fail if the file exists").group("Output");
+    verb.addFlag("--no-mkdir", output.no_mkdir,
+                 "fail if the file's folder is missing (default: create it)")
         .group("Output");
 }
 
@@ -177,21 +178,21 @@ void addOutputOptions(VerbOptions& verb, OutputRequest& output) {
     OutputOptions& options = output.options;
     addOutputFile(verb, output);
     addGiven(verb, output, "--background", "COLOR", options.background, parseBackground,
-             "behind a composite: transparent (default), r,g,b[,a] in linear light, or "
-             "#rrggbb[aa] in sRGB")
+             "background of composites: transparent, r,g,b[,a] in linear light, or #rrggbb[aa] in "
+             "sRGB (default: transparent)")
         .group("Output");
-    addGiven(verb, output, "--exposure", "STOPS", options.exposure, parseExposure,
-             "brightens (or darkens) what is not an EXR, but not its background (default: found "
-             "by metering for scenes with lights of their own, and for files that are too bright "
-             "or too dark to show; else 0)")
+    addGiven(
+        verb, output, "--exposure", "STOPS", options.exposure, parseExposure,
+        "exposure of outputs other than EXR; does not change the background (default: metered for "
+        "scenes with lights and for files that are too bright or too dark to show, else 0)")
         .group("Output");
     addNamed(verb, output, "--tone-map", options.tone_map, toneMaps(), "tone map",
-             "how what is not an EXR shows bright light", true)
+             "tone map of outputs other than EXR:", true)
         .group("Output");
 }
 
 void addFxaaOption(VerbOptions& verb, bool& fxaa, const std::string& remark) {
-    verb.addFlag("--fxaa", fxaa, "smooths the stairs along a composite's edges: " + remark)
+    verb.addFlag("--fxaa", fxaa, "antialias a composite's edges with FXAA: " + remark)
         .group("Output");
 }
 
@@ -213,11 +214,11 @@ void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers
             }
             return text;
         },
-        "what is written (default: ldi in an .exr, else what the extension says):")
+        "kind of output (default: ldi in an .exr, else chosen by the extension):")
         .oneOf(std::move(kinds))
         .group("Output");
     verb.addFlag("--no-composite", output.options.no_composite,
-                 "layers only, without the part that shows them composited")
+                 "write only the layers, without the composite part")
         .group("Output");
     addLayerFileOptions(verb, output);
     if (!layers_only) addDenseOptions(verb, output);
@@ -256,7 +257,7 @@ void noteDisplay(const PictureResult& result, Reporter& reporter) {
     const std::string file = result.output.string() + ": ";
     if (display.automatic_exposure && display.exposure != 0) {
         reporter.note(file + "exposed by " + stopsText(display.exposure) +
-                      " stops, found by metering; --exposure chooses");
+                      " stops, found by metering; set --exposure to change it");
     }
     // A few isolated pixels are not worth a note.
     const auto pixels =
@@ -264,8 +265,8 @@ void noteDisplay(const PictureResult& result, Reporter& reporter) {
     if (display.alpha_raised_pixels > pixels / 100) {
         reporter.note(file + "alpha was raised in " +
                       countText(display.alpha_raised_pixels, "pixel") +
-                      " with more light than coverage (reflections on clear glass); --background, "
-                      "or an EXR, keeps them exact");
+                      " with more light than coverage (reflections on clear glass); use "
+                      "--background or an EXR to keep them exact");
     }
 }
 
@@ -278,8 +279,9 @@ void checkFormat(const OutputRequest& output) {
     };
     if (!format.takesBackground()) {
         constexpr const char* kCompositeHint = "add --as composite, or choose another extension";
-        refuse_if_given(format.holds(OutputContent::kLari) ? "a sample for LaRI is over black"
-                                                           : "layers have no background",
+        refuse_if_given(format.holds(OutputContent::kLari)
+                            ? "a sample for LaRI has a black background"
+                            : "layers have no background",
                         "--background", kCompositeHint);
         if (!format.for_display) {
             refuse_if_given("layers are stored as rendered", "--exposure", kCompositeHint);
@@ -288,12 +290,12 @@ void checkFormat(const OutputRequest& output) {
     }
     if (output.options.no_composite) {
         if (format.holds(OutputContent::kComposite))
-            refuse("this output is nothing but the composite", "--no-composite", "leave it out");
+            refuse("this output is only the composite", "--no-composite", "leave it out");
         if (!format.hasComposite())
             refuse("this output has no composite", "--no-composite", "leave it out");
         if (output.hasFilePerLayer())
-            refuse("the composite's file is the one that names the others", "--no-composite",
-                   "leave it out, or choose another --layout");
+            refuse("the composite's file is needed, because it names the layer files",
+                   "--no-composite", "leave it out, or choose another --layout");
     }
     if (format.for_display) return;
     constexpr const char* kLinear = "an EXR holds linear light as rendered";
@@ -318,9 +320,8 @@ void describeFiles(const OutputRequest& output, PictureResult& result, Reporter&
             result.bytes += fileBytes(exrLayerFile(file, layer));
         const std::string next = exrLayerFile(file, result.layers);
         if (isSeen(next)) {
-            reporter.warning(
-                "Files of layers that the picture does not have are there from earlier: " + next +
-                " and what may follow.");
+            reporter.warning("Layer files from an earlier run remain: " + next +
+                             " and possibly more.");
         }
     }
     if (output.options.deep_merge.mode == DeepMerge::kOff) return;
@@ -333,7 +334,7 @@ void addThreadsOption(VerbOptions& verb, int& threads) {
     addValue(
         verb, "--threads", "N", threads,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 0, 1024)); },
-        "processors to use (default: 0, as many as CPU affinity, the cgroup's quota, "
+        "number of threads (default: 0, as many as CPU affinity, the cgroup's quota, "
         "SLURM_CPUS_PER_TASK and CUE_THREADS allow)")
         .group("Machine");
 }

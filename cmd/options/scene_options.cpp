@@ -12,30 +12,31 @@ void addSceneOptions(VerbOptions& verb, SceneOptions& options) {
     constexpr const char* kGroup = "Scene";
     addValue(
         verb, "--scene", "NAME|INDEX", options.scene, [](const std::string& text) { return text; },
-        "which of the file's scenes (default: its own choice)")
+        "scene of the file to use (default: the file's default scene)")
         .group(kGroup);
     verb.addRepeated(
             "--include", "GLOB", [&](const std::string& text) { options.include.push_back(text); },
-            "show only the meshes of nodes with such a name, and of those below them; *, ? and "
+            "show only meshes of nodes with a matching name and of their descendants; *, ? and "
             "[a-z] as in a shell; may be repeated")
         .group(kGroup);
     verb.addRepeated(
             "--exclude", "GLOB", [&](const std::string& text) { options.exclude.push_back(text); },
-            "leave out nodes with such a name and all below them, lights included; may be repeated")
+            "leave out nodes with a matching name and their descendants, including lights; may be "
+            "repeated")
         .group(kGroup);
     addSandboxOption(verb, options.reading.allow_outside);
     addStrictOption(verb, options.reading.strict);
     verb.addRepeated(
             "--ignore-extension", "NAME",
             [&](const std::string& text) { options.reading.ignored_extensions.push_back(text); },
-            "go on without a glTF extension that the file requires and peeler lacks; textures "
-            "that only it has an image for are left out; may be repeated")
+            "read the file without a glTF extension that it requires and peeler lacks; textures "
+            "whose only image needs the extension are left out; may be repeated")
         .group(kGroup);
     addValue(
         verb, "--smooth-normals", "DEGREES", options.reading.smooth_normals,
         [](const std::string& text) { return parseNumber(text); },
-        "of a PLY, STL or OBJ without normals: surfaces are smooth across edges that turn by so "
-        "much at most, 0 to 180 (default: every triangle is flat)")
+        "smooth edges up to this angle, 0 to 180, in a PLY, STL or OBJ without normals (default: "
+        "flat triangles)")
         .group(kGroup);
     if (!verb.knows("--unit")) addUnitOption(verb, options.reading);
 }
@@ -47,8 +48,8 @@ double parseLengthUnit(const std::string& text) {
 
 void addUnitOption(VerbOptions& verb, SceneReadOptions& reading) {
     addValue(verb, "--unit", "NAME|METRES", reading.metres_per_unit, parseLengthUnit,
-             "what a unit of a PLY, STL or OBJ is, by name or in metres; the scene has metres then "
-             "(default: numbers stay as they are):")
+             "length unit of a PLY, STL or OBJ, by name or in metres, to convert it to metres "
+             "(default: no conversion):")
         .oneOf(describeChoices(kLengthUnits))
         .group("Scene");
 }
@@ -66,15 +67,15 @@ void addUpOption(VerbOptions& verb, SceneReadOptions& reading) {
 
 void addSandboxOption(VerbOptions& verb, bool& allow_outside) {
     verb.addFlag("--allow-outside", allow_outside,
-                 "read the buffers and images of the scene wherever it says: without this, nothing "
-                 "outside its folder (absolute paths, \"..\", symbolic links)")
+                 "allow buffers and images outside the scene's folder: absolute paths, \"..\", "
+                 "symbolic links")
         .group("Scene");
 }
 
 void addStrictOption(VerbOptions& verb, bool& strict) {
     verb.addFlag("--strict", strict,
-                 "a warning about what an input says and is not shown is an error (exit code 3); "
-                 "nothing is written then")
+                 "treat a warning about input that is not shown as an error (exit code 3); nothing "
+                 "is written then")
         .group("Messages");
 }
 
@@ -84,8 +85,7 @@ void addNormalizeOption(VerbOptions& verb, SceneOptions& options) {
         [](const std::string& text) {
             return choose<Normalized>("size of a scene", kNormalized, text);
         },
-        "move the middle of what is shown, as it is at rest, to the origin, and scale it alike in "
-        "all directions:")
+        "centre the visible scene at rest on the origin and scale it uniformly:")
         .oneOf(describeChoices(kNormalized))
         .group("Scene");
 }

@@ -17,8 +17,7 @@ void addUpOption(VerbOptions& verb, SceneReadOptions& reading);
 /// Declares --unit.
 void addUnitOption(VerbOptions& verb, SceneReadOptions& reading);
 inline constexpr const char* kUpHelp =
-    "x, y or z: of a PLY, STL or OBJ, the axis that points up, as +Y does in the scene "
-    "(default: y)";
+    "x, y or z: up axis of a PLY, STL or OBJ, which becomes +Y of the scene (default: y)";
 /// Declares --allow-outside alone.
 void addSandboxOption(VerbOptions& verb, bool& allow_outside);
 /// Declares --strict: reading warnings become errors.
@@ -28,8 +27,8 @@ void addNormalizeOption(VerbOptions& verb, SceneOptions& options);
 
 /// Named units, in metres.
 inline constexpr Choice<double> kLengthUnits[] = {
-    {"m", 1, "metres, as glTF has it"}, {"mm", 1e-3, "millimetres, as some exporters leave them"},
-    {"cm", 1e-2, "centimetres"},        {"inch", 0.0254, "inches"},
+    {"m", 1, "metres, as in glTF"}, {"mm", 1e-3, "millimetres, as some exporters write"},
+    {"cm", 1e-2, "centimetres"},    {"inch", 0.0254, "inches"},
     {"in", 0.0254, "inches"},
 };
 

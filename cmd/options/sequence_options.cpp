@@ -14,16 +14,15 @@ void addSequenceOptions(VerbOptions& verb, SequenceOptions& options) {
     addValue(
         verb, "--chunk", "I/N", options.chunk,
         [](const std::string& text) { return parseShard(text); },
-        "of all frames and views the I-th of N runs of the same length, so that N processes share "
-        "them: 1/N to N/N")
+        "render the I-th of N equal parts of all frames and views, from 1/N to N/N, so that N "
+        "processes can share the work")
         .group(kGroup);
     verb.addFlag("--skip-existing", options.skip_existing,
-                 "leave a file alone that is complete (peeler verify reads all of it) and was made "
-                 "of the same scene, settings, camera, size and time; any other is made anew")
+                 "skip a file that is complete and was made from the same scene, settings, camera, "
+                 "size and time; replace any other")
         .group(kGroup);
     verb.addFlag("--keep-going", options.keep_going,
-                 "a picture that fails does not stop the others; the greatest of the exit codes is "
-                 "the command's")
+                 "continue after a picture fails; the exit code is the highest of all")
         .group(kGroup);
 }
 

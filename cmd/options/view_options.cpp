@@ -45,14 +45,14 @@ void refuseLoneCamera(const CameraOptions& camera, const std::string& views) {
     };
     for (const auto& [given, option] : lone)
         if (given)
-            refuse("every view has a camera of its own", std::string(option) + ", " + views,
+            refuse("every view has its own camera", std::string(option) + ", " + views,
                    "leave one of them out");
 }
 
 /// Throws Error (kUsage) if the options contradict each other, regardless of the scene.
 void checkViewOptions(const ViewListOptions& options, const CameraOptions& camera) {
     if (options.file && options.count)
-        refuse("views are those of a file or around the scene", "--cameras, --views",
+        refuse("views come either from a file or from around the scene", "--cameras, --views",
                "leave one of them out");
     if (!options.count) {
         const std::pair<bool, const char*> needs_views[] = {
@@ -61,16 +61,17 @@ void checkViewOptions(const ViewListOptions& options, const CameraOptions& camer
             if (given) refuse("there are no views to place", option, "add --views N");
     }
     if (options.convention && !options.file)
-        refuse("there is no file of cameras", "--camera-convention", "add --cameras FILE");
+        refuse("there is no camera file", "--camera-convention", "add --cameras FILE");
     if (options.seed && options.around != Around::kRandom)
-        refuse("nothing is left to chance", "--seed", "add --around random");
+        refuse("the cameras are not placed at random", "--seed", "add --around random");
     if (options.cameras_out && !options.asked())
-        refuse("there are no views whose cameras could be written", "--cameras-out",
+        refuse("there are no cameras of views to write", "--cameras-out",
                "add --views N or --cameras FILE");
     if (!options.asked()) return;
     refuseLoneCamera(camera, options.file ? "--cameras" : "--views");
     if (options.file && camera.fov)
-        refuse("the file says what its cameras see", "--fov, --cameras", "leave one of them out");
+        refuse("the file defines the field of view of its cameras", "--fov, --cameras",
+               "leave one of them out");
     if (options.count && camera.size_given && camera.size.height == 0)
         refuse("views around a scene have no aspect ratio of their own",
                "--size " + std::to_string(camera.size.width), "give the height too: --size WxH");
@@ -91,14 +92,14 @@ CameraOptions cameraOf(const CameraChoice& view, const CameraOptions& camera) {
 
 void addViewOptions(VerbOptions& verb, ViewListOptions& options) {
     addFile(verb, "--cameras", "FILE", options.file,
-            "a view for each camera of a file: transforms.json, BOP's scene_camera.json, COLMAP's "
-            "model, .npy, .npz or .jsonl. The output's name has a place for the view's number, "
-            "counted from 0: @@@@")
+            "render a view for each camera of a file: transforms.json, BOP's scene_camera.json, a "
+            "COLMAP model, .npy, .npz or .jsonl; put @@@@ into the output's name for the view's "
+            "number, counted from 0")
         .group(kViewsGroup);
     addValue(
         verb, "--camera-convention", "NAME", options.convention,
         [](const std::string& text) { return cameraConvention(text); },
-        "the axes of poses, which .npy and .npz do not tell:")
+        "axis convention of the camera poses, required for .npy and .npz:")
         .oneOf(describeChoices(cameraConventions()))
         .group(kViewsGroup);
     addValue(
@@ -106,12 +107,12 @@ void addViewOptions(VerbOptions& verb, ViewListOptions& options) {
         [](const std::string& text) {
             return static_cast<int>(parseInteger(text, 1, static_cast<std::int64_t>(kMostViews)));
         },
-        "N views around the scene, all of which look at its middle")
+        "number of views around the scene, all looking at its centre")
         .group(kViewsGroup);
     addValue(
         verb, "--around", "NAME", options.around,
         [](const std::string& text) { return choose<Around>("placement", kArounds, text); },
-        "where their cameras stand:")
+        "placement of the cameras:")
         .oneOf(describeChoices(kArounds, true))
         .group(kViewsGroup);
     addValue(
@@ -120,17 +121,17 @@ void addViewOptions(VerbOptions& verb, ViewListOptions& options) {
             return static_cast<std::uint64_t>(
                 parseInteger(text, 0, std::numeric_limits<std::int64_t>::max()));
         },
-        "of --around random: another number, other cameras (default: 0)")
+        "seed of --around random (default: 0)")
         .group(kViewsGroup);
     addValue(
         verb, "--distance", "D", options.distance,
         [](const std::string& text) { return parsePositive(text); },
-        "how far from the middle they stand, scene units (default: such that all of it is seen "
-        "from any side)")
+        "distance of the cameras from the scene's centre, in scene units (default: far enough to "
+        "see the whole scene from any side)")
         .group(kViewsGroup);
     addFile(verb, "--cameras-out", "FILE", options.cameras_out,
-            "write the cameras that are used: transforms.json, scene_camera.json (BOP), or a "
-            "folder (COLMAP's model, with points of the layers)")
+            "write the cameras: transforms.json, scene_camera.json (BOP), or a folder (COLMAP "
+            "model, with points of the layers)")
         .group(kViewsGroup);
 }
 
@@ -163,7 +164,7 @@ std::size_t ViewList::size() const {
 
 std::pair<std::size_t, std::size_t> ViewList::part(const std::optional<Shard>& chunk) const {
     if (chunk && !asked())
-        refuse("there are no views to take a part of", "--chunk " + chunk->text(),
+        refuse("there are no views to divide", "--chunk " + chunk->text(),
                "add --cameras or --views");
     return chunk.value_or(Shard()).of(size());
 }
@@ -212,14 +213,12 @@ void ViewList::placeObjects(const Scene& scene) {
                 throw Error(ErrorKind::kInput,
                             "no node of the scene is called obj_" + std::to_string(object.id),
                             options_.file->string() + ", view " + view.name,
-                            "objects of a file of cameras are nodes called obj_000012 or 12");
+                            "name the nodes of the objects obj_000012 or 12");
             const bool again = std::ranges::any_of(
                 placed, [&](const PlacedNode& one) { return one.node == node->second; });
             if (again)
                 throw Error(ErrorKind::kInput,
-                            "object " + std::to_string(object.id) +
-                                " is there twice, and a node "
-                                "is at one place",
+                            "object " + std::to_string(object.id) + " is placed twice in one view",
                             options_.file->string() + ", view " + view.name);
             placed.push_back({node->second, object.to_world});
             ever_placed.insert(node->second);
@@ -235,7 +234,7 @@ void ViewList::warnOfUnplaced(std::size_t objects) const {
     if (first == placed_.end()) return;
     ReadWarnings warnings(strict_, options_.file->string());
     warnings.warn(
-        "Objects that a view does not place stand where the scene has them (" +
+        "Objects that a view does not place keep their place in the scene (" +
         countText(static_cast<std::uint64_t>(std::ranges::count_if(placed_, lacks)), "view") +
         ", the first is " + listed_[static_cast<std::size_t>(first - placed_.begin())].name + ").");
     tell(warnings);

@@ -25,7 +25,7 @@ inline constexpr Choice<Around> kArounds[] = {
     {"sphere", Around::kSphere, "evenly on all sides"},
     {"hemisphere", Around::kHemisphere, "evenly on the upper half"},
     {"orbit", Around::kOrbit, "on a circle, 30° above the horizon"},
-    {"random", Around::kRandom, "on all sides by chance, the same for a --seed"},
+    {"random", Around::kRandom, "at random on all sides, the same for the same --seed"},
 };
 
 /// --cameras, --views and related options.

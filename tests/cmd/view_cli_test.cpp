@@ -215,7 +215,7 @@ TEST_F(View, RefusesWhatCannotBe) {
         {{"-o", png, "--eye", "0,5,0", "--target", "0,0,0", "--up", "0,1,0"}, 2, "--up"},
         {{"-o", png, "--size", "64x36", "--crop", "60,0,10,10"}, 2, "--crop 60,0,10,10"},
         {{"-o", png, "--max-fragments", "5"}, 2, "--max-fragments"},
-        {{"-o", html, "--orbit", "5,0"}, 2, "the file's own camera"},
+        {{"-o", html, "--orbit", "5,0"}, 2, "the file's camera"},
         {{"-o", html, "--max-fragments", "100"}, 2, "--max-fragments"},
         {{"-o", scratch_ / "a.xyz"}, 2, ".xyz"},
         {{"-o", layers_}, 2, "the output is the input"},

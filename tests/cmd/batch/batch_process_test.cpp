@@ -329,7 +329,7 @@ TEST_F(Batch, AnOutputThatIsGoneIsMadeAgain) {
         runPeelerProcess({"batch", jobs_.string(), "--report", report_.string()});
     ASSERT_EQ(again.exit_code, 0);
     EXPECT_TRUE(fs::exists(path("2.exr")));
-    EXPECT_NE(again.err.find("peeler: job 2 is done again: its output is gone\n"),
+    EXPECT_NE(again.err.find("peeler: job 2 runs again: its output is missing\n"),
               std::string::npos)
         << again.err;
     EXPECT_EQ(again.err.find("job 1 "), std::string::npos) << again.err;
@@ -345,8 +345,7 @@ TEST_F(Batch, AJobWhoseLineHasChangedIsDoneAgain) {
     const CommandResult again =
         runPeelerProcess({"batch", jobs_.string(), "--report", report_.string()});
     ASSERT_EQ(again.exit_code, 0) << again.err;
-    EXPECT_NE(again.err.find("job 1 (first) is done again: its line has changed since\n"),
-              std::string::npos)
+    EXPECT_NE(again.err.find("job 1 (first) runs again: its line has changed\n"), std::string::npos)
         << again.err;
 }
 

@@ -65,7 +65,7 @@ TEST_F(UnknownFiles, JobsAreNotDoneAgain) {
     };
     const Outcome gone = runPeeler(run((scratch_ / "a.exr").string()));
     EXPECT_EQ(gone.exit_code, 0) << gone.err;
-    EXPECT_TRUE(contains(gone.err, "its output is gone")) << gone.err;
+    EXPECT_TRUE(contains(gone.err, "its output is missing")) << gone.err;
     expectRefused(run(below("a.exr")), 4);
     expectRefused({"batch", (scratch_ / "jobs.jsonl").string(), "--report", below("report.jsonl"),
                    "--dry-run"},

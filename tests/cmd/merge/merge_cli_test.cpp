@@ -238,7 +238,7 @@ TEST_F(MergeCommand, ElementsOfOtherPicturesAreRefused) {
     const struct {
         std::string path, says;
     } rows[] = {
-        {write("moved.exr", moved), "they differ in the camera's place"},
+        {write("moved.exr", moved), "they differ in the camera's position"},
         {write("large.exr", large), "they differ in the size of the picture"},
         {write("precise.exr", precise), "they differ in --precision"},
     };
@@ -343,12 +343,12 @@ TEST_F(MergeCommand, WhatDoesNotBelongTogether) {
         std::string path, says;
     };
     const Row rows[] = {
-        {write("camera.exr", moved), "they differ in the camera's place"},
+        {write("camera.exr", moved), "they differ in the camera's position"},
         {write("size.exr", large), "differ in the size of the picture and the field of view"},
         {write("channels.exr", plain), "channels"},
-        {write("depth.exr", changed), "do not agree on pixel (39, "},
+        {write("depth.exr", changed), "differ at pixel (39, "},
         {write("scene.exr", right, [](Provenance& p) { p.scene_hash = "ax"; }),
-         "they differ in the scene s.glb, which has changed in between"},
+         "they differ in the scene s.glb, which has changed since"},
         {write("other.exr", right,
                [](Provenance& p) {
                    p.scene_hash = "ax";
@@ -356,7 +356,7 @@ TEST_F(MergeCommand, WhatDoesNotBelongTogether) {
                }),
          "the first has the scene s.glb\npeeler: hint: the other has the scene t.glb"},
         {write("hash.exr", right, [](Provenance& p) { p.settings_hash = "x"; }),
-         "other settings, which peeler " + version() + " did not write down"},
+         "other settings, which peeler " + version() + " did not record"},
         {write("frame.exr", right, [](Provenance& p) { p.frame = 8; }),
          "the first has the frame 7\npeeler: hint: the other has the frame 8"},
         {write("time.exr", right, [](Provenance& p) { p.time = 8; }), "they differ in the time"},

@@ -34,21 +34,20 @@ Forecast oneFile(std::uint64_t bytes, Certainty certainty = Certainty::kExact) {
 TEST(Forecast, IsToldOnlyWhenItIsNotable) {
     EXPECT_EQ(told(oneFile(kGb - 1), 200 * kGb), "");
     EXPECT_EQ(told(oneFile(kGb), 200 * kGb),
-              "peeler: hits.npz will take 1.0 GB (9 hits), of 200.0 GB that are free there\n");
+              "peeler: hits.npz will take 1.0 GB (9 hits) of the 200.0 GB free there\n");
     EXPECT_EQ(told(oneFile(kGb, Certainty::kAtMost), 200 * kGb),
-              "peeler: hits.npz will take at most 1.0 GB (9 hits), of 200.0 GB that are free "
-              "there\n");
+              "peeler: hits.npz will take at most 1.0 GB (9 hits) of the 200.0 GB free there\n");
     EXPECT_EQ(told(oneFile(1'000), 100'000), "");
     EXPECT_EQ(told(oneFile(1'001), 100'000),
-              "peeler: hits.npz will take 1.0 kB (9 hits), of 100.0 kB that are free there\n");
+              "peeler: hits.npz will take 1.0 kB (9 hits) of the 100.0 kB free there\n");
     EXPECT_EQ(told(oneFile(10), 200 * kGb, true),
-              "peeler: hits.npz will take 10 B (9 hits), of 200.0 GB that are free there\n");
+              "peeler: hits.npz will take 10 B (9 hits) of the 200.0 GB free there\n");
 }
 
 TEST(Forecast, MoreThanATenthIsAWarning) {
     EXPECT_EQ(told(oneFile(10'000), 100'000).find("warning"), std::string::npos);
     EXPECT_EQ(told(oneFile(10'001), 100'000),
-              "peeler: warning: hits.npz will take 10.0 kB (9 hits), 10 % of the 100.0 kB that are "
+              "peeler: warning: hits.npz will take 10.0 kB (9 hits), 10 % of the 100.0 kB "
               "free there.\n");
     EXPECT_NE(told(oneFile(100'000), 100'000).find("warning"), std::string::npos);
 }
@@ -60,8 +59,7 @@ TEST(Forecast, MoreThanAllIsAnErrorIfItIsCertain) {
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kOutput);
         EXPECT_STREQ(error.what(),
-                     "the disk has too little room: 100.0 kB (9 hits) will be needed, 100.0 kB are "
-                     "free");
+                     "not enough disk space: 100.0 kB (9 hits) needed, 100.0 kB free");
         EXPECT_EQ(error.where(), "hits.npz");
     }
     for (const Certainty certainty : {Certainty::kAtMost, Certainty::kAbout})
@@ -80,8 +78,8 @@ TEST(Forecast, FilesOfOneDiskAddUp) {
     reportForecast(forecast, console, false, disk);
     EXPECT_EQ(err.str(),
               "peeler: warning: /a/1 and 1 more file will take at most 1.1 kB, 110 % of the 1.0 kB "
-              "that are free there.\n"
-              "peeler: warning: /b/2 will take 600 B, 60 % of the 1.0 kB that are free there.\n");
+              "free there.\n"
+              "peeler: warning: /b/2 will take 600 B, 60 % of the 1.0 kB free there.\n");
     EXPECT_TRUE(mayExceedDisk(forecast, disk));
     EXPECT_EQ(forecast.size().bytes, 1700U);
     forecast.files[2].size = {500};
@@ -97,7 +95,7 @@ TEST(Forecast, PicturesToComeAreNoError) {
     frames.times = 10;
     EXPECT_EQ(told(frames, 1000),
               "peeler: warning: 10 pictures like hits.npz will take about 6.0 kB, 600 % of "
-              "the 1.0 kB that are free there.\n");
+              "the 1.0 kB free there.\n");
     frames.times = UINT64_MAX;
     EXPECT_NE(told(frames, 1000).find("warning"), std::string::npos);
 }

@@ -202,12 +202,12 @@ TEST_F(Objects, WhatCannotBeChosenIsRefused) {
     expectRefused({"flatten", plain, "-o", out, "--include", "floor"}, 3,
                   "hint: render it with --channels id");
     expectRefused({"view", plain, "-o", out, "--material", "1"}, 3,
-                  "its fragments have no ids, which --material would go by");
+                  "the fragments have no ids, which --material needs");
     expectRefused({"extract", plain, "--npz", at("out.npz"), "--exclude", "floor"}, 3,
                   "hint: render it with --channels id");
     expectRefused({"flatten", whole, "-o", out, "--include", "flor"}, 2, "did you mean 'floor'?");
     expectRefused({"flatten", whole, "-o", out, "--material", "glas"}, 2,
-                  "no material has a name like this: --material glas");
+                  "no material matches this name: --material glas");
     EXPECT_FALSE(fs::exists(out));
     // An empty picture has nothing to select.
     const std::string empty = render(

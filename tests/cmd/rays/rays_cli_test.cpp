@@ -370,7 +370,7 @@ TEST_P(RaysCli, AnEmptySceneHasNothingToHit) {
     Json empty = triangleScene();
     empty["nodes"][0].erase("mesh");
     writeText(scene_, empty.dump());
-    expectRefused({"--axes"}, 3, "nothing that a ray could hit");
+    expectRefused({"--axes"}, 3, "nothing that rays can hit");
 }
 
 TEST_P(RaysCli, AnOpenMeshFailsTheParity) {

@@ -365,7 +365,8 @@ TEST_F(Dense, WhatDoesNotGoTogetherIsRefused) {
     render("a.png", {"--as", "lari", "--samples", "4"}, {"one ray", "--samples"});
     render("a.npz", {"--as", "xray", "--samples", "4"}, {"one ray", "--samples"});
     render("a.npz", {"--as", "xray", "--channels", "id"}, {"fixed set of channels"});
-    render("a.png", {"--as", "lari", "--background", "1,1,1"}, {"over black", "--background"});
+    render("a.png", {"--as", "lari", "--background", "1,1,1"},
+           {"black background", "--background"});
     render("a.png", {"--as", "lari", "--fxaa"}, {"--fxaa"});
     render("a.npz", {"--background", "1,1,1"}, {"--background"});
     render("a.npz", {"--exposure", "1"}, {"--exposure"});

@@ -154,7 +154,7 @@ TEST_F(ManyScenes, VerboseSaysWhatIsGoingOn) {
     const std::string scene = (scenes_ / "a.gltf").string();
     const Outcome plain = render({scene, "-o", out("a.exr")});
     const Outcome wordy = render({scene, "-o", out("a.exr"), "-v"});
-    for (const char* part : {"reads ", "GL: ", "counted ", "captured in 1 geometry pass"}) {
+    for (const char* part : {"reading ", "GL: ", "counted ", "captured in 1 geometry pass"}) {
         EXPECT_TRUE(contains(wordy.err, part)) << part << " is not in\n" << wordy.err;
         EXPECT_FALSE(contains(plain.err, part)) << plain.err;
     }

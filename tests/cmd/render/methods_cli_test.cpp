@@ -169,9 +169,9 @@ TEST_F(Methods, ClipVolumesKeepOneSide) {
 }
 
 TEST_F(Methods, WrongClipVolumesAreUsageErrors) {
-    expectUsageError({"--clip", "inside"}, "no volume to clip with");
+    expectUsageError({"--clip", "inside"}, "there is no clip volume");
     expectUsageError({"--clip", "beside", "--clip-plane", "0,0,1,0"}, "unknown side 'beside'");
-    expectUsageError({"--clip-plane", "0,0,0,1"}, "a normal that is not zero");
+    expectUsageError({"--clip-plane", "0,0,0,1"}, "the plane's normal is zero");
     const Outcome few = render(image_, {"--clip-box", "1,2,3"});
     EXPECT_EQ(few.exit_code, 2);
     EXPECT_NE(few.err.find("expected 6 numbers x,y,z,x,y,z: --clip-box 1,2,3"), std::string::npos)

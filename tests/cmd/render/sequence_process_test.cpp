@@ -133,7 +133,7 @@ TEST_F(Sequence, SkipExistingLeavesAloneWhatWouldBeTheSame) {
         {{"--fps", "25"}, "--time: 0.08"},
         {{"--shading", "unlit"}, "--shading: unlit, not pbr"},
         {{"--precision", "float"}, "--precision: float, not half"},
-        {{"--eye", "1,2,3"}, "the camera: one without a name, not main; "},
+        {{"--eye", "1,2,3"}, "the camera: unnamed, not main; "},
         {{"--crop", "0,0,50,50"}, "--crop: 0,0,50,50, not 0,0,96,54"},
         {{"--as", "deep"}, "--as: deep, not ldi"},
         {{"--as", "composite"}, "--as: composite, not ldi"},
@@ -148,13 +148,13 @@ TEST_F(Sequence, SkipExistingLeavesAloneWhatWouldBeTheSame) {
         const CommandResult result = render(more);
         ASSERT_EQ(result.exit_code, 0) << result.err;
         EXPECT_EQ(skipped(result), std::set<int>{}) << other.difference;
-        EXPECT_NE(result.err.find(frame(2) + " is made again: " + other.difference),
+        EXPECT_NE(result.err.find(frame(2) + " is written again: " + other.difference),
                   std::string::npos)
             << other.difference << '\n'
             << result.err;
         const CommandResult same = render(more);
         EXPECT_EQ(skipped(same), std::set{2}) << other.difference;
-        EXPECT_EQ(same.err.find("made again"), std::string::npos) << same.err;
+        EXPECT_EQ(same.err.find("written again"), std::string::npos) << same.err;
         ASSERT_EQ(render({"--frames", "2"}).exit_code, 0);
     }
 }
@@ -174,14 +174,14 @@ TEST_F(Sequence, SkipExistingMakesAnewWhatIsDamagedOrOfOthers) {
     EXPECT_EQ(bytesOf(frame(2)), good);
     EXPECT_EQ(bytesOf(frame(5)), fifth);
     EXPECT_NE(
-        result.err.find(frame(5) + " is made again: the file has changed since it was written"),
+        result.err.find(frame(5) + " is written again: the file has changed since it was written"),
         std::string::npos)
         << result.err;
     for (const int number : {2, 3})
         EXPECT_NE(result.err.find(frame(number) + " is made again: the file is incomplete"),
                   std::string::npos)
             << result.err;
-    EXPECT_NE(result.err.find(frame(4) + " is made again: the frame: 4, not 1; "),
+    EXPECT_NE(result.err.find(frame(4) + " is written again: the frame: 4, not 1; "),
               std::string::npos)
         << result.err;
     const CommandResult verified =

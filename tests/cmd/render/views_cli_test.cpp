@@ -109,7 +109,7 @@ TEST_F(Views, AreWrittenIntoAFolderThatIsThere) {
         EXPECT_TRUE(contains(result.err, what)) << result.err;
         EXPECT_FALSE(fs::exists(scratch_ / "x"));
     };
-    refused({"--views", "2", "--cameras-out", folder, "--no-clobber"}, 4, "there already");
+    refused({"--views", "2", "--cameras-out", folder, "--no-clobber"}, 4, "already exists");
     // No input file is replaced.
     refused({"--cameras", folder, "--cameras-out", folder + "/"}, 2, "would replace");
     refused({"--cameras", folder + "/images.bin", "--cameras-out", folder}, 2, "would replace");

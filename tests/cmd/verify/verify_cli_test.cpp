@@ -278,7 +278,7 @@ TEST_F(VerifyCommand, OtherSettings) {
     EXPECT_EQ(result.exit_code, 3);
     // From before peeler:settings: only the fact of a difference is known.
     EXPECT_NE(result.out.find("frame2.exr: differs from " + a +
-                              " in other settings, which peeler test did not write down\n"),
+                              " in other settings, which peeler test did not record\n"),
               std::string::npos)
         << result.out;
     EXPECT_EQ(verify({a, b, "--any-settings"}).exit_code, 0);
@@ -330,15 +330,14 @@ TEST_F(VerifyCommand, DifferencesAreToldInWords) {
     for (const std::string& text : {std::string("["), std::string(100000, '['), std::string("7")}) {
         const Outcome broken = verify({a, writeWith("b.exr", text)});
         EXPECT_EQ(broken.exit_code, 3);
-        EXPECT_NE(broken.out.find("did not write down"), std::string::npos) << broken.out;
+        EXPECT_NE(broken.out.find("did not record"), std::string::npos) << broken.out;
     }
     const std::string deep =
         R"({"clip":)" + std::string(100000, '[') + std::string(100000, ']') + "}";
     EXPECT_EQ(verify({a, writeWith("b.exr", deep)}).exit_code, 3);
 
     const Outcome changed = verify({a, writeWith("b.exr", plain, "ac")});
-    EXPECT_NE(changed.out.find(" in the scene a.glb, which has changed in between\n"),
-              std::string::npos)
+    EXPECT_NE(changed.out.find(" in the scene a.glb, which has changed since\n"), std::string::npos)
         << changed.out;
     const Outcome another = verify({a, writeWith("b.exr", plain, "ac", "b.glb")});
     EXPECT_NE(another.out.find(" in the scene: b.glb, not a.glb\n"), std::string::npos)
