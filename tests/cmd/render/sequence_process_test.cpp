@@ -178,7 +178,7 @@ TEST_F(Sequence, SkipExistingMakesAnewWhatIsDamagedOrOfOthers) {
         std::string::npos)
         << result.err;
     for (const int number : {2, 3})
-        EXPECT_NE(result.err.find(frame(number) + " is made again: the file is incomplete"),
+        EXPECT_NE(result.err.find(frame(number) + " is written again: the file is incomplete"),
                   std::string::npos)
             << result.err;
     EXPECT_NE(result.err.find(frame(4) + " is written again: the frame: 4, not 1; "),
