@@ -12,15 +12,15 @@ namespace peeler::test {
 namespace {
 
 // The first cells of rows in formats/README.md.
-constexpr const char* kMaterial =
+constexpr const char* kArrayMaterial =
     "`base_color`, `metallic`, `roughness`, `double_sided`, as in glTF; `alpha_mode`: OPAQUE, "
     "MASK, BLEND; `mode`: triangles, lines, points; `name`, `arrays_version`, `format`";
-constexpr const char* kOtherContent = "other arrays and texts, nothing to draw";
-constexpr const char* kBrokenScene =
+constexpr const char* kArrayOtherContent = "other arrays and texts, nothing to draw";
+constexpr const char* kArrayBrokenScene =
     "no `vertices`, other shapes, types or words, non-finite or out-of-range numbers, indices of "
     "no vertex, a texture without `uv`, arrays that overlap, have gaps or end early";
-constexpr const char* kPicture = "[all texts and arrays of pictures](#pictures-as-arrays)";
-constexpr const char* kBrokenLayers =
+constexpr const char* kArrayPicture = "[all texts and arrays of pictures](#pictures-as-arrays)";
+constexpr const char* kArrayBrokenLayers =
     "other shapes or types, windows missing or of other sizes, lists unsorted or incomplete, "
     "infinite or NaN Z, invalid texts";
 
@@ -74,58 +74,58 @@ TEST(Statements, OfScenesAsArrays) {
                   f.set<float>("uv", "F32", {3, 2}, {0, 0, 1, 0, 0, 1});
                   f.set<std::uint8_t>("texture", "U8", {1, 1, 4}, {1, 2, 3, 4});
               }),
-        given(kMaterial, "read",
+        given(kArrayMaterial, "read",
               [](TensorFile& f) {
                   f.texts = {{"base_color", "[1, 0.5, 0, 1]"},
                              {"metallic", "1"},
                              {"roughness", "0.25"},
                              {"double_sided", "true"}};
               }),
-        given(kMaterial, "read",
+        given(kArrayMaterial, "read",
               [](TensorFile& f) {
                   f.texts = {{"alpha_mode", "MASK"}, {"mode", "points"}, {"name", "a"}};
               }),
-        given(kMaterial, "read",
+        given(kArrayMaterial, "read",
               [](TensorFile& f) {
                   f.texts["format"] = "pt";
                   f.set<std::int64_t>("arrays_version", "I64", {}, {2});
               }),
-        given(kOtherContent, "warned", text("author", "me")),
-        given(kOtherContent, "warned",
+        given(kArrayOtherContent, "warned", text("author", "me")),
+        given(kArrayOtherContent, "warned",
               [](TensorFile& f) { f.set<float>("weights", "F32", {1}, {1}); }),
-        given(kOtherContent, "warned",
+        given(kArrayOtherContent, "warned",
               [](TensorFile& f) {
                   f.set<std::int64_t>("faces", "I64", {0, 3}, {});
               }),
-        given(kBrokenScene, "refused",
+        given(kArrayBrokenScene, "refused",
               [](TensorFile& f) {
                   f.arrays.clear();
                   f.set<float>("vertex", "F32", {1, 3}, {1, 2, 3});
               }),
-        given(kBrokenScene, "refused",
+        given(kArrayBrokenScene, "refused",
               [](TensorFile& f) {
                   f.set<float>("faces", "F32", {1, 3}, {0, 1, 2});
               }),
-        given(kBrokenScene, "refused",
+        given(kArrayBrokenScene, "refused",
               [](TensorFile& f) {
                   f.set<float>("normals", "F32", {1, 3}, {0, 1, 2});
               }),
-        given(kBrokenScene, "refused", text("metallic", "2")),
-        given(kBrokenScene, "refused",
+        given(kArrayBrokenScene, "refused", text("metallic", "2")),
+        given(kArrayBrokenScene, "refused",
               [](TensorFile& f) {
                   f.set<float>("vertices", "F32", {1, 3}, {0, NAN, 0});
               }),
-        given(kBrokenScene, "refused",
+        given(kArrayBrokenScene, "refused",
               [](TensorFile& f) {
                   f.set<std::int64_t>("faces", "I64", {1, 3}, {0, 1, 3});
               }),
-        given(kBrokenScene, "refused", text("mode", "quads")),
-        given(kBrokenScene, "refused",
+        given(kArrayBrokenScene, "refused", text("mode", "quads")),
+        given(kArrayBrokenScene, "refused",
               [](TensorFile& f) {
                   f.set<std::uint8_t>("texture", "U8", {1, 1, 3}, {1, 2, 3});
               }),
-        {kBrokenScene, "refused", name, whole.substr(0, whole.size() - 1)},
-        {kBrokenScene, "refused", name, whole + "x"},
+        {kArrayBrokenScene, "refused", name, whole.substr(0, whole.size() - 1)},
+        {kArrayBrokenScene, "refused", name, whole + "x"},
     };
     expectStatements("Scenes as arrays", statements,
                      [](const std::filesystem::path& file, bool strict) {
@@ -144,63 +144,63 @@ TEST(Statements, OfLayersAsArrays) {
         return [=](TensorFile& file) { file.texts[key] = value; };
     };
     const auto splits = [&](const std::vector<std::int32_t>& numbers) {
-        return given(kBrokenLayers, "refused",
+        return given(kArrayBrokenLayers, "refused",
                      [=](TensorFile& f) { f.set<std::int32_t>("splits", "I32", {3}, numbers); });
     };
     const std::vector<Statement> statements = {
-        {kPicture, "read", name, layers().bytes()},
-        given(kPicture, "read",
+        {kArrayPicture, "read", name, layers().bytes()},
+        given(kArrayPicture, "read",
               [](TensorFile& f) {
                   f.set<float>("opacity", "F32", {3, 3}, std::vector<float>(9, 0.5F));
               }),
-        given(kPicture, "read",
+        given(kArrayPicture, "read",
               [](TensorFile& f) {
                   f.texts["peeler:channels"] = R"({"id": ["id.object", "id.material"]})";
                   f.set<std::uint32_t>("id", "U32", {3, 2}, {1, 2, 3, 4, 5, 6});
               }),
-        {kPicture, "read", name, layers().bytes()},
-        given(kPicture, "read",
+        {kArrayPicture, "read", name, layers().bytes()},
+        given(kArrayPicture, "read",
               [](TensorFile& f) {
                   f.texts["peeler:ids"] = R"({"objects": ["a"], "materials": []})";
                   f.texts["peeler:carried"] = R"([["note", "string", "6869"]])";
                   f.texts["comments"] = "made by hand";
               }),
         given("other arrays", "warned", [](TensorFile& f) { f.set<float>("k", "F32", {1}, {1}); }),
-        given(kBrokenLayers, "refused",
+        given(kArrayBrokenLayers, "refused",
               [](TensorFile& f) {
                   f.set<double>("z", "F64", {3}, {1, 2, 3});
               }),
-        given(kBrokenLayers, "refused",
+        given(kArrayBrokenLayers, "refused",
               [](TensorFile& f) {
                   f.set<float>("rgba", "F32", {4, 3}, std::vector<float>(12));
               }),
-        given(kBrokenLayers, "refused", [](TensorFile& f) { f.texts.erase("dataWindow"); }),
-        given(kBrokenLayers, "refused", text("dataWindow", "[0, 0, 3, 1]")),
-        given(kBrokenLayers, "refused", text("dataWindow", "[0, 0, 1e9, 1]")),
-        given(kBrokenLayers, "refused", text("displayWindow", "[0, 1]")),
+        given(kArrayBrokenLayers, "refused", [](TensorFile& f) { f.texts.erase("dataWindow"); }),
+        given(kArrayBrokenLayers, "refused", text("dataWindow", "[0, 0, 3, 1]")),
+        given(kArrayBrokenLayers, "refused", text("dataWindow", "[0, 0, 1e9, 1]")),
+        given(kArrayBrokenLayers, "refused", text("displayWindow", "[0, 1]")),
         splits({0, 2, 1}),
         splits({0, 1, 4}),
         splits({0, 1, 2}),
         splits({1, 2, 3}),
         splits({-1, 1, 3}),
-        given(kBrokenLayers, "refused",
+        given(kArrayBrokenLayers, "refused",
               [](TensorFile& f) {
                   f.set<float>("z", "F32", {3}, {1, 2, INFINITY});
               }),
-        given(kBrokenLayers, "refused",
+        given(kArrayBrokenLayers, "refused",
               [](TensorFile& f) {
                   f.set<float>("z", "F32", {3}, {NAN, 2, 3});
               }),
-        given(kBrokenLayers, "refused", text("dataWindow", "no JSON")),
-        given(kBrokenLayers, "refused", text("peeler:arrays", "composite")),
-        given(kBrokenLayers, "refused", text("peeler:cameraJson", "{}")),
-        given(kBrokenLayers, "refused",
+        given(kArrayBrokenLayers, "refused", text("dataWindow", "no JSON")),
+        given(kArrayBrokenLayers, "refused", text("peeler:arrays", "composite")),
+        given(kArrayBrokenLayers, "refused", text("peeler:cameraJson", "{}")),
+        given(kArrayBrokenLayers, "refused",
               text("peeler:ids", R"({"objects": ["a"], "materials": [], "parents": [0, 0]})")),
-        given(kBrokenLayers, "refused", text("peeler:carried", R"([["a", "float", "00"]])")),
-        given(kBrokenLayers, "refused",
+        given(kArrayBrokenLayers, "refused", text("peeler:carried", R"([["a", "float", "00"]])")),
+        given(kArrayBrokenLayers, "refused",
               text("peeler:carried", R"([["peeler:frame", "string", "00"]])")),
-        given(kBrokenLayers, "refused", text("peeler:carried", R"([["a", "string", "0g"]])")),
-        given(kBrokenLayers, "refused",
+        given(kArrayBrokenLayers, "refused", text("peeler:carried", R"([["a", "string", "0g"]])")),
+        given(kArrayBrokenLayers, "refused",
               [](TensorFile& f) {
                   f.texts["peeler:channels"] = R"({"back": ["A"]})";
                   f.set<float>("back", "F32", {3}, {4, 5, 6});

@@ -13,16 +13,16 @@ namespace {
 
 // The first cells of rows in formats/README.md.
 constexpr const char* kCameras = "all of [Cameras](#cameras); zero distortion";
-constexpr const char* kPassedOver =
+constexpr const char* kCameraPassedOver =
     "ignored: training data (`aabb_scale`, `scale`, `offset`, masks, depth pictures …), transforms "
     "without effect; BOP's `depth_scale`, `view_level`, `mode`, lens in `camera.json`; COLMAP's "
     "points, rigs, frames, length of quaternions except 0";
-constexpr const char* kOtherKeys =
+constexpr const char* kCameraOtherKeys =
     "transforms.json: `applied_transform`, `applied_scale`, `rolling_shutter`, `from_mitsuba`, "
     "`time` (use `--time`), `transform_matrix_start`, `transform_matrix_end`, anything else";
-constexpr const char* kOtherContent =
+constexpr const char* kCameraOtherContent =
     "BOP: objects of pictures without a camera, anything else; `.npz`: other arrays";
-constexpr const char* kNotPinhole =
+constexpr const char* kCameraNotPinhole =
     "lens distortion, skew, other lenses, also of unused cameras; COLMAP: an image without its "
     "line of points, too many camera numbers; arrays: other shapes, non-numbers; `.jsonl`: other "
     "keys";
@@ -54,26 +54,27 @@ std::vector<Statement> ofTransformsJson() {
         says(kCameras, "read", R"("x_fov": 40, )"),
         says(kCameras, "read", R"("camera_angle_y": 1, )"),
         says(kCameras, "read", "", R"("peeler_near": 1, "peeler_far": 2, "peeler_name": "a", )"),
-        says(kPassedOver, "read", R"("aabb_scale": 16, "scale": 0.33, "offset": [0.5, 0.5, 0.5], )",
+        says(kCameraPassedOver, "read",
+             R"("aabb_scale": 16, "scale": 0.33, "offset": [0.5, 0.5, 0.5], )",
              R"("sharpness": 3, "mask_path": "m.png", "rotation": 0.01, )"),
-        says(kPassedOver, "read",
+        says(kCameraPassedOver, "read",
              R"("camera_model": "OPENCV", "k1": 0, "applied_scale": 1.0,
                 "applied_transform": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]],
                 "rolling_shutter": [0, 0, 0], "from_mitsuba": false, )"),
-        says(kOtherKeys, "warned",
+        says(kCameraOtherKeys, "warned",
              R"("applied_transform": [[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0]], )"),
-        says(kOtherKeys, "warned", R"("applied_scale": 0.5, )"),
-        says(kOtherKeys, "warned", R"("rolling_shutter": [0, 0, 0.01], )"),
-        says(kOtherKeys, "warned", R"("from_mitsuba": true, )"),
-        says(kOtherKeys, "warned", "", R"("time": 0.5, )"),
-        says(kOtherKeys, "warned", "",
+        says(kCameraOtherKeys, "warned", R"("applied_scale": 0.5, )"),
+        says(kCameraOtherKeys, "warned", R"("rolling_shutter": [0, 0, 0.01], )"),
+        says(kCameraOtherKeys, "warned", R"("from_mitsuba": true, )"),
+        says(kCameraOtherKeys, "warned", "", R"("time": 0.5, )"),
+        says(kCameraOtherKeys, "warned", "",
              R"("transform_matrix_start": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]], )"),
-        says(kOtherKeys, "warned", R"("lens_shift": 3, )"),
-        says(kOtherKeys, "warned", "", R"("zoom": 3, )"),
-        says(kNotPinhole, "refused", R"("k1": 0.1, )"),
-        says(kNotPinhole, "refused", "", R"("K": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], )"),
-        says(kNotPinhole, "refused", R"("camera_model": "OPENCV_FISHEYE", )"),
-        says(kNotPinhole, "refused", R"("is_fisheye": true, )"),
+        says(kCameraOtherKeys, "warned", R"("lens_shift": 3, )"),
+        says(kCameraOtherKeys, "warned", "", R"("zoom": 3, )"),
+        says(kCameraNotPinhole, "refused", R"("k1": 0.1, )"),
+        says(kCameraNotPinhole, "refused", "", R"("K": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], )"),
+        says(kCameraNotPinhole, "refused", R"("camera_model": "OPENCV_FISHEYE", )"),
+        says(kCameraNotPinhole, "refused", R"("is_fisheye": true, )"),
     };
 }
 
@@ -90,23 +91,25 @@ std::vector<Statement> ofBop() {
     };
     return {
         {kCameras, "read", name, bopText()},
-        {kPassedOver, "read", name, picture(R"(, "depth_scale": 0.1, "view_level": 0, "mode": 1)")},
-        {kPassedOver,
+        {kCameraPassedOver, "read", name,
+         picture(R"(, "depth_scale": 0.1, "view_level": 0, "mode": 1)")},
+        {kCameraPassedOver,
          "read",
          name,
          picture(""),
          {{"camera.json", R"({"width": 64, "height": 48, "fx": 1, "cx": 2, "depth_scale": 1})"}}},
         {kCameras, "read", name, picture(""), objects("7", "")},
-        {kOtherContent, "warned", name, picture(""), objects("8", "")},
-        {kOtherContent, "warned", name, picture(R"(, "zoom": 2)")},
-        {kOtherContent, "warned", name, picture(""), objects("7", R"(, "scale": 2)")},
-        {kOtherContent,
+        {kCameraOtherContent, "warned", name, picture(""), objects("8", "")},
+        {kCameraOtherContent, "warned", name, picture(R"(, "zoom": 2)")},
+        {kCameraOtherContent, "warned", name, picture(""), objects("7", R"(, "scale": 2)")},
+        {kCameraOtherContent,
          "warned",
          name,
          picture(""),
          {{"camera.json", R"({"width": 64, "height": 48, "k1": 0.1})"}}},
-        {kNotPinhole, "refused", name, picture(R"(, "cam_model": {})")},
-        {kNotPinhole, "refused", name, R"({"7": {"cam_K": [500, 1, 300, 0, 400, 200, 0, 0, 1]}})"},
+        {kCameraNotPinhole, "refused", name, picture(R"(, "cam_model": {})")},
+        {kCameraNotPinhole, "refused", name,
+         R"({"7": {"cam_K": [500, 1, 300, 0, 400, 200, 0, 0, 1]}})"},
     };
 }
 
@@ -127,13 +130,13 @@ std::vector<Statement> ofColmap() {
          "images.bin",
          colmapImagesBinary(),
          {{"cameras.bin", colmapCamerasBinary()}}},
-        {kPassedOver, "read", "images.txt", "1 2 0 0 0 0 0 0 3 a.png\n\n", pinhole},
-        {kPassedOver, "read", "images.txt", "1 1 0 0 0 0 0 0 3 a.png\n10.5 20 -1\n", pinhole},
-        lens(kNotPinhole, "refused", "SIMPLE_RADIAL 640 480 500 320 240 0.01"),
-        lens(kNotPinhole, "refused", "OPENCV_FISHEYE 640 480 500 400 320 240 0 0 0 0"),
-        {kNotPinhole, "refused", "images.txt", "1 1 0 0 0 0 0 0 3 a.png\n2 1 0 0 0 0 0 0 3 b.png\n",
-         pinhole},
-        {kNotPinhole,
+        {kCameraPassedOver, "read", "images.txt", "1 2 0 0 0 0 0 0 3 a.png\n\n", pinhole},
+        {kCameraPassedOver, "read", "images.txt", "1 1 0 0 0 0 0 0 3 a.png\n10.5 20 -1\n", pinhole},
+        lens(kCameraNotPinhole, "refused", "SIMPLE_RADIAL 640 480 500 320 240 0.01"),
+        lens(kCameraNotPinhole, "refused", "OPENCV_FISHEYE 640 480 500 400 320 240 0 0 0 0"),
+        {kCameraNotPinhole, "refused", "images.txt",
+         "1 1 0 0 0 0 0 0 3 a.png\n2 1 0 0 0 0 0 0 3 b.png\n", pinhole},
+        {kCameraNotPinhole,
          "refused",
          "images.txt",
          kColmapImagesText,
@@ -167,12 +170,12 @@ std::vector<Statement> ofArraysOfPoses() {
     return {
         {kCameras, "read", "a.npy", poses},
         {kCameras, "read", "a.npz", npzOf({w2c, {"K", k}})},
-        {kOtherContent, "warned", "a.npz", npzOf({w2c, {"intrinsics", k}})},
-        {kOtherContent, "warned", "a.npz", npzOf({w2c, {"c2w", kKnownOpencv}})},
-        {kNotPinhole, "refused", "a.npz", npzOf({w2c, {"K", skew}})},
-        {kNotPinhole, "refused", "a.npy",
+        {kCameraOtherContent, "warned", "a.npz", npzOf({w2c, {"intrinsics", k}})},
+        {kCameraOtherContent, "warned", "a.npz", npzOf({w2c, {"c2w", kKnownOpencv}})},
+        {kCameraNotPinhole, "refused", "a.npz", npzOf({w2c, {"K", skew}})},
+        {kCameraNotPinhole, "refused", "a.npy",
          npyText("<f8", "(2, 6)", PackedNumbers().add(kKnownOpencv).text)},
-        {kNotPinhole, "refused", "a.npy", npyText("|b1", "(1, 3, 4)", std::string(12, '\1'))},
+        {kCameraNotPinhole, "refused", "a.npy", npyText("|b1", "(1, 3, 4)", std::string(12, '\1'))},
     };
 }
 
@@ -182,7 +185,7 @@ std::vector<Statement> ofLinesOfCameras() {
         {kCameras, "read", "a.jsonl", lineText(place)},
         {kCameras, "read", "a.jsonl",
          R"({"fov": 40, "near": 1, "far": 9, "eye": [0, 0, 1], "target": [0, 0, 0], "up": [0, 1, 0]})"},
-        {kNotPinhole, "refused", "a.jsonl", lineText("\"zoom\": 2, " + place)},
+        {kCameraNotPinhole, "refused", "a.jsonl", lineText("\"zoom\": 2, " + place)},
     };
 }
 

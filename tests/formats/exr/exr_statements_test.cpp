@@ -17,34 +17,34 @@ namespace peeler::test {
 namespace {
 
 // The first cells of rows in formats/README.md.
-constexpr const char* kStorage =
+constexpr const char* kExrStorage =
     "scan lines or tiles (the largest level), flat or deep, any lineOrder, any compression that "
     "OpenEXR has";
-constexpr const char* kColours =
+constexpr const char* kExrColours =
     "R, G, B, A, Z, half or float, also as r, Red, alpha, depth, RA … in any case; AR, AG, AB "
     "(default A: their mean); Y, alone or with RY and BY; colours of one layer (`beauty.R`)";
-constexpr const char* kKept =
+constexpr const char* kExrKept =
     "kept: NaN, infinite and negative colours, other channels, also integers, parts with more "
     "channels of the same deep samples";
-constexpr const char* kSamples =
+constexpr const char* kExrSamples =
     "flat pictures without alpha (1) or depth (0); unsorted samples; infinite Z (largest number); "
     "volumes (ZBack) that lie apart; any data window (the display window is the picture)";
-constexpr const char* kAttributes =
+constexpr const char* kExrAttributes =
     "pixelAspectRatio and chromaticities, into OpenEXR; other attributes, except previews";
-constexpr const char* kLostAttributes =
+constexpr const char* kExrLostAttributes =
     "pixelAspectRatio except 1, chromaticities except Rec. 709, into other formats; attributes "
     "beyond 1 MiB, or of wrong types (a `capDate` that is no string)";
-constexpr const char* kOddSamples =
+constexpr const char* kExrOddSamples =
     "deep samples without alpha or colours, or with RY and BY; NaN or −inf as Z; overlapping "
     "volumes";
-constexpr const char* kSeveral =
+constexpr const char* kExrSeveral =
     "several pictures (`--part` selects) or views (`--view`); a display window that starts "
     "elsewhere than (0, 0)";
-constexpr const char* kNotSupported =
+constexpr const char* kExrNotSupported =
     "unknown compression, deep samples except in none, RLE, ZIPS, ZIP; subsampled channels; "
     "integer colour or depth; deep samples without Z; flat files without R, G, B or Y; several "
     "layers of colours and none outside (`--part` selects)";
-constexpr const char* kTooLarge =
+constexpr const char* kExrTooLarge =
     "over 65,536 samples in a pixel; a display window over 2²⁵ pixels and 256 times the stored "
     "ones";
 
@@ -137,19 +137,19 @@ std::vector<Statement> storage() {
         all.push_back({says, becomes, "a.exr", bytes});
     };
     for (const int tile : {0, 4}) {
-        add(kStorage, "read", flat({{.values = kRgba}}, {.tile = tile}));
-        add(kStorage, "read", deep({deep_part}, {.tile = tile}));
+        add(kExrStorage, "read", flat({{.values = kRgba}}, {.tile = tile}));
+        add(kExrStorage, "read", deep({deep_part}, {.tile = tile}));
         for (int c = 0; c < Imf::NUM_COMPRESSION_METHODS; ++c)
-            add(kStorage, "read",
+            add(kExrStorage, "read",
                 flat({{.values = kRgba}},
                      {.compression = static_cast<Imf::Compression>(c), .tile = tile}));
     }
-    add(kNotSupported, "refused", compressedAs(channels(kRgba), 99));
-    add(kNotSupported, "refused", compressedAs(deep({deep_part}), Imf::PIZ_COMPRESSION));
-    add(kStorage, "read", flat({{.values = kRgba}}, {.order = Imf::DECREASING_Y}));
-    add(kStorage, "read", flat({{.values = kRgba}}, {.tile = 4, .order = Imf::RANDOM_Y}));
-    add(kStorage, "read", flat({{.values = kRgba}}, {.tile = 4, .levels = Imf::MIPMAP_LEVELS}));
-    add(kStorage, "read", flat({{.values = kRgba}}, {.tile = 4, .levels = Imf::RIPMAP_LEVELS}));
+    add(kExrNotSupported, "refused", compressedAs(channels(kRgba), 99));
+    add(kExrNotSupported, "refused", compressedAs(deep({deep_part}), Imf::PIZ_COMPRESSION));
+    add(kExrStorage, "read", flat({{.values = kRgba}}, {.order = Imf::DECREASING_Y}));
+    add(kExrStorage, "read", flat({{.values = kRgba}}, {.tile = 4, .order = Imf::RANDOM_Y}));
+    add(kExrStorage, "read", flat({{.values = kRgba}}, {.tile = 4, .levels = Imf::MIPMAP_LEVELS}));
+    add(kExrStorage, "read", flat({{.values = kRgba}}, {.tile = 4, .levels = Imf::RIPMAP_LEVELS}));
     return all;
 }
 
@@ -158,32 +158,32 @@ std::vector<Statement> colours() {
     const auto add = [&](const char* says, const char* becomes, const std::string& bytes) {
         all.push_back({says, becomes, "a.exr", bytes});
     };
-    add(kColours, "read", channels(kRgba));
-    add(kColours, "read",
+    add(kExrColours, "read", channels(kRgba));
+    add(kExrColours, "read",
         flat({{.values = {{"R", {1}}, {"G", {1}}, {"B", {1}}, {"Z", {1}}},
                .types = {{"R", Imf::FLOAT}, {"Z", Imf::FLOAT}}}}));
-    add(kColours, "read",
+    add(kExrColours, "read",
         channels({{"red", {1}}, {"Green", {1}}, {"b", {1}}, {"Alpha", {1}}, {"Depth", {2}}}));
-    add(kColours, "read",
+    add(kExrColours, "read",
         samples({"AR", "AG", "AB", "R", "G", "B", "Z"}, {{1, 0.5, 0, 1, 1, 1, 2}}));
-    add(kColours, "read", channels({{"Y", {1}}}));
-    add(kColours, "read", channels({{"Y", {1}}, {"RY", {0.5}}, {"BY", {-0.5}}}));
-    add(kOddSamples, "warned", samples({"A", "Y", "RY", "BY", "Z"}, {{1, 1, 0.5, 0.5, 2}}));
-    add(kNotSupported, "refused", flat({{.window = kAll, .values = kRgba, .sampling = 2}}));
-    add(kNotSupported, "refused", integers("R"));
-    add(kNotSupported, "refused", flat({{.values = kRgba, .types = {{"A", Imf::UINT}}}}));
-    add(kKept, "read", integers("id"));
-    add(kSamples, "read", channels({{"R", {0}}, {"G", {0}}, {"B", {0}}}));
-    add(kNotSupported, "refused", channels({{"N.X", {1}}, {"Z", {1}}}));
-    add(kOddSamples, "warned", samples({"R", "G", "B", "Z"}, {{0.5, 0.5, 0.5, 2}}));
-    add(kOddSamples, "warned", samples({"A", "Z"}, {{0.5, 2}}));
-    add(kOddSamples, "warned", samples({"A", "R", "Z"}, {{0.5, 0.5, 2}}));
-    add(kNotSupported, "refused", samples({"A", "R", "G", "B"}, {{0.5, 0.5, 0.5, 0.5}}));
-    add(kColours, "read", channels({{"beauty.R", {1}}, {"beauty.G", {1}}, {"beauty.B", {1}}}));
-    add(kNotSupported, "refused",
+    add(kExrColours, "read", channels({{"Y", {1}}}));
+    add(kExrColours, "read", channels({{"Y", {1}}, {"RY", {0.5}}, {"BY", {-0.5}}}));
+    add(kExrOddSamples, "warned", samples({"A", "Y", "RY", "BY", "Z"}, {{1, 1, 0.5, 0.5, 2}}));
+    add(kExrNotSupported, "refused", flat({{.window = kAll, .values = kRgba, .sampling = 2}}));
+    add(kExrNotSupported, "refused", integers("R"));
+    add(kExrNotSupported, "refused", flat({{.values = kRgba, .types = {{"A", Imf::UINT}}}}));
+    add(kExrKept, "read", integers("id"));
+    add(kExrSamples, "read", channels({{"R", {0}}, {"G", {0}}, {"B", {0}}}));
+    add(kExrNotSupported, "refused", channels({{"N.X", {1}}, {"Z", {1}}}));
+    add(kExrOddSamples, "warned", samples({"R", "G", "B", "Z"}, {{0.5, 0.5, 0.5, 2}}));
+    add(kExrOddSamples, "warned", samples({"A", "Z"}, {{0.5, 2}}));
+    add(kExrOddSamples, "warned", samples({"A", "R", "Z"}, {{0.5, 0.5, 2}}));
+    add(kExrNotSupported, "refused", samples({"A", "R", "G", "B"}, {{0.5, 0.5, 0.5, 0.5}}));
+    add(kExrColours, "read", channels({{"beauty.R", {1}}, {"beauty.G", {1}}, {"beauty.B", {1}}}));
+    add(kExrNotSupported, "refused",
         channels(
             {{"a.R", {1}}, {"a.G", {1}}, {"a.B", {1}}, {"b.R", {1}}, {"b.G", {1}}, {"b.B", {1}}}));
-    add(kKept, "read", channels({{"R", {std::nan("")}}, {"G", {kInfinity}}, {"B", {-1}}}));
+    add(kExrKept, "read", channels({{"R", {std::nan("")}}, {"G", {kInfinity}}, {"B", {-1}}}));
     return all;
 }
 
@@ -192,16 +192,17 @@ std::vector<Statement> parts() {
     const auto add = [&](const char* says, const char* becomes, const std::string& bytes) {
         all.push_back({says, becomes, "a.exr", bytes});
     };
-    add(kSeveral, "warned", flat({{.name = "a", .values = kRgba}, {.name = "b", .values = kRgba}}));
-    add(kSeveral, "warned", deepParts(2, "mask"));
-    add(kKept, "read", deepParts(1, "mask"));
-    add(kSeveral, "warned",
+    add(kExrSeveral, "warned",
+        flat({{.name = "a", .values = kRgba}, {.name = "b", .values = kRgba}}));
+    add(kExrSeveral, "warned", deepParts(2, "mask"));
+    add(kExrKept, "read", deepParts(1, "mask"));
+    add(kExrSeveral, "warned",
         flat({{.name = "a", .values = kRgba}, {.name = "b", .values = kRgba}},
              {.header = views(true)}));
     FlatPart both{.values = kRgba};
     for (const auto& [name, values] : kRgba)
         both.values["right." + name] = values;
-    add(kSeveral, "warned", flat({both}, {.header = views(false)}));
+    add(kExrSeveral, "warned", flat({both}, {.header = views(false)}));
     return all;
 }
 
@@ -214,21 +215,21 @@ std::vector<Statement> headers() {
     for (const Imath::Box2i& window : {Imath::Box2i{{2, 1}, {5, 3}}, Imath::Box2i{{-4, -3}, {9, 9}},
                                        Imath::Box2i{{20, 20}, {21, 21}}}) {
         for (const char* name : {"a.exr", "pixels.exr"})
-            add(kSamples, "read", flat({{.window = window, .values = kRgba}}), name);
+            add(kExrSamples, "read", flat({{.window = window, .values = kRgba}}), name);
     }
-    add(kSeveral, "warned",
+    add(kExrSeveral, "warned",
         flat({{.window = {{12, 8}, {13, 9}}, .values = kRgba}}, {.display = {{10, 7}, {17, 12}}}));
-    add(kTooLarge, "refused", flat({{.values = kRgba}}, {.display = {{0, 0}, {99999, 99999}}}));
+    add(kExrTooLarge, "refused", flat({{.values = kRgba}}, {.display = {{0, 0}, {99999, 99999}}}));
     const auto aspect = [](std::size_t, Imf::Header& h) { h.pixelAspectRatio() = 2; };
     const auto primaries = [](std::size_t, Imf::Header& h) {
         Imf::addChromaticities(h, Imf::Chromaticities({0.7347F, 0.2653F}, {0, 1},
                                                       {0.0001F, -0.077F}, {0.32168F, 0.33767F}));
     };
-    add(kAttributes, "read", header(aspect));
-    add(kLostAttributes, "warned", header(aspect), "pixels.exr");
-    add(kAttributes, "read", header(primaries));
-    add(kLostAttributes, "warned", header(primaries), "pixels.exr");
-    add(kAttributes, "read", header([](std::size_t, Imf::Header& h) {
+    add(kExrAttributes, "read", header(aspect));
+    add(kExrLostAttributes, "warned", header(aspect), "pixels.exr");
+    add(kExrAttributes, "read", header(primaries));
+    add(kExrLostAttributes, "warned", header(primaries), "pixels.exr");
+    add(kExrAttributes, "read", header([](std::size_t, Imf::Header& h) {
             h.screenWindowWidth() = 3;
             Imf::addOwner(h, "somebody");
             Imf::addEnvmap(h, Imf::ENVMAP_CUBE);
@@ -237,12 +238,12 @@ std::vector<Statement> headers() {
             Imf::addWrapmodes(h, "clamp");
             h.insert("ours", Imf::FloatAttribute(4));
         }));
-    add(kLostAttributes, "warned", header([](std::size_t, Imf::Header& h) {
+    add(kExrLostAttributes, "warned", header([](std::size_t, Imf::Header& h) {
             h.insert("large", Imf::StringAttribute(std::string((1 << 20) + 1, 'x')));
         }));
-    add(kLostAttributes, "warned",
+    add(kExrLostAttributes, "warned",
         header([](std::size_t, Imf::Header& h) { h.insert("capDate", Imf::FloatAttribute(1)); }));
-    add(kAttributes, "read",
+    add(kExrAttributes, "read",
         header([](std::size_t, Imf::Header& h) { h.setPreviewImage(Imf::PreviewImage(2, 2)); }));
     return all;
 }
@@ -254,17 +255,17 @@ std::vector<Statement> depths() {
     };
     const std::vector<std::string> names{"A", "R", "G", "B", "Z"};
     const std::vector<std::string> volume{"A", "R", "G", "B", "Z", "ZBack"};
-    add(kSamples, "read", samples(names, {{0.5, 0.5, 0.5, 0.5, 3}, {0.5, 0.1, 0.1, 0.1, 1}}));
-    add(kSamples, "read", sampleAt(kInfinity));
-    add(kSamples, "read", channels({{"Y", {1}}, {"Z", {kInfinity}}}));
-    add(kOddSamples, "warned", sampleAt(std::nan("")));
-    add(kOddSamples, "warned", sampleAt(-kInfinity));
-    add(kOddSamples, "warned", channels({{"Y", {1}}, {"Z", {std::nan("")}}}));
-    add(kSamples, "read",
+    add(kExrSamples, "read", samples(names, {{0.5, 0.5, 0.5, 0.5, 3}, {0.5, 0.1, 0.1, 0.1, 1}}));
+    add(kExrSamples, "read", sampleAt(kInfinity));
+    add(kExrSamples, "read", channels({{"Y", {1}}, {"Z", {kInfinity}}}));
+    add(kExrOddSamples, "warned", sampleAt(std::nan("")));
+    add(kExrOddSamples, "warned", sampleAt(-kInfinity));
+    add(kExrOddSamples, "warned", channels({{"Y", {1}}, {"Z", {std::nan("")}}}));
+    add(kExrSamples, "read",
         samples(volume, {{0.5, 0.5, 0.5, 0.5, 1, 2}, {0.5, 0.1, 0.1, 0.1, 2, 3}}));
-    add(kOddSamples, "warned",
+    add(kExrOddSamples, "warned",
         samples(volume, {{0.5, 0.5, 0.5, 0.5, 1, 3}, {0.5, 0.1, 0.1, 0.1, 2, 4}}));
-    add(kTooLarge, "refused",
+    add(kExrTooLarge, "refused",
         samples(names, std::vector<std::vector<double>>(65537, {1, 1, 1, 1, 1})));
     return all;
 }

@@ -11,46 +11,46 @@ namespace peeler::test {
 namespace {
 
 // The first cells of rows in formats/README.md.
-constexpr const char* kGeometry =
+constexpr const char* kGltfGeometry =
     "all primitives, sparse accessors, skins with any number of joints per vertex; attributes and "
     "morph targets: positions, normals, tangents, `TEXCOORD_0`, `TEXCOORD_1`, `COLOR_0`";
-constexpr const char* kScenes =
+constexpr const char* kGltfScenes =
     "all material properties, samplers, images of any media type; nodes, cameras; extras of nodes "
     "(strings, numbers, booleans); animations of translation, rotation, scale, weights; files "
     "without scenes (all nodes)";
-constexpr const char* kExtensions =
+constexpr const char* kGltfExtensions =
     "`EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, `EXT_texture_webp`, "
     "`KHR_draco_mesh_compression`, `KHR_lights_punctual`, `KHR_mesh_quantization`, "
     "`KHR_meshopt_compression`, `KHR_node_visibility`, `KHR_texture_basisu`, "
     "`KHR_texture_transform`, `KHR_xmp`, `KHR_xmp_json_ld`";
-constexpr const char* kPassedOver =
+constexpr const char* kGltfPassedOver =
     "ignored: further `COLOR_n`, `TEXCOORD_n`, attributes `_…`; unknown members; `asset.version` "
     "2.x, generator, copyright";
-constexpr const char* kOtherExtensions =
+constexpr const char* kGltfOtherExtensions =
     "other extensions; `EXT_texture_avif`, `MSFT_texture_dds` with a fallback";
-constexpr const char* kRequiredExtensions =
+constexpr const char* kGltfRequiredExtensions =
     "other extensions if required (unless `--ignore-extension`); `EXT_texture_avif`, "
     "`MSFT_texture_dds` without a fallback";
-constexpr const char* kOddNumbers =
+constexpr const char* kGltfOddNumbers =
     "colours outside 0 to 1, normals or tangents not of unit length, `w` that is no sign, weights "
     "that do not sum to 1, wrong `normalized`, non-finite numbers except positions";
-constexpr const char* kUnused =
+constexpr const char* kGltfUnused =
     "other attributes, morph targets of missing attributes, primitives that draw nothing, leftover "
     "vertices, empty accessors, views and buffers";
-constexpr const char* kOddMaterials =
+constexpr const char* kGltfOddMaterials =
     "factors out of range, `TEXCOORD_2` or beyond, missing coordinates; images that are missing, "
     "damaged or of other formats, that have a URI and a buffer view, or white space in a data URI";
-constexpr const char* kOddNodes =
+constexpr const char* kGltfOddNodes =
     "a matrix beside translation, rotation or scale, zero rotations, lights of other types, a "
     "wrong number of weights; a scene that lists a node twice, or a child (shown as a root)";
-constexpr const char* kOddAnimations =
+constexpr const char* kGltfOddAnimations =
     "animations of anything else, `KHR_animation_pointer`, animations of nodes with a matrix or of "
     "weights without targets; a numeric version, a `.glb` longer than it says or with more chunks";
-constexpr const char* kBrokenGeometry =
+constexpr const char* kGltfBrokenGeometry =
     "non-finite positions, indices beyond the vertices or that restart, accessors and views beyond "
     "their bytes, joints that the skin lacks, a scene that lists a node and one below it, nodes "
     "with two parents or in a cycle";
-constexpr const char* kBrokenFile =
+constexpr const char* kGltfBrokenFile =
     "cameras and lights out of range, animations with falling times or without keys, "
     "`asset.minVersion` above 2.0, version 1, values of wrong type or range, truncation, buffers "
     "missing or outside the folder";
@@ -134,7 +134,7 @@ void addTarget(GltfBuilder& b) {
 }
 
 /// A grey pixel; the data is a PNG.
-constexpr const char* kDataUriImage =
+constexpr const char* kGltfDataUriImage =
     R"({"images":[{"uri":"data:image/gif;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptV)"
     R"(AAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg=="}]})";
 const std::vector<float> kNineZeros(9);
@@ -142,46 +142,47 @@ const std::vector<float> kUnitZ = {0, 0, 1, 0, 0, 1, 0, 0, 1};
 
 std::vector<Said> saidOfVertices() {
     return {
-        {kGeometry, "read",
+        {kGltfGeometry, "read",
          together(
              {attribute<float>("NORMAL", kUnitZ, "VEC3"),
               attribute<float>("TANGENT", {1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1}, "VEC4"),
               attribute<std::uint8_t>("COLOR_0", Bytes(12, 255), "VEC4", {{"normalized", true}})})},
-        {kPassedOver, "read",
+        {kGltfPassedOver, "read",
          together({attribute<float>("COLOR_1", kNineZeros, "VEC3"),
                    attribute<float>("_AO", {1, 1, 1}, "SCALAR")})},
-        {kUnused, "warned", attribute<float>("COLOR", kNineZeros, "VEC3")},
-        {kOddNumbers, "warned", attribute<float>("COLOR_0", {2, 0, 0, 0, 0, 0, 0, 0, 0}, "VEC3")},
-        {kOddNumbers, "warned", attribute<float>("NORMAL", kNineZeros, "VEC3")},
-        {kOddNumbers, "warned",
+        {kGltfUnused, "warned", attribute<float>("COLOR", kNineZeros, "VEC3")},
+        {kGltfOddNumbers, "warned",
+         attribute<float>("COLOR_0", {2, 0, 0, 0, 0, 0, 0, 0, 0}, "VEC3")},
+        {kGltfOddNumbers, "warned", attribute<float>("NORMAL", kNineZeros, "VEC3")},
+        {kGltfOddNumbers, "warned",
          attribute<float>("TANGENT", {1, 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1}, "VEC4")},
-        {kOddNumbers, "warned",
+        {kGltfOddNumbers, "warned",
          [](GltfBuilder& b) {
              addSkin(b);
              b.attributes()["WEIGHTS_0"] = b.addAccessor<float>(std::vector<float>(12), "VEC4");
          }},
-        {kOddNumbers, "warned", attribute<std::uint8_t>("COLOR_0", Bytes(12), "VEC4")},
-        {kExtensions, "read",
+        {kGltfOddNumbers, "warned", attribute<std::uint8_t>("COLOR_0", Bytes(12), "VEC4")},
+        {kGltfExtensions, "read",
          together({merged(R"({"extensionsUsed":["KHR_mesh_quantization"]})"),
                    attribute<std::int8_t>("TEXCOORD_0", {0, 0, 1, 0, 0, 1}, "VEC2")})},
-        {kOddNumbers, "warned", attribute<float>("TEXCOORD_0", {0, NAN, 0, 0, 0, 0}, "VEC2")},
-        {kBrokenGeometry, "refused",
+        {kGltfOddNumbers, "warned", attribute<float>("TEXCOORD_0", {0, NAN, 0, 0, 0, 0}, "VEC2")},
+        {kGltfBrokenGeometry, "refused",
          attribute<float>("POSITION", {0, 0, 0, 1, 0, 0, 0, INFINITY, 0}, "VEC3")},
-        {kGeometry, "read",
+        {kGltfGeometry, "read",
          [](GltfBuilder& b) {
              b.primitive()["mode"] = 2;
              b.primitive()["indices"] = b.addAccessor<std::uint8_t>({2, 1, 0}, "SCALAR");
          }},
-        {kBrokenGeometry, "refused",
+        {kGltfBrokenGeometry, "refused",
          [](GltfBuilder& b) {
              b.primitive()["indices"] = b.addAccessor<std::uint8_t>({2, 1, 255}, "SCALAR");
          }},
-        {kUnused, "warned",
+        {kGltfUnused, "warned",
          [](GltfBuilder& b) {
              b.primitive()["indices"] = b.addAccessor<std::uint8_t>({2, 1, 0, 0}, "SCALAR");
          }},
-        {kUnused, "warned", [](GltfBuilder& b) { b.attributes().erase("POSITION"); }},
-        {kGeometry, "read",
+        {kGltfUnused, "warned", [](GltfBuilder& b) { b.attributes().erase("POSITION"); }},
+        {kGltfGeometry, "read",
          [](GltfBuilder& b) {
              const int where = b.addView({1}), what = b.addView(toBytes<float>({5, 5, 5}));
              b.gltf["accessors"][0]["sparse"] = {
@@ -189,27 +190,27 @@ std::vector<Said> saidOfVertices() {
                  {"indices", {{"bufferView", where}, {"componentType", 5121}}},
                  {"values", {{"bufferView", what}}}};
          }},
-        {kUnused, "warned",
+        {kGltfUnused, "warned",
          [](GltfBuilder& b) {
              b.gltf["bufferViews"].push_back({{"buffer", 0}, {"byteLength", 0}});
          }},
-        {kBrokenGeometry, "refused",
+        {kGltfBrokenGeometry, "refused",
          [](GltfBuilder& b) { b.gltf["accessors"][0]["count"] = 1000; }},
-        {kGeometry, "read", addTarget},
-        {kUnused, "warned",
+        {kGltfGeometry, "read", addTarget},
+        {kGltfUnused, "warned",
          [](GltfBuilder& b) {
              addTarget(b);
              b.attributes().erase("COLOR_0");
          }},
-        {kGeometry, "read", addSkin},
-        {kGeometry, "read",
+        {kGltfGeometry, "read", addSkin},
+        {kGltfGeometry, "read",
          [](GltfBuilder& b) {
              addSkin(b);
              b.attributes()["JOINTS_1"] = b.attributes()["JOINTS_0"];
              b.attributes()["WEIGHTS_0"] = b.attributes()["WEIGHTS_1"] =
                  b.addAccessor<float>({0.5, 0, 0, 0, 0.5, 0, 0, 0, 0.5, 0, 0, 0}, "VEC4");
          }},
-        {kBrokenGeometry, "refused",
+        {kGltfBrokenGeometry, "refused",
          [](GltfBuilder& b) {
              addSkin(b);
              b.attributes()["JOINTS_0"] = b.addAccessor<std::uint8_t>(Bytes(12, 7), "VEC4");
@@ -219,37 +220,38 @@ std::vector<Said> saidOfVertices() {
 
 std::vector<Said> saidOfMaterials() {
     return {
-        {kScenes, "read", material(R"({"normalTexture":{"index":0},"occlusionTexture":{"index":0},
+        {kGltfScenes, "read",
+         material(R"({"normalTexture":{"index":0},"occlusionTexture":{"index":0},
                       "pbrMetallicRoughness":{"metallicRoughnessTexture":{"index":0}},
                       "alphaMode":"MASK","doubleSided":true})")},
-        {kScenes, "read",
+        {kGltfScenes, "read",
          together({merged(R"({"samplers":[{"magFilter":9728,"minFilter":9984,"wrapS":33648}],
                               "textures":[{"source":0,"sampler":0}],
                               "extensionsUsed":["KHR_texture_transform"]})"),
                    material(R"({"normalTexture":{"index":0,"extensions":{
                                 "KHR_texture_transform":{"offset":[0.5,0.5]}}}})")})},
-        {kOddMaterials, "warned", material(R"({"pbrMetallicRoughness":{"metallicFactor":2}})")},
-        {kOddMaterials, "warned", materialExtension("KHR_materials_ior", R"({"ior":0.5})")},
-        {kOddMaterials, "warned",
+        {kGltfOddMaterials, "warned", material(R"({"pbrMetallicRoughness":{"metallicFactor":2}})")},
+        {kGltfOddMaterials, "warned", materialExtension("KHR_materials_ior", R"({"ior":0.5})")},
+        {kGltfOddMaterials, "warned",
          materialExtension("KHR_materials_pbrSpecularGlossiness",
                            R"({"diffuseFactor":[2,1,1,1]})")},
         {"`KHR_materials_` anisotropy, clearcoat, emissive_strength, ior, iridescence, "
          "pbrSpecularGlossiness, sheen, specular, transmission, unlit, variants, volume ([no "
          "refraction](../examples/guide/limits.md))",
          "read", materialExtension("KHR_materials_clearcoat", R"({"clearcoatFactor":1})")},
-        {kOddMaterials, "warned", material(R"({"emissiveTexture":{"index":0,"texCoord":2}})")},
-        {kOddMaterials, "warned", [](GltfBuilder& b) { b.attributes().erase("TEXCOORD_0"); }},
-        {kScenes, "read", merged(kDataUriImage)},
-        {kOddMaterials, "warned", [](GltfBuilder& b) { b.gltf["images"][0]["uri"] = "a.png"; }},
-        {kOddMaterials, "warned", merged(R"({"images":[{"uri":"missing.png"}]})")},
-        {kOddMaterials, "warned", merged(R"({"images":[{"uri":"data:,GIF89a"}]})")},
-        {kExtensions, "read",
+        {kGltfOddMaterials, "warned", material(R"({"emissiveTexture":{"index":0,"texCoord":2}})")},
+        {kGltfOddMaterials, "warned", [](GltfBuilder& b) { b.attributes().erase("TEXCOORD_0"); }},
+        {kGltfScenes, "read", merged(kGltfDataUriImage)},
+        {kGltfOddMaterials, "warned", [](GltfBuilder& b) { b.gltf["images"][0]["uri"] = "a.png"; }},
+        {kGltfOddMaterials, "warned", merged(R"({"images":[{"uri":"missing.png"}]})")},
+        {kGltfOddMaterials, "warned", merged(R"({"images":[{"uri":"data:,GIF89a"}]})")},
+        {kGltfExtensions, "read",
          merged(R"({"textures":[{"extensions":{"EXT_texture_webp":{"source":0}}}],
                     "extensionsUsed":["EXT_texture_webp"]})")},
-        {kOtherExtensions, "warned",
+        {kGltfOtherExtensions, "warned",
          merged(R"({"textures":[{"source":0,"extensions":{"EXT_texture_avif":{"source":0}}}],
                     "extensionsUsed":["EXT_texture_avif"]})")},
-        {kRequiredExtensions, "refused",
+        {kGltfRequiredExtensions, "refused",
          [](GltfBuilder& b) {
              b.gltf["textures"] = {{{"extensions", {{"MSFT_texture_dds", {{"source", 0}}}}}}};
          }},
@@ -258,51 +260,52 @@ std::vector<Said> saidOfMaterials() {
 
 std::vector<Said> saidOfNodes() {
     return {
-        {kScenes, "read", node(R"({"rotation":[0,0,0.7071,0.7071],"scale":[-1,1,1]})")},
-        {kOddNodes, "warned",
+        {kGltfScenes, "read", node(R"({"rotation":[0,0,0.7071,0.7071],"scale":[-1,1,1]})")},
+        {kGltfOddNodes, "warned",
          node(R"({"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1],"scale":[2,2,2]})")},
-        {kOddNodes, "warned", node(R"({"rotation":[0,0,0,0]})")},
-        {kBrokenGeometry, "refused", node(R"({"children":[0]})")},
-        {kOddNodes, "warned", merged(R"({"scenes":[{"nodes":[0,0]}]})")},
-        {kOddNodes, "warned",
+        {kGltfOddNodes, "warned", node(R"({"rotation":[0,0,0,0]})")},
+        {kGltfBrokenGeometry, "refused", node(R"({"children":[0]})")},
+        {kGltfOddNodes, "warned", merged(R"({"scenes":[{"nodes":[0,0]}]})")},
+        {kGltfOddNodes, "warned",
          [](GltfBuilder& b) {
              b.gltf["nodes"].push_back({{"children", {0}}});
          }},
-        {kBrokenGeometry, "refused",
+        {kGltfBrokenGeometry, "refused",
          merged(R"({"nodes":[{"children":[1]},{}],"scenes":[{"nodes":[0,1]}]})")},
-        {kScenes, "read",
+        {kGltfScenes, "read",
          [](GltfBuilder& b) {
              b.gltf.erase("scenes");
              b.gltf.erase("scene");
          }},
-        {kScenes, "read",
+        {kGltfScenes, "read",
          together({merged(R"({"cameras":[{"type":"perspective",
                               "perspective":{"yfov":1,"znear":0.1}}]})"),
                    node(R"({"camera":0})")})},
-        {kBrokenFile, "refused",
+        {kGltfBrokenFile, "refused",
          merged(R"({"cameras":[{"type":"perspective","perspective":{"yfov":4,"znear":0.1}}]})")},
-        {kExtensions, "read",
+        {kGltfExtensions, "read",
          together({merged(R"({"extensionsUsed":["KHR_lights_punctual"],"extensions":
                               {"KHR_lights_punctual":{"lights":[{"type":"point"}]}}})"),
                    node(R"({"extensions":{"KHR_lights_punctual":{"light":0}}})")})},
-        {kOddNodes, "warned", merged(R"({"extensionsUsed":["KHR_lights_punctual"],"extensions":
+        {kGltfOddNodes, "warned", merged(R"({"extensionsUsed":["KHR_lights_punctual"],"extensions":
                     {"KHR_lights_punctual":{"lights":[{"type":"area"}]}}})")},
-        {kBrokenFile, "refused", merged(R"({"extensionsUsed":["KHR_lights_punctual"],"extensions":
+        {kGltfBrokenFile, "refused",
+         merged(R"({"extensionsUsed":["KHR_lights_punctual"],"extensions":
                     {"KHR_lights_punctual":{"lights":[{"type":"point","intensity":-1}]}}})")},
-        {kOddNodes, "warned", together({addTarget, node(R"({"weights":[1,2]})")})},
-        {kScenes, "read", node(R"({kScenes:{"extensions":{"X_mine":{}}}})")},
+        {kGltfOddNodes, "warned", together({addTarget, node(R"({"weights":[1,2]})")})},
+        {kGltfScenes, "read", node(R"({kGltfScenes:{"extensions":{"X_mine":{}}}})")},
     };
 }
 
 std::vector<Said> saidOfAnimations() {
     return {
-        {kScenes, "read", addAnimation},
-        {kOddAnimations, "warned",
+        {kGltfScenes, "read", addAnimation},
+        {kGltfOddAnimations, "warned",
          [](GltfBuilder& b) {
              addAnimation(b);
              b.gltf["animations"][0]["channels"][0]["target"]["path"] = "visible";
          }},
-        {kOddAnimations, "warned",
+        {kGltfOddAnimations, "warned",
          [](GltfBuilder& b) {
              addAnimation(b);
              b.gltf["animations"][0]["channels"][0]["target"] = {
@@ -310,9 +313,9 @@ std::vector<Said> saidOfAnimations() {
                  {"extensions",
                   {{"KHR_animation_pointer", {{"pointer", "/nodes/0/translation"}}}}}};
          }},
-        {kOddAnimations, "warned",
+        {kGltfOddAnimations, "warned",
          together({addAnimation, node(R"({"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]})")})},
-        {kBrokenFile, "refused",
+        {kGltfBrokenFile, "refused",
          [](GltfBuilder& b) {
              addAnimation(b);
              b.gltf["animations"][0]["samplers"][0]["input"] =
@@ -323,23 +326,23 @@ std::vector<Said> saidOfAnimations() {
 
 std::vector<Said> saidOfFiles() {
     return {
-        {kPassedOver, "read", merged(R"({"asset":{"version":"2.1","copyright":"me"}})")},
-        {kOddAnimations, "warned", merged(R"({"asset":{"version":2.0}})")},
-        {kBrokenFile, "refused", merged(R"({"asset":{"minVersion":"2.1"}})")},
-        {kExtensions, "read",
+        {kGltfPassedOver, "read", merged(R"({"asset":{"version":"2.1","copyright":"me"}})")},
+        {kGltfOddAnimations, "warned", merged(R"({"asset":{"version":2.0}})")},
+        {kGltfBrokenFile, "refused", merged(R"({"asset":{"minVersion":"2.1"}})")},
+        {kGltfExtensions, "read",
          merged(R"({"extensionsUsed":["KHR_xmp"],"extensionsRequired":["KHR_xmp"]})")},
-        {kOtherExtensions, "warned", merged(R"({"extensionsUsed":["X_unheard_of"]})")},
-        {kOtherExtensions, "warned",
+        {kGltfOtherExtensions, "warned", merged(R"({"extensionsUsed":["X_unheard_of"]})")},
+        {kGltfOtherExtensions, "warned",
          material(R"({"extensions":{"KHR_materials_dispersion":{"dispersion":1}}})")},
-        {kRequiredExtensions, "refused",
+        {kGltfRequiredExtensions, "refused",
          merged(R"({"extensionsUsed":["X_unheard_of"],"extensionsRequired":["X_unheard_of"]})")},
-        {kOddMaterials, "warned",
+        {kGltfOddMaterials, "warned",
          [](GltfBuilder& b) {
-             Json image = Json::parse(kDataUriImage)["images"][0];
+             Json image = Json::parse(kGltfDataUriImage)["images"][0];
              b.gltf["images"][0] = {{"uri", image["uri"].get<std::string>().insert(40, "\r\n")}};
          }},
-        {kPassedOver, "read", merged(R"({"scene2":{},"x":[1]})")},
-        {kBrokenFile, "refused", node(R"({"mesh":"0"})")},
+        {kGltfPassedOver, "read", merged(R"({"scene2":{},"x":[1]})")},
+        {kGltfBrokenFile, "refused", node(R"({"mesh":"0"})")},
     };
 }
 
@@ -353,8 +356,8 @@ TEST(Statements, OfAGltf) {
             statements.push_back({said.says, said.becomes, "a.glb", bytesOfGlb(builder)});
         }
     const std::string whole = bytesOfGlb(triangle());
-    statements.push_back({kOddAnimations, "warned", "a.glb", whole + "more"});
-    statements.push_back({kBrokenFile, "refused", "a.glb", whole.substr(0, whole.size() - 4)});
+    statements.push_back({kGltfOddAnimations, "warned", "a.glb", whole + "more"});
+    statements.push_back({kGltfBrokenFile, "refused", "a.glb", whole.substr(0, whole.size() - 4)});
     expectStatements("glTF", statements, [](const std::filesystem::path& file, bool strict) {
         GltfOptions options;
         options.strict = strict;

@@ -21,26 +21,26 @@ namespace peeler::test {
 namespace {
 
 // The first cells of rows in formats/README.md.
-constexpr const char* kTextures =
+constexpr const char* kImageTextures =
     "any PNG (textures: 8 bits); JPEG: grey, RGB, CMYK, progressive; textures in BMP, TGA, TIFF "
     "(in a glTF with a warning); orientation of compared pictures; ignored: other metadata, gamma, "
     "profiles";
-constexpr const char* kKtx2 =
+constexpr const char* kImageKtx2 =
     "KTX2: UASTC, ETC1S, RGB8, RGBA8, Zstandard, ZLIB; the largest level (RRR: its blocks' "
     "colours)";
-constexpr const char* kOddTextures =
+constexpr const char* kImageOddTextures =
     "Exif orientation of textures; damaged JPEG; animations; KTX2 with a swizzle (applied), other "
     "primaries or transfer functions, turned, or with sides that are no multiples of 4";
-constexpr const char* kNotTextures =
+constexpr const char* kImageNotTextures =
     "KTX2 with premultiplied alpha, arrays, cube maps, volumes, other texels; textures in other "
     "formats; other damaged pictures";
-constexpr const char* kEnvironments =
+constexpr const char* kImageEnvironments =
     "environments: Radiance in all eight orientations; OpenEXR with any data window, `envmap` "
     "latitude-longitude";
-constexpr const char* kOddEnvironments =
+constexpr const char* kImageOddEnvironments =
     "environments: `EXPOSURE`, `GAMMA`, `COLORCORR`, `PRIMARIES`, `chromaticities` except Rec. "
     "709, several parts, sides not 2:1 (stretched), negative light";
-constexpr const char* kNotEnvironments =
+constexpr const char* kImageNotEnvironments =
     "environments: Radiance XYZ, `envmap` cube, non-finite light, other formats";
 
 std::string text(const Bytes& bytes) {
@@ -116,27 +116,28 @@ std::vector<Statement> texturesAndPictures() {
         return bytes;
     }();
     return {
-        {kTextures, "read", "t.png", pngOf()},
-        {kTextures, "read", "t.png", text(png(1, 1, PngColor::kRgba, 16, Bytes(8)))},
-        {kTextures, "read", "t.jpg", jpeg},
-        {kTextures, "read", "t.jpg", jpegOf(1, 1)},
-        {kOddTextures, "warned", "t.jpg", jpeg.substr(0, jpeg.size() * 2 / 3)},
-        {kOddTextures, "warned", "c.jpg", jpeg.substr(0, jpeg.size() * 2 / 3)},
-        {kOddTextures, "warned", "t.jpg", damaged_jpeg},
-        {kNotTextures, "refused", "t.png", pngOf().substr(0, 50)},
-        {kNotTextures, "refused", "e.hdr", radiance("").substr(0, 48)},
-        {kTextures, "read", "t.png", pngOf({{"gAMA", {0, 0, 0x80, 0}}, {"tEXt", {'a', 0, 'b'}}})},
-        {kOddTextures, "warned", "t.png", pngOf({{"acTL", {0, 0, 0, 2, 0, 0, 0, 0}}})},
-        {kOddTextures, "warned", "t.jpg", jpegOf(6)},
-        {kTextures, "read", "c.jpg", jpegOf(6)},
-        {kTextures, "read", "c.tif", tiffOf(3)},
-        {kKtx2, "read", "t.ktx2", text(ktx2Of().bytes())},
-        {kKtx2, "read", "t.ktx2", text(grey.bytes())},
-        {kOddTextures, "warned", "t.ktx2", text(swizzled.bytes())},
-        {kNotTextures, "refused", "t.ktx2", text(premultiplied.bytes())},
-        {kNotTextures, "refused", "t.ktx2", text(cube)},
-        {kTextures, "read", "t.tif", tiffOf(1)},
-        {kNotTextures, "refused", "t.gif", "GIF89a"},
+        {kImageTextures, "read", "t.png", pngOf()},
+        {kImageTextures, "read", "t.png", text(png(1, 1, PngColor::kRgba, 16, Bytes(8)))},
+        {kImageTextures, "read", "t.jpg", jpeg},
+        {kImageTextures, "read", "t.jpg", jpegOf(1, 1)},
+        {kImageOddTextures, "warned", "t.jpg", jpeg.substr(0, jpeg.size() * 2 / 3)},
+        {kImageOddTextures, "warned", "c.jpg", jpeg.substr(0, jpeg.size() * 2 / 3)},
+        {kImageOddTextures, "warned", "t.jpg", damaged_jpeg},
+        {kImageNotTextures, "refused", "t.png", pngOf().substr(0, 50)},
+        {kImageNotTextures, "refused", "e.hdr", radiance("").substr(0, 48)},
+        {kImageTextures, "read", "t.png",
+         pngOf({{"gAMA", {0, 0, 0x80, 0}}, {"tEXt", {'a', 0, 'b'}}})},
+        {kImageOddTextures, "warned", "t.png", pngOf({{"acTL", {0, 0, 0, 2, 0, 0, 0, 0}}})},
+        {kImageOddTextures, "warned", "t.jpg", jpegOf(6)},
+        {kImageTextures, "read", "c.jpg", jpegOf(6)},
+        {kImageTextures, "read", "c.tif", tiffOf(3)},
+        {kImageKtx2, "read", "t.ktx2", text(ktx2Of().bytes())},
+        {kImageKtx2, "read", "t.ktx2", text(grey.bytes())},
+        {kImageOddTextures, "warned", "t.ktx2", text(swizzled.bytes())},
+        {kImageNotTextures, "refused", "t.ktx2", text(premultiplied.bytes())},
+        {kImageNotTextures, "refused", "t.ktx2", text(cube)},
+        {kImageTextures, "read", "t.tif", tiffOf(1)},
+        {kImageNotTextures, "refused", "t.gif", "GIF89a"},
     };
 }
 
@@ -144,22 +145,23 @@ std::vector<Statement> environments() {
     const Imf::Chromaticities aces({0.7347F, 0.2653F}, {0, 1}, {0.0001F, -0.077F},
                                    {0.3217F, 0.3377F});
     return {
-        {kEnvironments, "read", "e.hdr", radiance("")},
-        {kEnvironments, "read", "e.hdr", radiance("", "-X 2 +Y 1")},
-        {kOddEnvironments, "warned", "e.hdr", radiance("EXPOSURE=2\n")},
-        {kNotEnvironments, "refused", "e.hdr", radiance("", "-Y 1 +X 2", "32-bit_rle_xyze")},
-        {kEnvironments, "read", "e.exr", exrWith({})},
-        {kEnvironments, "read", "e.exr", envmap(Imf::ENVMAP_LATLONG)},
-        {kNotEnvironments, "refused", "e.exr", envmap(Imf::ENVMAP_CUBE)},
-        {kOddEnvironments, "warned", "e.exr", exrWith({}, 2)},
-        {kOddEnvironments, "warned", "e.exr",
+        {kImageEnvironments, "read", "e.hdr", radiance("")},
+        {kImageEnvironments, "read", "e.hdr", radiance("", "-X 2 +Y 1")},
+        {kImageOddEnvironments, "warned", "e.hdr", radiance("EXPOSURE=2\n")},
+        {kImageNotEnvironments, "refused", "e.hdr", radiance("", "-Y 1 +X 2", "32-bit_rle_xyze")},
+        {kImageEnvironments, "read", "e.exr", exrWith({})},
+        {kImageEnvironments, "read", "e.exr", envmap(Imf::ENVMAP_LATLONG)},
+        {kImageNotEnvironments, "refused", "e.exr", envmap(Imf::ENVMAP_CUBE)},
+        {kImageOddEnvironments, "warned", "e.exr", exrWith({}, 2)},
+        {kImageOddEnvironments, "warned", "e.exr",
          exrWith([&](Imf::Header& header) { Imf::addChromaticities(header, aces); })},
-        {kOddEnvironments, "warned", "e.exr",
+        {kImageOddEnvironments, "warned", "e.exr",
          written("a.exr", floats(6, 8), std::vector<float>(144))},
-        {kOddEnvironments, "warned", "e.exr", written("a.exr", floats(2, 1), {-1, 0, 0, 0, 0, 0})},
-        {kNotEnvironments, "refused", "e.exr",
+        {kImageOddEnvironments, "warned", "e.exr",
+         written("a.exr", floats(2, 1), {-1, 0, 0, 0, 0, 0})},
+        {kImageNotEnvironments, "refused", "e.exr",
          written("a.exr", floats(2, 1), {INFINITY, 0, 0, 0, 0, 0})},
-        {kNotEnvironments, "refused", "e.png", pngOf()},
+        {kImageNotEnvironments, "refused", "e.png", pngOf()},
     };
 }
 

@@ -8,37 +8,37 @@ namespace peeler::test {
 namespace {
 
 // The first cells of rows in formats/README.md.
-constexpr const char* kShapes =
+constexpr const char* kObjShapes =
     "`v` (a fourth number: curve weight), `vt`, `vn`, `f`, `fo`, `l`, `p`, `o`, `g`, `usemtl`, "
     "`mtllib`; comments (after names, from ` # ` on), lines continued by a backslash";
-constexpr const char* kColours =
+constexpr const char* kObjColours =
     "colours behind `v`, to 1 or 255 (sRGB; multiply the material, or white); ZBrush's `#MRGB`, "
     "without masks";
-constexpr const char* kPassedOver =
+constexpr const char* kObjPassedOver =
     "ignored: `s` with normals, `mg`, `lod`, `bevel`, `c_interp`, `d_interp`, `usemap` off";
-constexpr const char* kOddVertices =
+constexpr const char* kObjOddVertices =
     "`s` without normals (flat, unless `--smooth-normals`), other numbers behind `v`, non-finite "
     "normals or texture coordinates, faces with these at some corners or of under three, nothing "
     "to draw";
-constexpr const char* kOtherLines =
+constexpr const char* kObjOtherLines =
     "`bevel`, `c_interp`, `d_interp`, `usemap`, `maplib`, `shadow_obj`, `trace_obj`, `call`, `csh` "
     "(never run), curves and surfaces (`cstype`, `curv`, `surf` …), other lines";
-constexpr const char* kMaterials =
+constexpr const char* kObjMaterials =
     "`Kd`, `Ke`, `Ns`, `d`, `Tr`, `Pr`, `Pm`, `Ps`, `Pc`, `Pcr`, `aniso`, `anisor`, `map_Kd`, "
     "`map_d`, `map_Ke`, `map_Pr`, `map_Pm`, `norm`, `map_norm` (PNG, JPEG, WebP, KTX2, BMP, TGA, "
     "TIFF); `-s`, `-o`, `-clamp`, `-bm` of normal maps";
-constexpr const char* kNoEffect =
+constexpr const char* kObjNoEffect =
     "ignored: `Ka`, `Ks`, `Ni`, `illum`, `sharpness`, `map_Ka`, `map_aat`, a grey `Tf`; `-boost`, "
     "`-texres`, `-blendu`, `-blendv`, `-type`; `-t`, `-mm`, `-cc`, `-imfchan`, `-colorspace` "
     "without effect";
-constexpr const char* kOtherMaterials =
+constexpr const char* kObjOtherMaterials =
     "these five with effect; `bump`, `map_bump`, `disp`, `decal`, `refl`, `map_Ks`, `map_Ns`, a "
     "coloured `Tf`, `d -halo`, `spectral`, `xyz`, all others";
-constexpr const char* kOddMaterials =
+constexpr const char* kObjOddMaterials =
     "missing materials and libraries; textures missing, found elsewhere, or without coordinates; "
     "contradictory `d` and `Tr`, full transparency, values out of range, a second "
     "material of a name, statements before `newmtl`";
-constexpr const char* kBroken =
+constexpr const char* kObjBroken =
     "no OBJ line, non-finite positions, words for numbers, too few numbers, indices of nothing; in "
     "every format: UTF-16, a Git LFS pointer, a web page";
 
@@ -71,76 +71,76 @@ Statement ofMtl(const std::string& says, const std::string& becomes, const std::
 std::vector<Statement> statementsOfObj() {
     const std::string flat = "v 0 0 0\nv 1 0 0\nv 0 1 0\n", face = "f 1 2 3\n";
     return {
-        ofObj(kShapes, "read", obj("")),
-        ofObj(kShapes, "read", obj("v 0 0 0 1\n")),
-        ofObj(kShapes, "read", obj("", "fo 1 2 3\nl 1 2 3\np 1\n")),
-        ofObj(kShapes, "read", obj("o a\ng b c\n")),
-        ofObj(kShapes, "read", obj("mtllib m.mtl\n")),
-        ofObj(kShapes, "read", obj("# a\nv 1 2 3 # b\n")),
-        ofObj(kShapes, "read", obj("", "f 1 \\\n2 3\n")),
-        ofObj(kColours, "read", "v 0 0 0 1 1 1\nv 1 0 0 1 1 1\nv 0 1 0 1 1 1\n" + face),
-        ofObj(kColours, "read", "v 0 0 0 255 1 1\nv 1 0 0 1 1 1\nv 0 1 0 1 1 1\n" + face),
-        ofObj(kOddVertices, "warned", "v 0 0 0 1 1 1 1\n" + flat + face),
-        ofObj(kOddVertices, "warned", "v 0 0 0 1.5 1 1\n" + flat + face),
-        ofObj(kColours, "read", flat + "#MRGB ffff0000ff00ff00ff0000ff\n" + face),
-        ofObj(kPassedOver, "read", obj("s 1\n")),
-        ofObj(kPassedOver, "read", "s off\n" + flat + face),
-        ofObj(kOddVertices, "warned", "s 1\n" + flat + face),
-        ofObj(kPassedOver, "read",
+        ofObj(kObjShapes, "read", obj("")),
+        ofObj(kObjShapes, "read", obj("v 0 0 0 1\n")),
+        ofObj(kObjShapes, "read", obj("", "fo 1 2 3\nl 1 2 3\np 1\n")),
+        ofObj(kObjShapes, "read", obj("o a\ng b c\n")),
+        ofObj(kObjShapes, "read", obj("mtllib m.mtl\n")),
+        ofObj(kObjShapes, "read", obj("# a\nv 1 2 3 # b\n")),
+        ofObj(kObjShapes, "read", obj("", "f 1 \\\n2 3\n")),
+        ofObj(kObjColours, "read", "v 0 0 0 1 1 1\nv 1 0 0 1 1 1\nv 0 1 0 1 1 1\n" + face),
+        ofObj(kObjColours, "read", "v 0 0 0 255 1 1\nv 1 0 0 1 1 1\nv 0 1 0 1 1 1\n" + face),
+        ofObj(kObjOddVertices, "warned", "v 0 0 0 1 1 1 1\n" + flat + face),
+        ofObj(kObjOddVertices, "warned", "v 0 0 0 1.5 1 1\n" + flat + face),
+        ofObj(kObjColours, "read", flat + "#MRGB ffff0000ff00ff00ff0000ff\n" + face),
+        ofObj(kObjPassedOver, "read", obj("s 1\n")),
+        ofObj(kObjPassedOver, "read", "s off\n" + flat + face),
+        ofObj(kObjOddVertices, "warned", "s 1\n" + flat + face),
+        ofObj(kObjPassedOver, "read",
               obj("mg 1 0.5\nlod 100\nbevel off\nc_interp off\nd_interp off\nusemap off\n")),
-        ofObj(kOtherLines, "warned", obj("usemap wood\n")),
-        ofObj(kOtherLines, "warned", obj("shadow_obj a.obj\n")),
-        ofObj(kOtherLines, "warned", obj("call b.obj\n")),
-        ofObj(kOtherLines, "warned", obj("cstype bezier\n")),
-        ofObj(kOtherLines, "warned", obj("bzp 1 2 3\n")),
-        ofObj(kOddVertices, "warned", obj("", "vn nan 0 0\n")),
-        ofObj(kOddVertices, "warned", obj("", "f 1//1 2 3\n")),
-        ofObj(kOddVertices, "warned", obj("", "f 1 2\n")),
-        ofObj(kOddMaterials, "warned", obj("", "usemtl none\nf 1 2 3\n")),
-        ofObj(kOddMaterials, "warned", "mtllib none.mtl\n" + flat + face),
-        ofObj(kOtherLines, "warned", obj("hello world\n")),
-        ofObj(kOddVertices, "warned", flat),
-        ofObj(kBroken, "refused", "once upon a time\n"),
-        ofObj(kBroken, "refused", std::string("\xFF\xFEv\0 \0", 6)),
-        ofObj(kBroken, "refused",
+        ofObj(kObjOtherLines, "warned", obj("usemap wood\n")),
+        ofObj(kObjOtherLines, "warned", obj("shadow_obj a.obj\n")),
+        ofObj(kObjOtherLines, "warned", obj("call b.obj\n")),
+        ofObj(kObjOtherLines, "warned", obj("cstype bezier\n")),
+        ofObj(kObjOtherLines, "warned", obj("bzp 1 2 3\n")),
+        ofObj(kObjOddVertices, "warned", obj("", "vn nan 0 0\n")),
+        ofObj(kObjOddVertices, "warned", obj("", "f 1//1 2 3\n")),
+        ofObj(kObjOddVertices, "warned", obj("", "f 1 2\n")),
+        ofObj(kObjOddMaterials, "warned", obj("", "usemtl none\nf 1 2 3\n")),
+        ofObj(kObjOddMaterials, "warned", "mtllib none.mtl\n" + flat + face),
+        ofObj(kObjOtherLines, "warned", obj("hello world\n")),
+        ofObj(kObjOddVertices, "warned", flat),
+        ofObj(kObjBroken, "refused", "once upon a time\n"),
+        ofObj(kObjBroken, "refused", std::string("\xFF\xFEv\0 \0", 6)),
+        ofObj(kObjBroken, "refused",
               "version https://git-lfs.github.com/spec/v1\noid sha256:abc\nsize 123\n"),
-        ofObj(kBroken, "refused", "<!DOCTYPE html>\n"),
-        ofObj(kBroken, "refused", "v 0 0 inf\n" + flat + face),
-        ofObj(kBroken, "refused", flat + "f 1 2 4\n"),
+        ofObj(kObjBroken, "refused", "<!DOCTYPE html>\n"),
+        ofObj(kObjBroken, "refused", "v 0 0 inf\n" + flat + face),
+        ofObj(kObjBroken, "refused", flat + "f 1 2 4\n"),
     };
 }
 
 std::vector<Statement> statementsOfMtl() {
     return {
-        ofMtl(kMaterials, "read", "Kd 1 0.5 0\nKe 3 0 0\nNs 96 # rough\nd 0.5\nTr 0.5"),
-        ofMtl(kMaterials, "read", "Pr 0.5\nPm 1\nPs 0\nPc 1\nPcr 0.5\naniso 0.5\nanisor 0.25"),
-        ofMtl(kMaterials, "read",
+        ofMtl(kObjMaterials, "read", "Kd 1 0.5 0\nKe 3 0 0\nNs 96 # rough\nd 0.5\nTr 0.5"),
+        ofMtl(kObjMaterials, "read", "Pr 0.5\nPm 1\nPs 0\nPc 1\nPcr 0.5\naniso 0.5\nanisor 0.25"),
+        ofMtl(kObjMaterials, "read",
               "map_Kd a.png\nmap_d a.png\nmap_Ke a.png\nmap_Pr a.png\nmap_Pm a.png\nnorm a.png"),
-        ofMtl(kMaterials, "read", "map_Kd -s 2 2 2 -o 1 1 1 -clamp on a.png"),
-        ofMtl(kNoEffect, "read",
+        ofMtl(kObjMaterials, "read", "map_Kd -s 2 2 2 -o 1 1 1 -clamp on a.png"),
+        ofMtl(kObjNoEffect, "read",
               "Ka 1 1 1\nKs 1 1 1\nNi 1.5\nillum 2\nsharpness 60\nmap_Ka b.png\nmap_aat on"),
-        ofMtl(kNoEffect, "read",
+        ofMtl(kObjNoEffect, "read",
               "map_Kd -boost 1 -texres 512 -blendu on -blendv on -type sphere a.png"),
-        ofMtl(kOtherMaterials, "warned", "map_Kd -t 1 1 1 a.png"),
-        ofMtl(kOtherMaterials, "warned", "map_Kd -mm 0.5 1 a.png"),
-        ofMtl(kNoEffect, "read",
+        ofMtl(kObjOtherMaterials, "warned", "map_Kd -t 1 1 1 a.png"),
+        ofMtl(kObjOtherMaterials, "warned", "map_Kd -mm 0.5 1 a.png"),
+        ofMtl(kObjNoEffect, "read",
               "map_Kd -t 0 0 0 -mm 0 1 -cc off -imfchan l -colorspace sRGB a.png"),
-        ofMtl(kOddMaterials, "warned", "map_Kd C:\\Users\\me\\A.PNG"),
-        ofMtl(kOddMaterials, "warned", "map_Kd b.png"),
-        {kOddMaterials, "warned", kName,
+        ofMtl(kObjOddMaterials, "warned", "map_Kd C:\\Users\\me\\A.PNG"),
+        ofMtl(kObjOddMaterials, "warned", "map_Kd b.png"),
+        {kObjOddMaterials, "warned", kName,
          "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n",
          ofMtl("", "", "map_Kd a.png").beside},
-        ofMtl(kOtherMaterials, "warned", "bump a.png"),
-        ofMtl(kOtherMaterials, "warned", "map_Ns a.png"),
-        ofMtl(kOtherMaterials, "warned", "Tf 0 1 0"),
-        ofMtl(kNoEffect, "read", "Tf 1 1 1"),
-        ofMtl(kOtherMaterials, "warned", "d -halo 0.5"),
-        ofMtl(kOtherMaterials, "warned", "Kd spectral a.rfl"),
-        ofMtl(kOddMaterials, "warned", "d 1\nTr 1"),
-        ofMtl(kOddMaterials, "warned", "Tr 1"),
-        ofMtl(kOddMaterials, "warned", "Kd 255 0 0"),
-        ofMtl(kOddMaterials, "warned", "newmtl m\nKd 1 1 1"),
-        ofMtl(kBroken, "refused", "Kd red"),
+        ofMtl(kObjOtherMaterials, "warned", "bump a.png"),
+        ofMtl(kObjOtherMaterials, "warned", "map_Ns a.png"),
+        ofMtl(kObjOtherMaterials, "warned", "Tf 0 1 0"),
+        ofMtl(kObjNoEffect, "read", "Tf 1 1 1"),
+        ofMtl(kObjOtherMaterials, "warned", "d -halo 0.5"),
+        ofMtl(kObjOtherMaterials, "warned", "Kd spectral a.rfl"),
+        ofMtl(kObjOddMaterials, "warned", "d 1\nTr 1"),
+        ofMtl(kObjOddMaterials, "warned", "Tr 1"),
+        ofMtl(kObjOddMaterials, "warned", "Kd 255 0 0"),
+        ofMtl(kObjOddMaterials, "warned", "newmtl m\nKd 1 1 1"),
+        ofMtl(kObjBroken, "refused", "Kd red"),
     };
 }
 

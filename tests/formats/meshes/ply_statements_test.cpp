@@ -8,28 +8,28 @@ namespace peeler::test {
 namespace {
 
 // The first cells of rows in formats/README.md.
-constexpr const char* kShapes =
+constexpr const char* kPlyShapes =
     "text, binary of either byte order, any line ends; `face` with `vertex_indices` or "
     "`vertex_index`, `tristrips`; vertices alone are points";
-constexpr const char* kSurfaces =
+constexpr const char* kPlySurfaces =
     "normals `nx ny nz`; texture coordinates `s t`, `u v`, `texture_u texture_v`, of corners "
     "`texcoord`; `comment TextureFile`, several with `texnumber` of faces (−1: none)";
-constexpr const char* kColours =
+constexpr const char* kPlyColours =
     "colours of vertices or faces: `red green blue alpha`, `r g b a`, `diffuse_red` …; sRGB, "
     "multiplied by a texture; of any type, to the least of 1, 255 and 65,535 that fits (bytes: "
     "255)";
-constexpr const char* kPassedOver =
+constexpr const char* kPlyPassedOver =
     "ignored: other comments, `obj_info`, other properties of vertices and faces";
-constexpr const char* kOddNumbers =
+constexpr const char* kPlyOddNumbers =
     "other colour values, colours of both faces and vertices, non-finite numbers except positions, "
     "incomplete sets (`nx` alone), Gaussian splats";
-constexpr const char* kLostTextures =
+constexpr const char* kPlyLostTextures =
     "missing textures, unknown `texnumber`, several textures without it, textures or faces without "
     "coordinates";
-constexpr const char* kLeftOut =
+constexpr const char* kPlyLeftOut =
     "other elements (`edge`, `material`, `camera`, `range_grid` …), faces of under three corners, "
     "bytes behind the end, nothing to draw";
-constexpr const char* kBroken =
+constexpr const char* kPlyBroken =
     "non-finite positions, no `vertex` with x, y, z, faces before vertices or without corners, "
     "indices of no vertex, unknown types or header lines, truncation";
 
@@ -71,86 +71,89 @@ TEST(Statements, OfAPly) {
                " blue\n";
     };
     const std::vector<Statement> statements = {
-        {kShapes, "read", name,
+        {kPlyShapes, "read", name,
          ply({.comment = "format binary_big_endian 1.0\nformat ascii 1.0\n"})},
-        {kPassedOver, "read", name, ply({.comment = "comment a\nobj_info b\n"})},
-        {kShapes, "read", name, ply({})},
-        {kShapes, "read", name,
+        {kPlyPassedOver, "read", name, ply({.comment = "comment a\nobj_info b\n"})},
+        {kPlyShapes, "read", name, ply({})},
+        {kPlyShapes, "read", name,
          ply({.more = "element tristrips 1\nproperty list int int vertex_indices\n",
               .data = "3 0 1 2\n"})},
-        {kShapes, "read", name, cloud("", "0 0 0")},
-        {kSurfaces, "read", name,
+        {kPlyShapes, "read", name, cloud("", "0 0 0")},
+        {kPlySurfaces, "read", name,
          ply({.vertex = "property float nx\nproperty float ny\nproperty float nz\n",
               .vertex_data = "0 0 1"})},
-        {kOddNumbers, "warned", name,
+        {kPlyOddNumbers, "warned", name,
          ply({.vertex = "property float nx\nproperty float ny\nproperty float nz\n",
               .vertex_data = "0 nan 1"})},
-        {kColours, "read", name, ply({.vertex = kRgb, .vertex_data = "255 0 0"})},
-        {kColours, "read", name, ply({.vertex = integers("int"), .vertex_data = "255 0 0"})},
-        {kColours, "read", name, ply({.vertex = integers("ushort"), .vertex_data = "65535 0 0"})},
-        {kColours, "read", name, ply({.vertex = integers("float"), .vertex_data = "255 0 0"})},
-        {kOddNumbers, "warned", name, ply({.vertex = integers("float"), .vertex_data = "1.5 0 0"})},
-        {kSurfaces, "read", name,
+        {kPlyColours, "read", name, ply({.vertex = kRgb, .vertex_data = "255 0 0"})},
+        {kPlyColours, "read", name, ply({.vertex = integers("int"), .vertex_data = "255 0 0"})},
+        {kPlyColours, "read", name,
+         ply({.vertex = integers("ushort"), .vertex_data = "65535 0 0"})},
+        {kPlyColours, "read", name, ply({.vertex = integers("float"), .vertex_data = "255 0 0"})},
+        {kPlyOddNumbers, "warned", name,
+         ply({.vertex = integers("float"), .vertex_data = "1.5 0 0"})},
+        {kPlySurfaces, "read", name,
          ply({.vertex = "property float s\nproperty float t\n", .vertex_data = "0 1"})},
-        {kOddNumbers, "warned", name,
+        {kPlyOddNumbers, "warned", name,
          ply({.vertex = "property float s\nproperty float t\n", .vertex_data = "0 inf"})},
-        {kOddNumbers, "warned", name, ply({.vertex = "property float nx\n", .vertex_data = "0"})},
-        {kOddNumbers, "warned", name,
+        {kPlyOddNumbers, "warned", name,
+         ply({.vertex = "property float nx\n", .vertex_data = "0"})},
+        {kPlyOddNumbers, "warned", name,
          cloud("property float f_dc_0\nproperty float opacity\nproperty float scale_0\nproperty "
                "float rot_0\n",
                "0 0 0 1 1 1 1")},
-        {kPassedOver, "read", name,
+        {kPlyPassedOver, "read", name,
          ply({.vertex = "property float quality\n",
               .vertex_data = "7",
               .face = "property int flags\n",
               .face_data = "1"})},
-        {kColours, "read", name, ply({.face = kRgb, .face_data = "255 0 0"})},
-        {kOddNumbers, "warned", name,
+        {kPlyColours, "read", name, ply({.face = kRgb, .face_data = "255 0 0"})},
+        {kPlyOddNumbers, "warned", name,
          ply({.vertex = kRgb, .vertex_data = "255 0 0", .face = kRgb, .face_data = "255 0 0"})},
-        {kSurfaces, "read", name, ply({.face = kUvs, .face_data = "6 0 0 1 0 0 1"})},
-        {kLostTextures, "warned", name, ply({.face = kUvs, .face_data = "0"})},
-        {kSurfaces, "read", name,
+        {kPlySurfaces, "read", name, ply({.face = kUvs, .face_data = "6 0 0 1 0 0 1"})},
+        {kPlyLostTextures, "warned", name, ply({.face = kUvs, .face_data = "0"})},
+        {kPlySurfaces, "read", name,
          ply({.face = kUvs, .face_data = "6 0 0 1 0 0 1", .comment = kTexture}), beside},
-        {kLostTextures, "warned", name,
+        {kPlyLostTextures, "warned", name,
          ply({.face = kUvs, .face_data = "6 0 0 1 0 0 1", .comment = kTexture})},
-        {kLostTextures, "warned", name, ply({.comment = kTexture}), beside},
-        {kSurfaces, "read", name,
+        {kPlyLostTextures, "warned", name, ply({.comment = kTexture}), beside},
+        {kPlySurfaces, "read", name,
          ply({.face = std::string(kUvs) + "property int texnumber\n",
               .face_data = "6 0 0 1 0 0 1 1",
               .comment = std::string(kTexture) + "comment TextureFile b.png\n"}),
          beside},
-        {kLostTextures, "warned", name,
+        {kPlyLostTextures, "warned", name,
          ply({.face = std::string(kUvs) + "property int texnumber\n",
               .face_data = "6 0 0 1 0 0 1 2",
               .comment = kTexture}),
          beside},
-        {kLostTextures, "warned", name,
+        {kPlyLostTextures, "warned", name,
          ply({.face = kUvs,
               .face_data = "6 0 0 1 0 0 1",
               .comment = std::string(kTexture) + "comment TextureFile b.png\n"}),
          beside},
-        {kLeftOut, "warned", name,
+        {kPlyLeftOut, "warned", name,
          ply({.more = "element edge 1\nproperty int vertex1\nproperty int vertex2\n",
               .data = "0 1\n"})},
-        {kLeftOut, "warned", name,
+        {kPlyLeftOut, "warned", name,
          ply({.more = "element tristrips 0\nproperty list int int vertex_indices\nelement face "
                       "1\nproperty list uchar int vertex_indices\n",
               .data = "2 0 1\n"})},
-        {kLeftOut, "warned", name, ply({.data = "more\n"})},
-        {kLeftOut, "warned", name,
+        {kPlyLeftOut, "warned", name, ply({.data = "more\n"})},
+        {kPlyLeftOut, "warned", name,
          "ply\nformat ascii 1.0\nelement vertex 0\n" + xyz + "end_header\n"},
-        {kBroken, "refused", name, cloud("", "0 nan 0")},
-        {kBroken, "refused", name,
+        {kPlyBroken, "refused", name, cloud("", "0 nan 0")},
+        {kPlyBroken, "refused", name,
          "ply\nformat ascii 1.0\nelement vertices 1\n" + xyz + "end_header\n0 0 0\n"},
-        {kBroken, "refused", name,
+        {kPlyBroken, "refused", name,
          "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0\n"},
-        {kBroken, "refused", name,
+        {kPlyBroken, "refused", name,
          ply({.more = "element tristrips 1\nproperty int q\n", .data = "1\n"})},
-        {kBroken, "refused", name,
+        {kPlyBroken, "refused", name,
          ply({.more = "element tristrips 1\nproperty list int int vertex_indices\n",
               .data = "3 0 1 3\n"})},
-        {kBroken, "refused", name, ply({.vertex = "property long q\n", .vertex_data = "1"})},
-        {kBroken, "refused", name, ply({}).substr(0, ply({}).size() - 4)},
+        {kPlyBroken, "refused", name, ply({.vertex = "property long q\n", .vertex_data = "1"})},
+        {kPlyBroken, "refused", name, ply({}).substr(0, ply({}).size() - 4)},
     };
     expectStatements("PLY", statements, [](const std::filesystem::path& file, bool strict) {
         SceneReadOptions options;

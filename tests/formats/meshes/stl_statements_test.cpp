@@ -7,13 +7,13 @@ namespace peeler::test {
 namespace {
 
 // The first cells of rows in formats/README.md.
-constexpr const char* kTriangles =
+constexpr const char* kStlTriangles =
     "triangles, binary or text, in one or several solids; ignored: facet normals, binary header, "
     "layout, capitals, repeated `solid` or `endsolid`";
-constexpr const char* kIgnored =
+constexpr const char* kStlIgnored =
     "several names, no `endsolid`, bytes behind the last triangle; colours: attributes (VisCAM, "
     "SolidView, Materialise), `COLOR=`, `color`";
-constexpr const char* kBroken =
+constexpr const char* kStlBroken =
     "non-finite coordinates, facets without exactly three corners, other words, truncation";
 
 /// A binary STL of one triangle whose third corner is at height `y`.
@@ -50,24 +50,24 @@ std::string oneLine(std::string text) {
 TEST(Statements, OfAnStl) {
     const std::string name = "a.stl";
     const std::vector<Statement> statements = {
-        {kTriangles, "read", name, binaryStl(1, 0)},
-        {kTriangles, "read", name, textStl(facet())},
-        {kTriangles, "read", name, textStl(facet("0 1 0", "facet normal -nan(ind) x"))},
-        {kTriangles, "read", name, binaryStl(1, 0, "", "solid made by hand")},
-        {kTriangles, "read", name, oneLine(textStl(facet()))},
-        {kTriangles, "read", name, "solid a\n" + textStl(facet()) + "endsolid a\n"},
-        {kIgnored, "warned", name, textStl(facet()) + "solid b\nendsolid b\n"},
-        {kIgnored, "warned", name, binaryStl(1, 0x7C00)},
-        {kIgnored, "warned", name, binaryStl(1, 0, "", "COLOR=abcd,MATERIAL=0123456789ab")},
-        {kIgnored, "warned", name, textStl("color 1 0 0\n" + facet())},
-        {kIgnored, "warned", name, "solid a\n" + facet()},
-        {kIgnored, "warned", name, binaryStl(1, 0, "more")},
-        {kBroken, "refused", name, binaryStl(INFINITY, 0)},
-        {kBroken, "refused", name, textStl(facet("0 nan 0"))},
-        {kBroken, "refused", name, textStl(facet("0 1 0\nvertex 1 1 0"))},
-        {kBroken, "refused", name, binaryStl(1, 0).substr(0, 100)},
-        {kBroken, "refused", name, "solid a\n" + facet().substr(0, 50)},
-        {kBroken, "refused", name, textStl("facets follow\n" + facet())},
+        {kStlTriangles, "read", name, binaryStl(1, 0)},
+        {kStlTriangles, "read", name, textStl(facet())},
+        {kStlTriangles, "read", name, textStl(facet("0 1 0", "facet normal -nan(ind) x"))},
+        {kStlTriangles, "read", name, binaryStl(1, 0, "", "solid made by hand")},
+        {kStlTriangles, "read", name, oneLine(textStl(facet()))},
+        {kStlTriangles, "read", name, "solid a\n" + textStl(facet()) + "endsolid a\n"},
+        {kStlIgnored, "warned", name, textStl(facet()) + "solid b\nendsolid b\n"},
+        {kStlIgnored, "warned", name, binaryStl(1, 0x7C00)},
+        {kStlIgnored, "warned", name, binaryStl(1, 0, "", "COLOR=abcd,MATERIAL=0123456789ab")},
+        {kStlIgnored, "warned", name, textStl("color 1 0 0\n" + facet())},
+        {kStlIgnored, "warned", name, "solid a\n" + facet()},
+        {kStlIgnored, "warned", name, binaryStl(1, 0, "more")},
+        {kStlBroken, "refused", name, binaryStl(INFINITY, 0)},
+        {kStlBroken, "refused", name, textStl(facet("0 nan 0"))},
+        {kStlBroken, "refused", name, textStl(facet("0 1 0\nvertex 1 1 0"))},
+        {kStlBroken, "refused", name, binaryStl(1, 0).substr(0, 100)},
+        {kStlBroken, "refused", name, "solid a\n" + facet().substr(0, 50)},
+        {kStlBroken, "refused", name, textStl("facets follow\n" + facet())},
     };
     expectStatements("STL", statements, [](const std::filesystem::path& file, bool strict) {
         SceneReadOptions options;
