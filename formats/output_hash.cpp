@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Output hash: its inputs, and its place in each kind of file.
+// Output hashes: their inputs, and where each kind of file stores them.
 #include "formats/output_hash.h"
 
 #include <cmath>
@@ -109,8 +109,8 @@ std::string outputHashFrom(const ExrInfo& input, const View& view, const std::st
                            const OutputOptions& output) {
     if (!input.attributes().contains("peeler:outputHash")) return "";
     if (output.composited) return "";  // a composite's layers are unknown
-    // A composite from stored fragments uses merged and rounded values, unlike a render with
-    // several samples per pixel.
+    // With several samples per pixel, a render composites the original samples, but a composite of
+    // stored fragments uses merged and rounded values. The results differ, so no hash is claimed.
     if (input.plan.samples > 1 && !findOutputFormat(path, output.as).holdsFragments()) return "";
     return outputHash(view, path, output);
 }

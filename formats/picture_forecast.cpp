@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Forecasts of picture file sizes, exact or as upper bounds, from the count pass.
+// Forecasts of the sizes of picture files from the count pass: exact sizes or upper bounds.
 #include <algorithm>
 #include <iterator>
 
@@ -11,7 +11,7 @@ namespace {
 
 using Bytes = std::uint64_t;
 
-/// The quantities shared by all kinds of files of a plan.
+/// Sizes, in bytes, that the forecasts of all kinds of files are calculated from.
 struct PlannedBytes {
     PlannedBytes(const Plan& of, const OutputOptions& options)
         : plan(of),
@@ -34,14 +34,14 @@ struct PlannedBytes {
 };
 
 Bytes compositeBytes(const PlannedBytes& planned, const OutputOptions& options) {
-    // Two layers of six pairs of 32-bit floats.
+    // Two Cryptomatte layers of six pairs of 32-bit floats each
     constexpr Bytes kCryptomatteBytes = sizeof(float) * 2 * 6 * 2;
     return planned.part(planned.plan.view.crop,
                         planned.fragment + (options.cryptomatte ? kCryptomatteBytes : 0));
 }
 
-/// Returns the bytes of layers. In a single part, all layers share one window that contains them
-/// all.
+/// Returns the bytes of layered files. In a single part, all layers share one data window, which
+/// contains those of all layers.
 Bytes layersBytes(const PlannedBytes& planned, const OutputOptions& options) {
     const Plan& plan = planned.plan;
     const bool one_part = options.layout == "single-part";
@@ -51,7 +51,7 @@ Bytes layersBytes(const PlannedBytes& planned, const OutputOptions& options) {
     return bytes;
 }
 
-/// Returns the bytes of deep samples. Ids have their own part, with another Z and sample counts.
+/// Returns the bytes of deep files. Ids have their own part, with its own Z and sample counts.
 Bytes samplesBytes(const PlannedBytes& planned, const OutputOptions&) {
     constexpr Bytes kParts = 2;
     return kParts * (planned.header + kExrChunkBytes * planned.rows +
@@ -59,9 +59,9 @@ Bytes samplesBytes(const PlannedBytes& planned, const OutputOptions&) {
            planned.plan.fragments_stored * (planned.fragment + sizeof(float));
 }
 
-/// Returns the bytes of a page. A fragment takes 18 bytes before DEFLATE, 3 more with coloured
-/// opacity and 8 with ids, and base 64 turns 3 bytes into 4. Names take hardly more than in an EXR
-/// header.
+/// Returns the bytes of a page. Before DEFLATE, a fragment takes 18 bytes, 3 more with coloured
+/// opacity and 8 more with ids; base 64 then turns every 3 bytes into 4. Names take hardly more
+/// than in an EXR header.
 Bytes pageBytes(const PlannedBytes& planned, const OutputOptions& options) {
     constexpr Bytes kViewer = std::uint64_t{256} << 10;
     const bool ids = !options.provenance.ids.empty();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of output formats, one row each: a new format is a new file and a row here.
+// The table of output formats: a new format needs a source file and a row in this table.
 #include "formats/writers.h"
 
 #include <algorithm>
@@ -191,7 +191,7 @@ std::unique_ptr<Sink> makeSink(const std::string& path, const OutputOptions& opt
     return findOutputFormat(path, options.as).make(path, options);
 }
 
-// Each pixel is passed as a list of one fragment, since a fragment composited over nothing is
+// Each pixel goes to the Sink as a list of one fragment, which compositing over nothing leaves
 // unchanged.
 void writePicture(const std::string& path, const CompositeImage& picture,
                   const OutputOptions& options) {

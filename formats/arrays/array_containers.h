@@ -16,8 +16,8 @@ namespace peeler {
 /// An array and its offset in the file.
 struct PlacedArray {
     NamedArray array;
-    std::uint64_t numbers = 0;  ///< offset of the first number in the file
-    std::string value{};        ///< the data, if known from the start
+    std::uint64_t numbers = 0;  ///< offset of the array's data in the file
+    std::string value{};        ///< the data itself, if known from the start
 };
 
 /// The layout of a file of arrays with known shapes and texts.
@@ -25,25 +25,27 @@ class ArrayContainer {
   public:
     virtual ~ArrayContainer() = default;
 
-    /// Returns the given arrays, in order, then those added by the container.
+    /// Returns the arrays passed to the constructor, in order, then those that the container adds.
     const std::vector<PlacedArray>& arrays() const { return arrays_; }
     virtual std::uint64_t fileBytes() const = 0;
-    /// Whether finish() needs checksums.
+    /// Whether finish() needs the CRC-32 of each array's data.
     virtual bool hasChecksums() const = 0;
-    /// Writes everything but the array data. `crcs` are the CRC-32 of the data of arrays(), if
-    /// hasChecksums().
+    /// Writes everything but the array data. If hasChecksums(), `crcs` has the CRC-32 of each
+    /// array's data, in the order of arrays().
     virtual void finish(AtomicFile& file, std::span<const std::uint32_t> crcs) const = 0;
 
   protected:
     std::vector<PlacedArray> arrays_;
 };
 
-/// A container by its extension. A new one is a file and a row of kArrayContainers.
+/// A container and its extension. A new container needs a source file and a row in
+/// kArrayContainers.
 struct ArrayContainerRow {
     std::string_view extension;
     std::unique_ptr<ArrayContainer> (*make)(std::vector<NamedArray> arrays,
                                             const ArrayTexts& texts);
-    std::string (*text)(const std::string& path, const std::string& name);  ///< arrayText()
+    /// Implements arrayText().
+    std::string (*text)(const std::string& path, const std::string& name);
 };
 
 /// Makes a ZIP archive of .npy files (numpy.lib.format 1.0; PKWARE APPNOTE 6.3), uncompressed like
@@ -52,8 +54,8 @@ std::unique_ptr<ArrayContainer> makeNpz(std::vector<NamedArray> arrays, const Ar
 std::string npzText(const std::string& path, const std::string& name);
 
 /// Makes a .safetensors file (github.com/huggingface/safetensors, "Format"): the header's length (8
-/// bytes), the header as JSON, the arrays without gaps. The header is padded with blanks, and
-/// arrays of wider elements come first, so that each is aligned to its elements.
+/// bytes), the header as JSON, and the arrays without gaps. The header is padded with blanks, and
+/// arrays of wider elements come first, so that each array is aligned to its element size.
 std::unique_ptr<ArrayContainer> makeSafetensors(std::vector<NamedArray> arrays,
                                                 const ArrayTexts& texts);
 std::string safetensorsText(const std::string& path, const std::string& name);

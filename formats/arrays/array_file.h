@@ -16,29 +16,30 @@
 
 namespace peeler {
 
-/// The arrays and settings of a file; its bytes must outlive this object. Settings are numbers and
-/// texts: entries of `__metadata__` in a .safetensors, arrays in a .npz.
+/// The arrays and settings of a file, whose bytes must outlive this object. Settings are numbers
+/// and texts: entries of `__metadata__` in a .safetensors, arrays in a .npz.
 class ArrayFile {
   public:
-    /// Whether a file of this size that begins with these bytes looks like one.
+    /// Whether a file that has this size and begins with these bytes looks like an array file.
     static bool recognises(std::string_view begin, std::uint64_t size);
 
-    /// `where` is the file's name; `allow` receives byte counts before they are allocated. Throws
-    /// Error (kInput), and anything `allow` throws.
+    /// `where` is the file's name. `allow` is called with each number of bytes before they are
+    /// allocated. Throws Error (kInput), and anything `allow` throws.
     ArrayFile(std::span<const std::uint8_t> file, std::string where,
               const std::function<void(std::uint64_t bytes)>& allow);
     ArrayFile(const ArrayFile&) = delete;
     ArrayFile& operator=(const ArrayFile&) = delete;
 
-    /// Returns the arrays and settings that have not been requested so far.
+    /// Returns the names of the arrays and settings that have not been requested so far.
     std::vector<std::string> unused() const;
-    /// Returns the place of an entry for messages: "file.npz, points.npy", "file.safetensors:
-    /// points".
+    /// Returns an entry's place in the file for messages: "file.npz, points.npy",
+    /// "file.safetensors: points".
     std::string placeOf(const std::string& name) const;
 
-    /// Returns an array; nothing if missing. Throws Error (kInput) if its type is not decoded.
+    /// Returns an array; nothing if missing. Throws Error (kInput) if its element type cannot be
+    /// decoded.
     std::optional<NumberArray> array(const std::string& name);
-    /// Returns a setting of `count` numbers, or a Boolean as 1 or 0.
+    /// Returns a setting of `count` numbers; a Boolean is 1 or 0. Returns nothing if missing.
     std::optional<std::vector<double>> numbers(const std::string& name, std::size_t count);
     std::optional<std::string> text(const std::string& name);
 

@@ -17,16 +17,17 @@ inline constexpr std::size_t kMostNpyHeader = std::size_t{1} << 16;
 
 /// A numeric element type.
 struct ArrayNumber {
-    std::string_view type;  ///< numpy's, without the byte order: "f8"
+    std::string_view type;  ///< numpy's name, without the byte order: "f8"
     std::size_t size;       ///< bytes
     bool floating;
     double (*decode)(const std::uint8_t* bytes, bool swapped);
 };
 
-/// Returns the type with this numpy name, without the byte order; null if it is not decoded here.
+/// Returns the element type with this numpy name (without the byte order); null if it cannot be
+/// decoded.
 const ArrayNumber* arrayNumber(std::string_view type);
 
-/// An array of numbers; a view of the file's bytes, which must outlive it.
+/// An array of numbers as a view of the file's bytes, which must outlive it.
 struct NumberArray {
     std::vector<std::uint64_t> shape;
     const ArrayNumber* number = nullptr;
@@ -36,18 +37,18 @@ struct NumberArray {
 
     /// Returns the number of elements.
     std::uint64_t count() const { return bytes.size() / number->size; }
-    /// Returns an element by its index in C order (the last index changes fastest), in any storage
-    /// order; 64-bit integers are rounded to the nearest double.
+    /// Returns the element with this index in C order (the last index changes fastest), whatever
+    /// the storage order. Rounds 64-bit integers to the nearest double.
     double at(std::uint64_t index) const;
 };
 
 /// Returns a shape as NumPy prints it: "(3, 4)", "(7,)".
 std::string shapeText(const std::vector<std::uint64_t>& shape);
 
-/// Returns the array of a .npy file (numpy.lib.format 1 to 3), of numbers of any common type in
-/// either byte order and C or Fortran order. Returns nothing if the file is not a .npy, or holds an
-/// array of anything else. Never opens pickles. `where` names the file in messages. Throws Error
-/// (kInput) if the file is damaged or its size contradicts its header.
+/// Returns the array of a .npy file (numpy.lib.format 1 to 3), with numbers of any common type in
+/// either byte order and in C or Fortran order. Returns nothing if the file is not a .npy, or if
+/// its elements are not numbers. Never opens pickles. `where` names the file in messages. Throws
+/// Error (kInput) if the file is damaged or its size contradicts its header.
 std::optional<NumberArray> npyArray(std::span<const std::uint8_t> file, const std::string& where);
 
 /// Returns the text of a .npy file that holds a numpy string, bytes, or a Boolean ("true" or
@@ -55,14 +56,15 @@ std::optional<NumberArray> npyArray(std::span<const std::uint8_t> file, const st
 std::optional<std::string> npyText(std::span<const std::uint8_t> file);
 
 /// A .npz archive as written by numpy.savez and savez_compressed: ZIP (PKWARE APPNOTE 6.3, with
-/// ZIP64), stored or packed by DEFLATE. The file's bytes must outlive it.
+/// ZIP64), with members stored or compressed by DEFLATE. The file's bytes must outlive this object.
 class NpzArchive {
   public:
     struct Member {
         std::string name;  ///< with ".npy"
         std::uint16_t flags = 0, method = 0;
         std::uint32_t crc = 0;
-        std::uint64_t packed = 0, size = 0, offset = 0;  ///< bytes; `size` is unpacked
+        /// Size in the archive, size when uncompressed, and position, in bytes.
+        std::uint64_t packed = 0, size = 0, offset = 0;
     };
 
     /// Reads the directory. `where` is the file's name. Throws Error (kInput) if it is damaged.
@@ -73,8 +75,8 @@ class NpzArchive {
     const Member* find(std::string_view array) const;
     /// Returns a member's place for messages: "file.npz, points.npy".
     std::string placeOf(const Member& member) const { return where_ + ", " + member.name; }
-    /// Returns a member's .npy file: a view of the archive, or unpacked into `storage`. Rejects
-    /// impossible sizes before allocating. Throws Error (kInput).
+    /// Returns the bytes of a member's .npy file: a view of the archive, or uncompressed into
+    /// `storage`. Rejects impossible sizes before allocating. Throws Error (kInput).
     std::span<const std::uint8_t> contents(const Member& member,
                                            std::vector<std::uint8_t>& storage) const;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Array writer for any container; the extension chooses it.
+// Writer of array files in any container, which the extension chooses.
 #include "formats/arrays/array_writer.h"
 
 #include <libdeflate.h>
@@ -94,7 +94,7 @@ void ArrayWriter::writeAt(std::size_t array, std::uint64_t first,
     if (first > all || numbers.size() > all - first)
         fail("more numbers than the array holds", array);
     if (numbers.empty()) return;
-    // The checksum is computed on the caller's thread; the file takes one piece at a time.
+    // The checksum is computed before locking, so that threads wait only for the file.
     Piece piece{first + numbers.size()};
     if (container_->hasChecksums()) piece.crc = libdeflate_crc32(0, numbers.data(), numbers.size());
     const std::lock_guard lock(mutex_);
@@ -126,7 +126,7 @@ void ArrayWriter::add(std::size_t array, std::uint64_t first, Piece piece) {
 AtomicFile& ArrayWriter::close() {
     std::vector<std::uint32_t> crcs;
     for (std::size_t i = 0; i < progress_.size(); ++i) {
-        // An empty array has no piece.
+        // An empty array has no pieces.
         const auto piece = progress_[i].pieces.extract(0);
         const Piece whole = piece ? piece.mapped() : Piece{};
         if (whole.end != container_->arrays()[i].array.bytes()) fail("numbers are missing", i);

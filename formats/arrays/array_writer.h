@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writer of named arrays that all grow at once: .npz and .safetensors. Any thread may write values
-// straight to their offset in the file.
+// Writers of named arrays, as .npz and .safetensors. All arrays can grow at the same time, since
+// any thread may write values directly to their offset in the file.
 #pragma once
 
 #include <bit>
@@ -53,7 +53,7 @@ static_assert(std::endian::native == std::endian::little);
 /// Version 1 is never stored.
 inline constexpr std::int64_t kArraysVersion = 2;
 
-/// An array in C order. An empty shape is a scalar.
+/// An array in C order. An empty shape means a scalar.
 struct NamedArray {
     std::string name;
     NumberType type = NumberType::kFloat;
@@ -65,15 +65,16 @@ struct NamedArray {
 /// Returns the .npy header for this array; the data follows it.
 std::string npyHeader(const NamedArray& array);
 
-/// The texts of a file of arrays by name; empty ones are left out. A .npz stores each as an array
-/// of uint8, a .safetensors in `__metadata__`.
+/// Texts to be stored in a file of arrays, by name; empty ones are left out. A .npz stores each as
+/// an array of uint8, a .safetensors in `__metadata__`.
 using ArrayTexts = std::map<std::string, std::string>;
 
 class ArrayContainer;
 
-/// A writer of array files; the extension chooses the container (kArrayContainers). The last array
-/// is `arrays_version`, int64. Shapes are fixed at the start, so every value has an offset in the
-/// file, and is written once. None is kept in memory. The same arrays produce the same bytes.
+/// A writer of array files; the extension chooses the container (kArrayContainers). Appends an
+/// array `arrays_version`, int64. Shapes are fixed at the start, so every value has a known offset
+/// in the file and is written there directly; none is kept in memory. The same arrays produce the
+/// same bytes.
 class ArrayWriter {
   public:
     /// Creates the hidden file. Throws Error (kOutput); (kUsage) if no container has the extension;
@@ -85,21 +86,21 @@ class ArrayWriter {
     static std::uint64_t fileBytes(const std::string& path, std::vector<NamedArray> arrays,
                                    ArrayTexts texts = {});
 
-    /// Appends values to the array with this index, as they lie in memory. Not for several threads
-    /// at once. Throws like writeAt().
+    /// Appends values, in memory representation, to the array with this index. Not for several
+    /// threads at once. Throws like writeAt().
     void append(std::size_t array, std::span<const std::byte> numbers);
-    /// Writes values of the array with this index, as they lie in memory, at its byte `first`, in
-    /// any order and from several threads at once. Throws Error (kOutput); (kInternal) if the array
-    /// has no such bytes, or they are already written.
+    /// Writes values, in memory representation, to the array with this index, `first` bytes from
+    /// its start; in any order and from several threads at once. Throws Error (kOutput);
+    /// (kInternal) if the range exceeds the array, or if some of it has already been written.
     void writeAt(std::size_t array, std::uint64_t first, std::span<const std::byte> numbers);
     /// Writes the container's headers and commits the file. Throws Error (kOutput); (kInternal) if
     /// an array is incomplete.
     void finish() { close().commit(); }
-    /// Like finish() without the commit, for commitAll().
+    /// Does all of finish() but the commit, and returns the file for commitAll().
     AtomicFile& close();
 
   private:
-    /// A contiguous range of written bytes.
+    /// A contiguous range of written bytes; the map's key is its first byte.
     struct Piece {
         std::uint64_t end = 0;
         std::uint32_t crc = 0;
@@ -125,11 +126,12 @@ std::span<const std::string_view> arrayExtensions();
 /// Whether the path ends in one of these extensions, upper or lower case.
 bool isArrayName(const std::string& path);
 
-/// Returns a text stored under this name in a file of ArrayWriter; "" if the file is missing,
-/// incomplete, written by another program, or has no such text. Reads nothing else of the file.
+/// Returns the text stored under this name in a file by ArrayWriter; "" if the file is missing,
+/// incomplete, written by another program, or has no such text. Reads no more of the file than
+/// needed.
 std::string arrayText(const std::string& path, const std::string& name);
 
-/// Returns the values of an array as bytes.
+/// Returns a range of numbers as bytes.
 template <class Range>
 std::span<const std::byte> asBytes(const Range& numbers) {
     return std::as_bytes(std::span(numbers));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays of ray bundles: their geometry, or that of a picture's pixels.
+// Arrays that describe bundles of rays, which may be the rays through a picture's pixels.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,14 @@ namespace peeler {
 
 /// Returns the arrays of b bundles: bundle_origin, bundle_direction, bundle_right, bundle_up (b,
 /// 3), bundle_size (b, 2), double; bundle_resolution (b, 2) and bundle_window (b, 4: x, y, width,
-/// height), int64; bundle_perspective (b, uint8). With (w, h) = bundle_resolution, the ray through
-/// pixel (i, j) starts at origin + ((i + ½) / w − ½) · size[0] · right − ((j + ½) / h − ½) ·
-/// size[1] · up and goes along direction; with perspective it starts at origin and goes through the
-/// point that is that sum + direction.
+/// height), int64; bundle_perspective (b, uint8). With (w, h) = bundle_resolution, pixel (i, j) has
+/// the point origin + ((i + ½) / w − ½) · size[0] · right − ((j + ½) / h − ½) · size[1] · up.
+/// Without perspective its ray starts there and goes along direction; with perspective it starts at
+/// origin and goes through that point + direction.
 std::vector<NamedArray> bundleArrays(std::size_t bundles);
 
 /// Writes bundles to these arrays; `first` is the index of the first array. Unless `camera_known`,
-/// everything but their pixels is NaN.
+/// origin, direction, right, up and size are NaN.
 void writeBundles(ArrayWriter& writer, std::size_t first, std::span<const Bundle> bundles,
                   bool camera_known = true);
 

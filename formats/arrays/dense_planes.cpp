@@ -14,25 +14,25 @@
 namespace peeler {
 namespace {
 
-/// Limits of a range of pixels: bytes of its planes in the widest array, and fragments.
+/// The maximum size of a range: bytes of its planes in the widest array, and fragments.
 constexpr std::size_t kRangeBytes = std::size_t{1} << 20, kRangeFragments = std::size_t{1} << 15;
 
 bool isFloating(NumberType type) {
     return type == NumberType::kHalf || type == NumberType::kFloat;
 }
 
-/// Stores a number. Halves round to nearest, ties to even; values beyond half's range become
-/// infinite. Returns the end.
+/// Stores a number as half or float; returns the end of its bytes. Halves are rounded to nearest,
+/// ties to even; values beyond half's range become infinite.
 std::byte* putNumber(float number, NumberType type, std::byte* out) {
     return type == NumberType::kHalf ? storeNumber(imath_float_to_half(number), out)
                                      : storeNumber(number, out);
 }
 
-/// Converts between floating-point types. Returns the end of the output.
+/// Converts numbers between half and float. Returns the end of the output.
 std::byte* convertNumbers(const std::byte* from, NumberType type, std::size_t count,
                           NumberType wanted, std::byte* out) {
     const std::size_t size = infoOf(type).size;
-    if (type == wanted) return std::copy_n(from, count * size, out);  // also for count 0
+    if (type == wanted) return std::copy_n(from, count * size, out);  // handles count 0, too
     for (std::size_t i = 0; i < count; ++i, from += size) {
         float number = 0;
         if (type == NumberType::kHalf) {
@@ -47,9 +47,9 @@ std::byte* convertNumbers(const std::byte* from, NumberType type, std::size_t co
     return out;
 }
 
-/// Returns the bytes of the value for a missing fragment.
+/// Returns the bytes that stand for a missing fragment, for one number.
 std::array<std::byte, 8> nothingOf(NumberType type, double fill) {
-    std::array<std::byte, 8> bytes{};  // int32: 0
+    std::array<std::byte, 8> bytes{};  // stays 0 for int32
     if (isFloating(type)) putNumber(static_cast<float>(fill), type, bytes.data());
     if (type == NumberType::kUint32) storeNumber(std::uint32_t{0xFFFFFFFFU}, bytes.data());
     return bytes;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writer of fragments as arrays, in lists or in planes.
+// Writer of fragments as arrays, as lists or as planes.
 #include <algorithm>
 #include <cstring>
 #include <limits>
@@ -23,13 +23,15 @@
 namespace peeler {
 namespace {
 
-/// The arrays of every file, in this order; then that of coloured opacity, if any, the columns, and
-/// the bundle. The first holds the splits of lists, or the counts of planes.
+/// The indices of the arrays that every file begins with. They are followed by coloured opacity, if
+/// any (kOpacityArray), the columns, and the bundle. The first array holds the splits of lists, or
+/// the counts of planes.
 enum FixedArray : std::size_t { kSplitArray, kDepthArray, kColorArray, kNear, kFar, kOpacityArray };
 
 constexpr std::string_view kLayerName = "layer";
 
-/// Returns the columns of the file; plane k has layer k, unless only some layers were listed.
+/// Returns the columns of the file. Planes leave out `layer`, since plane k has layer k, unless
+/// only some layers were listed.
 std::vector<FragmentColumn> columnsOf(const LayeredImage& band,
                                       const FragmentArrayOptions& options) {
     std::vector<FragmentColumn> columns = fragmentColumns(band);
@@ -80,7 +82,7 @@ FragmentLayout layoutOf(const Plan& plan, const LayeredImage& band,
         arrays.push_back(array(column.name, column.type, column.components()));
     for (NamedArray& more : bundleArrays(1))
         arrays.push_back(std::move(more));
-    // Other programs' channels may have the name of one of our arrays.
+    // Channels of other programs may have the same name as one of our arrays.
     std::set<std::string> taken{"arrays_version", "__metadata__"};
     if (!options.output_hash.empty()) taken.insert("output_hash");
     const std::size_t first = layout.first_column, end = first + columns.size();
@@ -106,8 +108,8 @@ class FragmentArrays final : public Sink {
     }
     void write(LayeredImage&& band) override;
     void finish() override { writer_->finish(); }
-    /// Returns the memory for the splits and the values of one array; for planes, for the ranges
-    /// being filled.
+    /// Returns the memory for the splits and the values of one array; for planes, that for the
+    /// ranges being filled.
     SinkMemory memory(const Plan& plan) const override {
         if (options_.dense) return {.bytes = DensePlanes::rangeBytes()};
         return {.pixel_bytes = sizeof(std::int64_t),
@@ -120,7 +122,8 @@ class FragmentArrays final : public Sink {
     void writeColors(const LayeredImage& band);
     void writeColumn(const LayeredImage& band, std::size_t index);
     void writePlanes(const LayeredImage& band);
-    /// Writes the planes of some pixels; put(fragment, out) stores a fragment's values.
+    /// Writes the planes of one array for some pixels; put(fragment, out) stores a fragment's
+    /// values.
     template <class Put>
     void writeRange(const LayeredImage& band, std::size_t first, std::size_t last,
                     std::size_t array, const DensePlanes::Column& column, Put&& put);
@@ -130,10 +133,10 @@ class FragmentArrays final : public Sink {
     Plan plan_;
     std::optional<DensePlanes> planes_;
     std::vector<FragmentColumn> columns_;
-    std::size_t first_column_ = 0;       ///< among the arrays
-    std::optional<ArrayWriter> writer_;  ///< from the first band on
-    std::int64_t fragments_ = 0;         ///< so far
-    std::uint64_t pixels_ = 0;           ///< so far
+    std::size_t first_column_ = 0;       ///< index of the first column's array
+    std::optional<ArrayWriter> writer_;  ///< created with the first band
+    std::int64_t fragments_ = 0;         ///< written so far
+    std::uint64_t pixels_ = 0;           ///< written so far
     std::vector<std::int64_t> splits_;
     std::vector<std::byte> values_;
 };
@@ -216,7 +219,7 @@ void FragmentArrays::writePlanes(const LayeredImage& band) {
         };
     };
     constexpr std::size_t kTints = kTintedComponents - kPlainComponents;
-    // No column is wider than a colour.
+    // No column has more components than a colour.
     const std::size_t widest = planes_->pixelBytes({NumberType::kFloat, kPlainComponents});
     DensePlanes::forEachRange(band.offsets, widest, [&](std::size_t first, std::size_t last) {
         const auto write = [&](std::size_t array, const DensePlanes::Column& column, auto&& put) {
@@ -252,7 +255,7 @@ void FragmentArrays::write(LayeredImage&& band) {
 
 FragmentArrayOptions arrayOptions(const OutputOptions& options) {
     FragmentArrayOptions arrays;
-    // The last material is glTF's default one, which hits count as none.
+    // The id of the last material means glTF's default material, which tables of hits list as none.
     arrays.default_material = static_cast<std::uint32_t>(options.provenance.ids.materials.size());
     arrays.output_hash = options.provenance.output_hash;
     if (options.as == "dense") arrays.dense = options.dense;
@@ -265,7 +268,7 @@ std::unique_ptr<Sink> makeFragmentArrays(std::string path, const FragmentArrayOp
 
 SizeForecast forecastFragmentArrays(const std::string& path, const Plan& plan,
                                     const LayeredImage& band, const FragmentArrayOptions& options) {
-    LayeredImage numbered;  // the band after addLayerIndices()
+    LayeredImage numbered;  // like the band after addLayerIndices()
     numbered.color = {band.color.channels, band.color.type, {}};
     for (const FragmentArray& array : band.extra)
         numbered.extra.push_back({array.channels, array.type, {}});

@@ -17,13 +17,14 @@ namespace {
 constexpr std::uint32_t kNothing = 0xFFFFFFFFU;
 constexpr std::string_view kFacingName = "facing";
 
-/// A known column and its channels, which must all be present and of one type.
+/// A known column, for pictures that have all of its channels, with one type.
 struct KnownColumn {
     std::string_view name;
     std::vector<std::string_view> channels;
     ColumnUse use = ColumnUse::kCopy;
     std::vector<std::string_view> properties{};
-    std::string_view toward_viewer{};  ///< its name without `facing`
+    /// The column's name if there is no channel `facing`; empty if the same.
+    std::string_view toward_viewer{};
 };
 
 std::span<const KnownColumn> knownColumns() {
@@ -56,7 +57,7 @@ bool isIndex(ColumnUse use) {
     return use == ColumnUse::kIndex || use == ColumnUse::kMaterial;
 }
 
-/// Returns the common type of these channels; nothing if one is missing or they differ.
+/// Returns the type that these channels share; nothing if one is missing or they differ.
 std::optional<PixelType> commonType(const LayeredImage& band,
                                     std::span<const std::string_view> channels) {
     std::optional<PixelType> common;
@@ -68,7 +69,8 @@ std::optional<PixelType> commonType(const LayeredImage& band,
     return common;
 }
 
-/// Returns a name that is not a path in an archive.
+/// Returns an array's name for a channel, without characters that would make it a path in an
+/// archive.
 std::string arrayName(std::string channel) {
     std::ranges::replace_if(
         channel, [](unsigned char c) { return c < ' ' || c == '/' || c == '\\' || c >= 0x7f; },
@@ -76,7 +78,7 @@ std::string arrayName(std::string channel) {
     return channel;
 }
 
-/// Returns a name that is one word of a header, without dots.
+/// Returns a property's name for a channel: one word of a PLY header, without dots.
 std::string propertyName(std::string channel) {
     std::ranges::replace_if(
         channel, [](unsigned char c) { return c <= ' ' || c == '.' || c >= 0x7f; }, '_');
@@ -141,7 +143,7 @@ FragmentColumnReader::FragmentColumnReader(const LayeredImage& band, const Fragm
 
 std::byte* FragmentColumnReader::put(std::size_t fragment, std::byte* out) const {
     const std::size_t size = infoOf(column_->type).size;
-    // The sign of a half or a float is its highest bit.
+    // Whether to flip the sign, which is the highest bit of a half or a float.
     const bool flips = facing_ && facing_.value(fragment) < 0;
     for (const FragmentChannel& channel : channels_) {
         if (column_->use == ColumnUse::kSign) {

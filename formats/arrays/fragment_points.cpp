@@ -19,7 +19,7 @@
 namespace peeler {
 namespace {
 
-/// Returns the channels used for the points' normals.
+/// Returns the channels that hold the points' normals; empty if there are none.
 std::vector<std::string> normalChannels(const LayeredImage& band) {
     for (const std::string prefix : {"N", "Ng"}) {
         std::vector<std::string> names{prefix + ".X", prefix + ".Y", prefix + ".Z"};
@@ -31,8 +31,8 @@ std::vector<std::string> normalChannels(const LayeredImage& band) {
     return {};
 }
 
-/// The properties of a point, for bands with the same channels: position, normal, colour, then
-/// integer values.
+/// The properties of a point: position, normal, colour, then integer values. The same for all bands
+/// with the same channels.
 struct PointTable {
     PointTable(const LayeredImage& band, const FragmentPointOptions& options)
         : normal(normalChannels(band)) {
@@ -76,8 +76,8 @@ class FragmentPoints final : public Sink {
     std::string path_;
     FragmentPointOptions options_;
     View view_;
-    std::optional<PointTable> table_;  ///< from the first band on
-    std::optional<PlyWriter> writer_;  ///< from the first band on
+    std::optional<PointTable> table_;  ///< made with the first band
+    std::optional<PlyWriter> writer_;  ///< created with the first band
     std::vector<std::byte> points_;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fragment table writers: every fragment of a picture as a row of a point cloud or of arrays, in
-// our dialect or in those of other projects.
+// Fragment table writers: store every fragment of a picture as a row of a point cloud or of arrays,
+// in our dialect or those of other projects.
 #pragma once
 
 #include <cstdint>
@@ -19,37 +19,39 @@
 namespace peeler {
 
 struct FragmentPointOptions {
-    bool double_positions = false;       ///< 64 bits, not 32
-    std::string comment{};               ///< one line
-    std::uint32_t default_material = 0;  ///< id.material of glTF's default material; 0 = none
+    bool double_positions = false;  ///< 64-bit positions instead of 32
+    std::string comment{};          ///< one line
+    /// The id.material of glTF's default material; 0 if there is none.
+    std::uint32_t default_material = 0;
 };
 
 /// Returns a Sink that writes a .ply with every fragment as a point in world space: x y z; nx ny nz
 /// from the channels N, else Ng, if present (on the front if there is `facing`, else toward the
-/// viewer); red green blue alpha (straight, sRGB, 8 bits); the same indices as points of hits
+/// viewer); red green blue alpha (straight, sRGB, 8 bits); the same indices as points of hits have
 /// (primitive, node, instance, material); and one uint for every other uint channel, with '.' in
 /// its name replaced by '_'. begin() creates no file, since the channels are known only from the
 /// first band.
 std::unique_ptr<Sink> makeFragmentPoints(std::string path, FragmentPointOptions options);
-/// Forecasts the exact size of its file, assuming the plan's `fragments_stored` and the channels of
-/// `band`.
+/// Forecasts the exact size of the file that makeFragmentPoints() writes, assuming the plan's
+/// `fragments_stored` and the channels of `band`.
 SizeForecast forecastFragmentPoints(const Plan& plan, const LayeredImage& band,
                                     const FragmentPointOptions& options);
 
-/// Returns the bytes per fragment that the Sink holds for such a band, besides the band itself.
+/// Returns the bytes per fragment that this Sink holds for a band with these channels, besides the
+/// band itself.
 std::uint64_t fragmentPointBytes(const LayeredImage& band, const FragmentPointOptions& options);
 
 struct FragmentArrayOptions {
     bool camera_known = true;
     std::uint32_t default_material = 0;  ///< as in FragmentPointOptions
-    std::string output_hash{};           ///< stored as the text `output_hash`; "" = none
-    /// Set = planes instead of lists.
+    std::string output_hash{};           ///< stored as the text `output_hash`; "" if there is none
+    /// If set, planes are written instead of lists.
     std::optional<DenseSettings> dense{};
     bool layers_listed =
-        false;  ///< planes only: store `layer`, which differs from the plane's index
+        false;  ///< planes only: store `layer`, since it differs from the plane's index
 };
 
-/// Returns the options of a picture's arrays: planes for the kind "dense".
+/// Returns the options for a picture's arrays, with planes if its kind is "dense".
 FragmentArrayOptions arrayOptions(const OutputOptions& options);
 
 /// Returns a Sink that writes arrays of n fragments (formats/README.md, "Arrays and points"):
@@ -57,39 +59,39 @@ FragmentArrayOptions arrayOptions(const OutputOptions& options);
 /// ray_splits[p] up to ray_splits[p + 1]), `z` (n, float: camera Z, scene units), `rgba` (n, 4;
 /// half or float: linear, premultiplied), `opacity` (n, 3; half or float: AR, AG, AB, if the plan
 /// is tinted), the columns of fragmentColumns(), the pixels as one bundle of rays (bundleArrays();
-/// NaN unless `camera_known`), and `near` and `far` (double). The plan's `fragments_stored` must
-/// equal the number of fragments written. Bands without a channel `layer` get one.
+/// NaN unless `camera_known`), and `near` and `far` (double). Exactly `fragments_stored` (of the
+/// plan) fragments must be written. Bands without a channel `layer` get one.
 ///
-/// For planes (DensePlanes), arrays of n rows become (h, w, layers, …), where h and w are those of
+/// For planes (DensePlanes), arrays of n rows become (h, w, layers, …), where (h, w) is the size of
 /// the crop, and `count` (h, w; uint32: all fragments of the pixel) replaces `ray_splits`. A band's
 /// values are written a few pixels at a time.
 std::unique_ptr<Sink> makeFragmentArrays(std::string path, const FragmentArrayOptions& options);
-/// Forecasts the exact size of its file, like forecastFragmentPoints().
+/// Forecasts the exact size of the arrays' file, like forecastFragmentPoints().
 SizeForecast forecastFragmentArrays(const std::string& path, const Plan& plan,
                                     const LayeredImage& band, const FragmentArrayOptions& options);
-/// Returns the bytes per fragment like fragmentPointBytes(); planes are built a few pixels at a
-/// time.
+/// Returns the bytes per fragment that this Sink holds, like fragmentPointBytes(). Planes are built
+/// a few pixels at a time, so they add little.
 std::uint64_t fragmentArrayBytes(const LayeredImage& band, const FragmentArrayOptions& options);
 
 /// Returns a Sink that writes a sample for the loader of LaRI (Li et al., "LaRI: Layered Ray
 /// Intersections for Single-view 3D Geometric Reasoning", 2025; src/datasets/objaverse.py of
-/// ruili3/lari): the picture at `path`, and lariFiles() beside it. All files are published or none,
-/// `path` last. The picture is that of ImageWriter with PictureAlpha::kAnyFragment.
+/// ruili3/lari): the picture at `path`, and lariFiles() beside it. Either all files are published,
+/// `path` last, or none. ImageWriter writes the picture, with PictureAlpha::kAnyFragment.
 std::unique_ptr<Sink> makeLariSample(const std::string& path, const OutputOptions& options);
-/// Returns the files beside the picture. For "000.png": 000_ldi.npz, with `ldi` (h, w, 15; half:
-/// camera Z of each layer, −1 where missing), and 000.npy (3, 4; double): from Blender's world, +Z
-/// up, to its camera, which looks along −Z.
+/// Returns the files beside the picture. For "000.png" they are 000_ldi.npz, with `ldi` (h, w, 15;
+/// half: camera Z of each layer, −1 where missing), and 000.npy (3, 4; double), the matrix from
+/// Blender's world (+Z up) to its camera, which looks along −Z.
 std::vector<std::string> lariFiles(const std::string& path);
 SizeForecast forecastLariSample(const std::string& path, const Plan& plan);
 
 /// Returns a Sink that writes arrays for the loader of X-Ray (Hu et al., "X-Ray: A Sequential 3D
 /// Representation for Generation", 2024; src/dataset.py of tau-yihouxiang/X-Ray): a matrix in
 /// scipy's CSR form, `data` (float), `indices`, `indptr` (int32, or int64 for large pictures) and
-/// `shape` (2; int64). It has 16 rows, the nearest layers, and 7·h·w columns, so it reshapes to
-/// (16, 7, h, w): the distance from the camera (0: no hit), the normal on the front of the flat
-/// triangle in the camera's axes (x right, y up, it looks along −z), and the base colour, sRGB,
-/// 0–1. Every hit stores all seven values, zeros included. write() throws Error (kUsage) if the
-/// channels xrayChannels() are missing.
+/// `shape` (2; int64). It has 16 rows, one for each of the nearest layers, and 7·h·w columns, so
+/// that it can be reshaped to (16, 7, h, w). The seven values are the distance from the camera (0:
+/// no hit), the normal on the front of the flat triangle in the camera's axes (x right, y up, it
+/// looks along −z), and the base colour, sRGB, 0–1. Every hit stores all seven, zeros included.
+/// write() throws Error (kUsage) if any of xrayChannels() is missing.
 std::unique_ptr<Sink> makeXray(const std::string& path, const std::string& output_hash);
 std::span<const Channel> xrayChannels();
 SizeForecast forecastXray(const std::string& path, const Plan& plan,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writer of LaRI samples: picture, depths of layers, pose. The loader: src/datasets/objaverse.py,
-// src/datasets/gso.py and src/utils/geometry.py; the authors' writers:
-// dataset_curation/ldi_render_per_object.py (the depths) and
+// Writer of LaRI samples: picture, depths of the layers, pose. The loader that reads them consists
+// of src/datasets/objaverse.py, src/datasets/gso.py and src/utils/geometry.py; the authors' writers
+// are dataset_curation/ldi_render_per_object.py (depths) and
 // dataset_curation/objaverse/zero123_blender_script.py (pictures and poses).
 #include <array>
 #include <filesystem>
@@ -31,8 +31,8 @@ std::vector<NamedArray> lariArrays(const Plan& plan) {
         {static_cast<std::uint64_t>(crop.height()), static_cast<std::uint64_t>(crop.width())})};
 }
 
-/// Returns world to camera as 3 rows of 4. Blender has +Z up: its (x, y, z) is (x, z, −y) here. Its
-/// cameras look along −Z with +Y up, like glTF's.
+/// Returns the matrix from Blender's world to the camera, as 3 rows of 4. In Blender +Z is up: its
+/// (x, y, z) is (x, z, −y) here. Its cameras look along −Z with +Y up, as in glTF.
 std::array<double, 12> blenderPose(const View& view) {
     const glm::dmat4 to_gltf{{1, 0, 0, 0}, {0, 0, -1, 0}, {0, 1, 0, 0}, {0, 0, 0, 1}};
     const glm::dmat4 pose = glm::inverse(view.camera_to_world) * to_gltf;
@@ -79,7 +79,7 @@ class LariSample final : public Sink {
     }
 
     void finish() override {
-        // The first one is renamed last: if the picture exists, so do the others.
+        // commitAll() renames the first file last: if the picture exists, so do the others.
         const std::array<AtomicFile*, 3> files = {&picture_.close(), &depths_->close(), &*pose_};
         commitAll(files);
     }
@@ -97,7 +97,7 @@ class LariSample final : public Sink {
     ImageWriter picture_;
     std::optional<ArrayWriter> depths_;
     std::optional<AtomicFile> pose_;
-    std::uint64_t pixels_ = 0;  ///< so far
+    std::uint64_t pixels_ = 0;  ///< number of pixels written so far
 };
 
 }  // namespace

@@ -37,7 +37,7 @@ constexpr ArrayNumber kArrayNumbers[] = {
                 "check that it is a complete NumPy file");
 }
 
-/// Returns the text behind a key in the header's dictionary, "" if there is no such key.
+/// Returns the text that follows a key in the header's dictionary; "" if there is no such key.
 std::string_view after(std::string_view header, std::string_view key) {
     const std::size_t at = header.find(key);
     if (at == std::string_view::npos) return {};
@@ -46,9 +46,9 @@ std::string_view after(std::string_view header, std::string_view key) {
     return header;
 }
 
-/// Returns the numbers of a tuple: "(2, 3)", "(2,)" or "()".
+/// Returns the numbers in a tuple: "(2, 3)", "(2,)" or "()".
 std::optional<std::vector<std::uint64_t>> shapeOf(std::string_view text) {
-    constexpr std::size_t kMostAxes = 32;  // numpy's
+    constexpr std::size_t kMostAxes = 32;  // numpy's limit
     if (!text.starts_with('(')) return {};
     text.remove_prefix(1);
     std::vector<std::uint64_t> shape;
@@ -67,7 +67,7 @@ std::optional<std::vector<std::uint64_t>> shapeOf(std::string_view text) {
     }
 }
 
-/// Returns the bytes of an array; nothing on overflow.
+/// Returns the size of an array in bytes; nothing on overflow.
 std::optional<std::uint64_t> sizeOf(const NumberArray& array) {
     std::uint64_t bytes = array.number->size;
     for (const std::uint64_t size : array.shape) {
@@ -77,7 +77,7 @@ std::optional<std::uint64_t> sizeOf(const NumberArray& array) {
     return bytes;
 }
 
-/// A .npy file: the header's dictionary, and the bytes behind it.
+/// A .npy file: the header's dictionary, and the bytes after the header.
 struct NpyFile {
     std::string_view header;
     std::span<const std::uint8_t> bytes;
@@ -140,7 +140,7 @@ std::optional<NumberArray> npyArray(std::span<const std::uint8_t> file, const st
     const auto shape = shapeOf(after(header, "'shape'"));
     NumberArray array;
     const auto* const number = std::ranges::find_if(kArrayNumbers, [&](const ArrayNumber& row) {
-        constexpr std::size_t kBegin = 2;  // behind the quotation mark and the byte order
+        constexpr std::size_t kBegin = 2;  // after the quotation mark and the byte order
         const std::size_t end = kBegin + row.type.size();
         return type.starts_with('\'') && type.size() > end && type[end] == '\'' &&
                type.substr(kBegin).starts_with(row.type);
@@ -168,7 +168,7 @@ std::optional<std::string> npyText(std::span<const std::uint8_t> file) {
     if (!npy) return {};
     const std::string_view type = after(npy->header, "'descr'");
     const auto shape = shapeOf(after(npy->header, "'shape'"));
-    constexpr std::size_t kKind = 2;  // behind the quotation mark and the byte order
+    constexpr std::size_t kKind = 2;  // after the quotation mark and the byte order
     if (type.size() <= kKind || !shape || !shape->empty()) return {};
     std::string text;
     if (type[kKind] == 'b' && npy->bytes.size() == 1) return npy->bytes[0] ? "true" : "false";

@@ -39,9 +39,9 @@ class HeaderFields {
 /// A .npy file in the archive.
 struct NpzEntry {
     std::string name;
-    std::string header;        ///< of the .npy file
-    std::uint64_t offset = 0;  ///< of the local header
-    std::uint64_t bytes = 0;   ///< of the .npy file
+    std::string header;        ///< header of the .npy file
+    std::uint64_t offset = 0;  ///< offset of the local header in the archive
+    std::uint64_t bytes = 0;   ///< size of the .npy file
 };
 
 std::string localHeader(const NpzEntry& entry, std::uint32_t crc) {
@@ -49,8 +49,8 @@ std::string localHeader(const NpzEntry& entry, std::uint32_t crc) {
         .add(std::uint32_t{0x04034b50})
         .add(kVersion)
         .add(kUtf8Names)
-        .add(std::uint16_t{0})  // stored
-        .add(std::uint16_t{0})  // midnight
+        .add(std::uint16_t{0})  // stored, not compressed
+        .add(std::uint16_t{0})  // time: midnight
         .add(kDate)
         .add(crc)
         .add(kSeeZip64)
@@ -104,7 +104,7 @@ class NpzContainer final : public ArrayContainer {
     std::string directory(std::span<const std::uint32_t> crcs) const;
 
     std::vector<NpzEntry> entries_;
-    std::uint64_t end_ = 0;  ///< the end of the last array
+    std::uint64_t end_ = 0;  ///< where the last array ends
 };
 
 std::string NpzContainer::directory(std::span<const std::uint32_t> crcs) const {
@@ -140,7 +140,7 @@ std::string NpzContainer::directory(std::span<const std::uint32_t> crcs) const {
     const std::uint64_t count = entries_.size();
     return HeaderFields()
         .add(list)
-        .add(std::uint32_t{0x06064b50})  // ZIP64 end of central directory
+        .add(std::uint32_t{0x06064b50})  // ZIP64 end of central directory record
         .add(std::uint64_t{44})
         .add(kVersion)
         .add(kVersion)
@@ -150,11 +150,11 @@ std::string NpzContainer::directory(std::span<const std::uint32_t> crcs) const {
         .add(count)
         .add(static_cast<std::uint64_t>(list.size()))
         .add(start)
-        .add(std::uint32_t{0x07064b50})  // locator of that record
+        .add(std::uint32_t{0x07064b50})  // ZIP64 end of central directory locator
         .add(std::uint32_t{0})
         .add(start + list.size())
         .add(std::uint32_t{1})
-        .add(std::uint32_t{0x06054b50})  // end of central directory
+        .add(std::uint32_t{0x06054b50})  // end of central directory record
         .add(std::uint16_t{0})
         .add(std::uint16_t{0})
         .add(static_cast<std::uint16_t>(count))
@@ -171,7 +171,7 @@ std::string npyHeader(const NamedArray& array) {
     std::string shape;
     for (const std::uint64_t n : array.shape)
         shape += std::to_string(n) + ", ";
-    if (array.shape.size() > 1) shape.resize(shape.size() - 2);  // "(3,)" but "(3, 4)"
+    if (array.shape.size() > 1) shape.resize(shape.size() - 2);  // removes the last ", "
     if (array.shape.size() == 1) shape.pop_back();
     std::string text = "{'descr': '" + std::string(infoOf(array.type).numpy) +
                        "', 'fortran_order': False, 'shape': (" + shape + "), }";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reader of the array of points in a .npz.
+// Reader of the points in a .npz.
 #include <algorithm>
 
 #include <peeler/error.h>
@@ -26,10 +26,10 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
     constexpr const char* kHint = "numpy.savez(path, points=array), array of shape (n, 3)";
     constexpr std::uint64_t kMostMember = kMostPoints * 3 * sizeof(double) + kMostNpyHeader;
     const NpzArchive archive(file, where);
-    // Our files use the second name, if the picture had the channel.
+    // Our files call the points "positions", if the picture had the channel `position`.
     const NpzArchive::Member* named = archive.find("points");
     if (!named) named = archive.find("positions");
-    // Our other vector arrays are not points.
+    // A file of ours without positions has other arrays of three components, which are not points.
     if (!named && archive.find("ray_splits"))
         throw Error(ErrorKind::kInput, "rows of rays need the array positions to be points", where,
                     "run extract with the channel position, or let rays write a .ply of points");
@@ -42,7 +42,8 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
             if (!named) continue;
             throw Error(ErrorKind::kInput, "too many points to read at once", inside);
         }
-        // Its bytes, and its points, which are twice as large if values have 32 bits.
+        // At most three times the member's size: its bytes, and its points as doubles, which take
+        // twice as much if the file's values have 32 bits.
         allow(3 * member.size);
         std::vector<std::uint8_t> storage;
         const auto points = npyArray(archive.contents(member, storage), inside);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// .npz reader: directory and unpacking.
+// .npz reader: directory and decompression.
 // ZIP: APPNOTE.TXT 6.3, sections 4.3 and 4.5.3.
 #include <libdeflate.h>
 
@@ -17,7 +17,7 @@ namespace {
 using ByteSpan = std::span<const std::uint8_t>;
 using Member = NpzArchive::Member;
 
-// The maximum expansion of DEFLATE: two bits can encode 258 bytes.
+// The maximum expansion ratio of DEFLATE: two bits can encode 258 bytes.
 constexpr std::uint64_t kMostInflation = 1032;
 
 [[noreturn]] void damaged(const std::string& what, const std::string& where) {
@@ -25,7 +25,7 @@ constexpr std::uint64_t kMostInflation = 1032;
                 "check that it is a complete .npz file");
 }
 
-/// Little-endian numbers at offsets of the file.
+/// Reads little-endian numbers at offsets in the file.
 class ArchiveFields {
   public:
     ArchiveFields(ByteSpan bytes, const std::string& where) : bytes_(bytes), where_(where) {}
@@ -69,8 +69,8 @@ Directory directoryOf(const ArchiveFields& file, const std::string& where) {
     damaged("there is no directory", where);
 }
 
-/// Takes sizes and offsets that do not fit 32 bits from an extra field, which stores them in this
-/// order (section 4.5.3).
+/// Reads, from a member's extra field, the sizes and the offset that do not fit into 32 bits; the
+/// field holds them in this order (section 4.5.3).
 void takeZip64(const ArchiveFields& file, std::uint64_t extra, std::uint64_t size, Member& member) {
     const std::uint64_t end = extra + size;
     while (end - extra >= 4) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reader of a text in a .npz of ArrayWriter, through its directory, which is written last.
+// Reader of one text in a .npz by ArrayWriter. It uses the directory, which is written last.
 // ZIP64: APPNOTE.TXT, sections 4.3 and 4.5.3.
 #include <libdeflate.h>
 
@@ -12,8 +12,8 @@
 namespace peeler {
 namespace {
 
-/// The records at the end of every .npz of ArrayWriter: the ZIP64 end of the directory, its locator
-/// and the classic end record.
+/// The sizes of the records at the end of every .npz by ArrayWriter: the ZIP64 end record, its
+/// locator and the classic end record.
 constexpr std::uint64_t kEnd64 = 56, kLocatorBytes = 20, kEndBytes = 22;
 constexpr std::uint64_t kEndRecords = kEnd64 + kLocatorBytes + kEndBytes;
 constexpr std::uint64_t kEntryBytes = 46, kZip64Bytes = 28, kLocalBytes = 30, kLocalZip64Bytes = 20;
@@ -26,13 +26,13 @@ T zipNumber(const std::string& bytes, std::uint64_t at) {
     return number;
 }
 
-/// Returns bytes of a file; "" unless all can be read.
+/// Returns bytes of a file; "" if not all of them can be read.
 std::string zipBytes(const RegularFile& file, std::uint64_t at, std::uint64_t size) {
     std::string bytes(size, '\0');
     return file.read(at, bytes) ? bytes : "";
 }
 
-/// The directory entry of an array: offset and size, including its header.
+/// An array's entry in the directory: offset, and size including the .npy header.
 struct ZipEntry {
     std::uint64_t offset = 0, bytes = 0;
     std::uint32_t crc = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reader of fragment lists in arrays.
+// Reader of pictures as fragment lists in arrays.
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -16,9 +16,9 @@
 namespace peeler {
 namespace {
 
-/// Pixels per read when only the list lengths are needed.
+/// The number of splits per read when only the list lengths are needed.
 constexpr std::size_t kSplitsAtOnce = std::size_t{1} << 17;
-constexpr std::uint64_t kMostOfPixel = 65536;  ///< fragments, as for deep files
+constexpr std::uint64_t kMostOfPixel = 65536;  ///< maximum fragments per pixel, as for deep files
 
 class PictureArrayReader final : public LayeredInput {
   public:
@@ -39,7 +39,7 @@ class PictureArrayReader final : public LayeredInput {
     void countFragments();
     std::vector<std::uint64_t> splitsFrom(std::uint64_t first, std::size_t count) const;
     std::vector<Run> place(const Window& window, LayeredImage& out) const;
-    /// Reads the values of runs, `size` bytes per fragment.
+    /// Reads the values of these runs from an array, `size` bytes per fragment.
     void readRuns(const SafetensorsArray& array, std::size_t size, std::span<const Run> runs,
                   std::byte* out) const;
     void readColors(std::span<const Run> runs, std::size_t fragments, LayeredImage& out) const;
@@ -47,7 +47,7 @@ class PictureArrayReader final : public LayeredInput {
 
     std::unique_ptr<PictureArrays> arrays_;
     ExrInfo info_;
-    Window stored_;  ///< the pixels in the file
+    Window stored_;  ///< window of the pixels in the file
     std::uint64_t fragment_bytes_ = 0;
     std::optional<DepthComplexity> complexity_;
 };
@@ -84,7 +84,7 @@ void PictureArrayReader::fail(const std::string& what) const {
                 "splits must hold the ends of the pixels' lists");
 }
 
-/// Returns the beginnings of `count` consecutive lists, and the end of the last one.
+/// Returns where each of `count` consecutive lists begins, and where the last one ends.
 std::vector<std::uint64_t> PictureArrayReader::splitsFrom(std::uint64_t first,
                                                           std::size_t count) const {
     std::vector<std::uint64_t> splits(count + 1);
@@ -101,7 +101,7 @@ std::vector<std::uint64_t> PictureArrayReader::splitsFrom(std::uint64_t first,
     for (std::size_t i = 0; i <= count; ++i) {
         const auto* const at = reinterpret_cast<const std::uint8_t*>(bytes.data()) + i * size;
         const double split = array.number->decode(at, false);
-        // A double is exact up to 2^53, and no file has more fragments.
+        // The double is exact, because no file has more than 2^53 fragments.
         if (!(split >= 0 && split <= static_cast<double>(n)))
             fail("a list ends beyond the fragments");
         splits[i] = static_cast<std::uint64_t>(split);
@@ -112,7 +112,7 @@ std::vector<std::uint64_t> PictureArrayReader::splitsFrom(std::uint64_t first,
     return splits;
 }
 
-/// Fills in the plan from the list lengths.
+/// Fills in the plan's fragment counts from the list lengths.
 void PictureArrayReader::countFragments() {
     const Window& all = info_.parts.front().data_window;
     const auto width = static_cast<std::size_t>(all.width());
@@ -144,7 +144,7 @@ void PictureArrayReader::countFragments() {
     if (!info_.is_peeler) plan.fragments_counted = plan.fragments_stored;
 }
 
-/// Sets the offsets of `out`. Returns the ranges of its fragments in the file.
+/// Sets the offsets of `out`. Returns the ranges of the window's fragments in the file.
 std::vector<PictureArrayReader::Run> PictureArrayReader::place(const Window& window,
                                                                LayeredImage& out) const {
     const Window& all = info_.parts.front().data_window;
@@ -211,7 +211,7 @@ void PictureArrayReader::read(const Window& window, LayeredImage& out) {
     const std::size_t fragments = out.offsets.back();
     resizeAnew(out.z, fragments);
     readRuns(*arrays_->z, sizeof(float), runs, reinterpret_cast<std::byte*>(out.z.data()));
-    // Writers take Z = +inf for a pixel without a fragment.
+    // To writers, Z = +inf means a pixel without a fragment.
     const auto is_number = [](float z) { return z < std::numeric_limits<float>::infinity(); };
     if (!arrays_->composite() && !std::ranges::all_of(out.z, is_number))
         fail("the Z of a fragment is infinite or not a number");
@@ -248,7 +248,7 @@ BandRead PictureArrayReader::mostOf(int rows) const {
     const auto width = static_cast<std::uint64_t>(info_.plan.view.crop.width());
     const std::uint64_t fragments =
         complexity_ ? complexity_->mostFragments(rows) : width * static_cast<std::uint64_t>(rows);
-    // The splits of a row, and colours that are still without their opacity.
+    // The splits of a row, and colours before their opacity is added.
     return {fragments,
             2 * width * sizeof(std::uint64_t) +
                 (arrays_->opacity ? fragments * kPlainComponents * sizeof(float) : 0),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writers of layers and composites as arrays.
+// Writers of layered pictures and composites as arrays.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -24,8 +24,8 @@ namespace {
 
 constexpr std::size_t kTintOnly = kTintedComponents - kPlainComponents;
 
-/// The other channels of fragments in the order of array files: that of the channel table,
-/// components included. Pictures read from files have both sorted by name.
+/// The fragments' channels besides colour and Z, in the order of array files, which is that of the
+/// channel table, components included. (Pictures read from files may have both sorted by name.)
 class ArrangedChannels {
   public:
     explicit ArrangedChannels(std::span<const FragmentArray> channels = {}) {
@@ -38,8 +38,8 @@ class ArrangedChannels {
 
     /// Returns the arrays, without data.
     std::span<const FragmentArray> arrays() const { return arrays_; }
-    /// Returns the values of arrays()[i], reordered in `storage` if needed. `channels` are those of
-    /// the constructor.
+    /// Returns the values of arrays()[i], reordered in `storage` if needed. `channels` are those
+    /// passed to the constructor, now with data.
     std::span<const std::byte> numbers(std::span<const FragmentArray> channels, std::size_t i,
                                        std::vector<std::byte>& storage) const {
         const FragmentArray& array = channels[rows_[i].source];
@@ -55,10 +55,11 @@ class ArrangedChannels {
 
   private:
     struct Row {
-        std::size_t source;                   ///< index into the channels
-        std::size_t rank;                     ///< in the table; its size for unknown channels
-        std::vector<std::string> names;       ///< of the components, in output order
-        std::vector<std::size_t> components;  ///< their indices in the source
+        std::size_t source;  ///< index into the channels
+        /// Index in the channel table; the table's size for unknown channels.
+        std::size_t rank;
+        std::vector<std::string> names;       ///< names of the components, in output order
+        std::vector<std::size_t> components;  ///< indices of these components in the source
     };
 
     static Row rowOf(const FragmentArray& array, std::size_t source) {
@@ -79,18 +80,19 @@ class ArrangedChannels {
     std::vector<FragmentArray> arrays_;
 };
 
-/// The arrays of a file, and their channel names.
+/// The arrays of a file, and the channels of each.
 struct PictureLayout {
     std::vector<NamedArray> arrays;
     ArrayChannels channels;
 
-    /// Adds an array of `records`, with `numbers` values each.
+    /// Adds an array of shape `records`, with `numbers` values per record.
     void add(std::string name, PixelType type, std::vector<std::uint64_t> records,
              std::size_t numbers) {
         if (numbers > 1) records.push_back(numbers);
         arrays.push_back({std::move(name), numberTypeOf(type), std::move(records)});
     }
-    /// Adds channel arrays. Other programs' names may collide with existing ones.
+    /// Adds channel arrays. Names that other programs chose may collide with existing ones, so they
+    /// are made unique.
     void add(std::span<const FragmentArray> extra, const std::vector<std::uint64_t>& records) {
         std::set<std::string> taken{"opacity", "arrays_version", "__metadata__"};
         for (const NamedArray& array : arrays)
@@ -105,8 +107,8 @@ struct PictureLayout {
     }
 };
 
-/// The indices of the layers' arrays in the file; without coloured opacity, the following ones
-/// begin at kTintList.
+/// The indices of the layers' arrays in the file. kTintList is coloured opacity; without coloured
+/// opacity, the other channel arrays start at this index.
 enum LayerArray : std::size_t { kSplitList, kDepthList, kColorList, kTintList };
 
 PictureLayout layersLayout(const Plan& plan, PixelType color,
@@ -135,7 +137,7 @@ PictureLayout compositeLayout(const Plan& plan, std::span<const FragmentArray> e
     return layout;
 }
 
-/// Returns the texts of the file. In a .npz a text is an array, and only the hash has a name.
+/// Returns the texts to store. A .npz stores texts as arrays, so it gets only the output hash.
 ArrayTexts textsOf(const std::string& path, const char* kind, const Plan& plan,
                    const Provenance& provenance, const PictureLayout& layout) {
     if (lowerExtension(path) == ".npz") return {{"output_hash", provenance.output_hash}};
@@ -153,7 +155,8 @@ class LayerArrays final : public Sink {
         const StageTimer timer(times_, "write");
         writer_->finish();
     }
-    /// Returns the memory for the splits and the values of one array, which may be reordered.
+    /// Returns the memory for the splits, and for the values of one array, which may have to be
+    /// reordered.
     SinkMemory memory(const Plan& plan) const override {
         std::size_t widest = plan.tinted ? kPlainComponents * pixelTypeSize(plan.color_type) : 0;
         for (const FragmentArray& array : plan.channels)
@@ -169,8 +172,8 @@ class LayerArrays final : public Sink {
     Provenance provenance_;
     Plan plan_;
     ArrangedChannels channels_;
-    std::optional<ArrayWriter> writer_;  ///< from the first band on
-    std::int64_t fragments_ = 0;         ///< so far
+    std::optional<ArrayWriter> writer_;  ///< created with the first band
+    std::int64_t fragments_ = 0;         ///< written so far
     std::vector<std::int64_t> splits_;
     std::vector<std::byte> values_;
     StageTimes times_;
@@ -242,7 +245,7 @@ class CompositeArrays final : public Sink {
     std::string path_;
     OutputOptions options_;
     Plan plan_;
-    std::optional<ArrayWriter> writer_;  ///< from the first band on
+    std::optional<ArrayWriter> writer_;  ///< created with the first band
     ArrangedChannels channels_;
     CompositeImage composite_;
     std::vector<std::byte> values_;

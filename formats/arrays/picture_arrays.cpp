@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds a picture in the header of an array file.
+// Finds the arrays of a picture by the header of an array file.
 #include "formats/arrays/picture_arrays.h"
 
 #include <algorithm>
@@ -92,7 +92,7 @@ void PictureArrays::takeFragments() {
             if (!names.insert(channel).second) fail("two arrays have the same channel", channel);
 }
 
-/// Takes a channel array besides colour and Z.
+/// Records a channel array besides colour and Z.
 void PictureArrays::takeExtra(const SafetensorsArray& array) {
     const std::uint64_t n = z->shape.front();
     const bool fits = (array.shape.size() == 1 || array.shape.size() == 2) &&
@@ -121,7 +121,7 @@ void PictureArrays::takeComposite() {
     opacity = take("opacity", {h, w, kTintedComponents - kPlainComponents}, {"F32"}, false);
 }
 
-/// Describes the arrays as one part, for readers of headers.
+/// Describes the arrays as one part, for code that reads OpenEXR headers.
 void PictureArrays::describePart() {
     ExrInputPart part;
     part.name = composite_ ? "composite" : "";
@@ -130,7 +130,7 @@ void PictureArrays::describePart() {
     part.data_window = data_;
     part.display_window = display_;
     part.attributes = attributesIn(header_.metadata);
-    // With 0 layers it would look like an empty layered picture.
+    // With 0 layers, a composite would look like an empty layered picture.
     if (const auto layers = part.attributes.find("peeler:layers");
         composite_ && layers != part.attributes.end() && layers->second == "0")
         part.attributes.erase(layers);

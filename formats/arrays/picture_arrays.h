@@ -19,28 +19,29 @@
 
 namespace peeler {
 
-/// Returns a Sink of every fragment: `splits` (pixels of the crop + 1, int64), `z` (n, float),
-/// `rgba` (n, 4; half or float), `opacity` (n, 3; half or float, if the plan is tinted), an array
-/// for every other channel array of the bands, named by nameOf(), and the texts of pictureTexts().
+/// Returns a Sink that writes every fragment: `splits` (pixels of the crop + 1, int64), `z` (n,
+/// float), `rgba` (n, 4; half or float), `opacity` (n, 3; half or float, if the plan is tinted), an
+/// array for every other channel array of the bands, named by nameOf(), and the texts of
+/// pictureTexts().
 std::unique_ptr<Sink> makeLayerArrays(const std::string& path, const OutputOptions& options);
-/// Forecasts the size of its file, exact if the plan knows its channels.
+/// Forecasts the size of the layers' file; exact if the plan knows its channels.
 SizeForecast forecastLayerArrays(const std::string& path, const Plan& plan,
                                  const OutputOptions& options);
 
-/// Returns a Sink of the composite over the background: `rgba` (h, w, 4; float), `opacity` (h, w,
-/// 3; float, if the plan is tinted) and `z` (h, w; float: of the nearest fragment, +inf = none). A
-/// .safetensors also has the texts of pictureTexts(), a .npz `output_hash`.
+/// Returns a Sink that writes the composite over the background: `rgba` (h, w, 4; float), `opacity`
+/// (h, w, 3; float, if the plan is tinted) and `z` (h, w; float: of the nearest fragment, +inf if
+/// there is none). A .safetensors also has the texts of pictureTexts(), a .npz only `output_hash`.
 std::unique_ptr<Sink> makeCompositeArrays(const std::string& path, const OutputOptions& options);
 SizeForecast forecastCompositeArrays(const std::string& path, const Plan& plan,
                                      const OutputOptions& options);
 
-/// An open picture of arrays: fragment lists from makeLayerArrays(), or from another program that
-/// writes at least its first three arrays and the windows; or a composite from
-/// makeCompositeArrays().
+/// An open file of a picture as arrays: either fragment lists, from makeLayerArrays() or from
+/// another program that writes at least its first three arrays and the windows; or a composite,
+/// from makeCompositeArrays().
 class PictureArrays {
   public:
-    /// Opens the file. Throws Error (kInput) if it is not a picture, or its arrays do not fit
-    /// together. Warns of arrays that are ignored.
+    /// Opens the file. Throws Error (kInput) if it is not a picture, or if its arrays contradict
+    /// each other. Warns of arrays that are ignored.
     explicit PictureArrays(const std::string& path, const LayeredReadOptions& read = {});
 
     LayeredReadOptions options;
@@ -49,14 +50,14 @@ class PictureArrays {
     const ExrInfo& info() const { return info_; }
     const RegularFile& file() const { return file_; }
     bool composite() const { return composite_; }
-    /// The arrays by name: "z", "rgba", …; `opacity` is null if missing.
+    /// The arrays with these names; `splits` is null for a composite, `opacity` if missing.
     const SafetensorsArray *splits = nullptr, *z = nullptr, *rgba = nullptr, *opacity = nullptr;
-    /// Another channel array of fragments, and its place in the file.
+    /// Another channel array of the fragments.
     struct ExtraArray {
-        FragmentArray like;  ///< without data
+        FragmentArray like;  ///< its channels and type, without data
         const SafetensorsArray* stored = nullptr;
     };
-    std::vector<ExtraArray> extra;  ///< sorted by the channels' names
+    std::vector<ExtraArray> extra;  ///< sorted by channel names
 
   private:
     const SafetensorsArray* take(const char* name, const std::vector<std::uint64_t>& shape,
@@ -75,11 +76,11 @@ class PictureArrays {
     ExrInfo info_;
 };
 
-/// Opens the fragment lists; with `pixels`, opens a composite like openComposite()
-/// (formats/layered/opened_picture.h). Reads the beginnings of all lists, so that info().plan has
-/// the layers with their windows and pixels, and the actual fragment counts. Throws Error (kInput)
-/// if the file is of the other kind, or lists are out of order; (kUsage) if the options choose a
-/// part or view.
+/// Opens a picture of fragment lists; with `pixels`, opens a composite like openComposite()
+/// (formats/layered/opened_picture.h). Reads where every pixel's list begins, so that info().plan
+/// has the layers with their windows and pixels, and the actual fragment counts. Throws Error
+/// (kInput) if the file is of the other kind, or if lists are out of order; (kUsage) if the options
+/// choose a part or view.
 std::unique_ptr<LayeredInput> openArrays(std::unique_ptr<PictureArrays> arrays,
                                          bool pixels = false);
 

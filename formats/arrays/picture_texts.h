@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The metadata of pictures in array files: an OpenEXR header's text attributes, and its typed
-// attributes as JSON.
+// The metadata of pictures in array files: the attributes of an OpenEXR header, with those that are
+// not texts as JSON.
 #pragma once
 
 #include <map>
@@ -13,32 +13,33 @@
 namespace peeler {
 
 using Texts = std::map<std::string, std::string>;
-/// Channel arrays by name, and the channels of each.
+/// The name of each channel array, with the names of its channels.
 using ArrayChannels = std::vector<std::pair<std::string, std::vector<std::string>>>;
 
-/// The key of the file's kind, and its values.
+/// The key of the text that gives the picture's kind, and its two values.
 inline constexpr const char* kPictureKind = "peeler:arrays";
 inline constexpr const char* kLayersKind = "layers";
 inline constexpr const char* kCompositeKind = "composite";
 
 /// Returns the texts of a picture: kPictureKind; `displayWindow` [w, h] and `dataWindow` [x, y, w,
-/// h] (the crop); pictureAttributes(); `peeler:ids`, `peeler:carried`; and `peeler:channels`, the
-/// channels of every array by name.
+/// h] (the crop); pictureAttributes(); `peeler:ids` and `peeler:carried`; and `peeler:channels`,
+/// which lists the channels of each array.
 Texts pictureTexts(const char* kind, const Plan& plan, const Provenance& provenance,
                    const ArrayChannels& channels);
 
-// The inverses. They throw Error (kInput), naming `where` and the text, if it is malformed.
+// These functions parse the texts. They throw Error (kInput), naming `where` and the text that is
+// malformed.
 
 /// Returns the display window and the data window.
 std::pair<Window, Window> windowsIn(const Texts& texts, const std::string& where);
-/// Returns the channels of an array; empty if the file does not list them and the array's name is
-/// not in the table.
+/// Returns the channels of an array; empty if neither the file nor our table of array names lists
+/// it.
 std::vector<std::string> channelsIn(const Texts& texts, const std::string& array,
                                     const std::string& where);
 IdNames idsIn(const Texts& texts, const std::string& where);
 std::vector<StoredAttribute> carriedIn(const Texts& texts, bool camera_known,
                                        const std::string& where);
-/// Returns the remaining texts: the attributes as in ExrInputPart.
+/// Returns the remaining texts: the attributes, as in ExrInputPart.
 Texts attributesIn(const Texts& texts);
 
 }  // namespace peeler

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PLY 1.0 reader (G. Turk, "The PLY Polygon File Format", 1994): the header, and the data behind
-// it, text or binary of either byte order.
+// PLY 1.0 reader (G. Turk, "The PLY Polygon File Format", 1994): the header, and the data after it,
+// text or binary in either byte order.
 #pragma once
 
 #include <cstddef>
@@ -13,17 +13,20 @@
 
 namespace peeler {
 
-/// A scalar type under its old and new name, and its decoder.
+/// A scalar type, with its old and new name and its decoder.
 struct PlyType {
     std::string_view name, other_name;
-    std::size_t size;                            ///< bytes
-    double (*value)(const std::uint8_t* bytes);  ///< in the machine's byte order
-    double greatest;                             ///< for integers; 1 for floating point
+    std::size_t size;  ///< bytes
+    /// Decodes a value stored in the machine's byte order.
+    double (*value)(const std::uint8_t* bytes);
+    /// Greatest value of an integer type; 1 for floating point.
+    double greatest;
 };
 
 struct PlyField {
     std::string name;
-    const PlyType* count = nullptr;  ///< type of a list's length; null = a scalar
+    /// Type of the list's length; null if the property is a scalar.
+    const PlyType* count = nullptr;
     const PlyType* type = nullptr;
 };
 
@@ -33,16 +36,16 @@ struct PlyElement {
     std::vector<PlyField> properties;
 };
 
-/// A sequential reader of the values behind a header. Throws Error (kInput) without `where`, which
-/// the caller knows, if a value is malformed or the data ends early.
+/// A sequential reader of the values after a header. If a value is malformed or the data ends
+/// early, throws Error (kInput) without `where`, which the caller adds.
 class PlyNumbers {
   public:
     virtual ~PlyNumbers() = default;
     virtual double next(const PlyType& type) = 0;
     virtual void skip(const PlyType& type, std::uint64_t count) = 0;
-    /// Returns the maximum number of rows of an element that the remaining data can hold.
+    /// Returns the maximum number of an element's rows that the remaining data can hold.
     virtual std::uint64_t most(const PlyElement& element) const = 0;
-    /// Returns the maximum number of values of a type that the remaining data can hold.
+    /// Returns the maximum number of values of this type that the remaining data can hold.
     virtual std::uint64_t most(const PlyType& type) const = 0;
     /// Returns the bytes left before the end of the file.
     virtual std::size_t left() const = 0;
@@ -53,7 +56,7 @@ class PlyNumbers {
     void skip(const PlyField& property);
 };
 
-/// Throws the Error (kInput) for a file that ends before its data does.
+/// Throws the Error (kInput) for a file whose data ends early.
 [[noreturn]] void failPlyEndsEarly();
 
 /// A PLY header, parsed on construction; the file must outlive it. Throws Error (kInput) with the
@@ -63,7 +66,7 @@ class PlyFile {
     PlyFile(std::span<const std::uint8_t> file, const std::string& where);
 
     const std::vector<PlyElement>& elements() const { return elements_; }
-    /// Returns the comments, without the word `comment`.
+    /// Returns the text of each comment, without the word `comment`.
     const std::vector<std::string>& comments() const { return comments_; }
     bool isText() const { return format_ == "ascii"; }
     std::unique_ptr<PlyNumbers> numbers() const;

@@ -10,7 +10,7 @@
 namespace peeler {
 namespace {
 
-/// Returns 0 to 2 for x, y and z; −1 for any other property.
+/// Returns the axis, 0 to 2, of a property x, y or z; −1 for any other property.
 int axisOf(const PlyField& property) {
     if (property.count || property.name.size() != 1) return -1;
     const int axis = property.name[0] - 'x';
@@ -47,7 +47,7 @@ std::vector<glm::dvec3> plyPoints(std::span<const std::uint8_t> file, const std:
         if (element.properties.empty()) continue;
         std::uint64_t row = 0;
         try {
-            // Checked before anything is allocated.
+            // Check before allocating anything.
             if (element.rows > numbers->most(element)) failPlyEndsEarly();
             if (is_vertex && element.rows > kMostPoints)
                 throw Error(ErrorKind::kInput, "too many points to read at once");

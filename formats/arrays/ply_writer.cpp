@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PLY writer: a header whose length does not depend on the number of points, and the points behind
-// it.
+// PLY writer: a header whose length does not depend on the number of points, followed by the
+// points.
 #include "formats/arrays/table_writers.h"
 
 #include <limits>
@@ -38,8 +38,8 @@ PlyWriter::PlyWriter(const std::string& path, std::vector<PlyProperty> propertie
     file_.append(std::as_bytes(std::span(text)));
 }
 
-/// Returns the header, of the same length for any number of points: a comment of dots pads the
-/// number's missing digits.
+/// Returns the header. Its length is the same for any number of points: the fewer digits the number
+/// has, the more dots a comment has.
 std::string PlyWriter::header(std::span<const PlyProperty> properties,
                               std::span<const std::string> comments, std::uint64_t points) {
     const std::string count = std::to_string(points);

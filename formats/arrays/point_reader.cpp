@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chooses a point file's format by its first bytes, and checks the points.
+// Recognises the format of a point file by its first bytes, and checks the points.
 #include "formats/arrays/point_reader.h"
 
 #include <algorithm>

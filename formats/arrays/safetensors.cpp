@@ -24,7 +24,7 @@ constexpr const char* kTensorMetadata = "__metadata__";
                 "check that it is a complete .safetensors file");
 }
 
-/// An element type. Types without a numpy name are not decoded.
+/// An element type. Types without a numpy name cannot be decoded.
 struct TensorType {
     std::string_view name;
     std::size_t size;
@@ -36,7 +36,7 @@ constexpr TensorType kTensorTypes[] = {
     {"U16", 2, "u2"}, {"U8", 1, "u1"},  {"BOOL", 1},     {"F8_E4M3", 1},   {"F8_E5M2", 1},
 };
 
-/// Returns the bytes of an array, saturated on overflow.
+/// Returns the size of an array in bytes; on overflow, the largest value.
 std::uint64_t tensorBytes(std::size_t size, const std::vector<std::uint64_t>& shape) {
     constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
     if (std::ranges::find(shape, 0U) != shape.end()) return 0;

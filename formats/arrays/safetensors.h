@@ -16,10 +16,11 @@
 namespace peeler {
 
 struct SafetensorsArray {
-    std::string name, type;  ///< "F32"
+    std::string name, type;  ///< `type` as in the file: "F32"
     std::vector<std::uint64_t> shape;
-    std::uint64_t offset = 0, bytes = 0;  ///< of its data, in the file
-    const ArrayNumber* number = nullptr;  ///< null if not decoded here (F16, BOOL, …)
+    std::uint64_t offset = 0, bytes = 0;  ///< position and size of the array's data in the file
+    /// Decoder of the elements; null if there is none (F16, BOOL, …).
+    const ArrayNumber* number = nullptr;
 };
 
 struct SafetensorsHeader {
@@ -27,13 +28,14 @@ struct SafetensorsHeader {
     std::map<std::string, std::string> metadata;  ///< `__metadata__`
 
     const SafetensorsArray* find(std::string_view name) const;
-    /// Returns a text of `metadata`; "" if missing.
+    /// Returns the text with this name in `metadata`; "" if missing.
     std::string text(const std::string& name) const;
 };
 
-/// Reads the header of an open file. Throws Error (kInput) with `where` if arrays overlap, have
-/// gaps, do not fill the file or have a size that contradicts type and shape, the header is longer
-/// than the format allows (100 MB), or it is not a .safetensors (isSafetensors()).
+/// Reads the header of an open file. Throws Error (kInput) with `where` if the file is not a
+/// .safetensors (isSafetensors()), if the header is longer than the format allows (100 MB), or if
+/// arrays overlap, leave gaps, do not fill the file or have a size that contradicts their type and
+/// shape.
 SafetensorsHeader readSafetensors(const RegularFile& file, const std::string& where);
 /// Reads the header from the file's bytes.
 SafetensorsHeader readSafetensors(std::span<const std::uint8_t> file, const std::string& where);

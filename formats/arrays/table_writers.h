@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Table writers: binary PLY point clouds and dense planes of arrays. Any thread may write points
-// straight to their offset in the file.
+// directly to their offset in the file.
 #pragma once
 
 #include <cstddef>
@@ -18,41 +18,43 @@
 
 namespace peeler {
 
-/// Per-pixel fragment lists spread over planes: the k-th fragment of a list goes to plane k.
-/// Missing fragments are DenseSettings::fill in half and float arrays, 0xFFFFFFFF (no index) in
-/// uint32 arrays, and 0 in int32 arrays.
+/// Per-pixel fragment lists stored as planes: plane k holds the k-th fragment of every list. Where
+/// a list is shorter, half and float arrays hold DenseSettings::fill or repeat the last fragment
+/// (repeat_last), uint32 arrays 0xFFFFFFFF (no index), and int32 arrays 0.
 class DensePlanes {
   public:
-    /// The values stored per fragment: type and component count.
+    /// The type and number of values stored per fragment.
     struct Column {
         NumberType type = NumberType::kFloat;
         std::size_t components = 1;
     };
 
-    /// `layers`: the number of planes, in place of that of the settings.
+    /// `layers` is the number of planes and overrides that in the settings.
     DensePlanes(const DenseSettings& settings, std::uint32_t layers)
         : settings_(settings), layers_(layers) {}
 
-    /// Returns the stored type: half and float become the type in the settings.
+    /// Returns the type in which a column is stored: the settings' type if the column is half or
+    /// float, else the column's own.
     NumberType typeOf(NumberType type) const;
-    /// Returns the array of a column: (`pixels`…, planes), with a last axis of `components` if
+    /// Returns a column's array, of shape (`pixels`…, planes), plus an axis of `components` if
     /// there are several.
     NamedArray array(std::string name, const Column& column,
                      std::vector<std::uint64_t> pixels) const;
-    /// Returns the bytes per pixel in that array.
+    /// Returns the bytes that the column takes per pixel.
     std::size_t pixelBytes(const Column& column) const;
 
-    /// Fills `out` with the planes of consecutive pixels. Pixel p has the fragments from offsets[p]
-    /// up to offsets[p + 1]; `numbers` holds the values of all of them, starting with the first.
+    /// Fills `out` with the planes' values for consecutive pixels. Pixel p has the fragments from
+    /// offsets[p] up to offsets[p + 1]; `numbers` holds the values of the fragments from offsets[0]
+    /// on.
     void fill(const Column& column, std::span<const std::uint32_t> offsets,
               std::span<const std::byte> numbers, ByteBuffer& out) const;
 
-    /// Calls use(first, last) on all threads for pixel ranges that together cover `offsets`.
-    /// Neither the pixels of a range (`pixel_bytes` each) nor its fragments take more than a few
-    /// MB, unless the range is a single pixel.
+    /// Calls use(first, last), on all threads, for ranges that together cover the pixels of
+    /// `offsets`. Ranges are chosen so that neither the pixels (`pixel_bytes` each) nor the
+    /// fragments take more than a few MB, unless the range is a single pixel.
     static void forEachRange(std::span<const std::uint32_t> offsets, std::size_t pixel_bytes,
                              const std::function<void(std::size_t, std::size_t)>& use);
-    /// Returns the bytes that callers of forEachRange() hold, on all threads together.
+    /// Returns the bytes that all threads of forEachRange() together hold for their ranges.
     static std::uint64_t rangeBytes();
 
   private:
@@ -60,8 +62,8 @@ class DensePlanes {
     std::uint32_t layers_;
 };
 
-/// A property of every point. Names known to readers: x y z, nx ny nz, red green blue alpha (uchar,
-/// sRGB, straight alpha).
+/// A property that every point has. Names known to readers: x y z, nx ny nz, red green blue alpha
+/// (uchar, sRGB, straight alpha).
 struct PlyProperty {
     std::string name;  ///< without white space
     NumberType type = NumberType::kFloat;
@@ -69,7 +71,7 @@ struct PlyProperty {
 
 /// A streaming writer of PLY 1.0 files (G. Turk, "The PLY Polygon File Format", 1994),
 /// binary_little_endian, with one element `vertex`. The number of points need not be known in
-/// advance: finish() fills in the header. No point is kept in memory.
+/// advance, since finish() fills in the header. Points are not kept in memory.
 class PlyWriter {
   public:
     /// Creates the hidden file. Throws Error (kOutput); (kInternal) if a property has a type that
@@ -81,13 +83,13 @@ class PlyWriter {
     static std::uint64_t fileBytes(std::span<const PlyProperty> properties,
                                    std::span<const std::string> comments, std::uint64_t points);
 
-    /// Returns the bytes per point: its properties packed in order.
+    /// Returns the size of a point in bytes: the sum of its properties, without padding.
     std::size_t pointSize() const { return point_size_; }
     /// Appends whole points, pointSize() bytes each. Throws Error (kOutput). Not for several
     /// threads at once, nor together with writeAt().
     void append(std::span<const std::byte> points);
-    /// Writes whole points starting at point index `first`, in any order and from several threads
-    /// at once. Every point must be written once.
+    /// Writes whole points from the index `first` on, in any order and from several threads at
+    /// once. Every point must be written exactly once.
     void writeAt(std::uint64_t first, std::span<const std::byte> points);
     /// Writes the final header and commits the file. Throws Error (kOutput); (kInternal) if points
     /// are missing.

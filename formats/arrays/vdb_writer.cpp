@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// .vdb writer around a grid; OpenVDB itself is in formats/modules/vdb_grid.cpp.
+// .vdb writer: everything around the grid. Code that uses OpenVDB is in
+// formats/modules/vdb_grid.cpp.
 #include "formats/arrays/vdb_writer.h"
 
 #include <array>
@@ -16,18 +17,20 @@
 namespace peeler {
 namespace {
 
-// The file's beginning is that of Archive::writeHeader in OpenVDB 10: magic number (8 bytes),
-// version of the format (4) and of the library (2 × 4), presence of offsets (1), UUID as text.
+// Position and size of the UUID. The file begins as Archive::writeHeader in OpenVDB 10 writes it:
+// magic number (8 bytes), versions of format (4) and library (2 × 4), presence of offsets (1), then
+// the UUID as text.
 constexpr std::uint64_t kUuidAt = 21, kUuidSize = 36;
 
-/// The 64-bit FNV-1a of a file's bytes, except those of its UUID.
+/// A 64-bit FNV-1a hash of a file's bytes, leaving out those of its UUID.
 class ContentHash {
   public:
     explicit ContentHash(std::uint64_t basis) : hash_(basis) {}
 
     void add(std::uint64_t position, std::span<const char> bytes) {
         for (const char byte : bytes) {
-            if (position - kUuidAt >= kUuidSize) {  // wraps around before the UUID
+            // Before the UUID, the unsigned difference wraps around.
+            if (position - kUuidAt >= kUuidSize) {
                 hash_ = (hash_ ^ static_cast<std::uint8_t>(byte)) * 0x100000001B3U;
             }
             ++position;
@@ -39,8 +42,8 @@ class ContentHash {
     std::uint64_t hash_;
 };
 
-/// A stream buffer from OpenVDB to the AtomicFile. Exceptions cannot pass through streams, so they
-/// wait in `failure`.
+/// A stream buffer through which OpenVDB writes to the AtomicFile. Exceptions cannot pass through
+/// streams, so they are kept in `failure`.
 class FileBuffer : public std::streambuf {
   public:
     explicit FileBuffer(AtomicFile& file) : file_(file) {}
@@ -77,7 +80,7 @@ class FileBuffer : public std::streambuf {
         const char byte = traits_type::to_char_type(letter);
         return xsputn(&byte, 1) == 1 ? letter : traits_type::eof();
     }
-    /// Returns the end position, the only one supported.
+    /// Returns the current position, at the end; seeking elsewhere is not supported.
     pos_type seekoff(off_type offset, std::ios_base::seekdir from,
                      std::ios_base::openmode) override {
         if (offset != 0 || from == std::ios_base::beg) return pos_type(off_type(-1));

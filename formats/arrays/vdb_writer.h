@@ -12,8 +12,8 @@
 
 namespace peeler {
 
-/// A lattice of cubes of side `spacing` (scene units); the least corner of the first one is at
-/// `corner`, in world space.
+/// A lattice of cubic cells of side `spacing` (scene units). The least corner of the first cell is
+/// at `corner`, in world space.
 struct VdbVoxels {
     glm::ivec3 cells{0};
     glm::dvec3 corner{0};
@@ -25,15 +25,15 @@ struct VdbVoxels {
 
 /// Writes a fog volume: a float grid `density` that is 1 and active inside, 0 elsewhere. Integer
 /// index coordinates are cell centres. The same voxels produce the same bytes: the file's UUID,
-/// which OpenVDB draws at random, is replaced by a hash of the content. Takes about 4 bytes of
-/// memory per cell near the boundary, and little inside. Does not commit `file`. Throws Error
-/// (kOutput), (kMemory).
+/// which OpenVDB would draw at random, is a hash of the content. Takes about 4 bytes of memory per
+/// cell near the boundary, and little inside. Does not commit `file`. Throws Error (kOutput),
+/// (kMemory).
 void writeVdb(AtomicFile& file, const VdbVoxels& voxels, const std::string& creator);
 
-/// The function exported by the OpenVDB module (formats/modules/vdb_grid.cpp) as
-/// kVdbModuleFunction; the module is loaded for the first grid. Writes the grid of writeVdb() to a
-/// stream, with OpenVDB's random UUID, on at most `threads` (1 or more) threads. Throws OpenVDB's
-/// exceptions, all derived from std::exception.
+/// The type of the function that the OpenVDB module (formats/modules/vdb_grid.cpp) exports as
+/// kVdbModuleFunction; the module is loaded when the first grid is written. The function writes the
+/// grid of writeVdb() to a stream, with OpenVDB's random UUID, on at most `threads` (1 or more)
+/// threads. Throws OpenVDB's exceptions, all derived from std::exception.
 using VdbModuleFunction = void(std::ostream& stream, const VdbVoxels& voxels,
                                const std::string& creator, int threads);
 inline constexpr char kVdbModule[] = "peeler_vdb";

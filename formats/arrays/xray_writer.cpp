@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writer of layers for the X-Ray loader. The loader: load_xrays() of src/dataset.py; the authors'
-// writer: preprocess/get_xray/gen_objaverse.py. Their files have float data and int32 indices, and
-// are compressed, which numpy reads the same way.
+// Writer of layers for X-Ray. The loader that reads them is load_xrays() in src/dataset.py; the
+// authors' writer is preprocess/get_xray/gen_objaverse.py. Their files have float data and int32
+// indices and are compressed; numpy reads ours in the same way.
 #include <algorithm>
 #include <array>
 #include <glm/glm.hpp>
@@ -22,7 +22,7 @@ constexpr std::size_t kXrayRows = 16, kXrayNumbers = 7;
 
 enum XrayArray : std::size_t { kData, kIndices, kIndptr, kShape };
 
-/// Returns the index of each layer's first hit among all stored hits.
+/// Returns, for each layer, the index of its first hit among all stored hits.
 std::array<std::uint64_t, kXrayRows + 1> firstHits(const Plan& plan) {
     std::array<std::uint64_t, kXrayRows + 1> first{};
     for (std::size_t row = 0; row < kXrayRows; ++row) {
@@ -78,7 +78,7 @@ class XrayNumbers {
     }
 
   private:
-    glm::dmat3 to_camera_;  ///< for vectors: x right, y up, z backward
+    glm::dmat3 to_camera_;  ///< rotates vectors to the camera's axes: x right, y up, z backward
     FragmentChannel distance_, facing_;
     std::array<FragmentChannel, 3> normal_, color_;
 };
@@ -102,7 +102,7 @@ class XrayWriter final : public Sink {
     }
 
     void write(LayeredImage&& band) override {
-        // Small enough for a core's own cache.
+        // Chosen so that the data fits into a core's own cache.
         constexpr std::size_t kPixelsAtOnce = std::size_t{1} << 15;
         const XrayNumbers numbers(band, plan_.view);
         parallelFor(kXrayRows, [&](std::size_t row) {
@@ -116,7 +116,7 @@ class XrayWriter final : public Sink {
     void finish() override { writer_->finish(); }
 
   private:
-    /// Returns indices as stored.
+    /// Returns the bytes of indices in the stored type.
     ByteBuffer indexBytes(const std::vector<std::uint64_t>& indices) const {
         ByteBuffer bytes(indices.size() * (is_wide_ ? sizeof(std::int64_t) : sizeof(std::int32_t)));
         std::byte* out = bytes.data();
@@ -126,8 +126,8 @@ class XrayWriter final : public Sink {
         return bytes;
     }
 
-    /// Writes the hits of layer `row` in some pixels of the band. Its matrix row holds the
-    /// distances of all pixels first, then the first components of all normals, and so on.
+    /// Writes the hits of layer `row` in some pixels of the band. The layer's matrix row holds the
+    /// distances of all pixels, then the X components of all normals, and so on.
     void writeHits(const LayeredImage& band, const XrayNumbers& numbers, std::size_t row,
                    std::size_t first, std::size_t last) {
         std::vector<std::uint64_t> places;
@@ -154,10 +154,10 @@ class XrayWriter final : public Sink {
 
     std::string path_, output_hash_;
     Plan plan_;
-    bool is_wide_ = false;  ///< 64-bit indices
+    bool is_wide_ = false;  ///< whether indices have 64 bits
     std::array<std::uint64_t, kXrayRows + 1> first_{};
-    std::array<std::uint64_t, kXrayRows> written_{};  ///< hits of each layer, so far
-    std::uint64_t pixels_ = 0;                        ///< so far
+    std::array<std::uint64_t, kXrayRows> written_{};  ///< hits of each layer written so far
+    std::uint64_t pixels_ = 0;                        ///< number of pixels written so far
     std::optional<ArrayWriter> writer_;
 };
 

@@ -18,18 +18,18 @@
 namespace peeler {
 namespace {
 
-constexpr double kMillimetres = 1000;  ///< per metre
+constexpr double kMillimetres = 1000;  ///< millimetres per metre
 constexpr std::string_view kSceneCamera = "scene_camera";
 
-// Keys that are read, and keys that do not affect the view.
+// Keys that are read, or that are ignored without a warning because they do not affect the view.
 constexpr std::string_view kPictureKeys[] = {"cam_K",       "cam_R_w2c",  "cam_t_w2c",
                                              "depth_scale", "view_level", "mode"};
 constexpr std::string_view kCameraKeys[] = {"width", "height", "fx",         "fy",
                                             "cx",    "cy",     "depth_scale"};
 constexpr std::string_view kObjectKeys[] = {"obj_id", "cam_R_m2c", "cam_t_m2c"};
 
-/// Returns the file that belongs to this one, in a folder. Datasets with several sensors have
-/// scene_camera_SENSOR.json, and so on.
+/// Returns the path of the file `name` that belongs to the camera file `path`, in a folder relative
+/// to it. Datasets with several sensors have scene_camera_SENSOR.json, and so on.
 std::filesystem::path companion(const std::filesystem::path& path, const std::string& folder,
                                 const std::string& name) {
     const std::string stem = path.stem().string();
@@ -38,7 +38,7 @@ std::filesystem::path companion(const std::filesystem::path& path, const std::st
     return path.parent_path() / folder / (name + sensor + ".json");
 }
 
-/// Returns the matrix of a rotation (row by row) and a translation (millimetres).
+/// Returns the matrix for two members: a rotation (row by row) and a translation (millimetres).
 glm::dmat4 rigidMembers(const CameraObject& object, const char* turn, const char* shift) {
     const std::array<double, 9> identity = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     const auto rotation = object.numbers(turn, 9);
@@ -53,7 +53,7 @@ glm::dmat4 rigidMembers(const CameraObject& object, const char* turn, const char
     return checkedPose(matrix, object.where(turn));
 }
 
-/// Returns the picture id in a key.
+/// Returns the picture id that a key gives.
 std::optional<std::uint32_t> pictureId(const std::string& key) {
     std::uint32_t id = 0;
     const auto [end, failure] = std::from_chars(key.data(), key.data() + key.size(), id);
@@ -61,13 +61,13 @@ std::optional<std::uint32_t> pictureId(const std::string& key) {
     return id;
 }
 
-/// Returns the name of a picture's file: "000017".
+/// Returns the name of a picture's file without its extension: "000017".
 std::string pictureName(std::uint32_t id) {
     const std::string digits = std::to_string(id);
     return std::string(6 - std::min<std::size_t>(digits.size(), 6), '0') + digits;
 }
 
-/// Returns a file's picture ids and values, ordered by id.
+/// Returns the picture ids in a file with their values, ordered by id.
 std::vector<std::pair<std::uint32_t, const nlohmann::json*>> picturesIn(const nlohmann::json& root,
                                                                         const std::string& where) {
     std::vector<std::pair<std::uint32_t, const nlohmann::json*>> pictures;
@@ -83,12 +83,13 @@ std::vector<std::pair<std::uint32_t, const nlohmann::json*>> picturesIn(const nl
     return pictures;
 }
 
-/// Returns the picture size from the camera.json beside the file, or in the data set around it.
+/// Returns the size of the pictures, from a camera.json beside the file or in one of the two
+/// folders above.
 Size sizeBeside(const CameraSource& source) {
     for (const char* folder : {".", "..", "../.."}) {
         for (const auto& path : {companion(source.path, folder, "camera"),
                                  source.path.parent_path() / folder / "camera.json"}) {
-            if (!isSeen(path)) continue;  // the parent folders may be unreadable
+            if (!isSeen(path)) continue;  // also if the parent folders are unreadable
             const nlohmann::json root = readCameraJson(path);
             const CameraObject camera(root, path.lexically_normal().string(), "");
             warnOfOthers(camera, kCameraKeys, source.warnings);
@@ -180,14 +181,14 @@ bool isBopName(const std::filesystem::path& path) {
     return lowerExtension(path) == ".json" && path.filename().string().starts_with(kSceneCamera);
 }
 
-/// Returns rotation and translation (millimetres) as two members.
+/// Returns the JSON text of two members: rotation, and translation in millimetres.
 std::string rigidText(const glm::dmat4& matrix, const std::string& names) {
     const glm::dvec3 shift = glm::dvec3(matrix[3]) * kMillimetres;
     return "\"cam_R_" + names + "\": [" + cameraNumbers(rowsOf(matrix, 3, 3)) + "], \"cam_t_" +
            names + "\": [" + cameraNumbers(std::array{shift.x, shift.y, shift.z}) + "]";
 }
 
-/// Returns a picture's objects relative to its camera, as in scene_gt.json.
+/// Returns the JSON text of a picture's objects relative to its camera, as in scene_gt.json.
 std::string objectsText(const FileCamera& camera) {
     const glm::dmat4 world_to_camera = opencvOfPose(camera.camera_to_world);
     std::string text;
@@ -197,7 +198,7 @@ std::string objectsText(const FileCamera& camera) {
     return "[" + text + "]";
 }
 
-/// Returns the cameras' names as numbers, if these are all different; else 0, 1, ….
+/// Returns the cameras' names as picture ids, if all are numbers and all differ; otherwise 0, 1, ….
 std::vector<std::uint32_t> idsOf(std::span<const FileCamera> cameras) {
     std::vector<std::uint32_t> ids;
     std::set<std::uint32_t> different;

@@ -13,9 +13,10 @@
 namespace peeler {
 namespace {
 
-/// Converts between a camera's axes in glTF and in OpenCV, which has y down and looks along +Z.
+/// Converts a camera-to-world matrix between glTF's axes and OpenCV's, where the camera has +Y down
+/// and looks along +Z.
 glm::dmat4 withAxesTurned(glm::dmat4 camera_to_world) {
-    camera_to_world[1] = glm::dvec4(0) - camera_to_world[1];  // without −0
+    camera_to_world[1] = glm::dvec4(0) - camera_to_world[1];  // subtracts from 0, to avoid −0
     camera_to_world[2] = glm::dvec4(0) - camera_to_world[2];
     return camera_to_world;
 }
@@ -35,7 +36,8 @@ std::string_view asText(std::span<const std::uint8_t> bytes) {
 }
 
 nlohmann::json readCameraJson(const std::filesystem::path& path) {
-    // A parsed value takes ten times the memory of its shortest text, so values are counted first.
+    // A parsed value takes up to ten times the memory of its text, so values are counted before
+    // parsing.
     constexpr std::uint64_t kMostValues = 64 * kMostViews;
     const std::vector<std::uint8_t> bytes = readCameraBytes(path);
     const std::string_view text = asText(bytes);
@@ -72,7 +74,8 @@ glm::dmat4 rigidInverse(const glm::dmat4& matrix) {
 
 glm::dmat4 poseOfOpencv(const glm::dmat4& world_to_camera, const std::string& where) {
     glm::dmat4 turn = glm::dmat4(glm::dmat3(checkedPose(world_to_camera, where)));
-    // Rigid by its axes in the world, which are the rows, so that the eye stays where they put it.
+    // Make the rows rigid, not the columns: the rows are the camera's axes in the world, so the eye
+    // then stays where these axes put it.
     if (!(distanceFromRigid(turn) < kRigidByRounding))
         turn = glm::transpose(rigid(glm::transpose(turn)).value_or(turn));
     turn[3] = world_to_camera[3];
@@ -125,7 +128,7 @@ void checkDepthPlanes(const FileCamera& camera, const std::string& where) {
 std::string viewName(const std::string& picture) {
     const std::size_t slash = picture.find_last_of("/\\");
     std::string name = slash == std::string::npos ? picture : picture.substr(slash + 1);
-    // NeRF's picture names have no extension, and may have a number after a dot.
+    // NeRF's picture names have no extension, but may have a number after a dot.
     const std::size_t dot = name.rfind('.');
     const auto isLetter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
     if (dot != std::string::npos && dot > 0 && dot + 1 < name.size() && isLetter(name[dot + 1]))

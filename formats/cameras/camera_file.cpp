@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of camera file formats, and the steps shared by all formats.
+// The table of camera file formats, and the steps that all formats share.
 #include "formats/cameras/camera_file.h"
 
 #include <algorithm>
@@ -15,7 +15,8 @@
 namespace peeler {
 namespace {
 
-/// The first format that holds a file reads it; the first one that has files of a name writes it.
+/// In order of priority: a file is read by the first format that recognises it (`holds`), and
+/// written by the first whose `written` accepts its name.
 constexpr const CameraFormat* kCameraFormats[] = {
     &kTransformsFormat, &kBopFormat, &kCameraLinesFormat, &kPoseArrayFormat, &kColmapFormat,
 };
@@ -32,10 +33,10 @@ std::string_view nameOf(CameraConvention convention) {
     return kConventions[static_cast<std::size_t>(convention)].name;
 }
 
-/// Throws Error (kUsage) for a convention that is not the format's.
+/// Throws Error (kUsage) if a convention is given that is not the format's.
 void checkConvention(const CameraFormat& format, const CameraSource& source) {
     const auto asked = source.options.convention;
-    // Arrays have no convention of their own.
+    // Arrays have no convention of their own, so any may be given.
     if (!asked || asked == CameraConvention::kBlender || &format == &kPoseArrayFormat) return;
     if (asked == format.convention) return;
     const std::string own = format.convention
@@ -47,7 +48,7 @@ void checkConvention(const CameraFormat& format, const CameraSource& source) {
                 source.path.string(), "leave it out, or give blender for a world with +Z up");
 }
 
-/// Turns a world with +Z up to +Y up.
+/// Turns a camera and its objects from a world with +Z up to one with +Y up.
 void turnWorld(FileCamera& camera) {
     const auto turn = [](glm::dmat4& to_world) {
         for (int column = 0; column < 4; ++column) {
@@ -60,8 +61,8 @@ void turnWorld(FileCamera& camera) {
         turn(object.to_world);
 }
 
-/// Throws Error (kInput) for a camera that cannot become a view, which would otherwise fail only
-/// when it is rendered.
+/// Throws Error (kInput) if the camera cannot become a view. Without this check, only rendering
+/// would fail.
 void checkRenderable(const FileCamera& camera, const std::string& where) {
     if (!camera.intrinsics || camera.size.height == 0) return;
     View view;

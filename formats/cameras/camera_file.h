@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera files of other programs and our own, read as views and written from views.
+// Camera files, of other programs and our own: reading as views, and writing from views.
 #pragma once
 
 #include <array>
@@ -21,69 +21,73 @@ namespace peeler {
 inline constexpr std::uint64_t kMostViews = 1'000'000;
 inline constexpr std::uint64_t kMostCameraBytes = std::uint64_t{1} << 30;
 
-/// An object of the scene as placed in a view (BOP): its id, and its matrix, object to world, in
-/// metres on both sides.
+/// An object of the scene as placed in one view (BOP): its id, and the matrix from object to world,
+/// both in metres.
 struct PlacedObject {
     int id = 0;
     glm::dmat4 to_world{1};
 };
 
-/// One view of a camera file. The caller chooses any missing values.
+/// One camera of a file. The file may leave values open, which the caller then chooses.
 struct FileCamera {
-    std::string name;     ///< its picture's, without folder and extension, else its number
-    std::string picture;  ///< its picture's file as named in the file; "" if unnamed
-    /// glTF's axes: it looks along −Z, +Y up. Rigid to 1e-4 (distanceFromRigid()).
+    std::string name;     ///< name of its picture without folder and extension, else its number
+    std::string picture;  ///< file name of its picture as stored in the file; "" if there is none
+    /// In glTF's axes: the camera looks along −Z, with +Y up. Rigid to 1e-4 (distanceFromRigid()).
     glm::dmat4 camera_to_world{1};
     std::optional<Intrinsics> intrinsics;
-    std::optional<double> fov, ortho_height;  ///< instead of intrinsics, as in CameraChoice
-    std::optional<double> near, far;          ///< metres; JSON lines and our own transforms.json
-    Size size{0, 0};                          ///< {0, 0}: unknown
+    std::optional<double> fov, ortho_height;  ///< in place of intrinsics, as in CameraChoice
+    /// Metres; only in JSON lines and in our own transforms.json.
+    std::optional<double> near, far;
+    Size size{0, 0};  ///< {0, 0} if unknown
     std::vector<PlacedObject> objects;
 };
 
 /// The axes of poses, for files that do not define them.
 enum class CameraConvention {
-    kOpencv,   ///< world to camera, which looks along +Z, +Y down
-    kOpengl,   ///< camera to world, which looks along −Z, +Y up
-    kBlender,  ///< as kOpengl, with +Z up in the world, which is turned: (x, y, z) to (x, z, −y)
+    kOpencv,   ///< world to camera; the camera looks along +Z, with +Y down
+    kOpengl,   ///< camera to world; the camera looks along −Z, with +Y up
+    kBlender,  ///< as kOpengl, but the file's world has +Z up: its (x, y, z) becomes (x, z, −y)
 };
 
 struct CameraConventionInfo {
     std::string_view name, summary;
 };
-/// Returns "opencv", "opengl", "blender", in the order of the enumeration.
+/// Returns "opencv", "opengl", "blender" with their summaries, in the order of the enumeration.
 std::span<const CameraConventionInfo> cameraConventions();
-/// Returns the convention with this name. Throws Error (kUsage) with the list for an unknown name.
+/// Returns the convention with this name. For an unknown name, throws Error (kUsage), which lists
+/// the names.
 CameraConvention cameraConvention(const std::string& name);
 
 struct CameraFileOptions {
-    /// Required for arrays of poses. Other formats have their own, which may be named here; with
-    /// kBlender their world is turned, and their camera axes stay those of the format.
+    /// Required for arrays of poses. All other formats have a convention, and only that or kBlender
+    /// may be given; kBlender turns the file's world but leaves the camera axes as the format
+    /// defines them.
     std::optional<CameraConvention> convention{};
-    Size size{0, 0};  ///< of pictures, if the file does not define it
+    Size size{0, 0};  ///< size of the pictures, if the file does not define it
 };
 
 /// Reads the views of a camera file, in the order of the file, or by picture number (BOP, COLMAP).
-/// Distinguishes formats by name and content: transforms.json (nerfstudio, instant-ngp), BOP's
-/// scene_camera.json with the files beside it, a COLMAP folder, text or binary, or one of its
-/// files, .npy and .npz, and our own .jsonl. formats/README.md, "Cameras", has the conventions and
+/// Recognises the format by name and content: transforms.json (nerfstudio, instant-ngp); BOP's
+/// scene_camera.json with the files beside it; a COLMAP folder, text or binary, or one of its
+/// files; .npy and .npz; and our own .jsonl. formats/README.md, "Cameras", has the conventions and
 /// the keys read from each format. Warns of anything else in the file.
 ///
-/// Throws Error (kInput) for a file that is missing, larger than kMostCameraBytes, damaged or has
-/// more than kMostViews; for numbers that are not finite; for poses that are not rigid, skew and
-/// lens distortion, with the place (JSON pointer, line, byte); (kUsage) for a convention that is
-/// missing or is not the format's.
+/// Throws Error (kInput), with the place (JSON pointer, line, byte), if the file is missing, larger
+/// than kMostCameraBytes, damaged or has more than kMostViews views, or if it has numbers that are
+/// not finite, poses that are not rigid, skew or lens distortion. Throws Error (kUsage) if a
+/// required convention is missing, or if the given one is not the format's.
 std::vector<FileCamera> readCameras(const std::filesystem::path& path,
                                     const CameraFileOptions& options, ReadWarnings& warnings);
 
-/// Returns a view's camera for a file: pose, intrinsics and size of its crop, near and far. An
-/// orthographic view has the `ortho_height` of its crop. cameraChoice() of the result makes a view
-/// with the same rays, and from then on bitwise the same view.
+/// Returns a view's camera, to be stored in a file: pose, intrinsics and size of its crop, near and
+/// far. For an orthographic view, `ortho_height` is the height of the crop. cameraChoice() of the
+/// result makes a view with the same rays; storing and reading that view again reproduces it bit by
+/// bit.
 FileCamera fileCamera(const View& view, std::string name);
 
 /// Returns the camera choice for a camera from a file: pose, intrinsics or field of view, near, far
-/// and size. An unknown size stays as in `choice`. Throws Error (kUsage) if it is unknown and there
-/// are intrinsics.
+/// and size. If the file does not give a size, that of `choice` stays; but if it gives intrinsics
+/// without a size, throws Error (kUsage).
 CameraChoice cameraChoice(const FileCamera& camera, CameraChoice choice = {});
 
 /// A point of a scene, for COLMAP's points3D.
@@ -93,26 +97,26 @@ struct ScenePoint {
 };
 
 struct CameraOutputOptions {
-    std::span<const ScenePoint> points{};  ///< COLMAP only
-    double depth_scale = 1;                ///< BOP: millimetres per unit of its depth pictures
+    std::span<const ScenePoint> points{};  ///< stored by COLMAP only
+    double depth_scale = 1;                ///< BOP: millimetres per unit of the depth pictures
 };
 
-/// Whether the format of this name can hold points. Throws like checkCameraOutput().
+/// Whether the format that the name chooses can store points. Throws like checkCameraOutput().
 bool holdsScenePoints(const std::string& path);
 
-/// Throws Error (kUsage) if no format writes files of this name: `transforms.json` and other .json,
-/// `scene_camera….json`, a folder (an existing one, a name without extension, or with a trailing
-/// slash), or `cameras.bin` and `cameras.txt` in one.
+/// Throws Error (kUsage) if the name chooses no format. Valid names are `transforms.json` and other
+/// .json, `scene_camera….json`, a folder (an existing one, a name without extension, or one with a
+/// trailing slash), and `cameras.bin` or `cameras.txt` in a folder.
 void checkCameraOutput(const std::string& path);
 
-/// Returns the files of a name, read or written: all files of a COLMAP model, and BOP's camera and
-/// objects beside the file of this name.
+/// Returns the files that are read or written under a name: all files of a COLMAP model; BOP's
+/// scene_camera with camera and scene_gt beside it; else the file itself.
 std::vector<std::filesystem::path> cameraFiles(const std::filesystem::path& path);
 
-/// Writes cameras in the format of this name; all files of a format are published, or none. Throws
-/// Error (kUsage) for a name that checkCameraOutput() refuses, for an empty list, orthographic
-/// cameras and cameras without a size, for names that the format cannot hold, and, for BOP, for
-/// sizes that differ; (kOutput).
+/// Writes cameras in the format that the name chooses; publishes all files of the format, or none.
+/// Throws Error (kUsage) for a name that checkCameraOutput() refuses; if there are no cameras; for
+/// orthographic cameras and cameras without a size; for names that the format cannot store; and,
+/// for BOP, if sizes differ. Also throws Error (kOutput).
 void writeCameras(const std::string& path, std::span<const FileCamera> cameras,
                   const CameraOutputOptions& options = {});
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of camera file formats, and the helpers shared by their readers and writers.
+// The table of camera file formats, and helpers shared by their readers and writers.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@
 
 namespace peeler {
 
-/// A camera file or folder to read, with the read options.
+/// A camera file or folder that is being read, with the options for reading it.
 struct CameraSource {
     CameraSource(std::filesystem::path from, const CameraFileOptions& asked, ReadWarnings& warned)
         : path(std::move(from)), options(asked), warnings(warned) {}
@@ -20,26 +20,29 @@ struct CameraSource {
     CameraFileOptions options;
     ReadWarnings& warnings;
 
-    /// Returns the file, a .json, parsed once.
+    /// Returns the content of the file, a .json, which is parsed only once.
     const nlohmann::json& json() const;
 
   private:
     mutable std::shared_ptr<const nlohmann::json> json_;
 };
 
-/// A camera format: a file of this folder, and a row of the table.
+/// A camera format. A new one needs a source file in this folder and a row in the table.
 struct CameraFormat {
-    const char* name;  ///< in messages
-    /// The axes of its poses; nothing if its files do not define them.
+    const char* name;  ///< for messages
+    /// The axes of the format's poses; nothing if its files do not define them.
     std::optional<CameraConvention> convention;
-    bool (*holds)(const CameraSource& source);  ///< by name or content
-    /// May leave the world as in the file, and names empty; they become the views' numbers.
+    /// Whether the source has this format, by name or content.
+    bool (*holds)(const CameraSource& source);
+    /// Reads the views. The world may stay as in the file; names may stay empty, and then become
+    /// the views' numbers.
     std::vector<FileCamera> (*read)(const CameraSource& source);
-    // Null for formats that are only read.
-    bool (*written)(const std::filesystem::path& path);  ///< whether it writes files of this name
-    /// Returns the files of this name.
+    // The following are null for formats that are only read.
+    /// Whether the name chooses this format for writing.
+    bool (*written)(const std::filesystem::path& path);
+    /// Returns all files that belong to this name.
     std::vector<std::filesystem::path> (*files)(const std::filesystem::path& path);
-    /// Returns the texts of files(), in that order; the last ones may be missing.
+    /// Returns the contents of files(), in that order; contents may be missing for the last ones.
     std::vector<std::string> (*write)(const std::filesystem::path& path,
                                       std::span<const FileCamera> cameras,
                                       const CameraOutputOptions& options);
@@ -48,7 +51,7 @@ struct CameraFormat {
 extern const CameraFormat kTransformsFormat, kBopFormat, kColmapFormat, kPoseArrayFormat,
     kCameraLinesFormat;
 
-// camera_checks.cpp.
+// Defined in camera_checks.cpp.
 
 /// Throws Error (kInput).
 [[noreturn]] void refuseCamera(const Text& what, const Text& where, const Text& hint = {});
@@ -57,66 +60,67 @@ extern const CameraFormat kTransformsFormat, kBopFormat, kColmapFormat, kPoseArr
 std::vector<std::uint8_t> readCameraBytes(const std::filesystem::path& path);
 /// Returns bytes as text.
 std::string_view asText(std::span<const std::uint8_t> bytes);
-/// Returns the JSON of a camera file. Throws Error (kInput) if it has more values than kMostViews
-/// need.
+/// Returns the content of a JSON camera file. Throws Error (kInput) if it has more values than
+/// kMostViews views need.
 nlohmann::json readCameraJson(const std::filesystem::path& path);
 
 /// Throws Error (kInput) unless there are 1 to kMostViews views.
 void checkViewCount(std::uint64_t count, const std::string& where);
 
-/// Returns a camera's matrix, checked to be rigid. Throws Error (kInput) otherwise.
+/// Returns a camera's matrix if it is rigid; otherwise throws Error (kInput).
 const glm::dmat4& checkedPose(const glm::dmat4& matrix, const std::string& where);
-/// Converts world to camera in OpenCV's axes to FileCamera::camera_to_world; checked.
+/// Returns FileCamera::camera_to_world for a world-to-camera matrix in OpenCV's axes. Throws Error
+/// (kInput) if that is not rigid.
 glm::dmat4 poseOfOpencv(const glm::dmat4& world_to_camera, const std::string& where);
-/// The inverse of poseOfOpencv(), for a rigid matrix.
+/// The inverse of poseOfOpencv(); the matrix must be rigid.
 glm::dmat4 opencvOfPose(const glm::dmat4& camera_to_world);
 /// Returns the inverse of a rigid matrix.
 glm::dmat4 rigidInverse(const glm::dmat4& matrix);
 
-/// Returns the intrinsics. Throws Error (kInput) unless focal lengths are above 0, and all values
+/// Returns the intrinsics. Throws Error (kInput) unless focal lengths are above 0 and all values
 /// finite.
 Intrinsics checkedIntrinsics(const Intrinsics& intrinsics, const std::string& where);
-/// Returns the intrinsics of a matrix K, row-major, with our pixel coordinates.
+/// Returns the intrinsics in a matrix K (row-major, with our pixel coordinates).
 Intrinsics intrinsicsOfK(std::span<const double, 9> k, const std::string& where);
-/// Returns a picture's size. Throws Error (kInput) unless it is whole, and between 1 and the
+/// Returns a picture's size. Throws Error (kInput) unless both sides are integers, from 1 to the
 /// limits.
 Size checkedSize(double width, double height, const std::string& where);
 
-/// Throws Error (kInput) if there is nothing between the near and far planes.
+/// Throws Error (kInput) unless the near plane lies before the far plane.
 void checkDepthPlanes(const FileCamera& camera, const std::string& where);
 
-/// The hint for lens distortion.
+/// The hint of errors about lens distortion.
 inline constexpr const char* kUndistort = "undistort the pictures first";
 
-/// Returns the part of a file name that names a view: without folder and extension.
+/// Returns the part of a picture's file name that names its view: without folder and extension.
 std::string viewName(const std::string& picture);
 
-/// An object in a JSON camera file, and its place: "file.json, /frames/3".
+/// An object in a JSON camera file that knows its place: "file.json, /frames/3".
 class CameraObject {
   public:
-    /// `value` must outlive it. Throws Error (kInput) if it is not an object.
+    /// `value` must outlive this. Throws Error (kInput) if it is not a JSON object.
     CameraObject(const nlohmann::json& value, std::string file, std::string pointer);
 
     const nlohmann::json& value() const { return value_; }
     const std::string& pointer() const { return pointer_; }
-    /// Returns the place for messages: of the object, or of a member.
+    /// Returns the place, for messages, of the object or of a member.
     std::string where() const;
     std::string where(std::string_view key) const;
 
-    /// Returns the member; null if it is missing, or is null.
+    /// Returns the member; null if it is missing or null.
     const nlohmann::json* find(const char* key) const;
     bool has(const char* key) const { return find(key) != nullptr; }
-    /// Returns a finite number, if present. Throws Error (kInput) if it is anything else.
+    /// Returns a finite number, if present. Throws Error (kInput) if the member is anything else.
     std::optional<double> number(const char* key) const;
     /// Returns `count` finite numbers, if present.
     std::optional<std::vector<double>> numbers(const char* key, std::size_t count) const;
-    /// Returns numbers row by row: `count` lists of `columns` each, if present.
+    /// Returns `count` rows of `columns` numbers each, concatenated, if present.
     std::optional<std::vector<double>> rows(const char* key, std::size_t count,
                                             std::size_t columns) const;
-    /// Returns an affine matrix of 3 or 4 rows, the last one 0, 0, 0, 1, if present.
+    /// Returns an affine matrix, if present: 3 or 4 rows, the fourth 0, 0, 0, 1.
     std::optional<glm::dmat4> matrix(const char* key) const;
     std::optional<std::string> text(const char* key) const;
-    /// Returns a required value. Throws Error (kInput) if it is missing.
+    /// Returns a required value. Throws Error (kInput), naming `key`, if it is missing.
     template <class T>
     T required(const std::optional<T>& value, const char* key) const {
         if (!value) missing(key);
@@ -136,13 +140,13 @@ class CameraObject {
 void warnOfOthers(const CameraObject& object, std::span<const std::string_view> known,
                   ReadWarnings& warnings);
 
-/// Returns an affine matrix from its rows, 12 or 16 numbers. Throws Error (kInput) if they are not
-/// finite, or the fourth row is not 0, 0, 0, 1.
+/// Returns an affine matrix from its rows, 12 or 16 numbers. Throws Error (kInput) if one is not
+/// finite, or if the fourth row is not 0, 0, 0, 1.
 glm::dmat4 matrixOfRows(std::span<const double> numbers, const std::string& where);
 
-// camera_writing.cpp.
+// Defined in camera_writing.cpp.
 
-/// Returns the shortest text of a number that reads back the same, including the sign of 0.
+/// Returns the shortest text that reads back as the same number, including the sign of 0.
 std::string cameraNumber(double number);
 /// Returns the texts of numbers, joined by `separator`.
 std::string cameraNumbers(std::span<const double> numbers, const char* separator = ", ");
@@ -150,8 +154,8 @@ std::string cameraNumbers(std::span<const double> numbers, const char* separator
 std::string jsonText(const std::string& text);
 /// Returns the elements of a matrix's upper left block of this size, row by row.
 std::vector<double> rowsOf(const glm::dmat4& matrix, int rows, int columns = 4);
-/// Returns a camera's intrinsics for writing. Throws Error (kUsage) for an orthographic camera, or
-/// one of unknown size.
+/// Returns a camera's intrinsics for writing. Throws Error (kUsage) if the camera is orthographic
+/// or its size is unknown.
 Intrinsics writtenIntrinsics(const FileCamera& camera);
 
 }  // namespace peeler

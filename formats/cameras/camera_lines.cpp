@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// JSON lines of cameras, a format of our own: one object per line.
+// JSON lines of cameras, a format of our own: one JSON object per line.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -39,7 +39,7 @@ void checkKeys(const CameraObject& line) {
                          "far, and cameraToWorld, worldToCamera or eye, target, up");
 }
 
-/// Throws Error (kInput) if more than one of these keys is present. Returns their number.
+/// Returns how many of these keys are present, 0 or 1. Throws Error (kInput) if there are more.
 int oneOf(const CameraObject& line, std::initializer_list<const char*> keys) {
     std::string found;
     int count = 0;
@@ -51,7 +51,7 @@ int oneOf(const CameraObject& line, std::initializer_list<const char*> keys) {
     return count;
 }
 
-/// Returns a number above 0, if present.
+/// Returns a number above 0 and below `most`, if present.
 std::optional<double> positive(const CameraObject& line, const char* key, double most) {
     const auto number = line.number(key);
     if (number && !(*number > 0 && *number < most))
@@ -83,7 +83,7 @@ glm::dmat4 placeIn(const CameraObject& line, bool z_up) {
     const auto up = vector(line, "up");
     const glm::dvec3 upwards = z_up ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
     auto place = lookAlong(eye, target - eye, up.value_or(upwards));
-    // Looking straight down, north is up, as for a camera built from `eye`.
+    // When looking straight down, north is up, as for a camera built from `eye`.
     if (!place && !up)
         place = lookAlong(eye, target - eye, z_up ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, -1));
     if (!place)
@@ -125,7 +125,7 @@ FileCamera cameraOf(const CameraObject& line, const CameraFileOptions& options) 
     return camera;
 }
 
-/// Calls take(line, line number from 1) for every line that is not blank.
+/// Calls take(line, number) for every line that is not blank; line numbers count from 1.
 template <class Take>
 void forLines(std::string_view text, const Take& take) {
     for (std::uint64_t number = 1; !text.empty(); ++number) {

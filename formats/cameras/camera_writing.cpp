@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Helpers of camera writers: numbers that read back unchanged, and cameras that formats cannot
-// represent.
+// Helpers for camera writers: numbers that read back unchanged, and checks for cameras that formats
+// cannot represent.
 #include <array>
 #include <charconv>
 #include <cmath>

@@ -31,7 +31,7 @@ class ColmapBytes {
             number = take<double>();
         return numbers;
     }
-    /// Reads the count of the following records, each of at least `least` bytes.
+    /// Reads the number of records that follow, each of at least `least` bytes.
     std::uint64_t takeCount(std::uint64_t least) {
         const std::string place = where();
         const auto count = take<std::uint64_t>();
@@ -41,7 +41,7 @@ class ColmapBytes {
                          place, "copy or export the file again");
         return count;
     }
-    /// Reads a zero-terminated text.
+    /// Reads a zero-terminated string.
     std::string takeText() {
         const auto rest = bytes_.subspan(at_);
         const auto end = std::ranges::find(rest, 0);
@@ -51,7 +51,7 @@ class ColmapBytes {
         return text;
     }
     void skip(std::uint64_t count) { part(count); }
-    /// Throws Error (kInput) unless the file ends here.
+    /// Throws Error (kInput) if the file goes on after this.
     void end() const {
         if (at_ != bytes_.size()) refuseCamera("data follows the last number", where());
     }
@@ -75,7 +75,7 @@ class ColmapBytes {
 std::map<std::uint32_t, ColmapCamera> readCamerasFile(const std::filesystem::path& path) {
     const std::vector<std::uint8_t> bytes = readCameraBytes(path);
     ColmapBytes file(bytes, path.string());
-    constexpr std::uint64_t kLeastCamera = 24;  // id, model, width, height
+    constexpr std::uint64_t kLeastCamera = 24;  // bytes: id, model, width, height
     const std::uint64_t count = file.takeCount(kLeastCamera);
     checkViewCount(count, path.string());
     std::map<std::uint32_t, ColmapCamera> cameras;
@@ -101,8 +101,9 @@ std::map<std::uint32_t, ColmapCamera> readCamerasFile(const std::filesystem::pat
 std::vector<ColmapImage> readImagesFile(const std::filesystem::path& path) {
     const std::vector<std::uint8_t> bytes = readCameraBytes(path);
     ColmapBytes file(bytes, path.string());
-    constexpr std::uint64_t kLeastImage = 73;  // id, pose, camera, the name's zero, point count
-    constexpr std::uint64_t kPoint = 24;       // x, y, point id
+    // In bytes: id, pose, camera, terminating zero of the name, number of points.
+    constexpr std::uint64_t kLeastImage = 73;
+    constexpr std::uint64_t kPoint = 24;  // bytes: x, y, point id
     const std::uint64_t count = file.takeCount(kLeastImage);
     checkViewCount(count, path.string());
     std::vector<ColmapImage> images(count);
@@ -118,7 +119,7 @@ std::vector<ColmapImage> readImagesFile(const std::filesystem::path& path) {
     return images;
 }
 
-/// A sequential writer of binary numbers.
+/// Builds a binary file's content, number by number.
 class BinaryText {
   public:
     template <class T>

@@ -59,7 +59,8 @@ bool isColmap(const CameraSource& source) {
     return isFolder(source.path) || isModelFile(source.path);
 }
 
-/// Finds the model at a path. Prefers binary files in a folder with both kinds, like COLMAP.
+/// Finds the model at a path. In a folder with both kinds of files, prefers the binary ones, as
+/// COLMAP does.
 ModelFiles modelAt(const std::filesystem::path& path) {
     if (!isFolder(path)) return {path.parent_path(), path.extension().string()};
     for (const char* extension : {".bin", ".txt"}) {
@@ -101,7 +102,8 @@ bool isColmapName(const std::filesystem::path& path) {
     return isModelFile(path) || isFolder(path) || !path.has_extension();
 }
 
-/// Returns a model with images numbered 1, 2, …, and one camera per lens and size.
+/// Returns a model of these cameras, with images numbered 1, 2, …. Views with the same intrinsics
+/// and size share a COLMAP camera.
 ColmapModel modelOf(std::span<const FileCamera> cameras) {
     ColmapModel model;
     const auto key = [](const ColmapCamera& camera) {
@@ -120,7 +122,7 @@ ColmapModel modelOf(std::span<const FileCamera> cameras) {
         image.camera = id;
         image.name = camera.picture.empty() ? camera.name : camera.picture;
         image.camera_to_world = camera.camera_to_world;
-        // A name in a text model ends with the line, and for older readers at the first space.
+        // In a text model, a name ends with the line; older readers end it at the first space.
         const auto ends = [](char c) { return static_cast<unsigned char>(c) <= ' '; };
         if (image.name.empty() || std::ranges::any_of(image.name, ends))
             throw Error(ErrorKind::kUsage, "a COLMAP name must not be empty or contain a space",
@@ -129,7 +131,7 @@ ColmapModel modelOf(std::span<const FileCamera> cameras) {
     return model;
 }
 
-/// Returns the model that is written under this name.
+/// Returns the folder and extension of the model that is written under this name.
 ModelFiles modelFor(const std::filesystem::path& path) {
     if (isModelFile(path) && !isFolder(path)) return {path.parent_path(), path.extension()};
     return {path, ".bin"};
@@ -189,7 +191,7 @@ ColmapCamera colmapCamera(const ColmapLens& lens, double width, double height,
 
 glm::dmat4 colmapPose(std::span<const double, 7> numbers, const std::string& where) {
     const glm::dquat turn(numbers[0], numbers[1], numbers[2], numbers[3]);
-    const double length = glm::length(turn);  // any, as COLMAP reads it
+    const double length = glm::length(turn);  // any length, since COLMAP normalises it
     if (!(length > 0 && std::isfinite(length)))
         refuseCamera("the quaternion is 0 or not finite", where);
     glm::dmat4 world_to_camera(glm::mat3_cast(turn / length));

@@ -13,17 +13,18 @@
 
 namespace peeler {
 
-/// A COLMAP camera model (src/colmap/sensor/models.h): number, name and parameters.
+/// A COLMAP camera model (src/colmap/sensor/models.h): its number, name and parameters.
 struct ColmapLens {
     int id;
     std::string_view name;
     int parameters;
-    /// The number of focal lengths among the parameters; the next two are the principal point, from
-    /// the upper left pixel's corner, and all others must be 0. 0: never a pinhole.
+    /// The number of focal lengths, which come first among the parameters. The next two are the
+    /// principal point, measured from the corner of the upper left pixel, and all others must be 0.
+    /// If focal_lengths is 0, the model is never a pinhole.
     int focal_lengths;
 };
 
-/// Returns the camera model of this number or name; null for an unknown one.
+/// Returns the camera model with this number or name; null if it is unknown.
 const ColmapLens* colmapLens(int id);
 const ColmapLens* colmapLens(std::string_view name);
 
@@ -38,27 +39,27 @@ struct ColmapImage {
 };
 struct ColmapModel {
     std::map<std::uint32_t, ColmapCamera> cameras;
-    std::vector<ColmapImage> images;  ///< by id
+    std::vector<ColmapImage> images;  ///< ordered by id
 };
 
-// colmap_cameras.cpp.
+// Defined in colmap_cameras.cpp.
 
-/// Returns the camera with these parameters. Throws Error (kInput) for lens distortion.
+/// Returns the camera with these parameters. Throws Error (kInput) if it has lens distortion.
 ColmapCamera colmapCamera(const ColmapLens& lens, double width, double height,
                           std::span<const double> parameters, const std::string& where);
-/// Returns an image's pose (camera to world) from qw, qx, qy, qz, tx, ty, tz (world to camera).
+/// Returns the pose (camera to world) for an image's qw, qx, qy, qz, tx, ty, tz (world to camera).
 /// Throws Error (kInput).
 glm::dmat4 colmapPose(std::span<const double, 7> numbers, const std::string& where);
-/// Returns the seven COLMAP pose numbers of a camera's matrix.
+/// Returns COLMAP's seven pose numbers for a camera-to-world matrix.
 std::array<double, 7> colmapNumbers(const glm::dmat4& camera_to_world);
 
-// colmap_text.cpp, colmap_binary.cpp: in `folder`.
+// Defined in colmap_text.cpp and colmap_binary.cpp. These read the files in `folder`.
 
 /// Throw Error (kInput).
 ColmapModel readColmapText(const std::filesystem::path& folder);
 ColmapModel readColmapBinary(const std::filesystem::path& folder);
 
-/// The contents of the files cameras, images and points3D. No image has observations.
+/// The contents of the files cameras, images and points3D. The images have no observations.
 struct ColmapFiles {
     std::string cameras, images, points;
 };

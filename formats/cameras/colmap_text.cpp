@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t\r";
 
-/// A reader of a text's lines, and of the words in a line.
+/// Reads the lines of a text, and the words in each line.
 class TextLines {
   public:
     TextLines(std::string_view text, std::string file) : text_(text), file_(std::move(file)) {}
@@ -98,8 +98,8 @@ std::map<std::uint32_t, ColmapCamera> readCameraLines(const std::filesystem::pat
     return cameras;
 }
 
-/// Skips the line of points below an image, which may be empty. Throws Error (kInput) if it holds
-/// anything else: in files without these lines it is the next image.
+/// Skips the line of points after an image; the line may be empty. Throws Error (kInput) if the
+/// line holds anything else, such as the next image in files that lack these lines.
 void passPoints(TextLines& lines) {
     if (!lines.next()) return;
     while (lines.hasMore()) {

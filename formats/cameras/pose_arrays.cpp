@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// NumPy pose files: one array (.npy), or several named ones (.npz).
+// Pose files of NumPy: one array (.npy), or several named arrays (.npz).
 #include <algorithm>
 #include <array>
 
@@ -13,11 +13,11 @@ namespace {
 
 enum class PoseDirection { kUnknown, kToCamera, kToWorld };
 
-/// A possible name of the pose array in an archive; the first one present is used.
+/// A name that the pose array in an archive may have; the first one present is used.
 struct PoseArray {
     const char* name;
     PoseDirection direction;
-    /// The convention that the name implies by default.
+    /// The convention that this name implies unless another is given.
     std::optional<CameraConvention> convention;
 };
 constexpr PoseArray kPoseArrays[] = {
@@ -29,10 +29,10 @@ constexpr PoseArray kPoseArrays[] = {
     {"c2w", PoseDirection::kToWorld, {}},
 };
 
-/// An array of items of one shape, or a single item for all views.
+/// An array with one item per view, all of one shape, or with a single item for all views.
 class ThingArray {
   public:
-    /// `lengths` are the required lengths of an item's axes.
+    /// `lengths` is the shape that every item must have.
     ThingArray(NumberArray array, std::string where, const std::vector<std::uint64_t>& lengths,
                const std::string& expected)
         : array_(std::move(array)), where_(std::move(where)) {
@@ -41,7 +41,7 @@ class ThingArray {
         const std::size_t first = is_one_ ? 0 : 1;
         bool fits = shape.size() == lengths.size() + first;
         for (std::size_t i = 0; fits && i < lengths.size(); ++i) {
-            // Three rows of four numbers may have a fourth row.
+            // Items of three rows of four numbers may have a fourth row.
             const bool is_rows = lengths == std::vector<std::uint64_t>{3, 4} && i == 0;
             fits = shape[i + first] == lengths[i] || (is_rows && shape[first] == 4);
         }
@@ -54,7 +54,7 @@ class ThingArray {
 
     bool isOne() const { return is_one_; }
     std::uint64_t count() const { return count_; }
-    /// Returns the values of an item, in C order.
+    /// Returns the item for a view as values in C order.
     std::vector<double> operator[](std::uint64_t index) const {
         std::vector<double> numbers;
         for (std::uint64_t i = 0; i < size_; ++i)
@@ -64,7 +64,7 @@ class ThingArray {
     std::string where(std::uint64_t index) const {
         return is_one_ ? where_ : where_ + "[" + std::to_string(index) + "]";
     }
-    /// Throws Error (kInput) unless there is one item for all views, or one per view.
+    /// Throws Error (kInput) unless there is a single item, or one per view.
     void checkCount(std::uint64_t views) const {
         if (!is_one_ && count_ != views)
             refuseCamera("there are " + std::to_string(count_) + " of them, but " +
@@ -79,7 +79,7 @@ class ThingArray {
     std::uint64_t size_ = 0, count_ = 0;
 };
 
-/// Returns camera to world in glTF's axes, from a matrix of the file.
+/// Returns the camera-to-world matrix in glTF's axes for a matrix from the file.
 glm::dmat4 poseOf(const glm::dmat4& matrix, PoseDirection direction, CameraConvention convention,
                   const std::string& where) {
     const bool is_opencv = convention == CameraConvention::kOpencv;
@@ -118,14 +118,14 @@ ThingArray posesIn(const std::optional<NumberArray>& array, const std::string& w
     return {*array, where, {3, 4}, "(n, 3, 4) or (n, 4, 4), or one such matrix"};
 }
 
-/// An array of an archive, if present.
+/// An array in an archive, if present.
 class ArchivedThings {
   public:
     ArchivedThings(const NpzArchive& archive, const char* name) {
         const NpzArchive::Member* const member = archive.find(name);
         if (!member) return;
         where_ = archive.placeOf(*member);
-        // Highly compressed data may unpack to more than the limit of camera files.
+        // Highly compressed data may exceed the size limit of camera files once decompressed.
         if (member->size > kMostCameraBytes) refuseCamera("the array is too large", where_);
         array_ = npyArray(archive.contents(*member, storage_), where_);
         if (!array_) refuseCamera("expected an array of numbers", where_);

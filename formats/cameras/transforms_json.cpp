@@ -19,11 +19,13 @@
 namespace peeler {
 namespace {
 
-constexpr const char* kNearKey = "peeler_near";  // our own key; other programs ignore it
+constexpr const char* kNearKey = "peeler_near";  // a key of our own, which other programs ignore
 constexpr const char* kFarKey = "peeler_far";
-constexpr const char* kNameKey = "peeler_name";  // if the picture's file has another name
+// Written only if the view's name differs from that of the picture's file.
+constexpr const char* kNameKey = "peeler_name";
 
-/// Keys that are read, and keys that do not affect the view (for training).
+/// Keys that are read, or that are ignored without a warning because they do not affect the view
+/// (but, for instance, training).
 constexpr std::string_view kKnownKeys[] = {
     "frames", "file_path", "transform_matrix", "w", "h", "fl_x", "fl_y", "cx", "cy",
     "camera_angle_x", "camera_angle_y", "x_fov", "y_fov", "camera_model", "k1", "k2", "k3", "k4",
@@ -40,8 +42,8 @@ constexpr std::string_view kKnownKeys[] = {
     "fisheye_crop_radius", "orientation_override", "center_method_override",
     "auto_scale_poses_override"};
 
-/// An unsupported key that affects the view. Its value `neutral`, as a number or for all numbers of
-/// a list, has no effect.
+/// An unsupported key that affects the view, and the warning about it. There is no warning if the
+/// value, or every number in a list, is `neutral`, which has no effect.
 struct PassedOver {
     const char* key;
     double neutral;
@@ -76,7 +78,7 @@ void warnOfPassedOver(const CameraObject& holder, ReadWarnings& warnings) {
     warnOfOthers(holder, known, warnings);
 }
 
-/// The members of a frame, falling back to those of the file.
+/// The members of a frame; where it lacks one, that of the file applies.
 class FrameMembers {
   public:
     FrameMembers(const CameraObject& frame, const CameraObject& all) : frame_(frame), all_(all) {}
@@ -122,7 +124,8 @@ void checkLens(const CameraObject& holder) {
                          holder.where(key), "give fl_x, fl_y, cx, cy, w and h, without a skew");
 }
 
-/// Returns the focal length, in pixels, of an axis, "x" or "y", with `pixels` pixels.
+/// Returns the focal length, in pixels, along an axis ("x" or "y") on which the picture has
+/// `pixels` pixels.
 std::optional<double> focalLength(const FrameMembers& members, const std::string& axis,
                                   int pixels) {
     if (const auto length = members.number(("fl_" + axis).c_str())) return length;
@@ -204,7 +207,7 @@ bool isTransformsName(const std::filesystem::path& path) {
     return lowerExtension(path) == ".json" && !path.filename().string().starts_with("scene_camera");
 }
 
-/// Returns the members for size and lens, each preceded by `before`.
+/// Returns the text of the members for size and lens, each preceded by `before`.
 std::string lensText(const FileCamera& camera, const char* before) {
     const Intrinsics lens = writtenIntrinsics(camera);
     const std::pair<const char*, double> members[] = {

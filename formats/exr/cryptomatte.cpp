@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cryptomatte: name hashes, and names ranked by coverage per pixel.
+// Cryptomatte: hashes of names, and ranking of the names in each pixel by coverage.
 #include "formats/exr/cryptomatte.h"
 
 #include <OpenEXR/ImfIDManifest.h>
@@ -24,7 +24,7 @@ struct Cover {
     float coverage;
 };
 
-/// The coverage of a pixel by name. Ranked by falling coverage, then by hash.
+/// The coverage of each name in a pixel, ranked by falling coverage, then by hash.
 class PixelCoverage {
   public:
     void add(std::uint32_t hash, float coverage) {
@@ -110,7 +110,8 @@ void appendCryptomatte(const LayeredImage& image, const CryptomatteLayer& layer,
         PixelCoverage coverage;
         for (std::size_t pixel = row * width; pixel < (row + 1) * width; ++pixel) {
             coverage.clear();
-            std::array<float, 3> through = {1, 1, 1};  // transmittance per channel
+            // Transmittance in front of the fragment, per channel.
+            std::array<float, 3> through = {1, 1, 1};
             for (std::uint32_t f = image.offsets[pixel]; f < image.offsets[pixel + 1]; ++f) {
                 const std::uint32_t id = ids.id(f);
                 const TintedColor color = tintedColorOf(image, f);

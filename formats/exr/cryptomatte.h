@@ -16,37 +16,38 @@
 
 namespace peeler {
 
-/// Returns the MurmurHash3_32 (seed 0) of a name's bytes, changed so that its bits are those of a
-/// normal float: if the exponent is all zeros or all ones, its lowest bit is flipped (the
-/// specification's uint32_to_float32).
+/// Returns the MurmurHash3_32 (seed 0) of a name's bytes, adjusted so that its bits are a normal
+/// float: if the exponent is all zeros or all ones, its lowest bit is flipped (uint32_to_float32 in
+/// the specification).
 std::uint32_t cryptomatteHash(const std::string& name);
 
-/// Returns a hash as eight hexadecimal digits, as in manifests.
+/// Returns a hash as eight hexadecimal digits, as manifests write it.
 std::string cryptomatteHex(std::uint32_t hash);
 
-/// A Cryptomatte layer: a channel of ids, and their names.
+/// A Cryptomatte layer: the channel that it takes ids from, and their names.
 struct CryptomatteLayer {
     std::string name;                ///< "CryptoObject"
     std::string id_channel;          ///< "id.object"
-    std::vector<std::string> names;  ///< by id − 1
+    std::vector<std::string> names;  ///< name of each id, at index id − 1
 };
-/// Returns the layers of a file: objects and materials.
+/// Returns the Cryptomatte layers of a file: objects and materials.
 std::vector<CryptomatteLayer> cryptomatteLayers(const IdNames& names);
 
-/// Returns a layer's metadata as names and texts of attributes.
+/// Returns a layer's metadata: attribute names and their texts.
 std::vector<std::pair<std::string, std::string>> cryptomatteAttributes(
     const CryptomatteLayer& layer);
 
-inline constexpr std::size_t kCryptomatteRanks = 6;  ///< names per pixel, by falling coverage
+/// The number of names stored per pixel, those with the most coverage first.
+inline constexpr std::size_t kCryptomatteRanks = 6;
 
-/// Returns an array of kCryptomatteRanks pairs (hash as float, coverage), named "CryptoObject00.R"
-/// and so on, without pixels.
+/// Returns an array, without pixels, of kCryptomatteRanks pairs (hash as float, coverage) per
+/// pixel, with channels "CryptoObject00.R" and so on.
 FragmentArray cryptomatteArray(const CryptomatteLayer& layer);
 
-/// Appends cryptomatteArray() with its pixels to the extra arrays of `composite`. A name's coverage
-/// is its fragments' contribution to the composite's alpha: Σ a·Π(1 − a of the fragments in front).
-/// Names with the same hash count as one. Throws Error (kInternal) if the image lacks the channel
-/// of ids.
+/// Appends cryptomatteArray(), with its pixels, to the extra arrays of `composite`. The coverage of
+/// a name is the contribution of its fragments to the composite's alpha: Σ a·Π(1 − a of the
+/// fragments in front). Names with the same hash count as one. Throws Error (kInternal) if the
+/// image lacks the layer's channel of ids.
 void appendCryptomatte(const LayeredImage& image, const CryptomatteLayer& layer,
                        CompositeImage& composite);
 

@@ -19,8 +19,8 @@
 namespace peeler {
 namespace {
 
-/// Attributes of a part's storage, and attributes that we always write ourselves. ("Standard
-/// Attributes", openexr.com/en/latest/StandardAttributes.html.)
+/// Attributes that describe a part's storage, and those that our files always set themselves.
+/// ("Standard Attributes", openexr.com/en/latest/StandardAttributes.html.)
 constexpr std::string_view kOfStorage[] = {"channels",
                                            "chunkCount",
                                            "compression",
@@ -54,7 +54,7 @@ constexpr std::string_view kOfView[] = {"far",
                                         "screenWindowWidth",
                                         "worldToCamera",
                                         "worldToNDC"};
-/// Attributes that our files set freshly, or not at all: the date.
+/// Attributes that our files set to new values or not at all: the date.
 constexpr std::string_view kOfOurs[] = {"capDate", "utcOffset"};
 
 template <std::size_t n>
@@ -62,7 +62,7 @@ bool isOneOf(const std::string_view (&names)[n], std::string_view name) {
     return std::ranges::find(names, name) != std::end(names);
 }
 
-/// An input stream over the bytes of a value, for OpenEXR's attributes.
+/// An input stream over an attribute's bytes, from which OpenEXR's classes read its value.
 class ValueStream final : public Imf::IStream {
   public:
     explicit ValueStream(const std::vector<std::byte>& bytes)
@@ -85,11 +85,11 @@ class ValueStream final : public Imf::IStream {
     std::size_t place_ = 0;
 };
 
-/// Returns the attribute as OpenEXR's type, or as opaque bytes. Throws the exceptions of its
-/// classes.
+/// Returns the attribute with OpenEXR's class for its type, or as opaque bytes. Throws whatever
+/// those classes throw.
 std::unique_ptr<Imf::Attribute> attributeOf(const StoredAttribute& stored) {
-    Imf::staticInitialize();  // otherwise no type is known before the first header
-    // The classes trust the sizes inside these lists.
+    Imf::staticInitialize();  // otherwise OpenEXR knows no types before the first header
+    // OpenEXR's classes for these types trust the sizes in the data, so these stay opaque bytes.
     const bool list = stored.type == "stringvector" || stored.type == "idmanifest" ||
                       stored.type == "preview" || stored.type == "chlist";
     std::unique_ptr<Imf::Attribute> attribute(
@@ -102,7 +102,7 @@ std::unique_ptr<Imf::Attribute> attributeOf(const StoredAttribute& stored) {
 }
 
 bool isValid(const StoredAttribute& stored) {
-    // We write attributes of these names, which must have the same type.
+    // OpenEXR requires these types for attributes of these names.
     if (stored.name == "capDate" && stored.type != "string") return false;
     if (stored.name == "utcOffset" && stored.type != "float") return false;
     try {
@@ -115,13 +115,13 @@ bool isValid(const StoredAttribute& stored) {
     }
 }
 
-/// Whether our files write an attribute of this name themselves.
+/// Whether our files set an attribute of this name themselves.
 bool isWrittenByUs(const std::string& name, bool camera_known) {
     return isOneOf(kOfStorage, name) || name.starts_with("peeler:") ||
            (camera_known && isOneOf(kOfView, name));
 }
 
-/// OpenEXR's default.
+/// Rec. 709, OpenEXR's default.
 constexpr std::array<float, 8> kRec709{0.64F, 0.33F, 0.3F, 0.6F, 0.15F, 0.06F, 0.3127F, 0.329F};
 
 bool isRec709(const std::array<float, 8>& chromaticities) {
@@ -131,7 +131,7 @@ bool isRec709(const std::array<float, 8>& chromaticities) {
     return true;
 }
 
-/// Warns of header contents that pixels alone do not carry.
+/// Warns of header contents that are lost if only the pixels are read.
 void warnOfHeader(OpenedExr& opened, std::size_t part) {
     const ExrInputPart& header = opened.info.parts[part];
     ReadWarnings& warnings = opened.warnings;

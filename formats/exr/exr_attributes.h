@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Carried attributes: header attributes of another program's file that are copied into OpenEXR
-// files made from its picture.
+// Carried attributes: header attributes of another program's picture that peeler copies into the
+// OpenEXR files it makes from that picture.
 #pragma once
 
 #include <OpenEXR/ImfHeader.h>
@@ -11,21 +11,22 @@
 
 namespace peeler {
 
-/// Sets Provenance::carried to the attributes of a part that remain true for the picture: all but
-/// those that describe its storage, those that our files set themselves (formats/README.md,
+/// Sets Provenance::carried to those attributes of a part that remain true for the picture. It
+/// leaves out those that describe storage, those that our files set themselves (formats/README.md,
 /// "Attributes"), and, if the camera is known, those that follow from it. Warns of attributes that
-/// are not carried, and, with `pixels_only`, of pixels that are not square and primaries other than
-/// Rec. 709.
+/// are not carried and, with `pixels_only`, of pixels that are not square and of primaries other
+/// than Rec. 709.
 void readCarried(OpenedExr& opened, std::size_t part);
 
-/// The maximum total size of carried attributes, in bytes; every part of an output file has them.
+/// The maximum total size of carried attributes, in bytes; limited because every part of an output
+/// file repeats them.
 inline constexpr std::size_t kMostCarried = 1 << 20;
 
-/// Whether an attribute can be carried into our files with a known or unknown camera: our files do
-/// not set it themselves, and OpenEXR accepts its value for its type.
+/// Whether an attribute can be carried into our files, whose camera is known or not: our files must
+/// not set the attribute themselves, and OpenEXR must accept its value for its type.
 bool canCarry(const StoredAttribute& stored, bool camera_known);
 
-/// Inserts the attributes, replacing those of the same name.
+/// Inserts the attributes into a header, replacing those with the same names.
 void addCarried(Imf::Header& header, const std::vector<StoredAttribute>& carried);
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR band writer: streams bands of any height into the chunks of every part.
+// OpenEXR band writer: streams bands of any height into the chunks of all parts.
 #pragma once
 
 #include <cstdint>
@@ -22,33 +22,34 @@ struct ExrPart {
     static constexpr int kComposite = -1;
     std::string name;
     Window window;
-    /// Its layers: indices into the fragment list of every pixel, or kComposite.
+    /// The layers in this part: indices into the fragment list of every pixel, or kComposite.
     std::vector<int> layers = {kComposite};
-    bool prefixed = false;  ///< a layer's channels are layer_000.R, …
-    std::size_t file = 0;   ///< the index of its file in the writer
-    /// The layer's fragment count, for the header of a file that a reader may open alone; 0 = not
-    /// stored.
+    bool prefixed = false;  ///< channels of layers are named layer_000.R, …
+    std::size_t file = 0;   ///< index, in the writer, of the file that holds the part
+    /// The layer's fragment count, stored in the header of a file that a reader may open alone; 0
+    /// if not stored.
     std::uint64_t fragments = 0;
-    bool nearest_channels = false;  ///< the composite has the first fragment's other channels
+    /// The composite also stores the nearest fragment's remaining channels (all but colour and Z).
+    bool nearest_channels = false;
 };
 
-/// The source of a part's channel.
+/// A channel of a part, and the source of its values.
 struct ExrChannel {
     enum Source : int { kCompositeColor = -4, kCompositeZ = -3, kZ = -2, kColor = -1 };
     std::string name;
     PixelType type = PixelType::kHalf;
-    int source = kColor;  ///< a Source, or the index among the extra arrays
+    int source = kColor;  ///< a Source, or the index of an extra array
     std::size_t component = 0, components = 1;
     int layer = ExrPart::kComposite;  ///< one of ExrPart::layers
 };
 
-/// A writer that streams bands into the parts of one file or several. It uses these options: the
-/// background behind the composite; whether the composite has Cryptomatte coverage (cryptomatte),
-/// which needs the channels id.*; whether bands are already composites, one entry per pixel, whose
-/// channels are kept (composited); compression; and the layout as stored in `peeler:layout`, "" =
-/// none. The file's bytes do not depend on how the picture is cut into bands or on the number of
-/// threads. Between bands it keeps the rows needed by unfinished chunks, at most 15. A pixel
-/// without the layer is 0 in every channel but Z, which is +inf.
+/// A writer that streams bands into the parts of one or several files. It uses these options: the
+/// background behind the composite; cryptomatte (whether the composite has Cryptomatte coverage,
+/// which needs the channels id.*); composited (whether bands are already composites with one entry
+/// per pixel, whose channels are kept); compression; and the layout to store in `peeler:layout` (""
+/// stores none). The files' bytes depend neither on how the picture is cut into bands nor on the
+/// number of threads. Between bands, the writer keeps the rows that unfinished chunks need, at most
+/// 15. Where a pixel lacks a layer, every channel is 0 but Z, which is +inf.
 class ExrBandWriter {
   public:
     /// Creates the hidden files. Throws Error (kOutput).
@@ -56,26 +57,27 @@ class ExrBandWriter {
                   OutputOptions options);
     ~ExrBandWriter();
 
-    /// Writes the chunks completed by the band. Throws Error (kOutput); (kInternal) if the band is
-    /// not the next one, or is malformed.
+    /// Writes the chunks that the band completes. Throws Error (kOutput); (kInternal) if the band
+    /// does not follow the previous one, or is malformed.
     void write(const LayeredImage& band);
-    /// Finishes the files; several get their final names only when all are complete. Throws Error
-    /// (kOutput); (kInternal) if rows are missing.
+    /// Finishes the files; publishes none of them before all are complete. Throws Error (kOutput);
+    /// (kInternal) if rows are missing.
     void finish();
 
-    /// Returns the memory for the rows it keeps, and for chunks being packed or waiting to be
-    /// written.
+    /// Returns the memory for the kept rows, and for chunks being packed or waiting to be written.
     static SinkMemory memory(std::span<const ExrPart> parts, const Plan& plan,
                              const OutputOptions& options);
     const StageTimes& times() const { return times_; }
-    std::uint64_t fragmentsSeen() const { return fragments_seen_; }        ///< in all bands
-    std::uint64_t fragmentsWritten() const { return fragments_written_; }  ///< into parts of layers
+    /// Fragments in all bands so far.
+    std::uint64_t fragmentsSeen() const { return fragments_seen_; }
+    /// Fragments written into layers so far.
+    std::uint64_t fragmentsWritten() const { return fragments_written_; }
 
   private:
     struct Job {
         std::size_t part;
         int chunk;
-        int y0, y1;  ///< rows, half open
+        int y0, y1;  ///< rows [y0, y1)
     };
 
     void open(const LayeredImage& first_band);
@@ -99,16 +101,18 @@ class ExrBandWriter {
     std::vector<ExrPart> parts_;
     std::vector<CryptomatteLayer> cryptomatte_;
     std::vector<std::unique_ptr<AtomicFile>> files_;
-    /// One container per file, from the first band on, when the channels are known.
+    /// One container per file, created with the first band, because the channels are not known
+    /// before.
     std::vector<std::unique_ptr<ExrOutput>> exr_;
-    std::vector<std::size_t> place_;                 ///< of each part in its file
-    std::vector<std::vector<ExrChannel>> channels_;  ///< of each part
-    bool composite_ = false;                         ///< a part shows the composite
-    std::vector<int> chunks_, next_chunk_;           ///< of each part
+    std::vector<std::size_t> place_;                 ///< index of each part within its file
+    std::vector<std::vector<ExrChannel>> channels_;  ///< channels of each part
+    bool composite_ = false;                         ///< whether any part stores the composite
+    /// Number of chunks, and next one to write, in each part.
+    std::vector<int> chunks_, next_chunk_;
     int next_row_ = 0;
     LayeredImage carried_;
     CompositeImage carried_composite_, band_composite_;
-    std::vector<ByteBuffer> packed_;  ///< of the chunks in flight
+    std::vector<ByteBuffer> packed_;  ///< packed chunks that are not yet written
     ExrPackerPool packers_{kDefaultZipLevel, compression_};
     std::uint64_t fragments_seen_ = 0, fragments_written_ = 0;
     StageTimes times_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR chunk compression and file assembly.
+// OpenEXR chunks: compression, and assembly of a file.
 #include "formats/exr/exr_chunks.h"
 
 #include <OpenEXR/IexErrnoExc.h>
@@ -30,7 +30,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "pixels are stored little-endian as they are");
 
-/// An in-memory stream for Imf::Header::writeTo().
+/// An in-memory output stream for Imf::Header::writeTo().
 class MemoryStream : public Imf::OStream {
   public:
     MemoryStream() : Imf::OStream("header") {}
@@ -89,8 +89,8 @@ bool isDeep(const Imf::Header& header) {
     return Imf::isDeepData(header.type());
 }
 
-/// Packs OpenEXR's run lengths (ImfRle.cpp): n ≥ 0 repeats the next byte n + 1 times, n < 0 is
-/// followed by −n literal bytes. A run has 3 to 128 bytes.
+/// Packs in OpenEXR's run-length encoding (ImfRle.cpp): n ≥ 0 means that the next byte occurs n + 1
+/// times; n < 0 is followed by −n literal bytes. A run has 3 to 128 bytes.
 void packRuns(std::span<const std::byte> in, ByteBuffer& out) {
     constexpr std::size_t kShortest = 3, kLongest = 128, kMostLiterals = 127;
     out.clear();
@@ -146,13 +146,13 @@ ExrChunkPacker::~ExrChunkPacker() {
 }
 
 std::span<std::byte> ExrChunkPacker::raw(std::size_t bytes) {
-    raw_.clear();  // avoids copying the old content
+    raw_.clear();  // so that resize() does not copy the old content
     raw_.resize(bytes);
     return raw_;
 }
 
-/// Applies OpenEXR's filter in one loop: even bytes, then odd ones, and then the differences of
-/// that sequence, biased by 128 (ImfZip.cpp).
+/// Applies OpenEXR's filter (ImfZip.cpp) in one loop: all even bytes, then all odd bytes, replaced
+/// by the differences of consecutive bytes, biased by 128.
 void ExrChunkPacker::filter() {
     const std::size_t size = raw_.size();
     filtered_.clear();
@@ -187,7 +187,7 @@ void ExrChunkPacker::pack(ByteBuffer& out) {
             out.resize(packed);
         }
     }
-    if (!smaller) out = raw_;  // readers take a chunk of the unpacked size as raw pixels
+    if (!smaller) out = raw_;  // readers copy a chunk that has the unpacked size
 }
 
 std::size_t ExrPackerPool::bytesKept() const {
@@ -237,7 +237,7 @@ ExrOutput::ExrOutput(AtomicFile& file, std::vector<Imf::Header> headers)
     file_.append(bytesOfText(start_));
     for (const Imf::Header& header : headers_)
         file_.append(bytesOfText(headerBytes(header)));
-    if (multi_part) file_.append(std::array{std::byte{}});  // no more headers
+    if (multi_part) file_.append(std::array{std::byte{}});  // end of the headers
 
     table_position_ = file_.size();
     offsets_.assign(chunks, 0);
@@ -251,7 +251,7 @@ std::string ExrOutput::headerBytes(const Imf::Header& header) {
     return std::move(stream.data);
 }
 
-/// Records the chunk's offset. Returns its first bytes.
+/// Records the chunk's offset. Returns the chunk's first bytes.
 std::string ExrOutput::beginChunk(std::size_t part, int chunk) {
     chunk_ = first_offset_[part] + static_cast<std::size_t>(chunk);
     std::uint64_t& offset = offsets_.at(chunk_);

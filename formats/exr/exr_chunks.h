@@ -2,9 +2,9 @@
 // Scan-line OpenEXR container, flat or deep: writes headers, offset tables, and chunks in any
 // order; unpacks chunks of input files.
 //
-// OpenEXR's own multi-part writer requires part after part; this one accepts finished chunks of any
-// part in any order, so bands can stream through all parts at once. Layout:
-// https://openexr.com/en/latest/OpenEXRFileLayout.html
+// OpenEXR's own multi-part writer requires one part to be finished before the next. This one
+// accepts chunks of any part in any order, so that bands can stream through all parts at once.
+// Layout: https://openexr.com/en/latest/OpenEXRFileLayout.html
 #pragma once
 
 #include <OpenEXR/ImfCompression.h>
@@ -29,26 +29,27 @@ struct libdeflate_compressor;
 
 namespace peeler {
 
-/// A level of libdeflate; higher ones gain little on float pixels.
+/// The compression level for libdeflate. Higher levels gain little on float pixels.
 inline constexpr int kDefaultZipLevel = 4;
 
-/// Bytes of unpacked pixels that a writer packs at once; bounds its memory.
+/// The maximum bytes of unpacked pixels that a writer packs at once, which limits its memory.
 inline constexpr std::size_t kExrBytesInFlight = 16U << 20;
-inline constexpr std::size_t kExrCopiesInFlight = 3;  ///< their copies: raw, filtered, packed
+/// The number of copies of these pixels that are in memory at the same time: raw, filtered, packed.
+inline constexpr std::size_t kExrCopiesInFlight = 3;
 
-/// Returns the rows per chunk: 16 for ZIP, else 1.
+/// Returns the rows per chunk: 16 for ZIP, 1 for all others.
 inline int exrRowsPerChunk(Imf::Compression compression) {
     return compression == Imf::ZIP_COMPRESSION ? kExrRowsPerChunk : 1;
 }
 
-/// Returns OpenEXR's value for one of exrCompressions(); "" is the default of flat or deep images.
-/// Throws Error (kUsage).
+/// Returns OpenEXR's value for the name of a compression (exrCompressions()). "" means the default:
+/// that of deep images if `deep`, else of flat ones. Throws Error (kUsage).
 Imf::Compression exrCompressionOf(const std::string& name, bool deep);
 
 /// Returns OpenEXR's value for a pixel type.
 Imf::PixelType exrPixelType(PixelType type);
 
-/// A chunk compressor: ZIP, ZIPS, RLE or none. Keeps its buffers; use one per thread.
+/// A chunk compressor: ZIP, ZIPS, RLE or none. It reuses its buffers, so each thread needs its own.
 class ExrChunkPacker {
   public:
     /// `level` is libdeflate's: 1 fastest, 12 smallest. Throws Error (kMemory).
@@ -57,10 +58,10 @@ class ExrChunkPacker {
     ExrChunkPacker(const ExrChunkPacker&) = delete;
     ExrChunkPacker& operator=(const ExrChunkPacker&) = delete;
 
-    /// Returns the buffer for the next chunk's pixels, `bytes` long, contents undefined.
+    /// Returns the buffer for the next chunk's pixels, `bytes` long, with undefined contents.
     std::span<std::byte> raw(std::size_t bytes);
-    /// Packs raw() into `out`: splits even and odd bytes, takes differences, then applies zlib or
-    /// run-length encoding. If that is not smaller, `out` is a copy of raw().
+    /// Packs raw() into `out`: separates even and odd bytes, takes differences, then applies zlib
+    /// or run-length encoding. If the result is not smaller, `out` is a copy of raw().
     void pack(ByteBuffer& out);
     std::size_t bytesKept() const { return raw_.capacity() + filtered_.capacity(); }
 
@@ -72,13 +73,13 @@ class ExrChunkPacker {
     ByteBuffer raw_, filtered_;
 };
 
-/// A pool of packers, reused between threads.
+/// A pool of packers that threads share.
 class ExrPackerPool {
   public:
     ExrPackerPool(int level, Imf::Compression compression)
         : level_(level), compression_(compression) {}
 
-    /// Calls use(packer) with a packer that no other thread has.
+    /// Calls use(packer) with a packer that no other thread is using.
     template <class Use>
     void with(Use&& use) {
         std::unique_ptr<ExrChunkPacker> packer = take();
@@ -99,34 +100,35 @@ class ExrPackerPool {
     std::vector<std::unique_ptr<ExrChunkPacker>> idle_;
 };
 
-/// A packed row of deep samples.
+/// A packed row of deep samples, which is a chunk.
 struct ExrDeepChunk {
-    ByteBuffer counts;         ///< per pixel: the running sum of samples along the row
-    ByteBuffer samples;        ///< channel after channel
-    std::size_t unpacked = 0;  ///< bytes of the samples before packing
+    ByteBuffer counts;         ///< running sum of the sample counts along the row, one per pixel
+    ByteBuffer samples;        ///< the samples, channel by channel
+    std::size_t unpacked = 0;  ///< bytes of the samples when not packed
 };
 
-/// An OpenEXR file being assembled: single-part for one header, else multi-part. A part is deep if
-/// its header's type is.
+/// An OpenEXR file being assembled: single-part if there is one header, else multi-part. A part is
+/// deep if the type in its header is.
 class ExrOutput {
   public:
-    /// Writes magic number, headers (filling in chunk counts) and room for the offset tables.
-    /// `headers` need names, types and channels, and equal values for the attributes that OpenEXR
-    /// requires to be shared. Throws Error (kOutput), also if a chunk could exceed the format's 2
-    /// GiB, or a header is invalid.
+    /// Writes the magic number, the headers (with their chunk counts filled in) and space for the
+    /// offset tables. `headers` need names, types and channels, and equal values for the attributes
+    /// that OpenEXR requires all parts to share. Throws Error (kOutput), also if a chunk could
+    /// exceed the format's 2 GiB, or if a header is invalid.
     ExrOutput(AtomicFile& file, std::vector<Imf::Header> headers);
 
     int chunkCount(std::size_t part) const { return headers_[part].chunkCount(); }
     /// Appends a packed chunk of a flat part. Every chunk must be appended exactly once.
     void append(std::size_t part, int chunk, std::span<const std::byte> packed);
-    /// Appends a packed chunk of a deep part. Throws Error (kOutput) if a row exceeds OpenEXR's 2
-    /// GiB.
+    /// Appends a packed chunk of a deep part. Throws Error (kOutput) if the row exceeds the
+    /// format's 2 GiB.
     void append(std::size_t part, int chunk, const ExrDeepChunk& packed);
-    /// Replaces an attribute's value in a part; the new value must have the same size.
+    /// Replaces an attribute's value in a part's header; the new value must take the same number of
+    /// bytes.
     void setAttribute(std::size_t part, const char* name, const Imf::Attribute& value);
-    /// Fills in the offset tables and each part's hash (exr_integrity.h), and reads headers and
-    /// tables back with OpenEXR. Throws Error (kInternal) if a chunk is missing; (kOutput) if the
-    /// file reads back differently.
+    /// Fills in the offset tables and each part's hash (exr_integrity.h), then has OpenEXR read
+    /// back headers and tables. Throws Error (kInternal) if a chunk is missing; (kOutput) if
+    /// something reads back differently.
     void finish();
 
   private:
@@ -139,30 +141,31 @@ class ExrOutput {
 
     AtomicFile& file_;
     std::vector<Imf::Header> headers_;
-    std::vector<std::size_t> first_offset_;  ///< of each part, as an index into offsets_
-    std::vector<std::uint64_t> offsets_;     ///< of all parts, in file order; 0 = not written
-    std::vector<std::uint64_t> hashes_;      ///< of the chunks, in the same order
-    std::size_t chunk_ = 0;                  ///< the one being written, as an index into offsets_
-    std::string start_;                      ///< magic number and version
+    std::vector<std::size_t> first_offset_;  ///< index into offsets_ of each part's first chunk
+    /// Offsets of the chunks of all parts, in file order; 0 if not written yet.
+    std::vector<std::uint64_t> offsets_;
+    std::vector<std::uint64_t> hashes_;  ///< of the chunks, in the order of offsets_
+    std::size_t chunk_ = 0;              ///< index into offsets_ of the chunk being written
+    std::string start_;                  ///< the file's first bytes: magic number and version
     std::uint64_t table_position_ = 0;
     bool headers_changed_ = false;
 };
 
-/// Returns the maximum unpacked size of `packed` bytes, to check a file's sizes before allocating.
-/// 0 for a compression that deep data cannot have.
+/// Returns the maximum size that `packed` bytes can have when unpacked, for checking a file's sizes
+/// before allocating; 0 if deep data cannot have this compression.
 std::uint64_t exrMostUnpacked(const std::string& compression, std::uint64_t packed);
 
-/// Unpacks a chunk of "none", "rle", "zips" or "zip" (ExrInputPart::compression) into `out`, which
-/// has the expected size; a chunk of that size is not packed. Returns false if it does not unpack
-/// to exactly that size.
+/// Unpacks a chunk with compression "none", "rle", "zips" or "zip" (ExrInputPart::compression) into
+/// `out`, which has the expected size. A chunk of that size is stored unpacked and copied. Returns
+/// false if the chunk does not unpack to exactly that size.
 bool exrUnpack(const std::string& compression, std::span<const std::byte> packed,
                std::span<std::byte> out);
 
-/// Like exrUnpack(), for a chunk that is always packed, even if that has not made it smaller.
+/// Like exrUnpack(), for chunks that are packed even if that makes them no smaller.
 bool exrUnpackAlways(const std::string& compression, std::span<const std::byte> packed,
                      std::span<std::byte> out);
 
-/// Unpacks zlib data. Returns false if it does not unpack to exactly that size.
+/// Unpacks zlib data into `out`. Returns false if the data does not fill it exactly.
 bool exrInflate(std::span<const std::byte> packed, std::span<std::byte> out);
 
 }  // namespace peeler

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decoder based on OpenEXR's C++ classes, for flat parts that OpenEXRCore 3.1 does not unpack:
-// tiles and DWA.
+// Decoder based on OpenEXR's C++ classes, for flat parts that OpenEXRCore 3.1 cannot unpack: tiles
+// and DWA.
 #pragma once
 
 #include <cstddef>
@@ -14,27 +14,27 @@
 
 namespace peeler {
 
-/// A channel to decode, converted to `type`: consecutive rows as wide as the data window.
+/// A destination for a channel, converted to `type`: consecutive rows, each as wide as the data
+/// window.
 struct ExrPlane {
     std::string name;
     PixelType type = PixelType::kFloat;
     std::byte* first = nullptr;
 };
 
-/// An open file. Safe to use from several threads; one decodes at a time.
+/// An open file. Several threads may use it, but only one decodes at a time.
 class ExrClasses {
   public:
-    /// `file` is open, outlives this, and has passed the checks of ExrInput. Throws Error (kInput)
-    /// if the classes reject it.
+    /// `file` is open, has passed the checks of ExrInput, and must outlive this. Throws Error
+    /// (kInput) if the classes reject it.
     ExrClasses(const RegularFile& file, const std::string& path);
     ~ExrClasses();
 
-    /// Decodes these rows of a part, with all columns; `rows` is in the file's coordinates. Throws
-    /// Error (kInput) with `place` as `where`.
+    /// Decodes rows of a part, over the whole width of the data window; `rows` is in the file's
+    /// coordinates. Throws Error (kInput) with `place` as `where`.
     void readRows(int part, const Window& rows, std::span<const ExrPlane> planes,
                   const std::string& place);
-    /// Decodes every tile of every level of a part, and discards the pixels. Throws like
-    /// readRows().
+    /// Decodes every tile at every level of a part and discards the pixels. Throws like readRows().
     void decodeTiles(int part, const std::string& place);
 
   private:

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Comparison of the camera's attributes with the double-precision camera they were made from.
+// Compares the attributes of the camera with the double-precision camera that they were computed
+// from.
 #include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfMatrixAttribute.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
@@ -24,7 +25,7 @@ namespace {
 
 constexpr const char* kCameraJson = "peeler:cameraJson";
 
-/// The attributes derived from the camera; those of the other projection must be absent.
+/// The attributes derived from the camera; those for the other projection must be missing.
 constexpr const char* kOfCamera[] = {"worldToCamera",
                                      "worldToNDC",
                                      "near",
@@ -49,9 +50,9 @@ std::vector<float> numbersOf(const Imf::Attribute& attribute) {
     return {};
 }
 
-/// Whether values agree. Other compilers and machines round a few bits of double precision
-/// differently, which may move a float by one ulp; where large numbers cancel out, a tiny one may
-/// be 0.
+/// Whether values agree. Other compilers and machines round double-precision results differently in
+/// the last bits, which may move a float by one ulp and, where large numbers cancel out, turn a
+/// tiny one into 0.
 bool areClose(const std::vector<float>& found, const std::vector<float>& wanted) {
     constexpr float kRelative = 4 * std::numeric_limits<float>::epsilon(), kOfLargest = 1e-9F;
     float largest = 0;
@@ -59,7 +60,7 @@ bool areClose(const std::vector<float>& found, const std::vector<float>& wanted)
         if (std::isfinite(number)) largest = std::max(largest, std::abs(number));
     for (std::size_t i = 0; i < wanted.size(); ++i) {
         if (found[i] == wanted[i]) continue;
-        // Written so that a NaN is not close.
+        // This form rejects NaN, too.
         const float most = kRelative * std::abs(wanted[i]) + kOfLargest * largest;
         if (!std::isfinite(wanted[i]) || !(std::abs(found[i] - wanted[i]) <= most)) return false;
     }
@@ -75,7 +76,7 @@ bool areSame(const Imf::Attribute& found, const Imf::Attribute& wanted) {
     return numbers.size() == of_camera.size() && areClose(numbers, of_camera);
 }
 
-/// Returns the attributes of a header that contradict its cameraJson().
+/// Returns the names of a header's attributes that contradict its cameraJson().
 std::vector<std::string> deniedBy(const Imf::Header& header) {
     const auto* json = header.findTypedAttribute<Imf::StringAttribute>(kCameraJson);
     if (!json) return {};
@@ -96,7 +97,8 @@ std::vector<std::string> deniedBy(const Imf::Header& header) {
 }  // namespace
 
 std::vector<std::string> headerContradictions(const std::string& path) {
-    std::map<std::string, std::string> first_part;  // by attribute
+    // For each contradictory attribute, the name of the first part that has it.
+    std::map<std::string, std::string> first_part;
     for (const std::string& file : exrFilesOf(path)) {
         try {
             const RegularFile opened(file);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deep image reader: reads sample counts, then samples, scatters them to their fragments, and sorts
-// those.
+// Deep image reader: reads the sample counts, then the samples, stores each in its fragment, and
+// sorts the fragments.
 #include "formats/exr/exr_readers.h"
 
 #include <Imath/half.h>
@@ -23,8 +23,9 @@
 namespace peeler {
 namespace {
 
-constexpr std::uint32_t kMostSamples = 1 << 16;  ///< per pixel: the maximum number of layers
-/// Bytes of samples to read at once. More gains nothing, and touching new memory costs time.
+/// The maximum number of samples per pixel, which is also the maximum number of layers.
+constexpr std::uint32_t kMostSamples = 1 << 16;
+/// The bytes of samples to read at once. More does not help, and touching new memory takes time.
 constexpr std::uint64_t kMostSampleBytes = std::uint64_t{64} << 20U;
 
 float floatAt(const std::byte* from, PixelType type) {
@@ -58,12 +59,12 @@ void storeComponent(const std::byte* from, PixelType type, FragmentArray& color,
         }
         return;
     }
-    // The channel is half in the file, but colours are float because of another channel.
+    // The channel is half in the file, but another channel made the colours float.
     for (std::size_t f = begin; f < end; ++f, from += pixelTypeSize(type))
         color.as<float>()[f * color.components() + component] = floatAt(from, type);
 }
 
-/// Puts the fragments of an array into the order given by `order`.
+/// Rearranges the fragments of an array; `order` has the old index of each.
 template <class T>
 void permute(T* values, std::size_t stride, const std::vector<std::uint32_t>& order,
              std::vector<std::byte>& scratch) {
@@ -74,7 +75,7 @@ void permute(T* values, std::size_t stride, const std::vector<std::uint32_t>& or
         std::memcpy(values + i * stride, scratch.data() + order[i] * bytes, bytes);
 }
 
-/// Sorts the fragments of each pixel by Z; the sort is stable.
+/// Sorts the fragments of each pixel by Z, stably.
 void sortFragments(LayeredImage& image) {
     const auto width = static_cast<std::size_t>(image.window.width());
     parallelFor(static_cast<std::size_t>(image.window.height()), [&](std::size_t row) {
@@ -99,7 +100,7 @@ void sortFragments(LayeredImage& image) {
     });
 }
 
-/// Returns the bytes per sample, in all channels of a part.
+/// Returns the bytes per sample in all channels of a part together.
 std::uint64_t sampleBytes(const ExrInputPart& part) {
     std::uint64_t bytes = 0;
     for (const ExrInputChannel& channel : part.channels)
@@ -130,7 +131,7 @@ ExrDeepReader::ExrDeepReader(OpenedExr opened, const ExrPicture& picture)
 
 ExrDeepReader::~ExrDeepReader() = default;
 
-/// Warns of missing colours and alpha.
+/// Warns if colours or alpha are missing.
 void ExrDeepReader::warnOfColors() {
     ReadWarnings& warnings = opened_.warnings;
     const std::string where = input_.where(parts_.front().index);
@@ -144,7 +145,7 @@ void ExrDeepReader::warnOfColors() {
         warnings.warn("The samples have no alpha (A, or AR, AG and AB): they are opaque.", where);
 }
 
-/// Returns the parts with the same samples, as far as their headers show.
+/// Returns the other parts that may describe the same samples, judging by their headers.
 std::vector<std::size_t> ExrDeepReader::findOthers(std::size_t main) const {
     std::vector<std::size_t> others;
     std::set<std::string> known;
@@ -178,8 +179,8 @@ bool ExrDeepReader::sameBlocks(std::size_t a, std::size_t b) const {
            input_.deepBlockWindow(a, 0) == input_.deepBlockWindow(b, 0);
 }
 
-/// Reads the sample counts of a block, and lists the parts whose counts differ from the first
-/// part's.
+/// Reads the sample counts of a block in all parts, and lists the parts whose counts differ from
+/// those of the first part.
 void ExrDeepReader::count(std::size_t block, CountedBlock& out) const {
     const std::size_t main = parts_.front().index;
     input_.readDeepBlock(main, block, true, out.main);
@@ -195,7 +196,8 @@ void ExrDeepReader::count(std::size_t block, CountedBlock& out) const {
     }
 }
 
-/// Fills in the plan. Parts with different counts are left out, or are an error in our own files.
+/// Fills in the plan from the sample counts. Parts with different counts are left out; in our own
+/// files, they are an error.
 void ExrDeepReader::countSamples() {
     const std::size_t main = parts_.front().index;
     Window counted_pixels = intersect(info_.parts[main].data_window, info_.plan.view.crop);
@@ -248,7 +250,7 @@ void ExrDeepReader::findChannels() {
             if (colors_.named(colors[c]) == name) return {.target = Route::kColor, .component = c};
         if (first && name == colors_.luminance) return {.target = Route::kGrey};
         if (first && name == colors_.depth) return {.target = Route::kZ};
-        // A channel of the part's other pictures, or one that every part has.
+        // Skip channels that belong to another picture in the part, or that every part has.
         const bool taken = name == "Z" || std::ranges::find(colors, name) != colors.end();
         return {.target = taken || (!first && name == "ZBack") ? Route::kNowhere : 0};
     };
@@ -326,7 +328,7 @@ void ExrDeepReader::readSamples(const Window& window, LayeredImage& out) const {
     }
 }
 
-/// Stores a channel's values for the fragments [begin, end).
+/// Stores a channel's values in the fragments [begin, end).
 void ExrDeepReader::store(const Route& route, const std::byte* from, std::size_t begin,
                           std::size_t end, LayeredImage& out) {
     if (route.target == Route::kZ) {
@@ -340,7 +342,7 @@ void ExrDeepReader::store(const Route& route, const std::byte* from, std::size_t
             storeComponent(from, route.type, out.color, c, begin, end);
     } else if (route.target >= 0) {
         FragmentArray& array = out.extra[static_cast<std::size_t>(route.target)];
-        // Bits are copied unchanged, so float and uint need no distinction.
+        // Since bits are copied unchanged, float and uint are handled alike.
         if (array.type == PixelType::kHalf) {
             storeComponent<std::uint16_t>(from, array, route.component, begin, end);
         } else {
@@ -349,7 +351,7 @@ void ExrDeepReader::store(const Route& route, const std::byte* from, std::size_t
     }
 }
 
-/// Stores a block's samples inside the window.
+/// Stores a block's samples, as far as they are inside the window of `out`.
 void ExrDeepReader::scatter(const ExrDeepBlock& block, const Part& part, LayeredImage& out) const {
     const auto width = static_cast<std::size_t>(block.window.width());
     const Window wanted = intersect(block.window, out.window);
@@ -358,7 +360,7 @@ void ExrDeepReader::scatter(const ExrDeepBlock& block, const Part& part, Layered
         const std::span counts(
             block.counts.data() + static_cast<std::size_t>(y - block.window.y0) * width, width);
         const bool wanted_row = y >= wanted.y0 && y < wanted.y1;
-        // The fragments of a row are contiguous, here as in the file.
+        // Both here and in the file, the fragments of a row are contiguous.
         const auto left = static_cast<std::size_t>(wanted_row ? wanted.x0 - block.window.x0 : 0);
         const auto columns = static_cast<std::size_t>(wanted_row ? wanted.width() : 0);
         const std::size_t skipped = std::accumulate(
@@ -369,7 +371,8 @@ void ExrDeepReader::scatter(const ExrDeepBlock& block, const Part& part, Layered
             begin = offsets[0];
             end = offsets[columns];
             for (std::size_t x = 0; x < columns; ++x) {
-                // The file may change while it is read; samples must not be stored beyond the row.
+                // The file may be changed while it is read; samples must never be stored beyond the
+                // row.
                 if (offsets[x + 1] - offsets[x] != counts[left + x]) {
                     throw Error(ErrorKind::kInput, "the sample counts have changed",
                                 input_.where(part.index), "read it again");
@@ -399,7 +402,7 @@ void ExrDeepReader::read(const Window& window, LayeredImage& out) {
     out.color = {colorNames(info_.plan.tinted), info_.plan.color_type, std::move(out.color.data)};
     const auto missing = [&](const std::string& name) { return colors_.named(name).empty(); };
     if (std::ranges::any_of(out.color.channels, missing))
-        out.color.data.clear();  // reused storage is not 0
+        out.color.data.clear();  // clear what reused storage holds, so that missing channels are 0
     resizeAnew(out.color.data, fragments * out.color.stride());
     out.extra.resize(extra_.size());
     for (std::size_t i = 0; i < extra_.size(); ++i) {
@@ -413,7 +416,7 @@ void ExrDeepReader::read(const Window& window, LayeredImage& out) {
     warnOfVolumes(out);
 }
 
-/// Sets alpha to the mean of the opacities, or to 1.
+/// Sets alpha to the mean of the opacities, or to 1 if there are none.
 void ExrDeepReader::completeAlpha(LayeredImage& out) const {
     parallelFor(static_cast<std::size_t>(out.window.height()), [&](std::size_t row) {
         const auto width = static_cast<std::size_t>(out.window.width());
@@ -426,8 +429,8 @@ void ExrDeepReader::completeAlpha(LayeredImage& out) const {
     });
 }
 
-/// Warns if a sample begins in front of the back of another: overlaps are not split ("Interpreting
-/// OpenEXR Deep Pixels", openexr.com).
+/// Warns if a sample begins in front of the back of another, since overlapping samples are not
+/// split ("Interpreting OpenEXR Deep Pixels", openexr.com).
 void ExrDeepReader::warnOfVolumes(const LayeredImage& image) {
     const FragmentChannel back = findChannel(image, colors_.depth_back);
     if (!back) return;
@@ -465,7 +468,7 @@ BandRead ExrDeepReader::mostOf(int rows) const {
         const int width = info.tile_width > 0 ? info.tile_width : info.data_window.width();
         const std::uint64_t table = static_cast<std::uint64_t>(width) *
                                     static_cast<std::uint64_t>(height) * sizeof(std::uint32_t);
-        // Samples and table exist both packed and unpacked.
+        // Samples and table are in memory both packed and unpacked.
         block_bytes = std::max(
             block_bytes, 2 * (sampleBytes(info) * complexity_->mostFragments(height) + table));
     }

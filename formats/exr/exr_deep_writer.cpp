@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deep image writer: one chunk per row, in each part.
+// Deep image writer: each part has one chunk per row.
 #include "formats/exr/exr_writers.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -26,14 +26,14 @@ namespace {
 
 constexpr int kMostRowsInFlight = 64;
 constexpr const char* kStored = "peeler:fragmentsStored";
-constexpr const char* kMaxSamples = "maxSamplesPerPixel";  // of the OpenEXR file layout
+constexpr const char* kMaxSamples = "maxSamplesPerPixel";  // required by the OpenEXR file layout
 
-/// The channels used for compositing in "Interpreting OpenEXR Deep Pixels", besides R, G, B, A and
-/// Z.
+/// The channels, besides R, G, B, A and Z, that are composited or used in compositing according to
+/// "Interpreting OpenEXR Deep Pixels".
 constexpr std::array<std::string_view, 4> kOfColor = {"AR", "AG", "AB", "ZBack"};
 
-/// Whether an array's channels are composited, or needed for compositing. Naive programs, such as
-/// OpenImageIO's flatten, would composite any other channel in the same part.
+/// Whether all channels of an array take part in compositing. Only those go into the part `color`,
+/// since programs like OpenImageIO's flatten composite every channel of a part.
 bool belongsToColor(const FragmentArray& array) {
     return std::ranges::all_of(array.channels, [](const std::string& channel) {
         return std::ranges::find(kOfColor, channel) != kOfColor.end();
@@ -144,7 +144,7 @@ void ExrDeepWriter::check(const LayeredImage& band) const {
     if (!good) throw Error(ErrorKind::kInternal, "a band does not fit the plan", path_);
 }
 
-/// Returns the number of rows from y on to encode before writing them.
+/// Returns how many rows, from y on, to encode before writing them.
 int ExrDeepWriter::rowsInFlight(const LayeredImage& band, int y) const {
     const std::size_t first = band.offsets[band.pixelIndex(band.window.x0, y)];
     const std::size_t most = kExrBytesInFlight / sampleBytes(like_);
@@ -171,7 +171,7 @@ void ExrDeepWriter::writeRows(const LayeredImage& image, int y0, int y1) {
     boundBuffers();
 }
 
-/// Updates the sample statistics for the header.
+/// Updates the sample statistics that the header will have.
 void ExrDeepWriter::noteSamples(const LayeredImage& image, int y0, int y1) {
     const auto width = static_cast<std::size_t>(window_.width());
     for (int y = y0; y < y1; ++y) {
@@ -186,7 +186,7 @@ void ExrDeepWriter::noteSamples(const LayeredImage& image, int y0, int y1) {
     }
 }
 
-/// Packs the rows from y0 on, each in all parts.
+/// Packs `chunks` chunks from row y0 on; every row has a chunk in each part.
 void ExrDeepWriter::encode(const LayeredImage& image, int y0, std::size_t chunks) {
     parallelFor(chunks, [&](std::size_t i) {
         const int y = y0 + static_cast<int>(i / parts_.size());
@@ -196,7 +196,7 @@ void ExrDeepWriter::encode(const LayeredImage& image, int y0, std::size_t chunks
     });
 }
 
-/// Frees the kept buffers once they exceed a limit.
+/// Frees the buffers once they exceed a limit.
 void ExrDeepWriter::boundBuffers() {
     std::size_t kept = packers_.bytesKept();
     for (const ExrDeepChunk& chunk : packed_)
@@ -231,7 +231,7 @@ void ExrDeepWriter::finish() {
     file_->commit();
 }
 
-/// Sets the attributes that are known only at the end. None changes its size.
+/// Sets the attributes that are known only at the end. Their sizes do not change.
 void ExrDeepWriter::describeSamples() {
     const auto has_back = [](const FragmentArray& array) {
         return std::find(array.channels.begin(), array.channels.end(), "ZBack") !=

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts of several files as one list, with a check that the files belong together.
+// The parts of several files as one list, after checking that the files belong together.
 #include "formats/exr/exr_files.h"
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace peeler {
 namespace {
 
-/// The attributes that must agree in all files of a set.
+/// The attributes that must have the same values in all files of a set.
 constexpr const char* kShared[] = {
     "peeler:layers", "peeler:sceneHash", "peeler:settingsHash",    "peeler:cameraJson",
     "peeler:frame",  "peeler:time",      "peeler:fragmentsCounted"};
@@ -24,7 +24,7 @@ bool sameRender(const ExrInputPart& a, const ExrInputPart& b) {
     return true;
 }
 
-/// Whether a file with these parts is the head of a set, and not one of its layers.
+/// Whether a file with these parts is the head of a set, rather than one of its layers.
 bool isHead(const std::vector<ExrInputPart>& parts) {
     return !parts.empty() && parts.front().attribute("peeler:layout") == kPerFileLayout &&
            parts.front().attribute("peeler:layer").empty();
@@ -60,7 +60,7 @@ std::vector<std::string> exrFilesOf(const std::string& path) {
         for (int layer = 0; layer < std::min(layers, kMostLayers); ++layer)
             files.push_back(exrLayerFile(path, static_cast<std::size_t>(layer)));
     } catch (const Error&) {
-        // Reading the file will report the error.
+        // Reading the file will report the same error.
     }
     return files;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conversion of a View and a Provenance to OpenEXR attributes, and of the camera from JSON.
+// Converts a View and a Provenance to OpenEXR attributes, and JSON to a camera.
 #include "formats/exr/exr_header.h"
 
 #include <OpenEXR/ImfDoubleAttribute.h>
@@ -26,8 +26,8 @@
 namespace peeler {
 namespace {
 
-/// Converts a matrix: GLM's column-major matrix for column vectors, stored column by column, is
-/// Imath's row-major matrix for row vectors, stored row by row.
+/// Converts a matrix. GLM stores a matrix for column vectors column by column; Imath stores one for
+/// row vectors row by row. The numbers are in the same order.
 Imath::M44f rowVectorMatrix(const glm::dmat4& m) {
     Imath::M44f out;
     for (int column = 0; column < 4; ++column) {
@@ -38,18 +38,19 @@ Imath::M44f rowVectorMatrix(const glm::dmat4& m) {
 }
 
 glm::dmat4 worldToCamera(const View& view) {
-    glm::dmat4 flip(1);  // OpenGL's right-handed camera space to OpenEXR's: negates z
+    // From OpenGL's right-handed camera space to OpenEXR's left-handed one: negates z.
+    glm::dmat4 flip(1);
     flip[2][2] = -1;
     return flip * glm::inverse(view.camera_to_world);
 }
 
-/// Returns camera space (left-handed) to NDC, for column vectors.
+/// Returns the matrix from (left-handed) camera space to NDC, for column vectors.
 glm::dmat4 cameraToNdc(const Projection& projection) {
     const double near = projection.near, far = projection.far;
     const bool bounded = std::isfinite(far) && far > near;
     glm::dmat4 m(0);
     if (projection.perspective) {
-        // x/w = (x / (z·half_width) + 1) / 2, and y in the same way, upside down; w = z.
+        // x/w = (x / (z·half_width) + 1) / 2; y/w is the same with the sign of y reversed; w = z.
         const double scale = bounded ? far / (far - near) : 1;
         m[0][0] = 0.5 / projection.half_width;
         m[1][1] = -0.5 / projection.half_height;
@@ -73,7 +74,7 @@ float pixelAspectRatio(const View& view) {
     if (!view.known) return 1;
     const double ratio =
         (view.projection.half_width / view.width) / (view.projection.half_height / view.height);
-    // Rounding may turn square pixels into 1.0000001.
+    // Rounding may make the ratio of square pixels 1.0000001.
     constexpr double kRounding = 1e-6;
     return std::abs(ratio - 1) < kRounding ? 1.0F : static_cast<float>(ratio);
 }
@@ -115,8 +116,8 @@ void addProvenance(Imf::Header& header, std::span<const PictureAttribute> attrib
         std::visit(Adder{header, attribute.name.c_str()}, attribute.value);
 }
 
-/// Adds the date of SOURCE_DATE_EPOCH (reproducible-builds.org/specs/source-date-epoch), the only
-/// date that keeps repeated runs identical.
+/// Adds the date from SOURCE_DATE_EPOCH (reproducible-builds.org/specs/source-date-epoch), if set.
+/// Any other date would make the files of repeated runs differ.
 void addDate(Imf::Header& header) {
     const char* variable = std::getenv("SOURCE_DATE_EPOCH");
     if (!variable || !*variable) return;
@@ -133,7 +134,7 @@ void addDate(Imf::Header& header) {
     Imf::addUtcOffset(header, 0);
 }
 
-/// Returns a coordinate or a size in pixels; the sum of two fits an int.
+/// Returns a coordinate or a size, in pixels, limited so that the sum of two fits into an int.
 int pixelsIn(const nlohmann::json& value) {
     const auto pixels = value.get<double>();
     if (!(std::abs(pixels) <= kMostCoordinate))
@@ -228,7 +229,7 @@ std::string cameraJson(const View& view) {
         {"name", view.camera_name},
         {"projection", projection.perspective ? "perspective" : "orthographic"},
         {"near", projection.near},
-        {"far", projection.far},  // infinity is not a JSON number: the library writes null
+        {"far", projection.far},  // JSON has no infinity, so the library writes null
         {"halfWidth", projection.half_width},
         {"halfHeight", projection.half_height},
         {"width", view.width},

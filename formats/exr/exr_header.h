@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR headers: camera, colour space, provenance, and the names of ids as stored by OpenEXR 3.
+// OpenEXR headers: camera, colour space, provenance, and the names of ids in OpenEXR 3's
+// idManifest.
 #pragma once
 
 #include <OpenEXR/ImfHeader.h>
@@ -17,7 +18,7 @@
 
 namespace peeler {
 
-/// An attribute with the provenance of a picture, or its stored contents.
+/// An attribute that records the provenance or the content of a picture.
 struct PictureAttribute {
     std::string name;
     std::variant<std::string, int, double, Imf::Rational> value;
@@ -26,43 +27,44 @@ struct PictureAttribute {
     std::string text() const;
 };
 
-/// Returns the `peeler:` attributes, software and framesPerSecond, as in exrHeader().
+/// Returns the `peeler:` attributes, software and framesPerSecond, as exrHeader() stores them.
 std::vector<PictureAttribute> pictureAttributes(const Plan& plan, const Provenance& provenance,
                                                 bool layers_known = true);
 
 /// Returns a scan-line, ZIP-compressed header with every attribute (formats/README.md,
-/// "Attributes") that is the same in all parts of a file; without channels, name or layer number.
+/// "Attributes") that is the same in all parts of a file. It has no channels, name or layer number.
 ///
 /// - displayWindow is the full picture, dataWindow is `data_window`.
-/// - worldToCamera and worldToNDC as ImfStandardAttributes.h defines them: row vectors (p' = p·M),
-///   camera space left-handed with +z forward, NDC (0,0)–(1,1) = corners of the display window, y
-///   down, after the division by w. NDC z is free by that definition; it is chosen to keep the
-///   matrix invertible and finite: f(z − n)/(f − n) before the division by w = z for a perspective
-///   camera, its limit z − n for an infinite far plane, and (z − n)/(f − n) for an orthographic
-///   one.
-/// - `near`, `far` (inf if unbounded), `orthographicWidth`, `orthographicHeight` in scene units;
-///   `fieldOfViewHorizontal`, `fieldOfViewVertical` full angles in degrees. These names are not
-///   OpenEXR's.
-/// - screenWindowCenter (0,0); screenWindowWidth is the width of the picture at distance 1
+/// - worldToCamera and worldToNDC are as ImfStandardAttributes.h defines them: for row vectors
+///   (p' = p·M), with a left-handed camera space (+z forward), and NDC from (0,0) to (1,1) at the
+///   corners of the display window, y down, after the division by w. That definition leaves NDC z
+///   open; ours keeps the matrix invertible and finite: f(z − n)/(f − n) before the division by
+///   w = z for a perspective camera, its limit z − n for an infinite far plane, and
+///   (z − n)/(f − n) for an orthographic camera.
+/// - `near`, `far` (inf if unbounded), `orthographicWidth` and `orthographicHeight` are in scene
+///   units; `fieldOfViewHorizontal` and `fieldOfViewVertical` are full angles in degrees. These
+///   names are ours, not OpenEXR's.
+/// - screenWindowCenter is (0,0); screenWindowWidth is the width of the picture at distance 1
 ///   (perspective) or in scene units (orthographic).
 /// - `peeler:fragmentsCounted` and `peeler:fragmentsStored` are strings of decimal digits, since
-///   they may exceed 32 bits; `peeler:layers`, `peeler:complete` and `peeler:frame` int;
-///   `peeler:time` double; the rest strings, left out where empty.
+///   they may exceed 32 bits; `peeler:layers`, `peeler:complete` and `peeler:frame` are int,
+///   `peeler:time` is double, and all others are strings, left out if empty.
 /// - `peeler:cameraJson`: see cameraJson().
-/// - No camera attributes if the camera is unknown (View::known), and no layer and fragment counts
-///   unless `layers_known`. Nothing is erased later, since OpenEXR 3.1's Header::erase() never
-///   frees the attribute.
-/// - capDate (UTC) only if SOURCE_DATE_EPOCH is set.
+/// - There are no camera attributes if the camera is unknown (View::known), and no layer and
+///   fragment counts unless `layers_known`. They are left out from the start, since OpenEXR 3.1's
+///   Header::erase() never frees an attribute.
+/// - capDate (UTC) is set only if SOURCE_DATE_EPOCH is.
 Imf::Header exrHeader(const Plan& plan, const Provenance& provenance, const Window& data_window,
                       bool layers_known = true);
 
-/// Adds the names for all id.object and id.material channels of any layer in the header (scheme
-/// "id", not hashed, stable as long as the scene file is). Adds nothing without such channels. If
-/// parents are known, objects have a second component, "parent": the parent's id as a number.
+/// Adds an idManifest with the names for all id.object and id.material channels, of any layer, in
+/// the header (scheme "id", not hashed, stable as long as the scene file is). Adds nothing if there
+/// are no such channels. If parents are known, objects have a second component, "parent": the
+/// parent's id as a number.
 void addIdManifest(Imf::Header& header, const IdNames& names);
 
-/// The inverse of addIdManifest(), from the attribute's bytes. Returns no names for missing
-/// channels. Throws Error (kInput) if the bytes are damaged or implausible.
+/// The inverse of addIdManifest(), from the attribute's bytes. Returns no names for channels that
+/// the manifest lacks. Throws Error (kInput) if the bytes are damaged or implausible.
 IdNames idNamesFromManifest(std::span<const std::byte> attribute);
 
 }  // namespace peeler

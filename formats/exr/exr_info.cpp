@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Analysis of headers: parts with layers, composite or deep samples, and data about the render.
+// Interprets headers: finds the parts with layers, composite or deep samples, and the facts about
+// the render.
 #include "formats/exr/exr_files.h"
 
 #include <algorithm>
@@ -41,8 +42,8 @@ Provenance provenanceOf(const ExrInputPart& part) {
     return p;
 }
 
-/// Returns the view with its camera and windows. The JSON must agree with the windows, which decide
-/// how pixels are read.
+/// Returns the view with its camera and windows. The windows decide how pixels are read, so the
+/// camera's JSON must agree with them.
 View viewOf(const ExrInfo& info, const std::string& path) {
     View view;
     const ExrInputPart& first = info.parts.front();
@@ -63,7 +64,7 @@ View viewOf(const ExrInfo& info, const std::string& path) {
     for (const std::size_t part : info.deep)
         all = unite(all, info.parts[part].data_window);
     if (all.empty()) all = first.data_window;
-    // Without a composite part, only the JSON has the crop.
+    // Only the JSON has the crop if there is no composite part.
     const bool known = !camera.empty() && intersect(view.crop, all) == all &&
                        intersect(view.crop, display) == view.crop;
     if (!known) view.crop = unite(display, all);
@@ -78,7 +79,7 @@ bool isFloat(const ExrInputPart& part, const std::string& prefix) {
     return false;
 }
 
-/// Calls visit(part, prefix) for every part with colours of fragments, or of a composite.
+/// Calls visit(part, prefix) for every part with colours, of fragments or of a composite.
 template <class Visit>
 void forEachColors(const ExrInfo& info, Visit&& visit) {
     for (std::size_t i = 0; i < info.layers.size(); ++i)
@@ -88,7 +89,7 @@ void forEachColors(const ExrInfo& info, Visit&& visit) {
         visit(info.parts[static_cast<std::size_t>(info.composite)], std::string());
 }
 
-/// Finds the type of the colours, and whether all have coloured opacity.
+/// Sets the plan's colour type, and whether all parts have coloured opacity.
 void findColors(const ExrInfo& info, Plan& plan) {
     bool floats = false, any = false, all_tinted = true;
     forEachColors(info, [&](const ExrInputPart& part, const std::string& prefix) {
@@ -100,7 +101,7 @@ void findColors(const ExrInfo& info, Plan& plan) {
     plan.tinted = any && all_tinted;
 }
 
-/// A layer's part, and the prefix of its channel names.
+/// The part that holds a layer, and the prefix of its channel names there.
 struct Place {
     std::size_t part = 0;
     std::string prefix;
@@ -112,8 +113,8 @@ void addLayer(int number, const Place& place, const std::string& where, Layers& 
     throw Error(ErrorKind::kInput, "two parts are the same layer", where);
 }
 
-/// Finds the layers: parts with their names (plain, nuke, per-file), else the first part with
-/// channels of their names (single-part).
+/// Finds the layers: the parts with names of layers (layouts plain, nuke, per-file), or else the
+/// first part with channels named after layers (single-part).
 Layers findLayers(const std::vector<ExrInputPart>& parts, const std::string& path) {
     Layers layers;
     for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -128,7 +129,8 @@ Layers findLayers(const std::vector<ExrInputPart>& parts, const std::string& pat
         for (const ExrInputChannel& channel : parts[i].channels) {
             const int number = layerNumber(channel.name);
             const std::size_t dot = channel.name.find('.');
-            // Other programs use such names for layers without depth.
+            // Without a channel Z, a name like layer_000 means a layer of colour in another
+            // program's file.
             const bool depth = dot != std::string::npos && channel.name.substr(dot) == ".Z";
             if (number < 0 || !depth || parts[i].deep()) continue;
             layers.try_emplace(number, Place{i, channel.name.substr(0, dot + 1)});
@@ -137,8 +139,8 @@ Layers findLayers(const std::vector<ExrInputPart>& parts, const std::string& pat
     return layers;
 }
 
-/// Returns the part with the composite: one with its name, or the part that also has layers. −1 =
-/// none.
+/// Returns the index of the part with the composite: the part with that name, or the one that also
+/// holds the layers; −1 if there is none.
 int findComposite(const ExrInfo& info) {
     const std::vector<ExrInputPart>& parts = info.parts;
     const std::string layout = parts.front().attribute("peeler:layout");

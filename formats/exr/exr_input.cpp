@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Raw OpenEXR reader on OpenEXRCore, with checks of its results.
+// Low-level OpenEXR reader: uses OpenEXRCore, and checks its results.
 //
-// Reading uses the C library, since it decodes chunks of one part on several threads, and keeps no
-// buffers per part in between, as the C++ classes do even for hundreds of parts.
+// It uses the C library because that decodes chunks of the same part on several threads and keeps
+// no buffers in between. OpenEXR's C++ classes keep buffers for every part, even for hundreds.
 #include "formats/exr/exr_input.h"
 
 #include <OpenEXR/openexr.h>
@@ -26,16 +26,17 @@
 namespace peeler {
 namespace {
 
-constexpr int kMaxChannels = 1 << 16;        ///< per part: all layers may be in one
-constexpr std::size_t kZlibState = 1 << 16;  ///< bytes; zlib needs slightly less
-/// The bytes that OpenEXR's classes may allocate for a block of rows or a tile, even if few of its
-/// pixels exist; more only if the file is large enough for them.
+constexpr int kMaxChannels = 1 << 16;        ///< per part, since a single part may hold all layers
+constexpr std::size_t kZlibState = 1 << 16;  ///< bytes, slightly more than zlib needs
+/// The bytes that OpenEXR's classes may always allocate for a block of rows or a tile, even if few
+/// of its pixels exist. They may allocate more only if the file is large enough.
 constexpr std::uint64_t kMostBlock = 64U << 20;
 
-/// OpenEXRCore reports the details of a failure to a callback, on the calling thread.
+/// The details of the last failure, which OpenEXRCore reports to a callback on the calling thread.
 thread_local std::string last_message;
-/// An exception that a callback cannot throw through C. On lack of memory or read errors,
-/// OpenEXRCore calls the file damaged, or goes on without an attribute.
+/// An exception that a callback caught, because it must not pass through C code. It is kept because
+/// OpenEXRCore would report lack of memory or a read error as a damaged file, or go on without an
+/// attribute.
 thread_local std::exception_ptr withheld;
 
 void keepMessage(exr_const_context_t, exr_result_t, const char* message) {
@@ -52,8 +53,8 @@ void* allocate(std::size_t bytes) {
     return memory;
 }
 
-/// Reads for OpenEXRCore, which would otherwise open the name itself, and wait if it has become a
-/// pipe.
+/// Reads bytes for OpenEXRCore. By itself, it would open the path again, which may have become a
+/// pipe by then and make it wait.
 std::int64_t readExrBytes(exr_const_context_t, void* file, void* to, std::uint64_t size,
                           std::uint64_t at, exr_stream_error_func_ptr_t) {
     try {
@@ -70,7 +71,8 @@ std::int64_t exrFileSize(exr_const_context_t, void* file) {
 }
 
 Window toWindow(const exr_attr_box2i_t& box) {
-    // Saturated, so that hostile corners do not overflow; such sizes are refused before use.
+    // Clamped, so that hostile corners do not overflow. Windows of such sizes are refused before
+    // use.
     constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
     return {std::max(box.min.x, -static_cast<int>(kMost)),
             std::max(box.min.y, -static_cast<int>(kMost)),
@@ -110,7 +112,7 @@ const char* compressionName(exr_compression_t compression) {
     return index < kNames.size() ? kNames[index] : "unknown";
 }
 
-/// Returns an attribute's value as text; "" for types that are not read.
+/// Returns an attribute's value as text; "" for types that are not converted.
 std::string attributeText(const exr_attribute_t& attribute) {
     switch (attribute.type) {
         case EXR_ATTR_STRING:
@@ -129,20 +131,20 @@ std::string attributeText(const exr_attribute_t& attribute) {
     }
 }
 
-/// Returns the maximum expansion of a compression, with a margin. PIZ writes at least 9 bits for
-/// 256 numbers of 2 bytes, B44A 3 bytes for 16 of them; PXR24 turns 3 bytes unpacked by zlib into
-/// 4; DWA turns 4 bytes into 256, or 2 into 128.
+/// Returns the maximum ratio of unpacked to packed size, with a margin. PIZ writes at least 9 bits
+/// for 256 numbers of 2 bytes, B44A 3 bytes for 16 such numbers. PXR24 turns 3 bytes that zlib has
+/// unpacked into 4. DWA turns 4 bytes into 256, or 2 into 128.
 std::uint64_t mostRatio(const std::string& compression) {
     if (compression == "pxr24") return 2 * kMostZlibRatio;
     return compression.starts_with("dwa") ? 64 * kMostZlibRatio : kMostZlibRatio;
 }
 
-/// Whether a flat part must be read with OpenEXR's classes.
+/// Whether OpenEXR's classes are needed to read a flat part.
 bool needsClasses(const ExrInputPart& part) {
     return part.type == "tiledimage" || (!part.deep() && part.compression.starts_with("dwa"));
 }
 
-/// Whether a compression is allowed for deep images ("Technical Introduction", Deep data).
+/// Whether deep images may have a compression ("Technical Introduction", Deep data).
 bool canBeDeep(const std::string& compression) {
     constexpr std::array kOfDeep = {"none", "rle", "zips", "zip"};
     return std::ranges::find(kOfDeep, compression) != kOfDeep.end();
@@ -299,7 +301,7 @@ void ExrInput::readAttributes(int index, ExrInputPart& part) {
     }
 }
 
-/// Moves the origin to the corner of the first display window.
+/// Moves all windows so that the first display window begins at (0, 0).
 void ExrInput::moveToOrigin() {
     const auto isFar = [](const Window& window) {
         return std::max({std::abs(window.x0), std::abs(window.y0), std::abs(window.x1),
@@ -322,7 +324,7 @@ void ExrInput::moveToOrigin() {
 }
 
 void ExrInput::checkSizes() const {
-    std::uint64_t least = 0;  // the minimum packed bytes of the pixels
+    std::uint64_t least = 0;  // minimum size, in bytes, of all pixels when packed
     for (const ExrInputPart& part : parts_) {
         const Window& window = part.data_window;
         if (window.width() > kMostImageSide || window.height() > kMostImageSide || window.empty() ||
@@ -335,7 +337,8 @@ void ExrInput::checkSizes() const {
                         "OpenEXR has no deep images with compression " + part.compression,
                         path_ + ": " + part.name, "write it again with zips, rle or none");
         }
-        std::uint64_t pixel = part.deep() ? sizeof(std::uint32_t) : 0;  // at least the sample count
+        // A deep pixel takes at least its sample count.
+        std::uint64_t pixel = part.deep() ? sizeof(std::uint32_t) : 0;
         if (!part.deep()) {
             for (const auto& channel : part.channels)
                 pixel += pixelTypeSize(channel.type);
@@ -354,7 +357,8 @@ void ExrInput::checkSizes() const {
     }
 }
 
-/// Throws Error (kInput) unless a file of this size may hold such a block.
+/// Throws Error (kInput) if a block of this width and number of rows exceeds both kMostBlock and
+/// what a file of this size can hold.
 void ExrInput::checkBlock(const ExrInputPart& part, int width, int rows) const {
     std::uint64_t pixel = 0;
     for (const auto& channel : part.channels)
@@ -392,7 +396,7 @@ int ExrInput::rowsPerChunk(std::size_t part) const {
 
 void ExrInput::readChunk(std::size_t part, int y, const Window& window,
                          std::span<const ExrTarget> targets) const {
-    // The chunk is decoded into planes of its own size, and the wanted rows and columns are copied.
+    // Decode the whole chunk into planes, then copy the requested rows and columns.
     Planes planes(targets.size());
     const Window chunk = needsClasses(parts_[part]) ? decodeByClasses(part, y, targets, planes)
                                                     : decodeChunk(part, y, targets, planes);
@@ -411,14 +415,14 @@ void ExrInput::readChunk(std::size_t part, int y, const Window& window,
     }
 }
 
-/// Decodes the chunk with row `y` into the planes. Returns its window.
+/// Decodes the chunk that holds row `y` into the planes. Returns the window it covers.
 Window ExrInput::decodeChunk(std::size_t part, int y, std::span<const ExrTarget> targets,
                              Planes& planes) const {
     const ExrInputPart& info = parts_[part];
     const int index = static_cast<int>(part);
     exr_chunk_info_t chunk{};
     check(exr_read_scanline_chunk_info(context_, index, y + origin_y_, &chunk), info.name);
-    // OpenEXR 3.1.5 leaves memory unset if uncompressed data is cut short.
+    // If uncompressed data is cut off, OpenEXR 3.1.5 leaves memory uninitialised.
     const bool whole = info.compression != "none" || chunk.packed_size == chunk.unpacked_size;
     const int top = chunk.start_y - origin_y_;
     const Window pixels{info.data_window.x0, top, info.data_window.x1, top + chunk.height};
@@ -430,7 +434,7 @@ Window ExrInput::decodeChunk(std::size_t part, int y, std::span<const ExrTarget>
     for (std::size_t t = 0; t < targets.size(); ++t) {
         const std::size_t size = pixelTypeSize(targets[t].type);
         planes[t].resize(pixels.pixels() * size);
-        // The pipeline has the part's channels in the same order.
+        // The pipeline's channels are those of the part, in the same order.
         const ExrInputChannel* wanted = info.channel(targets[t].name);
         const auto c = wanted ? wanted - info.channels.data() : pipeline.channel_count;
         if (c < pipeline.channel_count && targets[t].name == pipeline.channels[c].channel_name) {
@@ -448,7 +452,8 @@ Window ExrInput::decodeChunk(std::size_t part, int y, std::span<const ExrTarget>
     return pixels;
 }
 
-/// Like decodeChunk(), for a part that needs OpenEXR's classes; here row `y` begins a chunk.
+/// Does what decodeChunk() does, for a part that needs OpenEXR's classes; `y` must be the first row
+/// of a chunk.
 Window ExrInput::decodeByClasses(std::size_t part, int y, std::span<const ExrTarget> targets,
                                  Planes& planes) const {
     const ExrInputPart& info = parts_[part];
@@ -484,15 +489,15 @@ void ExrInput::refuse(const std::string& what, const ExrInputPart& part) const {
 }
 
 void ExrInput::check(int result, const std::string& part) const {
-    // zlib reports lack of memory like damaged data, so this checks that its state can be
-    // allocated.
+    // zlib reports lack of memory as damaged data. Allocating as much as its state takes shows
+    // whether memory was short.
     if (result != EXR_ERR_SUCCESS) std::free(allocate(kZlibState));
     if (withheld) std::rethrow_exception(std::exchange(withheld, nullptr));
     if (result == EXR_ERR_SUCCESS) return;
     const std::string message =
         last_message.empty() ? exr_get_default_error_message(result) : last_message;
     last_message.clear();
-    // OpenEXR 3.2 also reports a lack of memory if a chunk unpacks to more than its size.
+    // OpenEXR 3.2 reports lack of memory also if a chunk unpacks to more than its size.
     const bool overlong = message.find("decompress") != std::string::npos;
     if (result == EXR_ERR_OUT_OF_MEMORY && !overlong)
         throw Error(ErrorKind::kMemory, message, path_);

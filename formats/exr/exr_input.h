@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Raw OpenEXR reader: parts, attributes as text, chunks of pixels.
+// Low-level OpenEXR reader: parts, attributes as text, chunks of pixels.
 #pragma once
 
 #include <array>
@@ -23,8 +23,8 @@ struct _priv_exr_context_t;  // OpenEXRCore's; NOLINT(bugprone-reserved-identifi
 
 namespace peeler {
 
-/// Limits of windows in input files, in pixels. The side is larger than any GPU renders, and the
-/// sum of two coordinates fits an int.
+/// The maximum side and coordinate of windows in input files, in pixels. The side is larger than
+/// any GPU renders, and the sum of two coordinates fits an int.
 inline constexpr int kMostImageSide = 1 << 17, kMostCoordinate = 1 << 28;
 
 struct ExrInputChannel {
@@ -32,42 +32,43 @@ struct ExrInputChannel {
     PixelType type = PixelType::kHalf;
 };
 
-/// Returns the arrays, without data, for the channels of a fragment besides colour and Z: channels
-/// (sorted by name) that agree in type and in their names up to the last dot (N.X, N.Y, N.Z) form
-/// one array.
+/// Returns arrays, without data, for a fragment's channels besides colour and Z. `channels` are
+/// sorted by name; those that have the same type and the same name up to the last dot (N.X, N.Y,
+/// N.Z) form one array.
 std::vector<FragmentArray> fragmentArrays(std::span<const ExrInputChannel> channels);
 
-/// The part types of array files, which are not OpenEXR's: lists of all fragments, and the pixels
-/// of a composite (formats/arrays/picture_arrays.h).
+/// The values of ExrInputPart::type for pictures in array files (formats/arrays/picture_arrays.h),
+/// which OpenEXR does not have: lists of all fragments, and the pixels of a composite.
 inline constexpr const char* kListArrays = "lists in arrays";
 inline constexpr const char* kPlaneArrays = "planes in arrays";
 
 struct ExrInputPart {
     std::string name;  ///< "" in a single-part file without a name
-    /// "scanlineimage", "tiledimage", "deepscanline" or "deeptile"; for a .safetensors kListArrays
-    /// or kPlaneArrays.
+    /// "scanlineimage", "tiledimage", "deepscanline" or "deeptile"; kListArrays or kPlaneArrays for
+    /// a .safetensors.
     std::string type;
-    std::string compression;                ///< "none", "zip", …
-    int tile_width = 0, tile_height = 0;    ///< of tiled parts
-    Window data_window, display_window;     ///< relative to the corner of the file's display window
+    std::string compression;              ///< "none", "zip", …
+    int tile_width = 0, tile_height = 0;  ///< 0 unless the part is tiled
+    /// Relative to the corner of the file's first display window.
+    Window data_window, display_window;
     std::vector<ExrInputChannel> channels;  ///< sorted by name
-    /// Attributes of type string, int, float, double and rational as text, by name.
+    /// The attributes of types string, int, float, double and rational, as text, by name.
     std::map<std::string, std::string> attributes;
-    std::vector<std::byte> id_manifest{};  ///< the attribute idManifest as stored
-    std::vector<std::string> views{};      ///< from multiView, the default view first
-    /// x and y of red, green, blue and white; nothing if not in the file.
+    std::vector<std::byte> id_manifest{};  ///< the bytes of the attribute idManifest
+    std::vector<std::string> views{};      ///< the attribute multiView, with the default view first
+    /// x and y of red, green, blue and white, if the file has them.
     std::optional<std::array<float, 8>> chromaticities{};
 
     const ExrInputChannel* channel(const std::string& wanted) const;
-    /// Returns the text of an attribute, "" if missing.
+    /// Returns the text of an attribute; "" if missing.
     std::string attribute(const std::string& wanted) const;
-    /// Whether pixels have lists of samples.
+    /// Whether every pixel has a list of samples.
     bool deep() const {
         return type == "deepscanline" || type == "deeptile" || type == kListArrays;
     }
 };
 
-/// Returns the number at the beginning of an attribute's text, 0 without one.
+/// Returns the number that an attribute's text begins with; 0 if there is none.
 template <class T>
 T numberIn(const std::string& text) {
     T number{};
@@ -75,7 +76,7 @@ T numberIn(const std::string& text) {
     return number;
 }
 
-/// Returns the shortest text of a number that reads back the same.
+/// Returns the shortest text that reads back as the same number.
 template <class T>
 std::string numberText(T number) {
     std::array<char, 32> text;
@@ -83,27 +84,27 @@ std::string numberText(T number) {
     return {text.data(), end};
 }
 
-/// The destination of a channel's decoded values, converted to `type`: pixel (x, y) goes to first +
-/// (x − window.x0)·size + (y − window.y0)·stride.
+/// Where to store a channel's decoded values, converted to `type`: pixel (x, y) goes to first + (x
+/// − window.x0)·size + (y − window.y0)·stride.
 struct ExrTarget {
     std::string name;
     PixelType type = PixelType::kFloat;
     std::byte* first = nullptr;
-    std::size_t stride = 0;  ///< bytes from row to row
+    std::size_t stride = 0;  ///< bytes between the beginnings of rows
 };
 
 /// A block of a deep part: a row, or a tile at full resolution.
 struct ExrDeepBlock {
     Window window;
-    std::vector<std::uint32_t> counts;  ///< samples of each pixel, row-major
-    /// Ordered by row, then by channel (by name), then by pixel.
+    std::vector<std::uint32_t> counts;  ///< number of samples in each pixel, row-major
+    /// Ordered by row, then by channel (sorted by name), then by pixel.
     ByteBuffer samples;
 };
 
 class ExrClasses;
 
-/// An open file. Nothing in it is trusted: sizes are checked against limits and the file size
-/// before any allocation.
+/// An open file. Nothing in it is trusted: sizes are checked against limits and against the file's
+/// size before any allocation.
 class ExrInput {
   public:
     /// Throws Error (kInput) with the path as `where`.
@@ -113,37 +114,37 @@ class ExrInput {
     ExrInput& operator=(const ExrInput&) = delete;
 
     const std::string& path() const { return path_; }
-    std::uint64_t bytes() const { return bytes_; }  ///< of the file
+    std::uint64_t bytes() const { return bytes_; }  ///< size of the file
     const std::vector<ExrInputPart>& parts() const { return parts_; }
-    /// Return the origin of the first part's display window in the file; our windows start at (0,
-    /// 0).
+    /// Return the corner of the first part's display window in the file's coordinates. In ours,
+    /// that corner is (0, 0).
     int originX() const { return origin_x_; }
     int originY() const { return origin_y_; }
-    /// Returns the attributes in a part's header. Throws Error (kInput).
+    /// Returns all attributes in a part's header. Throws Error (kInput).
     std::vector<StoredAttribute> attributes(std::size_t part) const;
 
-    /// Returns the rows per chunk of a flat part, or per tile; chunks begin at the top of the data
-    /// window.
+    /// Returns the rows per chunk of a flat part, or per tile. The first chunk begins at the top of
+    /// the data window.
     int rowsPerChunk(std::size_t part) const;
-    /// Decodes the chunk, or the row of tiles, that holds row `y` of a flat part, and stores its
-    /// pixels inside `window` (which lies inside the data window). Safe to call from several
-    /// threads. Throws Error (kInput) with path and part as `where`.
+    /// Decodes the chunk, or row of tiles, that holds row `y` of a flat part, and stores those of
+    /// its pixels that are inside `window` (which lies in the data window). May be called from
+    /// several threads. Throws Error (kInput) with path and part as `where`.
     void readChunk(std::size_t part, int y, const Window& window,
                    std::span<const ExrTarget> targets) const;
-    /// Decodes every chunk of a part and discards the pixels; for tiles all levels, for deep tiles
-    /// only the first. Throws Error (kInput) at the first damaged chunk.
+    /// Decodes every chunk of a part and discards the pixels: of flat tiles, all levels; of deep
+    /// tiles, only the first. Throws Error (kInput) at the first damaged chunk.
     void decodeAll(std::size_t part) const;
 
-    /// Throws Error (kInput) unless every chunk of a scan-line part lies inside the file. Reads the
-    /// chunk offsets, and decodes nothing.
+    /// Throws Error (kInput) unless every chunk of a scan-line part lies inside the file. Reads
+    /// only the chunk offsets, and decodes nothing.
     void checkChunks(std::size_t part) const;
 
-    /// Returns the number of blocks of a deep part; blocks are row-major.
+    /// Returns the number of blocks in a deep part. Blocks are numbered row by row.
     std::size_t deepBlocks(std::size_t part) const;
-    /// Returns the window of a block.
+    /// Returns the window that a block covers.
     Window deepBlockWindow(std::size_t part, std::size_t block) const;
-    /// Reads the sample counts of a block's pixels, and the samples unless `counts_only`. Reuses
-    /// the storage of `out`. Safe to call from several threads. Throws Error (kInput) with path and
+    /// Reads the sample counts of a block and, unless `counts_only`, the samples. Reuses the
+    /// storage of `out`. May be called from several threads. Throws Error (kInput) with path and
     /// part as `where`.
     void readDeepBlock(std::size_t part, std::size_t block, bool counts_only,
                        ExrDeepBlock& out) const;
@@ -170,7 +171,7 @@ class ExrInput {
     _priv_exr_context_t* context_ = nullptr;
     std::vector<ExrInputPart> parts_;
     int origin_x_ = 0, origin_y_ = 0;
-    std::unique_ptr<ExrClasses> classes_;  ///< if a part needs them
+    std::unique_ptr<ExrClasses> classes_;  ///< null if no part needs them
 };
 
 }  // namespace peeler

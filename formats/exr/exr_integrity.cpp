@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Byte-level check of OpenEXR files, without the OpenEXR library: headers, offset tables and chunks
+// Checks OpenEXR files byte by byte, without the OpenEXR library: headers, offset tables and chunks
 // must make up the whole file.
 #include "formats/exr/exr_integrity.h"
 
@@ -20,9 +20,9 @@
 namespace peeler {
 namespace {
 
-// A flipped bit may hit the attribute's name, or make another attribute swallow it. The rest still
-// shows that there was a hash: each of these strings is in its record, and no single bit belongs to
-// both.
+// A flipped bit may change the attribute's name, or extend the attribute before it over this one.
+// Either of these strings still shows that there was a hash: both are in the attribute's record,
+// and no bit belongs to both.
 constexpr std::string_view kRecordBegin("peeler:pixelHash\0string\0", 24);
 constexpr std::string_view kRecordEnd("\x16\0\0\0xxh64:", 10);
 constexpr std::string_view kValueBegin = kRecordEnd.substr(4);
@@ -31,7 +31,7 @@ constexpr std::string_view kZeros = "0000000000000000";
 
 constexpr std::size_t kBlock = std::size_t{1} << 20;
 
-/// A file's bytes, read block by block.
+/// The bytes of a file, read block by block.
 class FileBytes {
   public:
     explicit FileBytes(const std::string& path) : file_(path), path_(path) { file_.check(); }
@@ -40,8 +40,8 @@ class FileBytes {
     const std::string& path() const { return path_; }
     std::uint64_t size() const { return file_.size(); }
 
-    /// Returns the bytes from `place` on: `wanted` of them, at most one block, fewer at the end of
-    /// the file.
+    /// Returns `wanted` bytes from `place` on, but at most one block, and fewer at the end of the
+    /// file.
     std::span<const char> at(std::uint64_t place, std::uint64_t wanted) {
         if (place >= size()) return {};
         const auto count = static_cast<std::size_t>(
@@ -65,7 +65,7 @@ class FileBytes {
         return value;
     }
 
-    /// Calls take(block) for the blocks of [begin, end).
+    /// Calls take(block) for the blocks that make up [begin, end).
     template <class Take>
     void forEachBlock(std::uint64_t begin, std::uint64_t end, Take&& take) {
         for (std::span<const char> block; begin < end; begin += block.size()) {
@@ -87,17 +87,17 @@ class FileBytes {
 };
 
 struct PartHeader {
-    std::uint64_t begin = 0, end = 0;  ///< its bytes, including the 0 at the end
+    std::uint64_t begin = 0, end = 0;  ///< first byte, and end, including the terminating 0
     std::string name, type, hash;      ///< values of attributes
-    std::uint64_t digits = 0;          ///< where the hash's digits are
-    std::int32_t chunks = 0;           ///< the attribute chunkCount
-    bool ends = false;                 ///< has the last of the required attributes
+    std::uint64_t digits = 0;          ///< offset of the hash's digits
+    std::int32_t chunks = 0;           ///< value of the attribute chunkCount
+    bool ends = false;                 ///< has the required attribute that comes last
 };
 
 struct Headers {
     bool multi_part = false;
     std::vector<PartHeader> parts;
-    std::uint64_t end = 0;  ///< of all headers; the offset tables begin here
+    std::uint64_t end = 0;  ///< where the headers end and the offset tables begin
 };
 
 /// Reads the header of the next part.
@@ -122,7 +122,8 @@ PartHeader readPart(FileBytes& file, ExrHeaders& headers) {
         part.ends = part.ends || attribute.name == "screenWindowWidth";
     }
     part.end = headers.place();
-    // Attributes are sorted: a damaged size that leads to a premature 0 skips this one.
+    // Attributes are sorted by name. If a damaged size leads to a 0 that is not the end, the last
+    // required attribute is missing.
     if (!part.ends)
         throw Error(ErrorKind::kInput, "its headers are incomplete", file.path(),
                     "the file may be damaged or cut off; write it again");
@@ -139,10 +140,10 @@ Headers readHeaders(FileBytes& file) {
     return headers;
 }
 
-/// Whether the headers contain any trace of a hash.
+/// Whether the headers contain any trace of a hash attribute.
 bool hasHash(FileBytes& file, const Headers& headers) {
     bool found = false;
-    std::string last;  // the end of the previous block
+    std::string last;  // end of the previous block
     file.forEachBlock(ExrHeaders::kBegin, headers.end, [&](std::span<const char> block) {
         last.append(block.data(), block.size());
         found = found || last.find(kRecordBegin) != std::string::npos ||
@@ -152,7 +153,7 @@ bool hasHash(FileBytes& file, const Headers& headers) {
     return found;
 }
 
-/// Returns the size of the chunk at `place`; 0 if it is cut off.
+/// Returns the size of the chunk at `place`; 0 if the file ends too early.
 std::uint64_t chunkBytes(FileBytes& file, const Headers& headers, const PartHeader& part,
                          std::uint64_t place) {
     const std::uint64_t row = place + (headers.multi_part ? sizeof(std::int32_t) : 0);
@@ -171,13 +172,13 @@ std::uint64_t chunkBytes(FileBytes& file, const Headers& headers, const PartHead
     return end <= file.size() ? end - place : 0;
 }
 
-/// The chunks of all parts: offsets from the tables, and hashes.
+/// The chunks of all parts: their offsets in the tables, hashes, and parts.
 struct Chunks {
     std::vector<std::uint64_t> offsets, hashes;
     std::vector<std::size_t> part;
 };
 
-/// Returns nothing unless tables and chunks fill the file behind the headers.
+/// Returns the chunks; nothing unless tables and chunks fill the rest of the file without gaps.
 std::optional<Chunks> readChunks(FileBytes& file, const Headers& headers) {
     Chunks chunks;
     std::uint64_t place = headers.end;
@@ -190,7 +191,7 @@ std::optional<Chunks> readChunks(FileBytes& file, const Headers& headers) {
             chunks.part.push_back(part);
         }
     }
-    std::vector<std::size_t> order(chunks.offsets.size());  // in file order
+    std::vector<std::size_t> order(chunks.offsets.size());  // indices of the chunks in file order
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::ranges::sort(order, {}, [&](std::size_t chunk) { return chunks.offsets[chunk]; });
     chunks.hashes.resize(order.size());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR file integrity: a hash in each part's header that proves the file is bitwise unchanged
-// (formats/README.md, "The hash of a part"), and consistency checks of header attributes.
+// Integrity of OpenEXR files: a hash in each part's header, which proves that the file is bitwise
+// unchanged (formats/README.md, "The hash of a part"), and consistency checks of header attributes.
 #pragma once
 
 #include <cstdint>
@@ -11,37 +11,37 @@ namespace peeler {
 
 inline constexpr const char* kPixelHash = "peeler:pixelHash";
 
-/// Returns the attribute's value, always of the same length.
+/// Returns the attribute's value for a hash; all values have the same length.
 std::string pixelHashText(std::uint64_t hash);
-/// Returns the attribute as stored in a file: name, type, size and value.
+/// Returns the bytes of the attribute as a file stores them: name, type, size and value.
 std::string pixelHashRecord(std::uint64_t hash);
 
 struct ExrIntegrity {
-    /// Ordered from best to worst; several files together have the worst state.
+    /// Ordered from best to worst. A set of files has the state of its worst file.
     enum State : std::uint8_t {
-        kProven,   ///< every bit is as written
-        kNone,     ///< no hash: from another program, or an older version of ours
-        kChanged,  ///< it does not match its hash
+        kProven,   ///< every bit is as it was written
+        kNone,     ///< no hash: written by another program, or by an older version of ours
+        kChanged,  ///< the file does not match its hash
     };
     State state = kProven;
     std::string where;  ///< the changed file, and the part if known
 
-    /// Returns the problem, without the place; "" unless it has changed.
+    /// Returns what is wrong, without the place; "" unless the state is kChanged.
     std::string problem() const;
 };
 
-/// Reads all bytes of the file (of a set, of all its files) and compares them with their hashes.
-/// Every byte counts: a file with bytes outside its parts has changed. Throws Error (kInput) if it
+/// Reads all bytes of the file (or of all files of a set) and compares them with their hashes. A
+/// file with bytes that belong to no part counts as changed. Throws Error (kInput) if the file
 /// cannot be read, or has no valid headers.
 ExrIntegrity exrIntegrity(const std::string& path);
 
 /// Throws Error (kInput) if the file has changed since it was written.
 void requireUnchanged(const std::string& path);
 
-/// Opens the file (of a set, all files) with OpenEXR's classes, which check other things than
-/// OpenEXRCore, and compares the camera's attributes with `peeler:cameraJson`, allowing for
-/// rounding. Returns a sentence for each contradiction, naming the first part that has it. Throws
-/// Error (kInput) if the classes cannot open the file.
+/// Opens the file (or all files of a set) with OpenEXR's classes, which check more than OpenEXRCore
+/// does, and compares the attributes of the camera with `peeler:cameraJson`, allowing for rounding.
+/// Returns a sentence for each contradiction, naming the first part that has it. Throws Error
+/// (kInput) if the classes cannot open the file.
 std::vector<std::string> headerContradictions(const std::string& path);
 
 }  // namespace peeler

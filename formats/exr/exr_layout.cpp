@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of layouts and compressions, and the names of layers.
+// The tables of layouts and compressions, and names of layers.
 #include "formats/exr/exr_layout.h"
 
 #include <OpenEXR/ImfCompression.h>
@@ -16,8 +16,9 @@ namespace {
 
 constexpr std::string_view kLayerPrefix = "layer_";
 
-// Nuke takes layer names from channel names, and calls the viewer's picture "rgba"; OpenEXR's own
-// rule for channel names in multi-part files agrees (openexr.com/en/latest/MultiViewOpenEXR.html).
+// Nuke takes the names of layers from channel names, and calls the picture it displays "rgba". This
+// agrees with OpenEXR's rule for channel names in multi-part files
+// (openexr.com/en/latest/MultiViewOpenEXR.html).
 constexpr ExrLayout kLayouts[] = {
     {"plain", "one part per layer, R,G,B,A,Z in each"},
     {.name = "nuke",

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of layouts (how a picture's layers are spread over channels, parts and files) and of
-// lossless OpenEXR compressions that peeler writes.
+// The tables of layouts (how a picture's layers are distributed over channels, parts and files) and
+// of the lossless OpenEXR compressions that peeler writes.
 #pragma once
 
 #include <cstdint>
@@ -16,47 +16,46 @@ struct ExrLayout {
     std::string_view name;     ///< OutputOptions::layout and `peeler:layout`
     std::string_view summary;  ///< one line
     bool one_part = false;     ///< all layers and the composite in one part
-    bool prefixed = false;     ///< a layer's channels are layer_000.R, …
+    bool prefixed = false;     ///< channels of layers are named layer_000.R, …
     bool one_file_a_layer = false;
-    std::string_view composite_part = "composite";  ///< the name of its part
+    std::string_view composite_part = "composite";  ///< name of the composite's part
 };
 
-inline constexpr int kExrRowsPerChunk = 16;  ///< of ZIP compression
+inline constexpr int kExrRowsPerChunk = 16;  ///< for ZIP compression
 
 inline constexpr std::string_view kPerFileLayout = "per-file";
 
-inline constexpr int kMostLayers = 1 << 16;  ///< of a picture being read
+inline constexpr int kMostLayers = 1 << 16;  ///< maximum for a picture that is read
 
 /// Returns every layout; the first is the default.
 std::span<const ExrLayout> exrLayouts();
 
-/// Returns the layout with this name; "" is the default. Throws Error (kUsage) listing the choices
-/// for an unknown name.
+/// Returns the layout with this name; "" means the default. For an unknown name, throws Error
+/// (kUsage), which lists the names.
 const ExrLayout& findExrLayout(std::string_view name);
 
 /// Returns "layer_000", "layer_001", …, with at least three digits.
 std::string layerName(std::size_t layer);
 
-/// Returns the number in "layer_012" or before the first dot of "layer_012.R"; −1 for any other
+/// Returns the number in "layer_012", or in "layer_012.R" before the first dot; −1 for any other
 /// name.
 int layerNumber(std::string_view name);
 
 struct ExrCompression {
     std::string_view name;  ///< OutputOptions::compression, ExrInputPart::compression
     std::string_view summary;
-    bool deep = true;  ///< valid for deep images
-    int value = 0;     ///< Imf::Compression
+    bool deep = true;  ///< whether deep images may use it
+    int value = 0;     ///< value of Imf::Compression
 };
 
-/// The maximum expansion of zlib is 1032 bytes per byte; this adds a margin.
+/// The maximum number of bytes that one byte of zlib data unpacks to: 1032, plus a margin.
 inline constexpr std::uint64_t kMostZlibRatio = 1100;
 
-/// Returns all compressions; the first is the default of layered files, the second that of deep
-/// ones.
+/// Returns all compressions. The first is the default for layered files, the second for deep ones.
 std::span<const ExrCompression> exrCompressions();
 
-/// Returns the compression with this name; "" is the default of flat or deep images. Throws Error
-/// (kUsage) listing the choices if such images cannot have it.
+/// Returns the compression with this name; "" means the default for flat or deep images. If such
+/// images cannot have it, throws Error (kUsage), which lists the choices.
 const ExrCompression& findExrCompression(std::string_view name, bool deep);
 
 }  // namespace peeler

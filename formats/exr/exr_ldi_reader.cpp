@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layered depth image reader: decodes parts into planes, and gathers fragment lists from them.
+// Layered depth image reader: decodes parts into planes, and gathers fragment lists from the
+// planes.
 #include "formats/exr/exr_readers.h"
 
 #include <Imath/half.h>
@@ -22,15 +23,15 @@
 namespace peeler {
 namespace {
 
-// In plane order; the opacities of single channels, if any, follow.
+// The order of the planes: R, G, B, A, Z, then the opacities of single channels, if any.
 constexpr std::size_t kColorChannels = 4, kAlphaChannel = 3, kDepthChannel = 4;
 
-/// Returns the plane of a colour component.
+/// Returns the index of the plane that holds a colour component.
 std::size_t planeOf(std::size_t component) {
     return component < kColorChannels ? component : component + 1;
 }
 
-/// Returns the channels of the colour and Z planes.
+/// Returns the channel names of the planes for colour and Z.
 std::vector<std::string> planeNames(bool tinted) {
     std::vector<std::string> names = colorNames(tinted);
     names.insert(names.begin() + kDepthChannel, "Z");
@@ -39,13 +40,13 @@ std::vector<std::string> planeNames(bool tinted) {
 
 }  // namespace
 
-/// A layer's decoded channels in the window being read, one plane each; a plane is empty if the
-/// layer lacks its channel.
+/// A layer's decoded channels inside the window being read, each in a plane; a plane is empty if
+/// the layer lacks the channel.
 struct ExrLdiReader::Layer {
     Window window;
     std::vector<std::vector<std::byte>> planes;
 
-    /// Returns a channel's value; `size` is that of the channel's type.
+    /// Returns the address of a channel's value; `size` is the size of its type.
     const std::byte* at(std::size_t channel, std::size_t column, int y, std::size_t size) const {
         const auto row = static_cast<std::size_t>(y - window.y0);
         const auto pixel = row * static_cast<std::size_t>(window.width()) + column;
@@ -88,7 +89,7 @@ ExrLdiReader::ExrLdiReader(OpenedExr opened, const std::optional<ExrPicture>& pi
     place();
 }
 
-/// Warns of unread parts, and sets the windows of the picture and its layers.
+/// Warns of parts that are not read, and sets the windows of the picture and its layers.
 void ExrLdiReader::place() {
     std::vector<std::size_t> read = info_.layers;
     if (info_.composite >= 0) read.push_back(static_cast<std::size_t>(info_.composite));
@@ -106,7 +107,7 @@ void ExrLdiReader::place() {
 
 ExrLdiReader::~ExrLdiReader() = default;
 
-/// Treats the composite as the only layer. Of its original layers only the number is known.
+/// Treats the composite as the only layer. Only the number of the original layers is known.
 void ExrLdiReader::takeComposite() {
     if (info_.composite < 0 || !info_.layers.empty()) {
         throw Error(ErrorKind::kInput, "it is not a composite", input_.path(),
@@ -128,7 +129,7 @@ void ExrLdiReader::takePicture(const ExrPicture& picture) {
     info_.plan.layers = {{part.data_window, 0}};
     info_.plan.tinted = colors_.tinted();
     info_.plan.color_type = PixelType::kHalf;
-    // Luminance is decoded as R, and RY and BY as G and B, until completeColors().
+    // R holds the luminance, and G and B hold RY and BY, until completeColors() converts them.
     if (!colors_.luminance.empty())
         colors_.rgb = {colors_.luminance, colors_.chroma[0], colors_.chroma[1]};
     for (const std::string& name : colorNames(true)) {
@@ -182,7 +183,7 @@ void ExrLdiReader::findChannels() {
     channels_.insert(channels_.end(), others.begin(), others.end());
 }
 
-/// Returns a channel's name in a layer's part; "" if it is missing.
+/// Returns a channel's name in the part that holds the layer; "" if it is missing.
 std::string ExrLdiReader::storedName(const Source& source,
                                      std::span<const ExrInputChannel> channels,
                                      std::size_t c) const {
@@ -197,7 +198,7 @@ std::vector<ExrLdiReader::Layer> ExrLdiReader::decode(
         int y;
     };
     std::vector<Layer> layers(sources.size());
-    // All layers in one part are unpacked at once.
+    // All layers in a part are decoded together, so that each of its chunks is unpacked only once.
     std::map<std::size_t, std::vector<ExrTarget>> targets;
     std::vector<Job> jobs;
     for (std::size_t i = 0; i < sources.size(); ++i) {
@@ -230,7 +231,7 @@ std::vector<ExrLdiReader::Layer> ExrLdiReader::decode(
     return layers;
 }
 
-/// Sets alpha to the mean of the opacities, or to 1.
+/// Sets alpha to the mean of the opacities, or to 1 if there are none.
 template <class T>
 void ExrLdiReader::completeAlpha(Layer& layer) const {
     const std::span<T> alpha = layer.as<T>(kAlphaChannel);
@@ -244,7 +245,7 @@ void ExrLdiReader::completeAlpha(Layer& layer) const {
         alpha[p] = T(meanOpacity<float>(r[p], g[p], b[p]));
 }
 
-/// Computes colours from Y, or from Y, RY = (R − Y) / Y and BY = (B − Y) / Y ("Luminance/Chroma
+/// Computes R, G, B from Y, or from Y, RY = (R − Y) / Y and BY = (B − Y) / Y ("Luminance/Chroma
 /// Images", openexr.com/en/latest/TechnicalIntroduction.html).
 template <class T>
 void ExrLdiReader::completeColors(Layer& layer) const {
@@ -271,7 +272,7 @@ void ExrLdiReader::completeColors(Layer& layer) const {
     }
 }
 
-/// Fills in the missing channels of a flat picture.
+/// Fills in the channels that a flat picture lacks.
 void ExrLdiReader::completePicture(Layer& layer) {
     for (std::size_t c = 0; c < first_extra_; ++c)
         layer.planes[c].resize(layer.window.pixels() * pixelTypeSize(channels_[c].type));
@@ -309,8 +310,8 @@ void ExrLdiReader::read(const Window& window, LayeredImage& out) {
     const auto width = static_cast<std::size_t>(window.width());
     const auto height = static_cast<std::size_t>(window.height());
 
-    // Calls visit(x, layer, column in the layer) for each fragment of a row, front to back in each
-    // pixel.
+    // Calls visit(x, layer, column in the layer) for each fragment of a row, pixel by pixel, front
+    // to back.
     const auto forEachFragment = [&](int y, auto&& visit) {
         for (const Layer& layer : layers) {
             if (layer.window.empty() || y < layer.window.y0 || y >= layer.window.y1) continue;
@@ -407,7 +408,7 @@ void ExrLdiReader::readComposite(const Window& window, CompositeImage& out) {
     }
 }
 
-/// Returns the bytes per pixel of a layer's planes.
+/// Returns the bytes that the planes of a layer take per pixel.
 std::uint64_t ExrLdiReader::pixelBytes() const {
     std::uint64_t pixel = 0;
     for (const auto& channel : channels_)
@@ -428,21 +429,22 @@ BandRead ExrLdiReader::mostOf(int rows) const {
     most.bytes = most.fragments * pixelBytes();
     const std::uint64_t stored = info_.plan.fragments_stored;
     if (info_.is_peeler && stored != 0) most.fragments = std::min(most.fragments, stored);
-    std::map<std::size_t, std::uint64_t> layers;  // per part
+    std::map<std::size_t, std::uint64_t> layers;  // number of layers in each part
     std::uint64_t chunk = 0;
     for (const Source& source : sources_) {
         const auto width = static_cast<std::uint64_t>(info_.parts[source.part].data_window.width());
         const auto height = static_cast<std::uint64_t>(input_.rowsPerChunk(source.part));
         chunk = std::max(chunk, width * height * ++layers[source.part] * pixelBytes());
     }
-    // Packed, unpacked, reordered, and in planes.
+    // Each thread holds a chunk packed, unpacked, reordered, and in planes.
     most.bytes += 4 * chunk * static_cast<std::uint64_t>(threadCount());
     return most;
 }
 
 int ExrLdiReader::rowsFor(std::uint64_t bytes) const {
     const std::uint64_t pixel = pixelBytes();
-    // Planes and lists exist together, hence twice; a layer's rows are as wide as its window.
+    // Planes and lists are in memory together, hence the factor 2; a layer's rows are as wide as
+    // its window.
     std::uint64_t row =
         static_cast<std::uint64_t>(info_.plan.view.crop.width()) * sizeof(std::uint32_t);
     for (const Source& source : sources_)

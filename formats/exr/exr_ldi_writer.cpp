@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layered depth image and composite writers: their parts.
+// Layered depth image and composite writers: the parts of their files.
 #include "formats/exr/exr_writers.h"
 
 #include <algorithm>
@@ -33,7 +33,7 @@ SinkMemory ExrPartsSink::memory(const Plan& plan) const {
 ExrLdiWriter::ExrLdiWriter(std::string path, OutputOptions options)
     : ExrPartsSink(std::move(path), std::move(options)) {
     exrCompressionOf(options_.compression, false);
-    // The part `composite` is made from the stored layers, over nothing.
+    // The part `composite` always shows the stored layers over nothing.
     options_.composited = false;
     options_.background = {};
 }
@@ -92,7 +92,7 @@ void ExrLdiWriter::finish() {
 
 ExrCompositeWriter::ExrCompositeWriter(std::string path, OutputOptions options)
     : ExrPartsSink(std::move(path), std::move(options)) {
-    // Layout and compression apply only to layered files.
+    // The options for layout and compression apply only to layered files.
     options_.layout.clear();
     options_.compression.clear();
 }

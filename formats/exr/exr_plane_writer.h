@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flat OpenEXR data images: one or several values per pixel, in one part or several; midpoint
-// shadow maps and fragment counts as such images.
+// Flat OpenEXR data images, with one or several values per pixel, in one or several parts; among
+// them midpoint shadow maps and fragment counts.
 #pragma once
 
 #include <cstddef>
@@ -16,24 +16,25 @@
 
 namespace peeler {
 
-/// A part of a data image. Its dataWindow is the crop.
+/// A part of a data image. Its dataWindow is the crop of its plan.
 struct ExrPlanePart {
     std::string name;
     Plan plan;
-    /// The plan describes the source picture's layers, not only its view.
+    /// Whether the plan has the source picture's layers and fragment counts, not only its view.
     bool layers_known = true;
 };
 
 struct ExrPlaneChannel {
     std::string name;
-    PixelType type = PixelType::kFloat;  ///< or kUint
+    PixelType type = PixelType::kFloat;  ///< kFloat or kUint
 };
 
-/// A writer that streams rows into a file whose parts all have the same channels, with the
-/// attributes of a layered file but `peeler:layer`.
+/// A writer that streams rows into a file whose parts all have the same channels. The file has the
+/// attributes of a layered file except `peeler:layer`.
 class ExrPlaneWriter {
   public:
-    /// Creates the hidden file. Display windows must have the same size. Throws Error (kOutput).
+    /// Creates the hidden file. The display windows of all parts must have the same size. Throws
+    /// Error (kOutput).
     ExrPlaneWriter(const std::string& path, std::span<const ExrPlanePart> parts,
                    const Provenance& provenance, std::vector<ExrPlaneChannel> channels);
     /// Creates a file of one part with one channel.
@@ -41,14 +42,15 @@ class ExrPlaneWriter {
                    const std::string& part, const std::string& channel, PixelType type);
     ~ExrPlaneWriter();
 
-    /// Appends the next rows of the current part, top to bottom, 4 bytes per value: these rows of
-    /// the first channel, then of the second, and so on. After a full part the next one begins.
+    /// Appends the next rows of the current part, top to bottom, with 4 bytes per value: these rows
+    /// for the first channel, then for the second, and so on. Once a part is complete, the next one
+    /// begins.
     void append(std::span<const std::byte> planes);
     /// Finishes the file. Throws Error (kInternal) if rows are missing.
     void finish();
 
-    /// Returns the bytes it keeps for rows of this width and number of channels, besides the input
-    /// of append().
+    /// Returns the bytes that the writer holds for rows of this width with this number of channels,
+    /// besides the input of append().
     static std::uint64_t memory(int width, std::size_t channels);
     const StageTimes& times() const { return times_; }
 
@@ -63,17 +65,17 @@ class ExrPlaneWriter {
 
     std::unique_ptr<File> file_;
     std::vector<Part> parts_;
-    std::vector<std::size_t> order_;  ///< of the file's channels, as indices of ours
-    std::size_t part_ = 0;            ///< the current one
-    std::size_t rows_seen_ = 0;       ///< of that part
-    std::vector<std::byte> rows_;     ///< of incomplete chunks, in file order
+    std::vector<std::size_t> order_;  ///< indices of our channels in the order of the file's
+    std::size_t part_ = 0;            ///< index of the current part
+    std::size_t rows_seen_ = 0;       ///< rows of the current part received so far
+    std::vector<std::byte> rows_;     ///< rows of incomplete chunks, in file order
     int next_chunk_ = 0;
     StageTimes times_;
 };
 
 /// A writer of midpoint shadow maps: a single-part file with one channel, Z (float), the camera Z
 /// of the midpoint between the two nearest surfaces (core/image/statistics.h), +inf where a pixel
-/// has no second surface. dataWindow = crop, with the attributes of a layered file but
+/// has no second surface. dataWindow is the crop; the attributes are those of a layered file except
 /// `peeler:layer`. The capture decides which surfaces count (CaptureSettings::opaque_only).
 class ExrMidpointWriter : public Sink {
   public:
@@ -92,17 +94,17 @@ class ExrMidpointWriter : public Sink {
     OutputOptions options_;
     Projection projection_;
     std::unique_ptr<ExrPlaneWriter> plane_;
-    std::vector<float> midpoints_;  ///< of a band
+    std::vector<float> midpoints_;  ///< midpoints of a band
     StageTimes times_;
 };
 
-/// A writer of the number of fragments per pixel. EXR: a channel `count` (uint); PNG, JPEG, TIFF:
-/// black (0) to yellow (the plan's number of layers).
+/// A writer of the number of fragments per pixel. In EXR it is a channel `count` (uint); in PNG,
+/// JPEG and TIFF a colour, from black (0) to yellow (the plan's number of layers).
 class CountMap : public Sink {
   public:
     CountMap(std::string path, OutputOptions options);
 
-    /// Forecasts the size of its file.
+    /// Forecasts the size of the file.
     SizeForecast forecast(const Plan& plan) const;
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
@@ -110,12 +112,13 @@ class CountMap : public Sink {
     SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override;
 
-    std::uint32_t largest() const { return largest_; }  ///< so far
+    std::uint32_t largest() const { return largest_; }  ///< largest count so far
 
   private:
     std::string path_;
     OutputOptions options_;
-    std::unique_ptr<ExrPlaneWriter> plane_;  ///< if null, picture_ is set
+    /// Null if the output is a picture, which picture_ writes.
+    std::unique_ptr<ExrPlaneWriter> plane_;
     std::unique_ptr<Sink> picture_;
     float ramp_end_ = 1;
     std::uint32_t largest_ = 0;

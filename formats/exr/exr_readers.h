@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Readers of layered depth images and deep images as fragment lists.
+// Readers of layered and deep images as fragment lists.
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,14 @@
 
 namespace peeler {
 
-/// A reader of files of ExrLdiWriter in every layout, and of any other with parts `layer_*` that
-/// hold R, G, B, A, Z; AR, AG, AB beside A are coloured opacity. A fragment exists where Z is less
-/// than +inf.
+/// A reader of layered depth images: files of ExrLdiWriter in every layout, and any others with
+/// parts `layer_*` that hold R, G, B, A, Z. AR, AG, AB beside A are read as coloured opacity. A
+/// fragment exists where Z is less than +inf.
 ///
 /// Reads a flat picture of another program as one layer (exr_picture.h). Missing alpha is 1.
 /// Without Z, every pixel that is not all 0 has a fragment, at Z = 0; an infinite or NaN Z becomes
-/// the largest finite one. Y is grey in all three channels, or with RY and BY a colour. Reads our
-/// own composite, on request, as pixels: each is one entry, with Z = +inf where there is no
+/// the largest finite float. Y alone becomes grey; with RY and BY it becomes a colour. On request,
+/// our own composite is read as pixels: each pixel has one entry, with Z = +inf where there is no
 /// fragment.
 class ExrLdiReader : public LayeredInput {
   public:
@@ -43,7 +43,7 @@ class ExrLdiReader : public LayeredInput {
 
   private:
     struct Layer;
-    /// A layer's part, and the prefix of its channel names.
+    /// The part that holds a layer, and the prefix of its channel names there.
     struct Source {
         std::size_t part;
         std::string prefix;
@@ -68,26 +68,27 @@ class ExrLdiReader : public LayeredInput {
     OpenedExr opened_;
     ExrFiles& input_ = opened_.files;
     ExrInfo& info_ = opened_.info;
-    bool flat_ = false;            ///< a flat picture, as one layer
-    bool pixels_ = false;          ///< a composite, with every pixel
-    ExrColors colors_;             ///< of another program's flat picture
-    std::vector<Source> sources_;  ///< of the layers
+    bool flat_ = false;            ///< the file is a flat picture, read as one layer
+    bool pixels_ = false;          ///< the file is a composite, read with every pixel
+    ExrColors colors_;             ///< channel names in another program's flat picture
+    std::vector<Source> sources_;  ///< source of each layer
     /// R, G, B, A, Z, then AR, AG, AB of coloured opacity, then the channels of extra_.
     std::vector<ExrInputChannel> channels_;
-    std::vector<std::string> stored_;  ///< their names in another program's flat picture; "" = none
-    std::size_t first_extra_ = 0;      ///< first of extra_ in channels_
+    /// For another program's flat picture: the name there of each of channels_; "" if missing.
+    std::vector<std::string> stored_;
+    std::size_t first_extra_ = 0;       ///< index in channels_ of the first channel of extra_
     std::vector<FragmentArray> extra_;  ///< without data
 };
 
-/// A reader of files of ExrDeepWriter and of deep scan lines or tiles of other programs: a picture
-/// (exr_picture.h), and the channels of other deep parts for the same samples. All parts of our own
-/// files must have the same samples; a foreign part joins if it has the same data window, the same
-/// blocks and the same sample count in every pixel, and no channel of the same name but Z and
-/// ZBack.
+/// A reader of deep images in scan lines or tiles, from ExrDeepWriter or other programs. It reads
+/// one picture (exr_picture.h), and the channels in other deep parts that belong to the same
+/// samples. In our own files, all parts must have the same samples. In other programs' files, a
+/// part is included if it has the same data window, the same blocks and the same sample count in
+/// every pixel, and shares no channel name but Z and ZBack.
 ///
 /// Samples are sorted by Z (stably). A Z of +inf becomes the largest finite value, since +inf marks
 /// an empty pixel in a layered file. ZBack is kept as a channel. Without A, alpha is the mean of
-/// AR, AG and AB, or 1; a missing R, G or B is Y, or 0. Warns of a Z that is NaN or -inf, of
+/// AR, AG and AB, or 1; a missing R, G or B becomes Y, or 0. Warns of a Z that is NaN or -inf, of
 /// overlapping samples, which are not split, and of missing colours and alpha.
 ///
 /// Opening reads all sample counts, so that info().plan has the layers with their windows and
@@ -106,20 +107,20 @@ class ExrDeepReader : public LayeredInput {
     std::vector<Text> takeWarnings() override { return opened_.warnings.take(); }
 
   private:
-    /// The destination of a part's channel.
+    /// Where the values of a part's channel go.
     struct Route {
         static constexpr int kNowhere = -4, kGrey = -3, kZ = -2, kColor = -1;
-        PixelType type = PixelType::kHalf;  ///< in the file
+        PixelType type = PixelType::kHalf;  ///< type in the file
         int target = kNowhere;  ///< a constant above, or an index into LayeredImage::extra
         std::size_t component = 0;
     };
     struct Part {
-        std::size_t index;          ///< in ExrInfo::parts
-        std::vector<Route> routes;  ///< of all its channels, in their order
+        std::size_t index;          ///< index in ExrInfo::parts
+        std::vector<Route> routes;  ///< for all of its channels, in order
     };
     struct CountedBlock {
-        ExrDeepBlock main, other;            ///< without samples
-        std::vector<std::size_t> different;  ///< parts with other counts
+        ExrDeepBlock main, other;            ///< `samples` stay empty
+        std::vector<std::size_t> different;  ///< indices of parts with other counts
     };
 
     std::vector<std::size_t> findOthers(std::size_t main) const;
@@ -141,9 +142,9 @@ class ExrDeepReader : public LayeredInput {
     ExrFiles& input_ = opened_.files;
     ExrInfo& info_ = opened_.info;
     ExrColors colors_;
-    std::vector<Part> parts_;           ///< the first has Z and colour
+    std::vector<Part> parts_;           ///< the first one has Z and colour
     std::vector<FragmentArray> extra_;  ///< without data
-    std::uint64_t sample_bytes_ = 0;    ///< of all parts together
+    std::uint64_t sample_bytes_ = 0;    ///< bytes per sample in all parts together
     std::optional<DepthComplexity> complexity_;
 };
 

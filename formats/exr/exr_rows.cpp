@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gathering and copying of fragment channels, component by component.
+// Gathers and copies fragment channels, component by component.
 #include "formats/exr/exr_rows.h"
 
 #include <Imath/half.h>
@@ -15,7 +15,7 @@ namespace peeler {
 namespace {
 
 /// Writes one component of the fragments in `row` to `out`, with `fill` for kNoFragment. Returns
-/// the end.
+/// the end of the output.
 template <class T>
 std::byte* gatherComponent(std::span<const T> values, const ExrChannel& channel, T fill,
                            std::span<const std::uint32_t> row, std::byte* out) {
@@ -26,7 +26,8 @@ std::byte* gatherComponent(std::span<const T> values, const ExrChannel& channel,
     return out;
 }
 
-/// Whether the next channels are those of a plain colour, in their usual order: A, B, G, R.
+/// Whether the next four channels are those of a plain colour, in the order of their names: A, B,
+/// G, R.
 bool areColor(std::span<const ExrChannel> channels) {
     if (channels.size() < 4 || channels[0].components != kPlainComponents) return false;
     for (std::size_t c = 0; c < 4; ++c) {
@@ -36,7 +37,8 @@ bool areColor(std::span<const ExrChannel> channels) {
     return true;
 }
 
-/// Writes a colour's four channels in one pass, since reaching the fragments dominates the time.
+/// Writes the four channels of a colour in one pass, since most of the time goes into fetching the
+/// fragments.
 template <class T>
 std::byte* gatherColor(std::span<const T> values, std::span<const std::uint32_t> row,
                        std::byte* out) {
@@ -67,13 +69,13 @@ std::byte* copyChannel(const LayeredImage& image, const ExrChannel& channel, std
     const FragmentArray& array = channel.source == ExrChannel::kColor
                                      ? image.color
                                      : image.extra[static_cast<std::size_t>(channel.source)];
-    // Bits are copied unchanged, so float and uint need no distinction.
+    // Since bits are copied unchanged, float and uint are handled alike.
     return pixelTypeSize(channel.type) == sizeof(std::uint16_t)
                ? copyComponent(array.as<std::uint16_t>(), channel, begin, end, out)
                : copyComponent(array.as<std::uint32_t>(), channel, begin, end, out);
 }
 
-/// Appends the fragments [begin, end) of `from`.
+/// Appends the fragments [begin, end) of `from` to `to`.
 void appendFragments(const LayeredImage& from, std::size_t begin, std::size_t end,
                      LayeredImage& to) {
     const auto append = [&](const FragmentArray& source, FragmentArray& target) {
@@ -87,7 +89,8 @@ void appendFragments(const LayeredImage& from, std::size_t begin, std::size_t en
         append(from.extra[i], to.extra[i]);
 }
 
-/// Reserves room in `to` for the rows of `from` from y0 on, so that appending them moves nothing.
+/// Reserves memory in `to` for the rows of `from` from y0 on, so that appending them does not
+/// reallocate.
 void reserveRows(const LayeredImage& from, int y0, LayeredImage& to) {
     if (y0 >= from.window.y1) return;
     const std::size_t first = from.pixelIndex(from.window.x0, std::max(y0, from.window.y0));
@@ -148,7 +151,7 @@ std::byte* gatherExrLayer(const LayeredImage& image, std::span<const ExrChannel>
         const FragmentArray& array = channel.source == ExrChannel::kColor
                                          ? image.color
                                          : image.extra[static_cast<std::size_t>(channel.source)];
-        // Bits are copied unchanged, so float and uint need no distinction.
+        // Since bits are copied unchanged, float and uint are handled alike.
         out = channel.type == PixelType::kHalf
                   ? gatherComponent<std::uint16_t>(array.as<std::uint16_t>(), channel, 0, row, out)
                   : gatherComponent<std::uint32_t>(array.as<std::uint32_t>(), channel, 0, row, out);

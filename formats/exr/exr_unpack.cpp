@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chunk unpacking: zlib or run lengths, then sums of differences, then interleaving of even and odd
-// bytes.
+// Unpacks chunks: zlib or run lengths, then running sums of the differences, then interleaving of
+// even and odd bytes.
 #include "formats/exr/exr_chunks.h"
 
 #include <libdeflate.h>
@@ -14,11 +14,11 @@
 namespace peeler {
 namespace {
 
-/// The inverse of packRuns() of exr_chunks.cpp, which describes the format.
+/// The inverse of packRuns() in exr_chunks.cpp, which describes the format.
 bool unpackRuns(std::span<const std::byte> packed, std::span<std::byte> out) {
     std::size_t filled = 0;
     for (std::size_t i = 0; i < packed.size();) {
-        // A signed byte: 128 and above mean code − 256.
+        // The code is a signed byte: 128 and above mean code − 256.
         const auto code = std::to_integer<std::size_t>(packed[i++]);
         const bool literal = code >= 128;
         const std::size_t count = literal ? 256 - code : code + 1;
@@ -35,11 +35,11 @@ bool unpackRuns(std::span<const std::byte> packed, std::span<std::byte> out) {
     return filled == out.size();
 }
 
-/// Replaces differences, biased by 128, by their running sums, starting with `last`. Returns the
+/// Replaces differences, biased by 128, by their running sums, starting from `last`. Returns the
 /// last sum.
 ///
-/// Works on eight bytes at once: even and odd bytes become 16-bit lanes, and a product with four
-/// ones adds them up without carries between lanes.
+/// Handles eight bytes at once: even and odd bytes are spread over 16-bit lanes, and multiplying by
+/// four ones gives the running sums of the lanes, without carries between them.
 std::uint8_t addUp(std::span<std::uint8_t> bytes, std::uint8_t last) {
     constexpr std::uint64_t kEven = 0x00ff00ff00ff00ff, kOnes = 0x0001000100010001;
     constexpr std::uint64_t kBias = 0x8080808080808080;
@@ -47,7 +47,7 @@ std::uint8_t addUp(std::span<std::uint8_t> bytes, std::uint8_t last) {
     for (; i + sizeof(std::uint64_t) <= bytes.size(); i += sizeof(std::uint64_t)) {
         std::uint64_t word = 0;
         std::memcpy(&word, bytes.data() + i, sizeof word);
-        word ^= kBias;  // minus 128, modulo 256
+        word ^= kBias;  // subtracts 128 from each byte, modulo 256
         const std::uint64_t even = (word & kEven) * kOnes, odd = (word >> 8U & kEven) * kOnes;
         const std::uint64_t before = last * kOnes;
         const std::uint64_t at_even = even + (odd << 16U) + before, at_odd = even + odd + before;
@@ -62,7 +62,7 @@ std::uint8_t addUp(std::span<std::uint8_t> bytes, std::uint8_t last) {
 
 /// The inverse of ExrChunkPacker's filter. Destroys `filtered`.
 void unfilter(std::span<std::uint8_t> filtered, std::span<std::byte> out) {
-    addUp(filtered, 128);  // the first byte has no bias
+    addUp(filtered, 128);  // the first byte is not a difference and has no bias
     const std::size_t size = out.size(), half = size / 2;
     const std::uint8_t* const even = filtered.data();
     const std::uint8_t* const odd = even + (size - half);
@@ -77,17 +77,18 @@ void unfilter(std::span<std::uint8_t> filtered, std::span<std::byte> out) {
 }  // namespace
 
 bool exrInflate(std::span<const std::byte> packed, std::span<std::byte> out) {
-    // Kept, since creating one takes longer than unpacking the few bytes of a deep row.
+    // Kept between calls, because creating a decompressor takes longer than unpacking the few bytes
+    // of a deep row.
     thread_local const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)>
         inflater(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
-    // With a null actual size, the result must fill `out`.
+    // Without a pointer for the actual size, the result must fill `out` exactly.
     return inflater &&
            libdeflate_zlib_decompress(inflater.get(), packed.data(), packed.size(), out.data(),
                                       out.size(), nullptr) == LIBDEFLATE_SUCCESS;
 }
 
 std::uint64_t exrMostUnpacked(const std::string& compression, std::uint64_t packed) {
-    constexpr std::uint64_t kRuns = 64;  // 128 bytes from two
+    constexpr std::uint64_t kRuns = 64;  // two bytes give at most 128
     if (compression == "none") return packed;
     if (compression == "rle") return packed * kRuns;
     return compression == "zips" || compression == "zip" ? packed * kMostZlibRatio : 0;
@@ -95,7 +96,7 @@ std::uint64_t exrMostUnpacked(const std::string& compression, std::uint64_t pack
 
 bool exrUnpack(const std::string& compression, std::span<const std::byte> packed,
                std::span<std::byte> out) {
-    if (packed.size() == out.size()) {  // incompressible data is stored raw
+    if (packed.size() == out.size()) {  // data that does not compress is stored raw
         if (!out.empty()) std::memcpy(out.data(), packed.data(), out.size());
         return true;
     }

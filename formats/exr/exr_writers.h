@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writers of layered depth images, one OpenEXR part per layer; of their composite alone; and of
-// deep images, one deep sample per fragment.
+// OpenEXR writers of layered depth images (one part per layer), of their composite alone, and of
+// deep images (one deep sample per fragment).
 #pragma once
 
 #include <OpenEXR/ImfCompression.h>
@@ -19,7 +19,7 @@
 
 namespace peeler {
 
-/// The base of ExrLdiWriter and ExrCompositeWriter: streams bands into parts.
+/// The base of ExrLdiWriter and ExrCompositeWriter, which streams bands into parts.
 class ExrPartsSink : public Sink {
   public:
     ~ExrPartsSink() override;
@@ -34,19 +34,20 @@ class ExrPartsSink : public Sink {
 
     std::string path_;
     OutputOptions options_;
-    std::unique_ptr<ExrBandWriter> writer_;  ///< from begin() to finish()
+    std::unique_ptr<ExrBandWriter> writer_;  ///< exists from begin() to finish()
 
   private:
     StageTimes times_;
 };
 
-/// A writer of layered depth images: part `composite` (R,G,B,A as `Plan::color_type`, Z of the
-/// first fragment; compositeOver() of the stored colours on nothing) and parts `layer_000`,
-/// `layer_001`, … front to back, each cropped to its layer's data window: R,G,B,A, Z and the extra
-/// channels of the bands. A picture without any fragment always has the part `composite` alone,
-/// since a file must have a part. `peeler:layout` names the layout; the layout "per-file" requires
-/// the composite's file, since it names the set. The same plan, provenance and pixels produce the
-/// same bytes, however they are cut into bands.
+/// A writer of layered depth images. The part `composite` has R,G,B,A as `Plan::color_type`
+/// (compositeOver() of the stored colours on nothing) and Z of the first fragment. The parts
+/// `layer_000`, `layer_001`, … follow, front to back, each cropped to its layer's data window:
+/// R,G,B,A, Z and the extra channels of the bands. A picture without any
+/// fragment has the part `composite` alone, even if the options leave it out, since a file must
+/// have a part. `peeler:layout` names the layout; the layout "per-file" requires a composite,
+/// because the composite's file is the head of the set. The same plan, provenance and pixels
+/// produce the same bytes, however they are cut into bands.
 class ExrLdiWriter : public ExrPartsSink {
   public:
     /// Throws Error (kUsage) if there is no such compression.
@@ -64,8 +65,8 @@ class ExrLdiWriter : public ExrPartsSink {
 };
 
 /// A writer of single-part composites: R,G,B,A as `Plan::color_type`, Z (float, +inf where empty)
-/// and the other channels of the first fragment; dataWindow = crop, with the attributes of a
-/// layered file but `peeler:layer`. Compressed ZIP.
+/// and the other channels of the first fragment. dataWindow is the crop; the attributes are those
+/// of a layered file except `peeler:layer`. Compressed by ZIP.
 class ExrCompositeWriter : public ExrPartsSink {
   public:
     explicit ExrCompositeWriter(std::string path, OutputOptions options = {});
@@ -77,18 +78,18 @@ class ExrCompositeWriter : public ExrPartsSink {
     std::vector<ExrPart> partsOf(const Plan& plan) const override;
 };
 
-/// A writer of deep images: part `color` (R,G,B,A as captured, Z float; AR, AG, AB and ZBack, if
-/// any) and, if there are other channels, a second part of these and Z again, both deep scan lines.
-/// So a reader that composites every channel of a part (OpenImageIO's flatten) finds neither
-/// normals nor ids. The second part is called `ids` if it has integers, else `aovs`. Point samples,
-/// without ZBack, in list order: front to back. dataWindow is the bounding box of all fragments, or
-/// the crop if there are no fragments.
+/// A writer of deep images in deep scan lines: a part `color` (R,G,B,A as captured, Z float; AR,
+/// AG, AB and ZBack, if any) and, if there are other channels, a second part with these and Z
+/// again. Separate parts keep normals and ids away from readers that composite every channel of a
+/// part (OpenImageIO's flatten). The second part is called `ids` if it has integers, else `aovs`.
+/// Samples are points, without ZBack, in list order: front to back. dataWindow is the bounding box
+/// of all fragments, or the crop if there are none.
 ///
-/// `deepImageState` is TIDY if no two samples of any pixel have the same Z, else SORTED; MESSY for
-/// input from a file with ZBack. If samples were merged, `peeler:deepMerge` names the method, and
+/// `deepImageState` is TIDY if no two samples of any pixel have the same Z, else SORTED; MESSY if
+/// the input file has ZBack. If samples were merged, `peeler:deepMerge` names the method, and
 /// `peeler:fragmentsStored`, `peeler:layers` and `peeler:complete` describe the merged samples;
-/// `peeler:fragmentsStored` may begin with zeros. The same plan, provenance and pixels produce the
-/// same bytes, however they are cut into bands.
+/// `peeler:fragmentsStored` may then begin with zeros. The same plan, provenance and pixels produce
+/// the same bytes, however they are cut into bands.
 class ExrDeepWriter : public Sink {
   public:
     /// Throws Error (kUsage) if deep images cannot have this compression.
@@ -125,13 +126,14 @@ class ExrDeepWriter : public Sink {
     Window window_;
     std::vector<Part> parts_;
     std::unique_ptr<AtomicFile> file_;
-    std::unique_ptr<ExrOutput> exr_;  ///< from the first band on, when the channels are known
-    LayeredImage like_;               ///< without pixels: the arrays of every band
+    /// Created with the first band, because the channels are not known before.
+    std::unique_ptr<ExrOutput> exr_;
+    LayeredImage like_;  ///< the arrays that every band has, without pixels
     LayeredImage merged_;
     int next_row_ = 0;
     std::uint64_t fragments_seen_ = 0, fragments_written_ = 0;
-    std::uint32_t most_samples_ = 0;  ///< in one pixel
-    bool coincident_ = false;         ///< two samples of a pixel have the same Z
+    std::uint32_t most_samples_ = 0;  ///< maximum in one pixel
+    bool coincident_ = false;         ///< whether any two samples of a pixel have the same Z
     std::vector<ExrDeepChunk> packed_;
     ExrPackerPool packers_{kDefaultZipLevel, compression_};
     StageTimes times_;

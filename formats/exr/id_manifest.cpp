@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR's idManifest: written by OpenEXR's own class, and read by a reader of ours, since that
-// class trusts the file's sizes (OpenEXR 3.1, src/lib/OpenEXR/ImfIDManifest.cpp, has the format).
+// OpenEXR's idManifest. OpenEXR's own class writes it, but our own code reads it, since that class
+// trusts the sizes in the file (OpenEXR 3.1, src/lib/OpenEXR/ImfIDManifest.cpp, has the format).
 #include "formats/exr/exr_header.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -25,15 +25,17 @@ namespace peeler {
 namespace {
 
 constexpr const char *kObject = "id.object", *kMaterial = "id.material";
-constexpr const char* kParent = "parent";           ///< a component of the manifest, beside "name"
-constexpr std::uint64_t kMostNameBytes = 1U << 27;  ///< more names than a scene has
+/// The component that the manifest may have besides "name".
+constexpr const char* kParent = "parent";
+constexpr std::uint64_t kMostNameBytes = 1U << 27;  ///< bytes; no scene has that many names
 
-/// Whether a channel has this name, in any layer ("layer_000.id.object").
+/// Whether a channel has this name in any layer ("layer_000.id.object").
 bool isOf(const std::string& channel, const std::string& name) {
     return channel == name || channel.ends_with("." + name);
 }
 
-/// Adds a group. `parents`: the ids of the parents, a second component; empty = none.
+/// Adds a group of channels and names. `parents`, the ids of the parents, make a second component;
+/// if empty, there is none.
 void addGroup(Imf::IDManifest& manifest, const Imf::ChannelList& channels, const char* name,
               const std::vector<std::string>& names, const std::vector<std::uint32_t>& parents) {
     std::set<std::string> found;
@@ -56,9 +58,9 @@ void addGroup(Imf::IDManifest& manifest, const Imf::ChannelList& channels, const
     manifest.add(group);
 }
 
-/// A reader of a manifest's unpacked bytes. Trusts nothing: it limits everything that a few bytes
-/// can blow up (strings with common beginnings, overlapping runs, a long name for many ids).
-/// Numbers are little-endian.
+/// A reader of a manifest's unpacked bytes, which it does not trust: it limits everything that a
+/// few bytes can inflate (strings with common beginnings, overlapping runs, a long name for many
+/// ids). Numbers are little-endian.
 class ManifestReader {
   public:
     explicit ManifestReader(std::span<const std::byte> bytes) : left_(bytes) {}
@@ -93,7 +95,8 @@ class ManifestReader {
         return value;
     }
 
-    /// Reads a number with seven bits per byte, lowest first; the last byte has no high bit.
+    /// Reads a number stored with seven bits per byte, lowest first; all bytes but the last have
+    /// the high bit set.
     std::uint64_t shortNumber() {
         std::uint64_t value = 0;
         for (unsigned shift = 0; shift < 64; shift += 7) {
@@ -104,7 +107,7 @@ class ManifestReader {
         fail("a number is too long");
     }
 
-    /// Reads a list of texts: all lengths, then all bytes.
+    /// Reads a list of texts, stored as all lengths, then all bytes.
     std::vector<std::string_view> list() {
         const auto count = number<std::uint32_t>();
         if (count > left_.size()) fail("it ends too early");
@@ -121,14 +124,16 @@ class ManifestReader {
         return texts;
     }
 
-    /// Counts bytes before they are allocated. Throws Error (kInput) beyond the limit.
+    /// Adds up bytes before they are allocated. Throws Error (kInput) if the total exceeds the
+    /// limit.
     void hold(std::uint64_t bytes) {
         held_ += bytes;
         if (held_ > 2 * kMostNameBytes) fail("its names are too many or too long");
     }
 
-    /// Reads all texts, which are sorted: each but the first begins with the length it shares with
-    /// the previous one, in two bytes, the higher one first, if that one is longer than 255.
+    /// Reads all texts, which are sorted. Each but the first begins with the length that it shares
+    /// with the previous text: one byte or, if the previous text is longer than 255, two, the
+    /// higher first.
     void readTexts() {
         for (std::string_view text : list()) {
             std::string whole;
@@ -150,10 +155,12 @@ class ManifestReader {
         }
     }
 
-    /// Reads the numbers by which entries refer to texts: runs of texts, each text counted once.
+    /// Reads the numbers by which entries refer to texts. They are stored as runs of texts,
+    /// numbered consecutively; only the first occurrence of a text counts.
     void readOrder() {
         hold(2 * texts_.size() * sizeof(std::size_t));
-        std::vector<std::size_t> next(texts_.size() + 1);  // the next text not yet counted
+        // For each text, where to look for the next one without a number.
+        std::vector<std::size_t> next(texts_.size() + 1);
         std::iota(next.begin(), next.end(), std::size_t{0});
         const auto free_from = [&](std::size_t text) {
             while (next[text] != text)
@@ -181,13 +188,13 @@ class ManifestReader {
         return storage == 1 ? number<std::uint32_t>() : shortNumber();
     }
 
-    /// Reads the names of some channels: ids, with the texts of each. Keeps them if they are the
-    /// first ones of objects or materials, and numbered like ours: 1, 2, 3, …
+    /// Reads the group for some channels: ids, with the texts of each. Keeps it if it is the first
+    /// for objects or materials, and if its ids are 1, 2, 3, … like ours.
     void readGroup(IdNames& found) {
         const auto channels = list(), components = list();
-        take(1);                        // lifetime of ids
-        take(number<std::uint32_t>());  // hash scheme
-        take(number<std::uint32_t>());  // encoding scheme
+        take(1);                        // skips the lifetime of the ids
+        take(number<std::uint32_t>());  // skips the hash scheme
+        take(number<std::uint32_t>());  // skips the encoding scheme
         const auto storage = number<std::uint8_t>();
         const auto of = [&](const char* name) {
             return std::ranges::any_of(channels, [name](std::string_view channel) {
@@ -224,7 +231,7 @@ class ManifestReader {
     std::span<const std::byte> left_;
     std::vector<std::string> texts_;
     std::vector<std::size_t> order_;
-    std::uint64_t held_ = 0;  ///< bytes
+    std::uint64_t held_ = 0;  ///< bytes counted by hold()
 };
 
 }  // namespace
@@ -237,7 +244,7 @@ void addIdManifest(Imf::Header& header, const IdNames& names) {
 }
 
 IdNames idNamesFromManifest(std::span<const std::byte> attribute) {
-    // The attribute is the unpacked size (64 bits, little-endian), followed by zlib data.
+    // The attribute holds the unpacked size (64 bits, little-endian), then zlib data.
     std::uint64_t unpacked = 0;
     if (attribute.size() < sizeof unpacked)
         throw Error(ErrorKind::kInput, "the manifest is cut off", "idManifest");

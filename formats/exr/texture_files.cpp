@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texture encoders: PNG in memory, OpenEXR chunk by chunk.
+// Texture writers: PNG in memory, OpenEXR chunk by chunk.
 #include "formats/exr/texture_files.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -27,7 +27,7 @@ std::vector<T> quantized(const std::vector<float>& values) {
     constexpr float kMost = static_cast<float>(std::numeric_limits<T>::max());
     std::vector<T> result(values.size());
     std::ranges::transform(values, result.begin(), [](float value) {
-        const float clipped = value > 0 ? std::min(value, 1.0F) : 0.0F;  // NaN too
+        const float clipped = value > 0 ? std::min(value, 1.0F) : 0.0F;  // NaN becomes 0
         return static_cast<T>(std::lround(clipped * kMost));
     });
     return result;
@@ -85,7 +85,7 @@ Imf::Header textureHeader(const ValueTexture& texture, const std::string& softwa
     return header;
 }
 
-/// Gathers rows in chunk order: channel by channel, sorted by name.
+/// Copies rows in chunk order: channel by channel, sorted by name.
 void gather(const ValueTexture& texture, int row, int rows, std::byte* out) {
     const auto side = static_cast<std::size_t>(texture.size);
     const std::size_t width = texture.components;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writers of data textures (not colours) as PNG and OpenEXR.
+// Writers of data textures (values, not colours) as PNG and OpenEXR.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace peeler {
 
-/// A square data texture, rows top to bottom (v = 0 first).
+/// A square data texture; its rows go from top to bottom (v = 0 first).
 struct ValueTexture {
     std::string name;
     int size = 0;                ///< texels per side
@@ -17,16 +17,17 @@ struct ValueTexture {
     std::vector<float> values;
 };
 
-/// Returns the texture as a grey or RGB PNG of 8 or 16 bits; 0 to 1 is the full range, linear,
-/// without a transfer function. Values outside are clipped, NaN becomes 0. Throws Error (kOutput).
+/// Returns the texture as a grey or RGB PNG with 8 or 16 bits. Values from 0 to 1 fill the range
+/// linearly, without a transfer function. Values outside are clipped; NaN becomes 0. Throws Error
+/// (kOutput).
 std::vector<std::uint8_t> encodePng(const ValueTexture& texture, int bits);
 
-/// Writes the texture as a PNG of 16 bits, whole or not at all. Throws Error (kOutput).
+/// Writes the texture as a 16-bit PNG, whole or not at all. Throws Error (kOutput).
 void writePngTexture(const std::string& path, const ValueTexture& texture,
                      const std::string& software);
 
-/// Writes an OpenEXR file with one part of 32-bit floats per texture, in order, with channels Y or
-/// R, G, B, whole or not at all. Texture names must differ. Throws Error (kOutput).
+/// Writes an OpenEXR file, whole or not at all, with one part per texture, in order: 32-bit floats
+/// in channels Y or R, G, B. Texture names must differ. Throws Error (kOutput).
 void writeExrTextures(const std::string& path, std::span<const ValueTexture> textures,
                       const std::string& software);
 

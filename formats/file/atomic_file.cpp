@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The steps of an AtomicFile: a temporary name, checked writes, a sync, a rename.
+// Implementation of AtomicFile: a temporary name, checked writes, sync, rename.
 #include "formats/file/atomic_file.h"
 
 #include <fcntl.h>
@@ -27,7 +27,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20U;
-/// Smaller, scattered transfers would take the kernel longer than the writing.
+/// The minimum bytes per transfer to disk, because smaller, scattered transfers would take the
+/// kernel longer than the writing itself.
 constexpr std::uint64_t kTransferBytes = std::uint64_t{8} << 20U;
 
 std::string hintFor(int error) {
@@ -70,7 +71,7 @@ std::string folderOf(const std::string& path) {
 std::atomic<std::uint64_t> bytes_on_standard_output{0};
 
 /// Locks a new file until it is closed, however the process ends. Returns false if another process
-/// has locked or removed it.
+/// has already locked or removed it.
 bool lockIsMine(int descriptor) {
     if (!lockHidden(descriptor)) return false;
     struct stat status {};
@@ -110,11 +111,11 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
                     "name a file inside the folder");
     }
     if (fs::exists(status) && !fs::is_regular_file(status)) {
-        // Renaming onto a device or a pipe would replace it.
+        // Renaming a file to the name of a device or a pipe would replace it.
         throw Error(ErrorKind::kOutput, "cannot write: it is not a regular file", path_,
                     "name a regular file; the output is renamed into place");
     }
-    // A link whose target cannot be examined would be replaced by the file, not followed.
+    // The new file would replace, not follow, a link whose target cannot be examined.
     if (status.type() == fs::file_type::none)
         fail("cannot write: " + text(error.value()), error.value());
 
@@ -123,7 +124,8 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
     fs::create_directories(folder, unmade);
     if (unmade && !fs::is_directory(folder, error))
         fail("cannot make the folder: " + unmade.message(), unmade.value());
-    // The hidden name may be shorter; without this check only the last step would fail.
+    // Check the length of the final name now, which may be longer than the hidden one. Otherwise
+    // only the last step would fail.
     const long most = pathconf(folder.c_str(), _PC_NAME_MAX);
     if (most > 0 &&
         fs::path(destination_).filename().string().size() > static_cast<std::size_t>(most))
@@ -135,13 +137,12 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
     constexpr int kAttempts = 100;
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
         temporary_path_ = (fs::path(destination_).parent_path() / hiddenName(base)).string();
-        // Registered before it exists: a signal in between finds nothing to unlink, which is
-        // harmless.
+        // Register the file before it exists: if a signal comes in between, there is nothing to
+        // unlink, which is harmless.
         slot_ = noteTemporary(temporary_path_);
         descriptor_ =
             openFile(temporary_path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        // A process that is removing leftovers may have been faster than the lock; then the file is
-        // gone.
+        // A process that is removing leftovers may have removed the file before it was locked.
         if (descriptor_ >= 0 && lockIsMine(descriptor_)) return;
         const int cause = descriptor_ >= 0 ? EEXIST : errno;
         if (descriptor_ >= 0) {
@@ -210,12 +211,12 @@ void AtomicFile::syncAll(std::span<AtomicFile* const> files) {
         file->flush();
         if (!file->in_scratch_) sync_file_range(file->descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
     }
-    // Most of a file sync's cost is the file system's, for any number of files, so the file system
-    // is synced once. Write errors are queried per file; if any of this fails, fsync() shows
-    // whether that file is on disk.
+    // Most of the cost of syncing a file is that of syncing its file system, however many files
+    // have changed, so the file system is synced only once. Write errors are queried per file. If
+    // any of this fails, fsync() shows whether that file is on disk.
     constexpr unsigned kWritten =
         SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER;
-    std::map<dev_t, bool> file_systems;  // whether each is synced
+    std::map<dev_t, bool> file_systems;  // whether each has been synced
     for (AtomicFile* const file : files) {
         if (file->in_scratch_) continue;
         struct stat status {};
@@ -237,9 +238,9 @@ void AtomicFile::commit() {
 
 void AtomicFile::publish() {
     if (isStandardOutput(path_)) return copyToStandardOutput();
-    // Network file systems report an exceeded quota only when a descriptor is closed. A duplicate
-    // is closed, since the lock is released with the last descriptor, and a file without its lock
-    // counts as a leftover.
+    // Network file systems report an exceeded quota only when a descriptor is closed. Close a
+    // duplicate, because closing the last descriptor would release the lock, and other processes
+    // take unlocked files for leftovers.
     if (const int other = dup(descriptor_); other >= 0 && close(other) != 0)
         fail("cannot write: " + text(errno), errno);
     if (std::rename(temporary_path_.c_str(), destination_.c_str()) != 0) {
@@ -258,7 +259,7 @@ void AtomicFile::syncFolder() const {
     const int result = fsync(folder);
     const int cause = errno;
     close(folder);
-    // A file system that cannot sync folders is not an error: the file itself is on disk.
+    // Some file systems cannot sync folders, which is no error: the file itself is on disk.
     const bool unable = cause == EINVAL || cause == ENOTSUP || cause == ENOSYS;
     if (result != 0 && !unable) fail("cannot sync the folder: " + text(cause), cause);
 }
@@ -272,13 +273,14 @@ void AtomicFile::writeOut(std::uint64_t offset, std::span<const std::byte> bytes
             pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
         if (n < 0 && errno == EINTR) continue;
         if (n < 0) fail("cannot write: " + text(errno), errno);
-        // A short write is not an error yet: the next one reports the cause (most often: no space).
+        // A short write is not an error yet: the next write reports the cause (most often lack of
+        // space).
         offset += static_cast<std::uint64_t>(n);
         transferable_ += static_cast<std::uint64_t>(n);
         bytes = bytes.subspan(static_cast<std::size_t>(n));
     }
     if (transferable_ < kTransferBytes || in_scratch_) return;
-    // The transfer to disk begins now, so that sync() has less to wait for; if it cannot begin,
+    // Start the transfer to disk now, so that sync() has less to wait for; if it cannot be started,
     // sync() waits for all of it.
     sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
     transferable_ = 0;
@@ -322,8 +324,8 @@ std::uint64_t bytesOnStandardOutput() {
 void commitAll(std::span<AtomicFile* const> files) {
     if (files.size() == 1) return files.front()->commit();
     AtomicFile::syncAll(files);
-    // The first file is renamed last, since it names the others.
-    std::size_t renamed = files.size();  // files from this index on are renamed
+    // The first file is renamed last, since it refers to the others.
+    std::size_t renamed = files.size();  // files from this index on have been renamed
     try {
         for (; renamed > 0; --renamed)
             files[renamed - 1]->publish();

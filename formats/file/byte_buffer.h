@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Byte buffer without zero-initialisation, and raw storing of numbers.
+// Byte buffer without zero-initialisation, and copying of numbers into raw bytes.
 #pragma once
 
 #include <cstddef>
@@ -34,8 +34,7 @@ struct UnsetAllocator : std::allocator<T> {
 /// A vector of bytes; resize() leaves new bytes undefined.
 using ByteBuffer = std::vector<std::byte, UnsetAllocator<std::byte>>;
 
-/// Copies a number, or an array of numbers, to `out` as it lies in memory. Returns the end of the
-/// copy.
+/// Copies the bytes of a number, or of an array of numbers, to `out`. Returns the end of the copy.
 template <class T>
 std::byte* storeNumber(const T& number, std::byte* out) {
     std::memcpy(out, &number, sizeof number);

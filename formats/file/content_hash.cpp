@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hashes: XXH64 for contents, FNV-1a for texts, and the line with an output hash in files.
+// Hashes: XXH64 for contents, FNV-1a for texts, and the line that stores an output hash in files.
 #include "formats/file/content_hash.h"
 
-#define XXH_INLINE_ALL  // only one function is used, without loading a library
+#define XXH_INLINE_ALL  // inline, since only one algorithm is used: no library need be loaded
 #include <xxhash.h>
 
 #include <cstdio>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hashes that distinguish scenes and sets of options, and their text form in files.
+// Hashes that identify scenes and sets of options, and the text form of the output hash in files.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace peeler {
 
-/// Returns the XXH64 (xxhash.com) of the bytes; `seed` is the hash of the preceding bytes.
+/// Returns the XXH64 (xxhash.com) of the bytes; `seed` is 0, or the hash of the preceding bytes.
 std::uint64_t contentHash(std::span<const std::byte> bytes, std::uint64_t seed);
 
 /// A streaming XXH64 with seed 0; the result does not depend on how the bytes are split.
@@ -19,7 +19,7 @@ class ContentHasher {
   public:
     ContentHasher();
     void add(std::span<const std::byte> bytes);
-    std::uint64_t value() const;  ///< of the bytes so far
+    std::uint64_t value() const;  ///< hash of the bytes added so far
 
   private:
     alignas(std::uint64_t) std::array<std::byte, 88> state_;  ///< XXH64_state_t
@@ -30,9 +30,10 @@ std::string hashText(const std::string& text);
 /// Returns the value as 16 hexadecimal digits, lower case.
 std::string hexText(std::uint64_t value);
 
-/// Returns Provenance::output_hash as stored in flat images (ImageDescription) and pages (meta).
+/// Returns the text that stores an output hash (Provenance::output_hash) in flat images
+/// (ImageDescription) and pages (meta).
 std::string outputHashText(const std::string& hash);
-/// The inverse: returns the hash in a text, "" if missing.
+/// Returns the hash in such a text; "" if there is none.
 std::string outputHashIn(std::string_view text);
 
 }  // namespace peeler

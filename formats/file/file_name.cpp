@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// File names: number placeholders, and the table of first bytes.
+// File names: number placeholders, and the table of file kinds by first bytes.
 #include "formats/file/file_name.h"
 
 #include <algorithm>
@@ -22,11 +22,11 @@ constexpr char kFrameSign = '#', kViewSign = '@';
 struct Token {
     std::size_t begin = 0, end = 0;
     std::size_t digits = 0;        ///< minimum number of digits
-    bool sign_takes_room = false;  ///< counted as a digit, as in printf
+    bool sign_takes_room = false;  ///< whether a minus sign counts as a digit, as in printf
 };
 
-/// Finds the first token of a sign that begins at or after `from`, for frames also in printf's
-/// form; nothing if not found.
+/// Finds the first placeholder of a sign ('#' or '@') that begins at or after `from`; for '#', also
+/// one in printf's form. Returns nothing if there is none.
 std::optional<Token> findToken(const std::string& name, std::size_t from, char sign) {
     for (std::size_t i = from; i < name.size(); ++i) {
         if (name[i] == sign) {
@@ -34,7 +34,7 @@ std::optional<Token> findToken(const std::string& name, std::size_t from, char s
             return Token{i, end, end - i == 1 ? kLoneDigits : end - i, false};
         }
         if (name[i] != '%' || sign != kFrameSign) continue;
-        if (name[i + 1] == '%') {  // at least the terminating zero exists
+        if (name[i + 1] == '%') {  // name[i + 1] exists: at the end, it is the terminating zero
             ++i;
             continue;
         }
@@ -90,7 +90,7 @@ constexpr Magic kMagics[] = {
     {"#?RGBE"sv, FileKind::kHdr},
 };
 
-/// Returns the text without byte order mark and white space, which may precede JSON.
+/// Returns the text without a leading byte order mark and white space, which may precede JSON.
 std::string_view withoutBlanks(std::string_view text) {
     if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
     text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
@@ -123,7 +123,7 @@ std::vector<int> framesThere(const std::string& path) {
     std::vector<int> numbers;
     const std::filesystem::path parent = std::filesystem::path(path).parent_path();
     for (const std::string& name : namesIn(parent.empty() ? "." : parent)) {
-        // Every run of digits may be the number: it is if it reproduces the name.
+        // Any run of digits may be the number. It is if framePath() of that number gives the name.
         std::size_t end = 0;
         for (std::size_t at = 0; (at = name.find_first_of(kDigits, end)) != std::string::npos;) {
             end = std::min(name.find_first_not_of(kDigits, at), name.size());

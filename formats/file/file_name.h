@@ -18,28 +18,28 @@ std::string lowerExtension(const std::filesystem::path& path);
 /// Whether a file name has a placeholder for the frame number: "####" or "%04d".
 bool hasFrameToken(const std::string& path);
 
-/// Returns the name with the frame number inserted: one digit per '#' (a lone one means four), or
-/// printf's for "%04d" and "%d"; "%%" is a '%'. A sign comes before the digits. Only the last
-/// component of the path is changed.
+/// Returns the name with the frame number inserted: for '#', one digit per character (a single one
+/// means four digits); for "%04d" and "%d", as printf would; "%%" becomes '%'. A sign comes before
+/// the digits. Only the last component of the path is changed.
 std::string framePath(const std::string& path, int frame);
 
-/// Returns the numbers, from 0 to 1,000,000,000 in rising order, whose framePath() exists; {0} if
-/// there is no placeholder and the path exists. Throws Error (kOutput) where that cannot be
-/// determined.
+/// Returns the frame numbers, from 0 to 1,000,000,000 in rising order, whose framePath() exists;
+/// {0} if there is no placeholder and the path exists. Throws Error (kOutput) if existence cannot
+/// be determined.
 std::vector<int> framesThere(const std::string& path);
 
 /// Whether a file name has a placeholder for the view number: "@@@@".
 bool hasViewToken(const std::string& path);
 
-/// Returns the name with the view number (from 0) inserted: one digit per '@' (a lone one means
-/// four). Only the last component of the path is changed.
+/// Returns the name with the view number (from 0) inserted, one digit per '@' (a single one means
+/// four digits). Only the last component of the path is changed.
 std::string viewPath(const std::string& path, int view);
 
 enum class FileKind { kUnknown, kGltf, kExr, kPng, kJpeg, kTiff, kHdr, kSafetensors };
 
-/// Whether a file of this size that begins with these bytes (9 are enough) is a .safetensors: an
-/// 8-byte length, and a JSON header of that length, within the file and the format's limit (100
-/// MB).
+/// Whether a file that has this size and begins with these bytes (9 are enough) is a .safetensors
+/// file: an 8-byte length, then a JSON header of that length, which ends within the file and is no
+/// longer than the format allows (100 MB).
 bool isSafetensors(std::string_view begin, std::uint64_t size);
 
 /// Returns the kind of a file by its first bytes. Throws Error (kInput) if the file cannot be read.

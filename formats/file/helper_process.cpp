@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Helper process: start, wait, and result or error.
+// Helper processes: start, wait, and receive a result or an error.
 #include "formats/file/helper_process.h"
 
 #include <spawn.h>
@@ -20,7 +20,7 @@
 namespace peeler {
 namespace {
 
-/// The spawn settings of a helper: two files, no signal blocked, handled or ignored.
+/// The spawn settings of a helper: it gets two files, and no signal is blocked, handled or ignored.
 class SpawnSettings {
   public:
     SpawnSettings(int in, int out) {
@@ -45,7 +45,8 @@ class SpawnSettings {
 
     const posix_spawn_file_actions_t* actions() const { return &actions_; }
     const posix_spawnattr_t* attributes() const { return &attributes_; }
-    /// Returns the first error, as errno: no helper may be started without all of its files.
+    /// Returns the first error (errno), since a helper must not be started without all of its
+    /// files.
     int failure() const { return failure_; }
 
   private:
@@ -84,15 +85,15 @@ std::uint64_t microsecondsOf(const timeval& time) {
            static_cast<std::uint64_t>(time.tv_usec);
 }
 
-/// Waits for the process to end. Throws Error (kInput or kMemory) if a signal has ended it.
+/// Waits for the process to end. Throws Error (kInput or kMemory) if a signal ended it.
 void waitFor(pid_t child, const HelperRun& run) {
     int status = 0;
     rusage used{};
     pid_t ended = 0;
     while ((ended = wait4(child, &status, 0, &used)) < 0 && errno == EINTR) {
     }
-    // If the host ignores SIGCHLD, or waits for all children, no status is available; the helper's
-    // output must suffice.
+    // If the host ignores SIGCHLD, or waits for all children, no exit status is available, so only
+    // the helper's result shows whether it succeeded.
     if (ended < 0) return;
     const std::uint64_t microseconds =
         microsecondsOf(used.ru_utime) + microsecondsOf(used.ru_stime);
@@ -118,7 +119,7 @@ void waitFor(pid_t child, const HelperRun& run) {
 }
 
 std::string takeText(SharedFile& result) {
-    constexpr std::uint64_t kMostOfMessage = 8192;  // an Error holds slightly less
+    constexpr std::uint64_t kMostOfMessage = 8192;  // exceeds the longest text of an Error
     const auto text = result.take<char>(kMostOfMessage);
     return {text.begin(), text.end()};
 }
@@ -132,7 +133,8 @@ SharedFile runHelper(const HelperRun& run, const SharedFile& request) {
     result.seek(0);
     const auto state = result.takeOne<HelperState>();
     if (state == HelperState::kDone) return result;
-    // An enumeration may hold any number; a decoder can only fail by lack of memory or by its data.
+    // The helper may have sent any number as the kind. A decoder's own failures are only kMemory
+    // and kInput.
     const auto kind = state == HelperState::kFailed ? result.takeOne<ErrorKind>() : ErrorKind();
     if (kind != ErrorKind::kInput && kind != ErrorKind::kMemory)
         throw Error(ErrorKind::kInput, "the decoder ends without a result", "", run.hint);

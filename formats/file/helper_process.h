@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Helper processes: untrusted decoders run as separate programs, with limits.
+// Helper processes: separate programs with resource limits, which run decoders on untrusted data.
 #pragma once
 
 #include <atomic>
@@ -12,14 +12,14 @@
 
 namespace peeler {
 
-/// An unnamed in-memory file of consecutive arrays. Two processes may have it open, each with its
-/// own position. Throws Error (kMemory) if there is no room, (kInput) if a read does not match the
-/// content.
+/// An unnamed in-memory file of consecutive arrays, for exchange between two processes, each with
+/// its own position in it. Throws Error (kMemory) if there is no room, (kInput) if a read does not
+/// match the content.
 class SharedFile {
   public:
     /// Creates an empty file.
     SharedFile();
-    /// Opens the file of this descriptor at `place`.
+    /// Opens the file with this descriptor, at the position `place`.
     explicit SharedFile(int descriptor, std::uint64_t place = 0)
         : descriptor_(descriptor), place_(place) {}
     ~SharedFile();
@@ -62,14 +62,15 @@ class SharedFile {
   private:
     void write(const void* from, std::size_t size);
     void read(void* to, std::size_t size);
-    /// Returns the number of values of the next array, which is complete.
+    /// Returns the number of values in the next array. Throws Error (kInput) if the array is
+    /// incomplete or exceeds `most`.
     std::uint64_t takeSize(std::size_t of_value, std::uint64_t most);
 
     int descriptor_ = -1;
     std::uint64_t place_ = 0;
 };
 
-/// The first value of a helper's result.
+/// The state of a helper's result, which is the result's first value.
 enum class HelperState : std::uint32_t {
     kUnfinished = 0,
     kDone,    ///< the result follows
@@ -79,18 +80,19 @@ enum class HelperState : std::uint32_t {
 struct HelperRun {
     std::filesystem::path program;
     int cpu_seconds = 10;
-    const char* hint = "";  ///< of the errors thrown
-    /// Accumulates the processor time used, in microseconds, however the helper ends.
+    const char* hint = "";  ///< hint of the Errors that runHelper() throws
+    /// If set, the processor time that the helper used, in microseconds, is added to it, however
+    /// the helper ends.
     std::atomic<std::uint64_t>* used = nullptr;
 };
 
 /// Runs the program, whose main is helperMain() (formats/modules/helper_main.h), and returns its
 /// result. The helper has only the request and the result open, and only LD_LIBRARY_PATH in its
-/// environment; memory and threads of this process are not copied. Rethrows an Error (kInput or
-/// kMemory) of the helper with the same kind, message and hint. Throws Error (kInput) with an empty
-/// `where` if the helper crashes, exceeds its limits or answers anything else; (kInternal) if it
-/// cannot be started. Hostile data may control the helper, so the caller must check everything it
-/// takes from the result. May be called from several threads.
+/// environment; nothing of this process's memory or threads is copied. Rethrows an Error (kInput or
+/// kMemory) that the helper reports, with the same kind, message and hint. Throws Error (kInput)
+/// with an empty `where` if the helper crashes, exceeds its limits or returns anything else;
+/// (kInternal) if it cannot be started. Hostile data may control the helper, so the caller must
+/// check everything it takes from the result. May be called from several threads.
 SharedFile runHelper(const HelperRun& run, const SharedFile& request);
 
 }  // namespace peeler

@@ -10,10 +10,11 @@
 namespace peeler {
 namespace {
 
-// Parsers and destructors of JSON values recurse; glTF extras nest deepest.
+// The maximum nesting depth, since parsers and destructors of JSON values recurse. glTF extras nest
+// deepest.
 constexpr int kMaxJsonDepth = 200;
 
-constexpr std::size_t kMostOfProblem = 300;  ///< bytes of the parser's message
+constexpr std::size_t kMostOfProblem = 300;  ///< maximum length of the parser's message, in bytes
 
 template <class Json>
 Json parsed(std::string_view text, const std::string& where) {
@@ -22,8 +23,8 @@ Json parsed(std::string_view text, const std::string& where) {
     try {
         return Json::parse(text.begin(), text.end());
     } catch (const nlohmann::json::exception& problem) {
-        // "[json.exception.parse_error.101] parse error at line 3, column 7: …; last read: '…'",
-        // where the last read text may be the whole file.
+        // The message reads "[json.exception.parse_error.101] parse error at line 3, column 7: …;
+        // last read: '…'", and the last text read may be the whole file.
         std::string_view what = problem.what();
         if (const std::size_t end = what.find("] "); end != std::string_view::npos)
             what.remove_prefix(end + 2);
@@ -42,7 +43,7 @@ Json parsedOrNull(std::string_view text) {
     }
 }
 
-/// Returns a text with non-UTF-8 bytes as \xNN.
+/// Returns a text in which each non-UTF-8 byte is replaced by \xNN.
 std::string asUtf8(std::string_view text) {
     std::string result;
     for (std::size_t i = 0; i < text.size();) {
@@ -55,7 +56,7 @@ std::string asUtf8(std::string_view text) {
     return result;
 }
 
-/// Applies asUtf8() to all texts of a value.
+/// Applies asUtf8() to all texts in a value.
 template <class Json>
 Json asUtf8(const Json& value) {
     if (value.is_string())

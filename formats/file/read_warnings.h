@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Warnings about input file content that is not shown as the file specifies.
+// Warnings about content of input files that peeler shows differently from what the file specifies.
 #pragma once
 
 #include <cstddef>
@@ -12,19 +12,20 @@
 
 namespace peeler {
 
-/// The warnings about one file, for people: each sentence once, at most 100. With `strict`, the
-/// first one is an Error instead. Not thread-safe.
+/// The warnings about one file, as sentences for the user: each once, and at most 100. With
+/// `strict`, the first one is thrown as an Error instead. Not thread-safe.
 class ReadWarnings {
   public:
-    /// `file` is the place of warnings that name none.
+    /// `file` is the place given for warnings that name no other.
     ReadWarnings(bool strict, std::string file) : strict_(strict), file_(std::move(file)) {}
 
     bool strict() const { return strict_; }
 
     /// Adds a whole sentence; names from the file may be included unescaped. If `strict`, throws
-    /// Error (kInput) with the sentence and the place (a line or a JSON pointer).
+    /// Error (kInput) with the sentence and the place in the file (a line or a JSON pointer).
     void warn(const Text& sentence, const Text& where = {});
-    /// Adds the sentence. If `strict`, throws `problem`, its cause.
+    /// Adds the sentence. If `strict`, throws `problem`, the Error that caused the warning,
+    /// instead.
     void warn(const Text& sentence, const Error& problem);
 
     const std::vector<Text>& sentences() const { return sentences_; }

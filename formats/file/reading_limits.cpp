@@ -11,7 +11,8 @@
 namespace peeler {
 namespace {
 
-/// Bytes allowed between checks of the resident memory, which take a moment.
+/// Bytes that may be allowed between checks of the resident memory, since each check takes a
+/// moment.
 constexpr std::uint64_t kUnseen = 1U << 20U;
 
 }  // namespace
@@ -25,7 +26,7 @@ ReadingMemory::ReadingMemory(MemoryBudget budget) : budget_(std::move(budget)) {
 
 void ReadingMemory::allow(std::uint64_t bytes, const std::string& where) {
     if (budget_ == 0 || (unseen_ += bytes) < kUnseen) return;
-    // The next kUnseen bytes may go unchecked.
+    // Count the next kUnseen bytes already, since they may go unchecked.
     const std::uint64_t more = std::exchange(unseen_, 0) + kUnseen;
     checkReadingMemory(budget_, usedBytesWith(budget_, more), where);
 }

@@ -9,20 +9,20 @@
 
 namespace peeler {
 
-/// Throws Error (kMemory), while reading input at `where`, if `needed`, the total bytes of the
-/// process, exceeds the budget.
+/// Throws Error (kMemory) with the place `where` if `needed`, the bytes of the whole process,
+/// exceeds the budget.
 void checkReadingMemory(const MemoryBudget& budget, std::uint64_t needed, const std::string& where);
 
-/// The memory budget for reading. Not thread-safe.
+/// Tracks the memory used for reading against a budget. Not thread-safe.
 class ReadingMemory {
   public:
     explicit ReadingMemory(MemoryBudget budget);
 
     const MemoryBudget& budget() const { return budget_; }
-    /// Throws Error (kMemory) if an allocation of this size exceeds the budget; must be called
-    /// before any allocation that a file can make large.
+    /// Throws Error (kMemory) if an allocation of this size would exceed the budget. Must be called
+    /// before any allocation whose size a file can make large.
     void allow(std::uint64_t bytes, const std::string& where);
-    /// Returns the rest of the budget, which must be limited.
+    /// Returns the rest of the budget, in bytes. Call it only if the budget is limited.
     std::uint64_t left() const;
 
   private:
@@ -30,13 +30,13 @@ class ReadingMemory {
     std::uint64_t unseen_ = 0;  ///< bytes allowed since the resident memory was last checked
 };
 
-/// A limit on the total bytes of one kind of data in a file, independent of available memory.
+/// A limit on the total bytes of one kind of data in a file, whatever memory is available.
 class SizeLimit {
   public:
-    /// `what` begins a sentence: "the geometry needs".
+    /// `what` begins the message's sentence: "the geometry needs".
     SizeLimit(const char* what, std::uint64_t most) : what_(what), most_(most) {}
 
-    /// Throws Error (kInput) if `more` bytes exceed the limit.
+    /// Throws Error (kInput) if `more` bytes would exceed the limit.
     void check(std::uint64_t more, const std::string& where) const;
     void take(std::uint64_t bytes, const std::string& where) {
         check(bytes, where);

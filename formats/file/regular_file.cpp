@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Regular file access: opens, checks and reads by one descriptor, so that all three are of the same
-// file.
+// Regular file access. Opening, checking and reading use one descriptor, so that all three concern
+// the same file.
 #include "formats/file/regular_file.h"
 
 #include <fcntl.h>
@@ -26,14 +26,14 @@ namespace {
                                  : "check the disk");
 }
 
-/// Whether the error means that nothing exists there. (No file has a name that is too long.)
+/// Whether the error means that nothing has this name. (No file has a name that is too long.)
 bool meansNothing(int error) {
     return error == ENOENT || error == ENOTDIR || error == ENAMETOOLONG;
 }
 
 using Look = int (*)(const char* path, struct stat* status);
 
-/// Whether a path exists; nothing if unknown, with the cause in errno.
+/// Whether a path exists; nothing if that is unknown, with the cause in errno.
 std::optional<bool> look(const std::filesystem::path& path, Look how) {
     struct stat status {};
     int result = 0;
@@ -46,9 +46,9 @@ std::optional<bool> look(const std::filesystem::path& path, Look how) {
 
 constexpr char kNoPipes[] = "pipes and devices are not read; copy the data to a file";
 
-/// Opens for reading. O_NONBLOCK avoids waiting for a pipe without a writer; anything but a regular
-/// file is closed again before it is read. For a regular file it matters only if another program
-/// holds a lease on it (fcntl(2), F_SETLEASE), which the kernel ends before long.
+/// Opens for reading. With O_NONBLOCK, open() does not wait for the writer of a pipe; anything but
+/// a regular file is then closed unread. For regular files the flag matters only while another
+/// program holds a lease (fcntl(2), F_SETLEASE), which the kernel soon revokes.
 int openToRead(const std::filesystem::path& path) {
     constexpr int kHow = O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
     constexpr int kMostWaits = 6000;  // a minute; /proc/sys/fs/lease-break-time is 45 s

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Forecast of a file's size before its first byte, and free disk space.
+// Forecasts of a file's size before anything is written, and the free disk space.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +14,14 @@ namespace peeler {
 enum class Certainty : std::uint8_t {
     kExact,   ///< to the byte: uncompressed data with a known number of rows
     kAtMost,  ///< an upper bound: compressed data
-    kAbout    ///< an estimate: for instance, input bytes are re-encoded
+    kAbout    ///< an estimate, for instance where input bytes are re-encoded
 };
 
 struct SizeForecast {
     std::uint64_t bytes = 0;
     Certainty certainty = Certainty::kExact;
 
-    /// A sum is as certain as its least certain term.
+    /// Adds another forecast; the sum is as certain as the less certain of the two.
     SizeForecast& operator+=(const SizeForecast& other) {
         bytes += other.bytes;
         if (other.certainty > certainty) certainty = other.certainty;
@@ -31,18 +31,19 @@ struct SizeForecast {
 
 /// A disk and its free space.
 struct DiskSpace {
-    std::uint64_t device = 0;  ///< the same for all files of one file system
+    std::uint64_t device = 0;  ///< number of the file system (st_dev)
     std::uint64_t free = 0;    ///< bytes available to this user (f_bavail of statvfs)
 };
 
-/// Returns the disk for `file`: that of the nearest existing folder above it, with symbolic links
-/// followed. Returns nothing if the system cannot provide it.
+/// Returns the disk that will hold `file`: that of the nearest existing folder above it, with
+/// symbolic links followed. Returns nothing if the system cannot provide it.
 std::optional<DiskSpace> diskSpaceOf(const std::filesystem::path& file);
 
-/// Returns the maximum size of an OpenEXR part's header, which names `ids`.
+/// Returns the maximum size, in bytes, of the header of an OpenEXR part that stores the names
+/// `ids`.
 std::uint64_t exrHeaderBytes(const IdNames& ids);
 /// The maximum bytes per chunk besides its pixels: offset table entry, part and row numbers, and
-/// sizes; deep chunks have the longest.
+/// sizes. Deep chunks need the most.
 inline constexpr std::uint64_t kExrChunkBytes = 64;
 
 }  // namespace peeler

@@ -19,20 +19,21 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kTarBlock = 512, kTarEnd = 2 * kTarBlock;
-constexpr std::uint64_t kMostTarBytes = (std::uint64_t{1} << 33) - 1;  // 11 octal digits
+// The largest size that 11 octal digits hold.
+constexpr std::uint64_t kMostTarBytes = (std::uint64_t{1} << 33) - 1;
 constexpr std::size_t kMostAbout = std::size_t{1} << 20;
 constexpr std::string_view kAbout = "json";
 
 using TarBlock = std::array<char, kTarBlock>;
 
-/// The position of a header field.
+/// The offset and size of a header field.
 struct TarField {
     std::size_t at, size;
 };
 constexpr TarField kTarName{0, 100}, kTarMode{100, 8}, kTarOwner{108, 8}, kTarGroup{116, 8},
     kTarSize{124, 12}, kTarDate{136, 12}, kTarChecksum{148, 8}, kTarType{156, 1}, kTarMagic{257, 8},
     kTarMajor{329, 8}, kTarMinor{337, 8}, kTarPrefix{345, 155};
-/// "ustar" with its zero, and version "00".
+/// "ustar" with a terminating zero, then the version "00".
 constexpr std::string_view kUstar{
     "ustar\0"
     "00",
@@ -42,7 +43,7 @@ std::string_view fieldText(const TarBlock& block, TarField field) {
     return {block.data() + field.at, field.size};
 }
 
-/// Fills a field with octal digits and a final zero.
+/// Fills a field with octal digits and a terminating zero.
 void putOctal(TarBlock& block, TarField field, std::uint64_t value) {
     for (std::size_t i = field.size - 1; i-- > 0; value /= 8)
         block[field.at + i] = static_cast<char>('0' + value % 8);
@@ -59,7 +60,7 @@ std::optional<std::uint64_t> octalOf(std::string_view text) {
     return text.empty() ? std::optional<std::uint64_t>() : value;
 }
 
-/// Returns the sum of all bytes, with the checksum field taken as spaces.
+/// Returns the sum of all bytes, with the checksum field counted as spaces.
 std::uint64_t checksumOf(const TarBlock& block) {
     std::uint64_t sum = kTarChecksum.size * ' ';
     for (std::size_t i = 0; i < block.size(); ++i)
@@ -80,7 +81,7 @@ TarBlock headerOf(const std::string& name, std::uint64_t size, std::time_t date)
     std::ranges::copy(kUstar, block.begin() + kTarMagic.at);
     putOctal(block, kTarMajor, 0);
     putOctal(block, kTarMinor, 0);
-    // Six digits, a zero, a space, as in all programs.
+    // Six digits, a zero and a space, as all tar programs write them.
     putOctal(block, {kTarChecksum.at, kTarChecksum.size - 1}, checksumOf(block));
     block[kTarChecksum.at + kTarChecksum.size - 1] = ' ';
     return block;
@@ -91,7 +92,7 @@ struct TarMember {
     std::uint64_t size = 0;
 };
 
-/// Returns the member of a header written by headerOf(); nothing for any other block.
+/// Returns the member described by a header of headerOf(); nothing for any other block.
 std::optional<TarMember> memberOf(const TarBlock& block) {
     const std::string_view field = fieldText(block, kTarName);
     const std::string_view name = field.substr(0, field.find('\0'));
@@ -105,7 +106,7 @@ std::optional<TarMember> memberOf(const TarBlock& block) {
     return TarMember{std::string(name.substr(0, dot)), std::string(name.substr(dot + 1)), *size};
 }
 
-/// Returns the size of a member with its header, to the end of its last block.
+/// Returns the bytes that a member of this size takes, with its header and padded to a whole block.
 std::uint64_t tarBytes(std::uint64_t size) {
     return kTarBlock + (size + kTarBlock - 1) / kTarBlock * kTarBlock;
 }
@@ -131,8 +132,8 @@ std::time_t tarDate() {
     return static_cast<std::time_t>(seconds);
 }
 
-/// Appends a part of one file to another. Returns false if it is not all there. Throws Error
-/// (kInput) if it cannot be read.
+/// Appends a part of one file to another. Returns false if the file ends before the part does.
+/// Throws Error (kInput) if it cannot be read.
 bool appendPart(const RegularFile& from, std::uint64_t begin, std::uint64_t end, AtomicFile& to) {
     std::vector<char> bytes(std::min<std::uint64_t>(end - begin, std::uint64_t{1} << 20));
     while (begin < end) {
@@ -153,9 +154,10 @@ struct TarShards::OldShard {
     RegularFile::Identity identity{};
     std::uint64_t samples = 0;
     std::uint64_t size = 0;               ///< bytes of its samples
-    std::uint64_t left = 0;               ///< samples not kept yet
-    std::unique_ptr<RegularFile> file{};  ///< while it is open
-    bool replaced = false;                ///< a new shard has its name; exists only while open
+    std::uint64_t left = 0;               ///< number of samples not kept yet
+    std::unique_ptr<RegularFile> file{};  ///< null while it is closed
+    /// A new shard has taken its name, so it exists only while open.
+    bool replaced = false;
 };
 
 TarShards::TarShards(std::string pattern, const ShardSettings& settings)
@@ -199,13 +201,14 @@ std::unique_ptr<TarShards::OldShard> TarShards::read(
     const std::uint64_t end = file.size() - kTarEnd;
     TarBlock block{};
     OldSample sample;
-    std::string key;  // of a sample that is still incomplete
+    std::string key;  // key of the sample being read; empty between samples
     std::uint64_t at = 0;
     while (at < end) {
         if (!file.read(at, block)) return {};
         const std::optional<TarMember> member = memberOf(block);
         if (!member || (!key.empty() && member->key != key)) return {};
-        const std::uint64_t next = at + tarBytes(member->size);  // a size has at most 36 bits
+        // No overflow: sizes have at most 36 bits.
+        const std::uint64_t next = at + tarBytes(member->size);
         if (next > end) return {};
         key = member->key;
         if (member->extension != kAbout) {
@@ -274,7 +277,7 @@ TarShards::Stored TarShards::keep(const std::string& key) {
     ++count_;
     size_ += sample.end - sample.begin;
     if (--sample.shard->left == 0 && sample.shard->replaced) close(*sample.shard);
-    samples_.erase(key);  // one key is one sample
+    samples_.erase(key);  // because a key may be stored only once
     return stored;
 }
 
@@ -288,7 +291,7 @@ TarShards::Stored TarShards::add(const std::string& key, const nlohmann::ordered
         std::string name;
         RegularFile file;
     };
-    std::deque<Input> inputs;  // elements are never moved
+    std::deque<Input> inputs;  // a deque, because growing must not move its elements
     Stored stored;
     std::uint64_t bytes = tarBytes(text.size());
     const std::string about_name = key + '.' + std::string(kAbout);
@@ -358,10 +361,11 @@ void TarShards::endShard(bool all) {
     OldShard* const old = oldShard();
     if (!file_ && old && old->size != size_ && (all || count_ >= old->samples)) startFile();
     if (file_ && (all || !old || count_ >= old->samples)) {
-        broken_ = true;  // unless it is committed
+        broken_ = true;  // stays set if the following throws
         constexpr std::array<std::byte, kTarEnd> kZeros{};
         file_->append(kZeros);
-        // Samples not kept yet may go into a later shard.
+        // If some samples of the old shard may still be kept in later ones, open it before it is
+        // replaced.
         if (old && old->left > 0) opened(*old);
         file_->commit();
         broken_ = false;
@@ -377,7 +381,7 @@ void TarShards::endShard(bool all) {
 
 void TarShards::finish(bool all) {
     if (broken_)
-        file_.reset();  // it has a partial sample
+        file_.reset();  // discards the file, which has a partial sample
     else if (count_ > 0)
         endShard(all);
     broken_ = false;
@@ -388,7 +392,7 @@ std::string TarShards::surplus() const {
     try {
         there = framesThere(pattern_);
     } catch (const Error&) {
-        return "";  // everything is written, and an earlier run's shard is only reported
+        return "";  // everything has been written, and the surplus shard would only be reported
     }
     std::erase_if(there, [&](int number) { return number < number_; });
     return there.empty() ? "" : nameOf(there.front());
@@ -402,7 +406,7 @@ void TarShards::copy(OldShard& from, std::uint64_t begin, std::uint64_t end) {
     broken_ = false;
 }
 
-/// Returns the shard's open file. Only a few shards are open at once.
+/// Returns the shard's open file, first opening it if needed. Only a few shards are open at once.
 RegularFile& TarShards::opened(OldShard& shard) {
     if (shard.file) return *shard.file;
     constexpr std::size_t kMostOpen = 16;

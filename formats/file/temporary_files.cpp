@@ -28,15 +28,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A path that a signal handler must remove. Fixed storage, since the handler may not allocate.
+/// A path that removeTemporaryFiles() must remove. The storage is fixed, because a signal handler
+/// may not allocate.
 struct Slot {
     enum State : int { kFree, kChanging, kLiveFile, kLiveFolder };
     std::atomic<int> state{kFree};
     char path[PATH_MAX]{};
 };
 static_assert(std::atomic<int>::is_always_lock_free);
-constexpr std::size_t kSlots = 1024;       // many, for one file per layer
-constinit std::array<Slot, kSlots> slots;  // 4 MiB, not committed before use
+constexpr std::size_t kSlots = 1024;       // plenty, since layers may have one file each
+constinit std::array<Slot, kSlots> slots;  // 4 MiB of address space, not committed before use
 
 constexpr std::string_view kMark = ".peeler-", kTemporary = ".tmp", kScratchBase = "samples";
 
@@ -53,7 +54,8 @@ const std::string& hostName() {
     return name;
 }
 
-/// Whether the process that created a hidden file or folder is gone: its lock is gone too.
+/// Whether the process that created a hidden file or folder has ended, which releases its lock.
+/// Locks of other machines may be invisible here, so their files must also be at least a day old.
 bool isLeftover(int descriptor, std::string_view name) {
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return false;
     if (name.find(std::string(kMark) + hostName() + '-') != std::string_view::npos) return true;
@@ -64,12 +66,12 @@ bool isLeftover(int descriptor, std::string_view name) {
 
 /// Removes the files in an open folder; async-signal-safe, which opendir() is not.
 void emptyFolder(int folder) noexcept {
-    // Filled by getdents64(2): glibc's dirent64 is the kernel's linux_dirent64.
+    // Filled by getdents64(2), whose linux_dirent64 has the layout of glibc's dirent64.
     alignas(dirent64) char entries[4096];
     for (long size = 0; (size = syscall(SYS_getdents64, folder, entries, sizeof entries)) > 0;) {
         for (long at = 0; at < size;) {
             const auto* entry = reinterpret_cast<const dirent64*>(entries + at);
-            unlinkat(folder, entry->d_name, 0);  // "." and ".." are not files, and stay
+            unlinkat(folder, entry->d_name, 0);  // fails for "." and "..", which are folders
             at += entry->d_reclen;
         }
     }
@@ -94,7 +96,7 @@ void removeFolder(const char* path) noexcept {
 
 std::string hiddenName(std::string_view base) {
     static std::atomic<unsigned> counter{0};
-    // The name stays below the usual 255 bytes, however long the base is.
+    // Keeps the name below the usual limit of 255 bytes, however long the base is.
     std::string name = ".";
     name.append(base.substr(0, 150)).append(kMark).append(hostName());
     name += '-' + std::to_string(getpid()) + '-' + std::to_string(counter++);
@@ -174,8 +176,7 @@ ScratchFolder::ScratchFolder(const fs::path& parent) {
         if (made) descriptor_ = openFile(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
         const int cause = errno;
         const bool is_open = descriptor_ >= 0;
-        // A process that is removing leftovers may have been faster than the lock; then the folder
-        // is gone.
+        // A process that is removing leftovers may have removed the folder before it was locked.
         struct stat opened {
         }, there{};
         if (is_open && lockHidden(descriptor_) && fstat(descriptor_, &opened) == 0 &&
@@ -190,7 +191,7 @@ ScratchFolder::ScratchFolder(const fs::path& parent) {
 }
 
 ScratchFolder::~ScratchFolder() {
-    emptyFolder(descriptor_);  // by its descriptor, since opening another may fail
+    emptyFolder(descriptor_);  // uses the open descriptor, since opening another one may fail
     rmdir(path_.c_str());
     close(descriptor_);
     forgetTemporary(place_);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hidden temporary files and folders: names, locks, and removal when a process ends by a signal or
-// is killed.
+// Hidden temporary files and folders: names, locks, removal when a signal terminates the process,
+// and removal of those that killed processes left.
 #pragma once
 
 #include <filesystem>
@@ -9,25 +9,25 @@
 
 namespace peeler {
 
-/// Returns ".BASE.peeler-<host>-<pid>-<n>.tmp", unique per call. `base` is shortened.
+/// Returns ".BASE.peeler-<host>-<pid>-<n>.tmp", unique per call; a long `base` is cut off.
 std::string hiddenName(std::string_view base);
 
-/// Removes the hidden files and scratch folders left in a folder by killed processes, once per
-/// folder and process. Locked ones are in use and stay, and so do those of other machines until
-/// they are a day old, since locks may not reach across machines (NFS).
+/// Removes the hidden files and scratch folders that killed processes left in a folder; only the
+/// first call per folder does anything. Locked ones are in use and stay. Those of other machines
+/// stay until they are a day old, since locks may not reach across machines (NFS).
 void removeLeftovers(const std::string& folder);
 
 /// Locks an open file or folder until it is closed, however the process ends. Returns false if
-/// another process has it locked. Returns true where locks are not supported: nothing removes
-/// leftovers there, either.
+/// another process has locked it. Returns true if locks are not supported, because then nothing
+/// removes leftovers, either.
 bool lockHidden(int descriptor);
 
 enum class HiddenKind : int { kFile, kFolder };
 
-/// Registers a path for removeTemporaryFiles(). Returns its slot, −1 if none is free or the path is
-/// too long.
+/// Registers a path for removeTemporaryFiles(). Returns the index of its slot; −1 if none is free
+/// or the path is too long.
 int noteTemporary(const std::string& path, HiddenKind kind = HiddenKind::kFile);
-/// Unregisters it.
+/// Unregisters the path in this slot.
 void forgetTemporary(int place) noexcept;
 
 /// Unlinks the hidden file of every live AtomicFile, and every scratch folder with its files.
@@ -35,9 +35,9 @@ void forgetTemporary(int place) noexcept;
 void removeTemporaryFiles() noexcept;
 
 /// A new hidden folder for files that will be copied into another file (".samples.peeler-….tmp").
-/// Removed with the object, together with all its files; removeLeftovers() removes folders of
-/// killed processes. AtomicFiles in it are not synced to disk, since they never outlive the
-/// process. Throws Error (kOutput) if it cannot be created.
+/// The destructor removes it with all its files; removeLeftovers() removes the folders of killed
+/// processes. AtomicFiles in it are not synced to disk, since they never outlive the process.
+/// Throws Error (kOutput) if it cannot be created.
 class ScratchFolder {
   public:
     /// Creates `parent` if it is missing.
@@ -51,7 +51,7 @@ class ScratchFolder {
   private:
     std::filesystem::path path_;
     int descriptor_ = -1;
-    int place_ = -1;  ///< of noteTemporary()
+    int place_ = -1;  ///< index from noteTemporary()
 };
 
 /// Whether a file lies in a scratch folder.

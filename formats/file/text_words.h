@@ -11,7 +11,7 @@
 
 namespace peeler {
 
-/// Whether isspace() holds in the C locale.
+/// Whether the character is white space in the C locale (isspace()).
 constexpr bool isBlank(char c) {
     return c == ' ' || (c >= '\t' && c <= '\r');
 }
@@ -29,8 +29,8 @@ inline std::string_view takeWord(std::string_view& text) {
     return word;
 }
 
-/// Removes the next line from the text and returns it without its end: a line feed, with or without
-/// a carriage return before it. The last line need not end.
+/// Removes the next line from the text and returns it without its line end: LF or CR LF. The last
+/// line may lack it.
 inline std::string_view takeLine(std::string_view& text) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     std::string_view line = text.substr(0, end);
@@ -56,8 +56,9 @@ inline std::string lowerCase(std::string_view text) {
     return result;
 }
 
-/// Returns the value of a decimal number in any locale; "inf" and "nan" are numbers. Floating-point
-/// underflow gives 0. Returns nothing if the word is not a number, or is too large.
+/// Returns the value of a decimal number, the same in any locale; accepts "inf" and "nan".
+/// Floating-point underflow gives 0. Returns nothing if the word is not a number, or if it is too
+/// large for T.
 template <class T>
 std::optional<T> numberIn(std::string_view word) {
     if (word.starts_with('+')) word.remove_prefix(1);
@@ -71,7 +72,7 @@ std::optional<T> numberIn(std::string_view word) {
     return {};
 }
 
-/// Returns the line number of an offset in a text, from 1.
+/// Returns the number of the line, from 1, that holds this offset in a text.
 inline std::size_t lineAt(std::string_view text, std::size_t place) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(place, text.size()));
     return 1 + static_cast<std::size_t>(std::count(text.begin(), end, '\n'));

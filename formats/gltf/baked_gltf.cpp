@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Baked vertex attributes and occlusion textures in a glTF file's JSON.
+// Adds baked vertex attributes and occlusion textures to the JSON of a glTF file.
 #include "formats/gltf/baked_gltf.h"
 
 #include <cstring>
@@ -17,7 +17,8 @@ using nlohmann::ordered_json;
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr int kColorComponent = 5123, kValueComponent = 5126;  // unsigned short, float
 
-/// Returns values for all vertices of the file's primitive, 0 for those the scene did not keep.
+/// Returns values for all vertices of the file's primitive, with 0 for those that the scene did not
+/// keep.
 template <class T>
 std::vector<std::uint8_t> bytesOfAll(const std::vector<T>& values, std::size_t a_vertex,
                                      const PrimitiveSource& source) {
@@ -38,7 +39,7 @@ class VertexValues {
     }
 
     void add() {
-        // The nodes of each mesh, with and without values.
+        // The nodes that show each mesh, whether they have values or not.
         std::map<std::size_t, std::vector<std::size_t>> nodes_of;
         const ordered_json& nodes = package_.gltf().at("nodes");
         for (std::size_t i = 0; i < nodes.size(); ++i)
@@ -49,7 +50,8 @@ class VertexValues {
     }
 
   private:
-    using Values = std::vector<const BakedPrimitive*>;  ///< by primitive, as one node shows them
+    /// Values of a mesh, by primitive, as one node shows it.
+    using Values = std::vector<const BakedPrimitive*>;
 
     const Values& valuesOf(std::size_t node) const {
         static const Values kNone;
@@ -63,8 +65,8 @@ class VertexValues {
                           [](const auto* one, const auto* other) { return *one == *other; });
     }
 
-    /// Assigns each node its version of the mesh. Nodes without values keep the mesh itself; if
-    /// every node has values, those with the first values do.
+    /// Assigns each node its version of the mesh. Nodes without values keep the mesh itself. If
+    /// every node has values, the nodes with the first version of them do.
     void share(std::size_t mesh, const std::vector<std::size_t>& users) {
         struct Version {
             const Values* values;
@@ -113,7 +115,8 @@ class VertexValues {
                    values.source.vertices);
     }
 
-    /// Removes colour displacements from morph targets: the colours are those of the baked pose.
+    /// Removes colour displacements from morph targets, since the new colours are those of the
+    /// baked pose.
     void stopColors(ordered_json& primitive, std::size_t vertices) {
         const auto targets = primitive.find("targets");
         if (targets == primitive.end()) return;
@@ -126,12 +129,14 @@ class VertexValues {
         }
     }
 
-    /// Corrects accessor counts: encoders do not always declare the decoded vertex count (Khronos'
-    /// own 2CylinderEngine), but all attributes of a primitive must have the same count.
+    /// Corrects the counts of accessors. All attributes of a primitive must have the same count,
+    /// but encoders do not always declare the decoded number of vertices (Khronos' own
+    /// 2CylinderEngine).
     void correctCounts(const ordered_json& primitive, std::size_t vertices) {
         for (const auto& [name, id] : primitive["extensions"][kDraco]["attributes"].items()) {
             const auto attribute = primitive["attributes"].find(name);
-            if (attribute == primitive["attributes"].end()) continue;  // never read
+            // Readers ignore such an attribute.
+            if (attribute == primitive["attributes"].end()) continue;
             ordered_json& accessor = package_.gltf()["accessors"].at(attribute->get<std::size_t>());
             if (!accessor.contains("bufferView")) accessor["count"] = vertices;
         }
@@ -139,10 +144,10 @@ class VertexValues {
 
     GlbWriter& package_;
     const std::string& attribute_;
-    std::map<int, Values> baked_;  ///< by node
+    std::map<int, Values> baked_;  ///< indexed by node
 };
 
-/// Calls body(primitive) for every primitive of the file.
+/// Calls body(primitive) for every primitive in the file.
 template <class Body>
 void forEachPrimitive(ordered_json& gltf, const Body& body) {
     const auto meshes = gltf.find("meshes");
@@ -152,7 +157,8 @@ void forEachPrimitive(ordered_json& gltf, const Body& body) {
             body(primitive);
 }
 
-/// Returns a primitive's variant materials (KHR_materials_variants), or null.
+/// Returns the JSON array of a primitive's variant materials (KHR_materials_variants); null if
+/// there is none.
 ordered_json* mappingsOf(ordered_json& primitive) {
     const auto extensions = primitive.find("extensions");
     if (extensions == primitive.end()) return nullptr;
@@ -160,7 +166,7 @@ ordered_json* mappingsOf(ordered_json& primitive) {
     return variants == extensions->end() ? nullptr : &variants->at("mappings");
 }
 
-/// Calls body(index) for every material of a primitive, in any variant.
+/// Calls body(index) for every material of a primitive, in all variants.
 template <class Body>
 void forEachMaterial(ordered_json& primitive, const Body& body) {
     if (const auto own = primitive.find("material"); own != primitive.end()) body(*own);
@@ -170,7 +176,7 @@ void forEachMaterial(ordered_json& primitive, const Body& body) {
         body(mapping.at("material"));
 }
 
-/// Returns the materials of primitives that lack an attribute.
+/// Returns the indices of materials that are used by a primitive without this attribute.
 std::set<std::size_t> materialsWithout(ordered_json& gltf, const std::string& attribute) {
     std::set<std::size_t> materials;
     forEachPrimitive(gltf, [&](ordered_json& primitive) {
@@ -182,8 +188,8 @@ std::set<std::size_t> materialsWithout(ordered_json& gltf, const std::string& at
     return materials;
 }
 
-/// Applies a change to the JSON. If an object the values were baked for is missing, the file has
-/// changed since it was read.
+/// Applies a change to the JSON. If an object that values were baked for is missing, throws an
+/// Error, because the file has changed since it was read.
 template <class Change>
 void changing(const Change& change) {
     try {
@@ -268,7 +274,7 @@ void addOcclusionTextures(GlbWriter& package, int uv_set, std::vector<BakedTextu
             forEachPrimitive(gltf, [&](ordered_json& primitive) {
                 if (!primitive.at("attributes").contains(uvs)) return;
                 if (fallback) {
-                    primitive.emplace("material", fresh);  // if it has no material
+                    primitive.emplace("material", fresh);  // unless it has a material
                     return;
                 }
                 forEachMaterial(primitive, [&](ordered_json& index) {

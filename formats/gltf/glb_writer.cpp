@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The merging of buffers and images into one binary chunk.
+// Merges buffers and images into one binary chunk.
 #include "formats/gltf/glb_writer.h"
 
 #include <array>
@@ -24,13 +24,13 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr std::uint64_t kMostContainerBytes = std::numeric_limits<std::uint32_t>::max();
-constexpr std::uint64_t kContainerAlignment = 4;  // of chunks; the maximum an accessor needs
+constexpr std::uint64_t kContainerAlignment = 4;  // required of chunks; no accessor needs more
 
 std::uint64_t padded(std::uint64_t bytes) {
     return (bytes + kContainerAlignment - 1) / kContainerAlignment * kContainerAlignment;
 }
 
-/// Magic bytes of the image formats glTF allows.
+/// The magic bytes of the image formats that glTF allows.
 struct ImageMagic {
     std::size_t offset;
     std::string_view bytes;
@@ -51,7 +51,7 @@ const char* mimeTypeOf(std::span<const std::uint8_t> bytes) {
     return nullptr;
 }
 
-/// Returns the root array of that name, created if missing.
+/// Returns the root array with this name, creating it if missing.
 ordered_json& arrayIn(ordered_json& gltf, const char* name) {
     ordered_json& array = gltf[name];
     if (array.is_null()) array = ordered_json::array();
@@ -95,8 +95,8 @@ std::uint64_t GlbWriter::memory(const std::filesystem::path& path, const GltfOpt
     const std::vector<std::uint8_t> bytes = readRegularFile(path, options.max_file_bytes);
     ReadWarnings given_by_read_gltf(false, {});
     const GltfContainer container = splitGltfContainer(bytes, path.string(), given_by_read_gltf);
-    // The JSON exists as text, as the checked tree and as the edited tree. Data URIs are decoded,
-    // four letters to three bytes.
+    // The JSON is in memory as text, as the checked tree and as the edited tree. Data URIs are
+    // decoded, four characters to three bytes.
     std::uint64_t all = bytes.size() + 2 * parsedBytes(container.json);
     if (!container.binary) all += bytes.size() / 4 * 3;
     for (const std::filesystem::path& file : named) {
@@ -115,7 +115,7 @@ std::uint64_t GlbWriter::append(std::span<const std::uint8_t> bytes) {
     return start;
 }
 
-/// Returns the bytes of a source buffer; none for a placeholder of decompressed data.
+/// Returns the bytes of a source buffer; nothing for a placeholder of decompressed data.
 std::optional<std::span<const std::uint8_t>> GlbWriter::bufferBytes(
     const json& buffer, std::size_t index, std::optional<std::span<const std::uint8_t>> binary) {
     const std::string where = childPointer("/buffers", index);
@@ -130,7 +130,7 @@ std::optional<std::span<const std::uint8_t>> GlbWriter::bufferBytes(
         try {
             bytes = storage_.emplace_back(folder_.read(text, where + "/uri", given_by_read_gltf_));
         } catch (const Error&) {
-            if (isMeshoptFallback(buffer)) return {};  // readers do not need it
+            if (isMeshoptFallback(buffer)) return {};  // readers do not need the fallback
             throw;
         }
     }
@@ -176,7 +176,7 @@ void GlbWriter::takeBuffers(const json& checked,
     }
 }
 
-/// Redirects a reference to a buffer and offset to their place in the .glb.
+/// Points a reference to a buffer and an offset to the new position in the .glb.
 void GlbWriter::relocate(ordered_json& place) const {
     const auto buffer = place["buffer"].get<std::size_t>();
     if (!starts_[buffer]) {
@@ -195,7 +195,8 @@ void GlbWriter::takeImages() {
         std::size_t view;
         const char* mime_type;
     };
-    std::map<std::string, Place> known;  // files shared by several images are read once
+    // By file, so that a file that several images share is read once.
+    std::map<std::string, Place> known;
     for (std::size_t i = 0; i < images->size(); ++i) {
         ordered_json& image = (*images)[i];
         if (!image.contains("uri")) continue;
@@ -214,7 +215,7 @@ void GlbWriter::takeImages() {
             }
             const char* mime_type = mimeTypeOf(bytes);
             if (!mime_type) {
-                if (!isDataUri(uri))  // a data URI stays in the JSON
+                if (!isDataUri(uri))  // a data URI may stay in the JSON
                     warnings_.push_back("The image " + where +
                                         " is not embedded: glTF does not hold its format.");
                 continue;
@@ -253,7 +254,8 @@ std::size_t GlbWriter::addImage(std::vector<std::uint8_t> bytes, const std::stri
 
 void GlbWriter::write(const std::string& path) {
     static constexpr std::array<std::byte, kContainerAlignment> kZeros{};
-    if (size_ == 0) append(storage_.emplace_back(kContainerAlignment));  // no buffer may be empty
+    // glTF does not allow empty buffers.
+    if (size_ == 0) append(storage_.emplace_back(kContainerAlignment));
     json_["buffers"][0]["byteLength"] = size_;
     std::string text = dumpJson(json_);
     text.resize(padded(text.size()), ' ');

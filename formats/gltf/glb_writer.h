@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Editable copy of a glTF file with its buffers and images, saved as one .glb.
+// Editable copy of a glTF file with its buffers and images, which can be saved as one .glb.
 #pragma once
 
 #include <cstdint>
@@ -19,47 +19,50 @@
 
 namespace peeler {
 
-/// Properties of a new accessor, without min and max.
+/// The properties of a new accessor, except min and max.
 struct NewAccessor {
-    int component_type = 5126;  ///< glTF's number; 5126 FLOAT, 5123 UNSIGNED_SHORT
+    int component_type = 5126;  ///< as in glTF: 5126 FLOAT, 5123 UNSIGNED_SHORT
     bool normalized = false;
     std::string type = "SCALAR";
     std::size_t count = 0;
 };
 
-/// A glTF file to edit and save as .glb. Interprets only the parts it has to, so extras, unknown
-/// extensions, compressed data and member order survive. Merges all buffers into one (placeholders
-/// for decompressed data stay behind it) and embeds the images; all other indices stay valid.
+/// A glTF file to edit and save as .glb. Interprets no more than it has to, so extras, unknown
+/// extensions, compressed data and the order of members survive. All buffers are merged into one,
+/// followed only by placeholders for decompressed data, and images are embedded; indices of
+/// everything else stay valid.
 class GlbWriter {
   public:
-    /// Reads the file and the files of its buffers and images, in the same sandbox as readGltf,
-    /// which must have accepted the file before. Throws Error (kInput) like readGltf, and Error
+    /// Reads the file and the files of its buffers and images, in the same sandbox as readGltf(),
+    /// which must have accepted the file before. Throws Error (kInput) like readGltf(), and Error
     /// (kOutput) if the result would exceed the 4 GiB limit of a .glb. An image that cannot be
     /// embedded stays external, with a warning.
     GlbWriter(const std::filesystem::path& path, const GltfOptions& options);
-    /// Converts a scene that was read from a file of another format (`path`): its nodes, meshes and
-    /// materials, numerically unchanged. Textures are omitted, with a warning.
+    /// Converts a scene that was read from `path`, a file of another format: its nodes, meshes and
+    /// materials, with all numbers unchanged. Leaves out textures, with a warning.
     GlbWriter(const std::filesystem::path& path, const Scene& scene);
     GlbWriter(const GlbWriter&) = delete;
     GlbWriter& operator=(const GlbWriter&) = delete;
 
-    /// Returns the peak size in bytes of a writer for a glTF file until write(), without additions;
-    /// `named` are the external files it references. Reads the file. Throws like the constructor.
+    /// Returns the peak memory, in bytes, that a GlbWriter of this glTF file needs before write(),
+    /// not counting anything added to it. `named` are the external files that the file refers to.
+    /// Reads the file. Throws like the constructor.
     static std::uint64_t memory(const std::filesystem::path& path, const GltfOptions& options,
                                 std::span<const std::filesystem::path> named);
-    /// Returns the same for a scene of another format.
+    /// Returns the same for a GlbWriter of a scene.
     static std::uint64_t memory(const Scene& scene);
 
     nlohmann::ordered_json& gltf() { return json_; }
     const std::vector<Text>& warnings() const { return warnings_; }
 
-    /// Adds an object and returns its index. `target` is as in glTF 2.0 §5.11.5: 34962 = vertices.
+    /// Add an object and return its index. `target` is as in glTF 2.0 §5.11.5; 34962 means
+    /// vertices.
     std::size_t addBufferView(std::vector<std::uint8_t> bytes, std::optional<int> target = {});
     std::size_t addAccessor(std::vector<std::uint8_t> bytes, const NewAccessor& accessor);
     std::size_t addImage(std::vector<std::uint8_t> bytes, const std::string& mime_type,
                          const std::string& name);
 
-    /// Writes the .glb (glTF 2.0 §4.4) atomically. Throws Error (kOutput) if writing fails. Nothing
+    /// Writes the .glb (glTF 2.0 §4.4) atomically. Throws Error (kOutput) if that fails. Nothing
     /// may be added afterwards.
     void write(const std::string& path);
 
@@ -80,10 +83,10 @@ class GlbWriter {
     std::deque<std::vector<std::uint8_t>> storage_;  ///< owns the bytes of the spans below
     /// Parts of the binary chunk; each starts at a multiple of 4 bytes.
     std::vector<std::span<const std::uint8_t>> parts_;
-    std::uint64_t size_ = 0;  ///< total of all parts, padded
-    /// By source buffer: its offset in the binary chunk; none if it was not embedded.
+    std::uint64_t size_ = 0;  ///< size of all parts together, padded
+    /// For each source buffer, its offset in the binary chunk; nothing if it was not embedded.
     std::vector<std::optional<std::uint64_t>> starts_;
-    std::vector<std::size_t> placeholders_;  ///< of each buffer that is not there, its new index
+    std::vector<std::size_t> placeholders_;  ///< for each buffer without data, its new index
     std::vector<Text> warnings_;
     ReadWarnings given_by_read_gltf_{false, {}};
 };

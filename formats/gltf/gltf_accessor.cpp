@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bounds-checked access to accessor data, and its conversion.
+// Reads accessor data with bounds checks, and converts it.
 #include "formats/gltf/gltf_accessor.h"
 
 #include <algorithm>
@@ -13,7 +13,8 @@
 
 namespace peeler {
 
-/// An array of numeric elements in memory, of any alignment; null data = zeros.
+/// An array of numeric elements in memory, with any alignment; if `data` is null, all elements are
+/// zeros.
 struct AccessorSource {
     const std::uint8_t* data = nullptr;
     std::size_t stride = 0;
@@ -24,7 +25,8 @@ struct AccessorSource {
 
 namespace {
 
-// An accessor without a buffer view takes no file bytes, so its count needs its own limit.
+// The maximum count of an accessor without a buffer view: the file's size does not limit it, since
+// such an accessor takes no bytes there.
 constexpr std::size_t kMaxUnbackedCount = std::size_t{1} << 24U;
 
 std::string accessorPointer(int accessor) {
@@ -36,7 +38,7 @@ std::size_t componentBytes(int type) {
         tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(type)));
 }
 
-/// Converts a normalised integer. glTF 2.0 §3.6.2.2: the most negative integer maps to −1 too.
+/// Converts a normalised integer. The most negative integer becomes −1, too (glTF 2.0 §3.6.2.2).
 template <typename Integer>
 float normalized(Integer value) {
     return std::max(
@@ -52,7 +54,7 @@ Out converted(In value, bool normalize) {
 
 constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
 
-/// Copies elements. `target(i)` is the element of `out` for source element i, or kNowhere.
+/// Copies elements. `target(i)` is the index in `out` for element i of the source, or kNowhere.
 template <typename In, typename Out, typename Target>
 void copyNumbers(const AccessorSource& source, std::size_t count, Out* out, const Target& target) {
     for (std::size_t i = 0; i < count; ++i) {
@@ -90,7 +92,7 @@ constexpr auto kSamePlace = [](std::size_t i) { return i; };
 
 }  // namespace
 
-/// The checked elements of an accessor, before sparse substitution.
+/// The checked elements of an accessor, without its sparse replacements.
 struct AccessorReader::Elements : AccessorSource {
     std::size_t count = 0;
 };
@@ -104,7 +106,7 @@ std::span<const std::uint8_t> AccessorReader::bufferView(int buffer_view) const 
     const std::span<const std::uint8_t> buffer =
         document_.buffers[static_cast<std::size_t>(view.buffer)];
     if (buffer.empty()) failGltf("buffer " + std::to_string(view.buffer) + " has no data", where);
-    // Both are at most 2^53 (schema), so their sum does not wrap.
+    // Both are at most 2^53 (schema), so the sum cannot overflow.
     if (view.byteOffset + view.byteLength > buffer.size())
         failGltf("the view ends at byte " + std::to_string(view.byteOffset + view.byteLength) +
                      ", its buffer has " + std::to_string(buffer.size()),
@@ -149,7 +151,8 @@ AccessorReader::Elements AccessorReader::elements(int accessor) const {
                      std::to_string(accessor),
                  childPointer("/bufferViews", static_cast<std::size_t>(info.bufferView)) +
                      "/byteStride");
-    // §3.6.2.4. Counts and offsets are at most 2^53 and the stride is at most 252: no overflow.
+    // §3.6.2.4. Nothing overflows, since counts and offsets are at most 2^53 and the stride at most
+    // 252.
     const std::uint64_t end = info.byteOffset + result.stride * (info.count - 1) + element_bytes;
     if (end > view.size())
         failGltf("the accessor ends at byte " + std::to_string(end) + " of its buffer view, " +
@@ -197,8 +200,8 @@ void AccessorReader::applySparse(int accessor, ElementRange range, bool normaliz
         });
 }
 
-/// Whether an accessor's integers are normalised. Throws Error (kInput) if its format is not
-/// allowed.
+/// Whether an accessor's integers are normalised. Throws Error (kInput) if the accessor's format is
+/// not allowed.
 bool AccessorReader::isNormalized(int accessor, const AccessorFormat& format,
                                   const std::string& use) const {
     constexpr int kFloat = 5126;

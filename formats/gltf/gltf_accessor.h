@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checked reader of glTF accessors: ranges, strides, types, normalised, sparse.
+// Reader of glTF accessors that checks everything: ranges, strides, types, `normalized`, sparse
+// values.
 #pragma once
 
 #include <cstdint>
@@ -12,22 +13,22 @@
 
 namespace peeler {
 
-/// A component type as allowed for an attribute, e.g. 5123 normalised.
+/// A component type that an attribute may have, such as 5123 normalised.
 struct ComponentFormat {
-    int type;  ///< glTF's (and OpenGL's) number, 5120 BYTE … 5126 FLOAT
+    int type;  ///< number in glTF (and OpenGL): 5120 BYTE … 5126 FLOAT
     bool normalized = false;
     bool operator==(const ComponentFormat&) const = default;
 };
 
-/// The accessor format required by its use.
+/// The format that an accessor must have for a certain use.
 struct AccessorFormat {
-    std::initializer_list<int> components;  ///< e.g. {3, 4} for VEC3 or VEC4
+    std::initializer_list<int> components;  ///< number of components: {3, 4} for VEC3 or VEC4
     std::initializer_list<ComponentFormat> allowed;
-    /// The Khronos validator's issue code for a wrong `normalized`.
+    /// The Khronos validator's issue code if `normalized` is wrong.
     const char* issue = "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT";
 };
 
-/// Elements first … first + count − 1, all within the accessor.
+/// The elements first … first + count − 1, all of which are within the accessor.
 struct ElementRange {
     std::size_t first = 0, count = 0;
 };
@@ -36,27 +37,28 @@ class AccessorReader {
   public:
     explicit AccessorReader(GltfDocument& document) : document_(document) {}
 
-    /// Return the number of elements, and of components per element.
+    /// Return the number of elements, and the number of components per element.
     std::size_t count(int accessor) const;
     int components(int accessor) const;
 
     /// Returns a range of elements as floats, element by element; normalised integers are converted
-    /// (glTF 2.0 §3.6.2.2; KHR_mesh_quantization). Where `normalized` of an integer accessor
-    /// contradicts the allowed formats, the allowed value is used, with a warning. `use` is the
-    /// JSON pointer of the reference, the `where` of the error for a disallowed format. Damage in
-    /// the accessor itself is reported at its own pointer, before any allocation.
+    /// (glTF 2.0 §3.6.2.2; KHR_mesh_quantization). If `normalized` of an integer accessor
+    /// contradicts the allowed formats, uses the allowed value, with a warning. `use` is the JSON
+    /// pointer of the reference to the accessor, and the `where` of the error for a format that is
+    /// not allowed. Damage in the accessor itself is reported with the accessor's own pointer,
+    /// before any allocation.
     std::vector<float> floats(int accessor, const AccessorFormat& format, ElementRange range,
                               const std::string& use) const;
 
     /// Returns the first `count` matrices of a float MAT4 accessor, column-major.
     std::vector<float> matrices(int accessor, std::size_t count, const std::string& use) const;
 
-    /// Returns a SCALAR accessor of unsigned integers. Sets `max_value` to the largest value of the
-    /// component type.
+    /// Returns the values of a SCALAR accessor of unsigned integers. Sets `max_value` to the
+    /// largest value that the component type can hold.
     std::vector<std::uint32_t> indices(int accessor, const std::string& use,
                                        std::uint32_t& max_value) const;
 
-    /// Returns the bytes of a buffer view. Throws Error (kInput) if they exceed the buffer.
+    /// Returns the bytes of a buffer view. Throws Error (kInput) if the view exceeds its buffer.
     std::span<const std::uint8_t> bufferView(int buffer_view) const;
 
   private:

@@ -27,7 +27,7 @@ const AccessorFormat kAnimatedRotation = {
 const AccessorFormat kWeight = {
     {1}, {{5126}, {5120, true}, {5121, true}, {5122, true}, {5123, true}}, kOutputIssue};
 
-/// The JSON names of properties, in the order of AnimatedProperty.
+/// The names of animated properties in JSON, in the order of AnimatedProperty.
 constexpr struct {
     const char* path;
     const AccessorFormat* format;
@@ -71,7 +71,7 @@ class AnimationReader {
   private:
     void readChannel(const json& channel, const std::string& where) {
         const json& target = channel["target"];
-        if (!target.contains("node")) return;  // §3.11: ignored
+        if (!target.contains("node")) return;  // §3.11: such a channel is ignored
         const auto node = target["node"].get<std::size_t>();
         const std::string path = target["path"].get<std::string>();
         const auto property = propertyNamed(path);
@@ -96,7 +96,7 @@ class AnimationReader {
             {keyframes(sampler, *property, width), static_cast<int>(node), *property});
     }
 
-    /// Returns the number of components per value.
+    /// Returns how many components each value has.
     std::size_t widthOf(AnimatedProperty property, std::size_t node) const {
         if (property == AnimatedProperty::kRotation) return 4;
         if (property != AnimatedProperty::kWeights) return 3;
@@ -106,8 +106,8 @@ class AnimationReader {
         return primitives.empty() ? 0 : primitives.front().targets.size();
     }
 
-    /// Returns the index of a sampler's keyframes, which are read once. Channels may share a
-    /// sampler, even for different properties.
+    /// Returns the index of the keyframes from a sampler, which are read once per property, since
+    /// channels may share a sampler even for different properties.
     std::size_t keyframes(std::size_t sampler, AnimatedProperty property, std::size_t width) {
         const auto [entry, fresh] =
             read_.try_emplace({sampler, width, property}, result_.keyframes.size());
@@ -124,7 +124,7 @@ class AnimationReader {
         const std::size_t times = accessors_.count(input), elements = accessors_.count(output);
         if (times == 0) failGltf("there are no keys", where + "/input");
         const std::uint64_t bytes =
-            (times + elements * 4) * sizeof(float);  // a value has at most four components
+            (times + elements * 4) * sizeof(float);  // 4, since no value has more components
         budget_.take(bytes, where);
         document_.memory.allow(bytes, where);
         result.times = accessors_.floats(input, kTime, {0, times}, where + "/input");
@@ -134,7 +134,7 @@ class AnimationReader {
                          where + "/input");
 
         const bool cubic = result.interpolation == Interpolation::kCubicSpline;
-        // Weights are scalars, one per target at each key.
+        // Weights are stored as scalars: at each key, one per morph target.
         const std::size_t a_key =
             (property == AnimatedProperty::kWeights ? width : 1) * (cubic ? 3 : 1);
         if (elements % a_key != 0 || elements / a_key != times)
@@ -156,7 +156,7 @@ class AnimationReader {
     const json& source_;
     std::string where_;
     Animation result_;
-    /// Index of a sampler's keyframes, by sampler, width and property.
+    /// Index of keyframes, by sampler, width and property.
     std::map<std::tuple<std::size_t, std::size_t, AnimatedProperty>, std::size_t> read_;
 };
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// glTF 2.0 rules beyond types and indices: versions, extensions, the node forest, cameras.
+// Checks rules of glTF 2.0 beyond types and indices: versions, extensions, the node forest,
+// cameras.
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
@@ -19,7 +20,7 @@ namespace {
 
 using nlohmann::json;
 
-// Real scenes nest tens of levels, a skeleton up to a hundred.
+// The maximum depth of nodes. Real scenes nest tens of levels, and a skeleton up to a hundred.
 constexpr std::size_t kMaxNodeDepth = 10000;
 
 bool isVersion2(const json& version, bool only_2_0) {
@@ -28,7 +29,7 @@ bool isVersion2(const json& version, bool only_2_0) {
     return only_2_0 ? text == "2.0" : text == "2" || text.rfind("2.", 0) == 0;
 }
 
-/// Converts a numeric version, 2.0, to a string.
+/// Converts a version given as a number, 2.0, to a string.
 void readVersionNumber(json& asset, const char* name, ReadWarnings& warnings) {
     const auto found = asset.find(name);
     if (found == asset.end() || !found->is_number()) return;
@@ -38,7 +39,7 @@ void readVersionNumber(json& asset, const char* name, ReadWarnings& warnings) {
                   childPointer("/asset", name));
 }
 
-/// Throws Error (kInput) for the lowest-numbered node of this node's cycle.
+/// Throws Error (kInput), naming the lowest-numbered node in the cycle that contains this node.
 [[noreturn]] void failRing(const std::vector<int>& parents, std::size_t node) {
     std::size_t first = node;
     for (auto next = static_cast<std::size_t>(parents[node]); next != node;
@@ -47,14 +48,14 @@ void readVersionNumber(json& asset, const char* name, ReadWarnings& warnings) {
     failGltf("the node is its own ancestor", childPointer("/nodes", first));
 }
 
-/// Returns an array member of an object, or an empty array.
+/// Returns the member of an object that is an array; an empty array if it is missing.
 const json& listOf(const json& object, const char* member) {
     static const json kNone = json::array();
     const auto found = object.find(member);
     return found == object.end() ? kNone : *found;
 }
 
-/// Returns each node's parent, −1 = none.
+/// Returns the parent of each node; −1 if it has none.
 std::vector<int> parentsOf(const json& nodes) {
     std::vector<int> parents(nodes.size(), -1);
     for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -71,11 +72,12 @@ std::vector<int> parentsOf(const json& nodes) {
     return parents;
 }
 
-/// Checks that every chain of parents ends at a root and is not too long.
+/// Checks that every chain of parents ends at a root and is not longer than allowed.
 void checkDepths(const std::vector<int>& parents) {
     const std::size_t count = parents.size();
-    // Each chain is walked only once: a node of known depth has ancestors of known depth.
-    std::vector<std::size_t> depths(count, 0);  // 1 = root, 0 = not yet known
+    // Each chain is walked only once: if the depth of a node is known, so are those of its
+    // ancestors.
+    std::vector<std::size_t> depths(count, 0);  // of each node; 1 for roots, 0 if unknown
     std::vector<std::size_t> chain;
     for (std::size_t i = 0; i < count; ++i) {
         chain.clear();
@@ -96,10 +98,10 @@ void checkDepths(const std::vector<int>& parents) {
     }
 }
 
-/// Whether a node or one of its ancestors is marked, as far as known.
+/// The known answers of isMarked(): kMarked for the node itself, kBelow for one of its ancestors.
 enum class Mark : std::uint8_t { kUnknown, kMarked, kBelow, kFree };
 
-/// Whether a node or one of its ancestors is marked; caches the answer for all nodes on the path.
+/// Whether a node or one of its ancestors is marked. Stores the answer for all nodes on the way.
 bool isMarked(const std::vector<int>& parents, std::vector<Mark>& marks, std::size_t first) {
     const auto markOf = [&](int node) -> Mark& { return marks[static_cast<std::size_t>(node)]; };
     int node = static_cast<int>(first);
@@ -111,8 +113,8 @@ bool isMarked(const std::vector<int>& parents, std::vector<Mark>& marks, std::si
     return answer == Mark::kBelow;
 }
 
-/// Checks the roots of the scene `where`, and marks them in `shown`. A listed node with a parent
-/// becomes a root with its own transform alone, unless the scene already shows it.
+/// Checks the roots of the scene at `where`, and marks them in `shown`. A listed node that has a
+/// parent becomes a root, without the parent's transform, unless the scene already shows the node.
 void readRoots(json& roots, const std::string& where, const std::vector<int>& parents,
                std::vector<Mark>& shown, ReadWarnings& warnings) {
     std::vector<Mark> listed(parents.size(), Mark::kUnknown);
@@ -144,7 +146,7 @@ void readRoots(json& roots, const std::string& where, const std::vector<int>& pa
     roots = std::move(once);
 }
 
-/// Detaches nodes listed as roots from parents that no scene shows.
+/// Detaches nodes that scenes list as roots from their parents, if no scene shows the parent.
 void cutRoots(json& nodes, const std::vector<int>& parents, const std::vector<Mark>& listed) {
     std::vector<Mark> shown = listed;
     for (std::size_t i = 0; i < parents.size(); ++i) {
@@ -156,7 +158,8 @@ void cutRoots(json& nodes, const std::vector<int>& parents, const std::vector<Ma
     }
 }
 
-/// Collects the names in "extensions" objects at any depth; extras are not part of glTF.
+/// Collects the member names of all objects called "extensions", at any depth. Skips extras, which
+/// are not part of glTF.
 void addExtensions(const json& value, std::set<std::string>& names) {
     if (!value.is_structured()) return;
     for (const auto& [key, member] : value.items()) {
@@ -175,7 +178,7 @@ void checkGltfForest(json& gltf, ReadWarnings& warnings) {
     checkDepths(parents);
     const auto scenes = gltf.find("scenes");
     if (scenes == gltf.end()) return;
-    std::vector<Mark> listed(parents.size(), Mark::kUnknown);  // by any scene
+    std::vector<Mark> listed(parents.size(), Mark::kUnknown);  // which nodes any scene lists
     for (std::size_t i = 0; i < scenes->size(); ++i) {
         const auto roots = (*scenes)[i].find("nodes");
         if (roots == (*scenes)[i].end()) continue;
@@ -229,7 +232,8 @@ void checkGltfCameras(const tinygltf::Model& model) {
                 failGltf("the vertical field of view must be below pi radians, it is " +
                              std::to_string(lens.yfov),
                          where + "/yfov", "glTF gives angles in radians");
-            // 0 means no far plane in tinygltf; the schema check has rejected an explicit 0.
+            // In tinygltf, 0 means that there is no far plane; the schema check has rejected an
+            // explicit 0.
             if (lens.zfar != 0 && lens.zfar <= lens.znear)
                 failGltf("zfar must be greater than znear", where + "/zfar");
         } else {
@@ -260,7 +264,8 @@ void checkGltfVersion(json& gltf, const std::string& path, ReadWarnings& warning
 
 void checkRequiredExtensions(const json& gltf, const std::vector<std::string>& ignored) {
     const auto required = gltf.find("extensionsRequired");
-    if (required == gltf.end() || !required->is_array()) return;  // the schema check reports it
+    // The schema check reports any other type.
+    if (required == gltf.end() || !required->is_array()) return;
     for (std::size_t i = 0; i < required->size(); ++i) {
         if (!(*required)[i].is_string()) continue;
         const std::string& name = (*required)[i].get_ref<const std::string&>();

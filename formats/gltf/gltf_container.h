@@ -14,7 +14,7 @@ namespace peeler {
 
 class ReadWarnings;
 
-/// The two chunks of a glTF file (glTF 2.0 §4.4); both point into the source bytes.
+/// The chunks of a glTF file (glTF 2.0 §4.4), as views of the file's bytes.
 struct GltfContainer {
     std::string_view json;
     std::optional<std::span<const std::uint8_t>> binary;  ///< the BIN chunk, if any
@@ -23,14 +23,14 @@ struct GltfContainer {
 /// Whether the bytes begin with "glTF".
 bool isGlb(std::span<const std::uint8_t> bytes);
 
-/// Splits a .glb into its chunks; any other file is JSON as a whole. Throws Error (kInput) with
-/// `path` as `where` if the container is damaged or of another version. Harmless irregularities
-/// become warnings.
+/// Splits a .glb into its chunks; takes any other file as JSON. Throws Error (kInput) with `path`
+/// as `where` if the container is damaged or has an unknown version. Harmless irregularities become
+/// warnings.
 GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std::string& path,
                                  ReadWarnings& warnings);
 
 /// Parses the JSON of a glTF file, with or without a byte order mark. Throws Error (kInput) with
-/// `path` as `where` if it is not a JSON object, is damaged, or is nested deeper than any exporter
+/// `path` as `where` if it is damaged, is not an object, or is nested deeper than any exporter
 /// writes.
 nlohmann::json parseGltfJson(std::string_view text, const std::string& path);
 /// Parses the JSON and keeps the member order of the text.

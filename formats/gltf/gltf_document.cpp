@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loading and checking of a glTF file; tinygltf gets only the parts it handles well.
+// Loads and checks a glTF file; tinygltf gets only the parts that it handles well.
 #include "formats/gltf/gltf_document.h"
 
 #include <algorithm>
@@ -25,7 +25,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Moves an array out of the root object; returns an empty one if it is missing.
+/// Moves an array out of the root object; returns an empty array if it is missing.
 json take(json& gltf, const char* name) {
     const auto found = gltf.find(name);
     if (found == gltf.end()) return json::array();
@@ -34,7 +34,7 @@ json take(json& gltf, const char* name) {
     return result;
 }
 
-/// Moves this member out of every node; null for nodes without it.
+/// Moves a member out of every node, into an array with null for nodes without the member.
 json takeFromNodes(json& gltf, const char* member) {
     json result = json::array();
     if (const auto nodes = gltf.find("nodes"); nodes != gltf.end()) {
@@ -47,8 +47,8 @@ json takeFromNodes(json& gltf, const char* member) {
     return result;
 }
 
-/// Returns callbacks that find no file. tinygltf takes all or none of them, and newer versions have
-/// one more.
+/// Returns file callbacks that find no file. tinygltf requires all of them or none, and newer
+/// versions have one more.
 template <class Callbacks>
 Callbacks noFiles() {
     Callbacks files{};
@@ -66,23 +66,24 @@ Callbacks noFiles() {
     return files;
 }
 
-/// Returns malloc's block size: one word of overhead, in steps of two words, at least four (glibc).
+/// Returns the size of the block that malloc() takes: one word of overhead, in steps of two words,
+/// at least four words (glibc).
 constexpr std::uint64_t allocated(std::uint64_t bytes) {
     constexpr std::uint64_t kWord = sizeof(void*), kStep = 2 * kWord;
     return std::max(2 * kStep, (bytes + kWord + kStep - 1) / kStep * kStep);
 }
 
-/// Returns the heap memory of a string, which stores up to 15 bytes inline.
+/// Returns the heap memory of a string; up to 15 bytes are stored in the object itself.
 constexpr std::uint64_t textBytes(std::uint64_t size) {
     return size > 15 ? allocated(size + 1) : 0;
 }
 
-/// Returns the memory of a vector that has grown by doubling.
+/// Returns the memory of a vector whose storage has grown by doubling.
 constexpr std::uint64_t grownBytes(std::uint64_t elements, std::uint64_t size) {
     return elements == 0 ? 0 : allocated(std::bit_ceil(elements) * size);
 }
 
-/// Returns the number of values in objects of that name, including the objects.
+/// Returns the number of JSON values in all objects with this name, including these objects.
 std::uint64_t valuesIn(const json& value, const char* name, bool inside = false) {
     std::uint64_t values = inside ? 1 : 0;
     if (!value.is_structured()) return values;
@@ -91,7 +92,7 @@ std::uint64_t valuesIn(const json& value, const char* name, bool inside = false)
     return values;
 }
 
-/// Returns the bytes of all numeric arrays in tinygltf's model.
+/// Returns the bytes that all numeric arrays take in tinygltf's model.
 std::uint64_t numberBytes(const json& value) {
     if (!value.is_structured()) return 0;
     if (value.is_array() && !value.empty() && value.front().is_number())
@@ -102,8 +103,8 @@ std::uint64_t numberBytes(const json& value) {
     return bytes;
 }
 
-/// Returns the bytes of the listed arrays in tinygltf's model, without their strings. A vector that
-/// doubles takes one and a half times its size for a moment.
+/// Returns the bytes that the arrays below take in tinygltf's model, without their strings. While a
+/// vector doubles its storage, it takes one and a half times its new size.
 std::uint64_t modelBytes(const json& gltf) {
     constexpr std::pair<const char*, std::uint64_t> kElements[] = {
         {"nodes", sizeof(tinygltf::Node)},
@@ -116,7 +117,7 @@ std::uint64_t modelBytes(const json& gltf) {
         {"scenes", sizeof(tinygltf::Scene)},
         {"bufferViews", sizeof(tinygltf::BufferView)},
     };
-    // An extension is a tree of values in maps or vectors.
+    // In the model, an extension is a tree of values in maps or vectors.
     constexpr std::uint64_t kOfExtension = 2 * sizeof(tinygltf::Value);
     std::uint64_t bytes = kOfExtension * valuesIn(gltf, "extensions") + numberBytes(gltf);
     for (const auto& [name, size] : kElements) {
@@ -132,7 +133,7 @@ std::uint64_t modelBytes(const json& gltf) {
     return bytes;
 }
 
-/// Moves the indices of all primitives out, grouped by mesh.
+/// Moves the `indices` of all primitives out of the JSON, grouped by mesh.
 std::vector<std::vector<int>> takeIndices(json& gltf) {
     std::vector<std::vector<int>> indices;
     const auto meshes = gltf.find("meshes");
@@ -147,7 +148,7 @@ std::vector<std::vector<int>> takeIndices(json& gltf) {
     return indices;
 }
 
-/// Erases all members of this name, at any depth.
+/// Erases all members with this name, at any depth.
 void eraseAll(json& value, const char* name) {
     if (value.is_object()) value.erase(name);
     if (value.is_structured())
@@ -156,22 +157,23 @@ void eraseAll(json& value, const char* name) {
 }
 
 tinygltf::Model parseModel(json gltf, GltfDocument& document, const std::string& path) {
-    // tinygltf reads and decodes all buffers and images, even from the current folder, requires a
-    // buffer view for every index accessor, fails on unusual animations or lights, and takes ten
-    // times the memory for unused extras. It never sees any of these: the arrays have been removed
-    // before, the rest is removed here.
+    // tinygltf reads and decodes all buffers and images, even from the current folder; it requires
+    // a buffer view for every index accessor, fails on unusual animations or lights, and takes ten
+    // times the memory for unused extras. So it gets none of these: the arrays were removed before,
+    // and the others are removed here.
     gltf.erase("extensions");
     eraseAll(gltf, "extras");
     const std::vector<std::vector<int>> indices = takeIndices(gltf);
     const std::uint64_t of_model = modelBytes(gltf);
     const std::string text = dumpJson(std::exchange(gltf, {}));
-    // Strings exist both in tinygltf's JSON and, without their keys, in its model.
+    // Strings are in memory both in tinygltf's JSON and, without their keys, in its model.
     document.memory.allow(of_model + parsedBytes(text) + text.size(), path);
     if (text.size() > std::numeric_limits<unsigned int>::max())
         throw Error(ErrorKind::kInput, "the JSON has more than 4 GiB", path,
                     "move the data URIs to files of their own");
     tinygltf::TinyGLTF parser;
-    // Nothing in the text makes it open a file; these callbacks guarantee it.
+    // Nothing in the text should make tinygltf open a file; these callbacks guarantee that it does
+    // not.
     parser.SetFsCallbacks(noFiles<tinygltf::FsCallbacks>());
     tinygltf::Model model;
     std::string problems, remarks;
@@ -202,7 +204,7 @@ void readBuffer(GltfDocument& document, const json& buffers, std::size_t index,
     const auto uri = buffer.find("uri");
     std::span<const std::uint8_t> bytes;
     if (uri == buffer.end()) {
-        // Without a URI: the binary chunk, or a placeholder for an extension (§3.6.1.2).
+        // A buffer without a URI is the binary chunk or a placeholder for an extension (§3.6.1.2).
         if (index != 0 || !container.binary) return;
         bytes = *container.binary;
     } else {
@@ -223,8 +225,8 @@ void readBuffers(GltfDocument& document, const json& buffers, const GltfContaine
         if (!isMeshoptFallback(buffers[i])) readBuffer(document, buffers, i, container);
 }
 
-/// Decodes the compressed views. If one fails, its uncompressed fallback is used if there is one
-/// and options.strict is off.
+/// Decodes the compressed views. Where decoding fails, uses the view's uncompressed fallback, if
+/// present, unless options.strict is set.
 void decompressViews(GltfDocument& document, const json& views, const json& buffers,
                      const GltfContainer& container, const GltfOptions& options) {
     for (const MeshoptProblem& problem : decodeMeshoptViews(views, document, options)) {
@@ -235,7 +237,7 @@ void decompressViews(GltfDocument& document, const json& views, const json& buff
             try {
                 readBuffer(document, buffers, buffer, container);
             } catch (const Error&) {
-                throw problem.error;  // the cause
+                throw problem.error;  // report the cause, not the failed fallback
             }
         }
         if (document.buffers[buffer].empty()) throw problem.error;
@@ -259,7 +261,7 @@ void listImages(GltfDocument& document, const json& images) {
     }
 }
 
-/// Collects the files of buffers and images.
+/// Collects the files that buffers and images refer to.
 void listFiles(GltfDocument& document, const json& buffers, const json& images) {
     std::set<std::string> uris;
     for (const json* owners : {&buffers, &images})
@@ -283,8 +285,9 @@ std::uint64_t parsedBytes(std::string_view text) {
     constexpr std::uint64_t kObject = allocated(sizeof(json::object_t));
     constexpr std::uint64_t kMember = allocated(kTreeNode + sizeof(json::object_t::value_type));
     std::uint64_t bytes = 0, largest = 0, longest = 0;
-    std::vector<std::uint64_t> elements;  // per open array or object: elements before a comma
-    std::size_t quote = text.npos;        // start of the open string
+    // For each open array or object, the number of elements before the current comma.
+    std::vector<std::uint64_t> elements;
+    std::size_t quote = text.npos;  // where the open string starts
     for (std::size_t i = 0; i < text.size(); ++i) {
         const char c = text[i];
         if (c == '"') {
@@ -298,7 +301,7 @@ std::uint64_t parsedBytes(std::string_view text) {
         } else if (c == ',' && !elements.empty()) {
             ++elements.back();
         } else if (c == ':') {
-            bytes += kMember - kText;  // the member includes its key
+            bytes += kMember - kText;  // kMember includes the key's text
         } else if (c == '{' || c == '[') {
             bytes += c == '[' ? kArray : kObject;
             elements.push_back(0);
@@ -358,7 +361,8 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     json gltf = parseGltfJson(container.json, name);
     checkGltfVersion(gltf, name, document.warnings);
     checkRequiredExtensions(gltf, options.ignored_extensions);
-    // Checking millions of nodes that do not fit in memory would take seconds.
+    // Check the memory first: checking millions of nodes that do not fit into memory would take
+    // seconds.
     if (const auto nodes = gltf.find("nodes"); nodes != gltf.end() && nodes->is_array())
         document.memory.allow(nodes->size() * (sizeof(tinygltf::Node) + sizeof(Node)), name);
     checkGltfSchema(gltf);
@@ -374,7 +378,7 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     document.node_extras = takeFromNodes(gltf, "extras");
     document.variants = readVariantNames(gltf);
     const json views = gltf.value("bufferViews", json::array());
-    // The rest is serialised once more, into a string that doubles.
+    // The rest is serialised again, into a string whose storage doubles.
     document.memory.allow(2 * container.json.size(), name);
     document.model = parseModel(std::move(gltf), document, name);
     checkGltfCameras(document.model);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A glTF file in memory: its model with all indices checked, and its buffers.
+// A glTF file in memory: its model, with all indices checked, and its buffers.
 #pragma once
 
 #include <tiny_gltf.h>
@@ -30,18 +30,18 @@ struct GltfDocument {
     GltfDocument(const GltfDocument&) = delete;
     GltfDocument& operator=(const GltfDocument&) = delete;
 
-    /// Without buffers, images, animations, skins and node extensions, which are below.
+    /// Lacks buffers, images, animations, skins and node extensions, which the members below hold.
     tinygltf::Model model;
-    nlohmann::json animations, skins;  ///< arrays, as in the file, checked
-    nlohmann::json node_extensions;    ///< array: an object or null per node
-    nlohmann::json node_extras;        ///< array: any value or null per node
+    nlohmann::json animations, skins;  ///< JSON arrays as in the file, checked
+    nlohmann::json node_extensions;    ///< JSON array with an object or null for each node
+    nlohmann::json node_extras;        ///< JSON array with any value or null for each node
 
-    /// Each buffer's bytes, exactly `byteLength`; empty for a buffer without a URI and for a
+    /// The bytes of each buffer, exactly `byteLength`; empty for a buffer without a URI and for a
     /// placeholder of decompressed data.
     std::vector<std::span<const std::uint8_t>> buffers;
 
-    /// Decoded bytes of compressed buffer views, which take precedence over `buffers`. Empty for
-    /// other views; may be shorter than the list of views.
+    /// The decoded bytes of each compressed buffer view, which override those in `buffers`; empty
+    /// for other views. May be shorter than the list of views.
     std::vector<std::span<const std::uint8_t>> decoded_views;
 
     /// The location of an image; its bytes are read on first use.
@@ -51,40 +51,42 @@ struct GltfDocument {
     };
     std::vector<ImageSource> images;
 
-    std::vector<std::filesystem::path> files;  ///< of buffers and images, each once
+    std::vector<std::filesystem::path> files;  ///< files of buffers and images, each listed once
 
     std::vector<Light> lights;
-    std::vector<int> node_lights;  ///< by node: index into `lights`, −1 = none
+    std::vector<int> node_lights;  ///< for each node, an index into `lights`; −1 if it has none
 
-    std::vector<std::string> variants;               ///< names
-    std::vector<std::string> undeclared_extensions;  ///< used but not declared
+    std::vector<std::string> variants;  ///< names of the material variants
+    /// Names of extensions that are used but not declared.
+    std::vector<std::string> undeclared_extensions;
 
     ReadWarnings warnings;
-    std::uint64_t content_hash = 0;  ///< of all bytes read so far
+    std::uint64_t content_hash = 0;  ///< hash of all bytes read so far
     GltfFolder folder;
     std::deque<std::vector<std::uint8_t>> storage;  ///< owns the bytes of the spans above
 
-    /// Keeps a file's bytes alive and adds them to the hash.
     void warn(const Text& sentence, const Text& where = {}) { warnings.warn(sentence, where); }
+    /// Keeps a file's bytes alive, adds them to the hash, and returns them.
     std::span<const std::uint8_t> keep(std::vector<std::uint8_t> bytes);
-    /// Returns the bytes at a URI, read through GltfFolder and kept; `where` is its JSON pointer.
-    /// Each URI is read once.
+    /// Returns the bytes at a URI. Reads them through GltfFolder, once per URI, and keeps them.
+    /// `where` is the JSON pointer of the URI.
     std::span<const std::uint8_t> readUri(const std::string& uri, const std::string& where);
 
     ReadingMemory memory;
 
   private:
-    std::map<std::string, std::span<const std::uint8_t>> read_;  ///< by URI
+    std::map<std::string, std::span<const std::uint8_t>> read_;  ///< bytes read so far, by URI
 };
 
-/// Returns the memory in bytes of parsed JSON. Strings, arrays and objects (maps) are allocated
-/// apart from their values, and members are nodes of a red-black tree. The largest array exists
-/// three times for a moment when it is freed, since its values move into a list that doubles. The
-/// parser has two buffers with the longest string: raw, and as shown in messages.
+/// Returns the memory, in bytes, that parsing a JSON text takes. Strings, arrays and objects (maps)
+/// are allocated separately from their values, and the members of objects are nodes of a red-black
+/// tree. While the largest array is freed, it is in memory three times for a moment, since its
+/// values move into a list whose storage doubles. The parser holds the longest string in two
+/// buffers: raw, and as shown in messages.
 std::uint64_t parsedBytes(std::string_view text);
 
-/// Reads the file and everything its buffers reference. `document` was constructed for the same
-/// path.
+/// Reads the file, and everything its buffers refer to, into `document`, which must have been
+/// constructed for the same path.
 void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
                       const GltfOptions& options);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draco-compressed primitives of a glTF file (KHR_draco_mesh_compression).
+// Decodes Draco-compressed primitives of a glTF file (KHR_draco_mesh_compression).
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
@@ -33,12 +33,12 @@ struct Attribute {
     }
 };
 
-/// The inputs of one decoding; primitives with equal requests share the result.
+/// The inputs of a decoding; primitives with equal requests share its result.
 struct Request {
     int buffer_view = -1;
     std::vector<Attribute> attributes;
-    int indices = -1;   ///< accessor, −1 = none
-    int position = -1;  ///< accessor
+    int indices = -1;   ///< accessor of the indices; −1 if there is none
+    int position = -1;  ///< accessor of the positions
     int mode = kTriangles;
     bool operator<(const Request& other) const {
         return std::tie(buffer_view, attributes, indices, position, mode) <
@@ -49,11 +49,11 @@ struct Request {
 
 struct DracoJob {
     Request request;
-    std::string where;  ///< of the first primitive's extension object
+    std::string where;  ///< JSON pointer of the first primitive's extension object
     DracoMesh mesh;
     std::optional<Error> problem;
     std::map<std::string, int> accessors;  ///< new accessors, by attribute
-    int indices = -1;                      ///< new accessor
+    int indices = -1;                      ///< new accessor of the indices
 };
 
 class DracoReader {
@@ -83,7 +83,7 @@ class DracoReader {
             std::vector<tinygltf::Primitive>& primitives = document_.model.meshes[i].primitives;
             for (std::size_t j = 0; j < primitives.size(); ++j) {
                 const auto extension = primitives[j].extensions.find(kDracoExtension);
-                // Without positions the primitive is skipped anyway.
+                // A primitive without positions will be skipped in any case.
                 if (extension == primitives[j].extensions.end() ||
                     !primitives[j].attributes.contains("POSITION"))
                     continue;
@@ -114,8 +114,8 @@ class DracoReader {
         request.position = primitive.attributes.at("POSITION");
         request.mode = primitive.mode;
         const tinygltf::Value& ids = extension.Get("attributes");
-        // Compressed attributes that the primitive does not list have no accessor and cannot be
-        // drawn.
+        // Compressed attributes that the primitive does not list have no accessor, so they cannot
+        // be used.
         for (const auto& [name, index] : primitive.attributes)
             if (ids.Has(name))
                 request.attributes.push_back(
@@ -129,13 +129,14 @@ class DracoReader {
             request.indices >= 0 ? accessor(request.indices).count : points;
         const std::uint64_t strip = corners < 2 ? 0 : corners - 2;
         const std::uint64_t faces = request.mode == kTriangles ? corners / 3 : strip;
-        // Encoders drop degenerate triangles, and do not always declare the vertex count (Khronos'
-        // own 2CylinderEngine: 2012 in an accessor, 2019 in the data), so the decoded count is
-        // used. There cannot be more vertices than triangle corners.
+        // Limit the number of vertices by that of triangle corners, not by the declared count.
+        // Encoders drop degenerate triangles and do not always declare the right number of vertices
+        // (Khronos' own 2CylinderEngine: 2012 in an accessor, 2019 in the data), so the decoded
+        // number is used.
         return {faces, std::max(points, 3 * faces), dracoSeconds(faces)};
     }
 
-    /// Checks the size of all results and returns their total in bytes.
+    /// Checks the sizes of all results, and returns the sum in bytes.
     std::uint64_t checkSizes() const {
         SizeLimit limit("the decompressed geometry needs", options_.max_geometry_bytes);
         for (const DracoJob& job : jobs_) {
@@ -148,7 +149,7 @@ class DracoReader {
                                static_cast<std::uint64_t>(tinygltf::GetNumComponentsInType(
                                    static_cast<std::uint32_t>(info.type)));
             }
-            // In double, because the product of counts up to 2^53 (schema) could wrap.
+            // Computed in double, because the product of counts up to 2^53 (schema) could overflow.
             const double needed =
                 12.0 * static_cast<double>(limits.faces) +
                 static_cast<double>(point_bytes) * static_cast<double>(limits.points);
@@ -159,12 +160,12 @@ class DracoReader {
         return limit.taken();
     }
 
-    /// Returns the total CPU time limit in microseconds: four times the time of the most expensive
-    /// meshes in that many distinct bytes. Primitives may share the same bytes, and each could use
-    /// its own time limit.
+    /// Returns the limit on total CPU time, in microseconds: four times what the most expensive
+    /// meshes take that fit into the distinct compressed bytes. Limits per mesh are not enough,
+    /// since many primitives may refer to the same bytes.
     std::uint64_t mostTime() const {
         constexpr std::uint64_t kFirst = 500'000, kEach = 20'000, kByte = 64;
-        std::map<const std::uint8_t*, std::size_t> sizes;  // by the start of the bytes
+        std::map<const std::uint8_t*, std::size_t> sizes;  // by the address of the first byte
         for (const DracoJob& job : jobs_) {
             const tinygltf::BufferView& view =
                 document_.model.bufferViews[static_cast<std::size_t>(job.request.buffer_view)];
@@ -179,9 +180,10 @@ class DracoReader {
         return microseconds;
     }
 
-    /// Returns the memory limit per decoder; `decoded` bytes of the budget are reserved.
+    /// Returns the memory limit, in bytes, of each decoder. `decoded` bytes of the budget are
+    /// reserved for results.
     std::uint64_t mostMemory(std::uint64_t decoded) const {
-        constexpr std::uint64_t kLeast = 32U << 20U;  // to start, and to report a failure
+        constexpr std::uint64_t kLeast = 32U << 20U;  // enough to start, and to report a failure
         if (document_.memory.budget() == 0) return std::numeric_limits<std::uint64_t>::max();
         std::uint64_t left = document_.memory.left();
         left -= std::min(left, decoded);
@@ -189,8 +191,9 @@ class DracoReader {
         return std::max(left / at_once, kLeast);
     }
 
-    /// Decodes all jobs. Throws the first problem, in job order, that has no fallback. Later jobs
-    /// are then skipped: each of thousands of hostile primitives could use its full time limit.
+    /// Decodes all jobs. Throws the first problem, in the order of jobs, that has no fallback.
+    /// Later jobs are then skipped, because each of thousands of hostile primitives could take its
+    /// full time limit.
     void decodeAll(std::uint64_t decoded) {
         const AccessorReader accessors(document_);
         most_microseconds_ = mostTime();
@@ -241,7 +244,8 @@ class DracoReader {
         }
     }
 
-    /// Adds an accessor to bytes that the document keeps from now on. Returns its index.
+    /// Adds an accessor to these bytes, which the document keeps from now on. Returns the
+    /// accessor's index.
     int addAccessor(std::vector<std::uint8_t> bytes, tinygltf::Accessor info) {
         document_.decoded_views.resize(document_.model.bufferViews.size());
         tinygltf::BufferView view;
@@ -264,7 +268,7 @@ class DracoReader {
                 addAccessor(std::move(job.mesh.attributes[i]), std::move(info));
         }
         tinygltf::Accessor info;
-        info.sparse = {};  // tinygltf leaves it uninitialised
+        info.sparse = {};  // tinygltf leaves this member uninitialised
         info.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
         info.type = TINYGLTF_TYPE_SCALAR;
         info.count = job.mesh.indices.size();
@@ -284,7 +288,7 @@ class DracoReader {
     void replace(tinygltf::Primitive& primitive, const DracoJob& job) {
         if (job.problem) {
             std::string why = job.problem->what();
-            if (why.ends_with('.')) why.pop_back();  // libdraco's own message
+            if (why.ends_with('.')) why.pop_back();  // libdraco's messages may end so
             document_.warn("Uncompressed data replaces that of " + job.where + ": " + why + ".");
             return;
         }
@@ -299,7 +303,8 @@ class DracoReader {
     std::uint64_t most_microseconds_ = 0, most_bytes_ = 0;
     std::atomic<std::uint64_t> microseconds_ = 0;  ///< CPU time used so far
     std::vector<DracoJob> jobs_;
-    std::vector<std::pair<tinygltf::Primitive*, std::size_t>> primitives_;  ///< and job indices
+    /// Primitive, and index of its job.
+    std::vector<std::pair<tinygltf::Primitive*, std::size_t>> primitives_;
 };
 
 }  // namespace

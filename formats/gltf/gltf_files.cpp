@@ -25,8 +25,8 @@ int hexDigit(char c) {
     return -1;
 }
 
-/// Decodes percent-encoding. A '%' without two hexadecimal digits is kept: exporters forget to
-/// encode it.
+/// Decodes percent-encoding. A '%' without two hexadecimal digits after it is kept, since exporters
+/// forget to encode '%'.
 std::string percentDecoded(std::string_view text) {
     std::string result;
     result.reserve(text.size());
@@ -44,8 +44,8 @@ std::string percentDecoded(std::string_view text) {
     return result;
 }
 
-/// Whether the URI has a scheme (RFC 3986 §3.1): a letter, then letters, digits, '+', '-', '.', up
-/// to a colon.
+/// Whether the URI has a scheme (RFC 3986 §3.1): a letter, then letters, digits, '+', '-' or '.',
+/// then a colon.
 bool hasScheme(std::string_view uri) {
     if (uri.empty() || !std::isalpha(static_cast<unsigned char>(uri[0]))) return false;
     const auto end = std::find_if(uri.begin(), uri.end(), [](unsigned char c) {
@@ -61,7 +61,8 @@ bool startsWithIgnoringCase(std::string_view text, std::string_view prefix) {
            });
 }
 
-/// Returns the canonical path. Out of memory is not the file's fault, so it is thrown.
+/// Returns the canonical path. Running out of memory is not the file's fault, so that is thrown
+/// rather than returned in `error`.
 fs::path resolved(const fs::path& path, std::error_code& error) {
     fs::path result = fs::weakly_canonical(path, error);
     if (error == std::errc::not_enough_memory) throw std::bad_alloc();
@@ -79,7 +80,7 @@ std::vector<std::uint8_t> decodeBase64(std::string_view text, const std::string&
             "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
         for (std::size_t i = 0; i < alphabet.size(); ++i)
             table[static_cast<unsigned char>(alphabet[i])] = static_cast<std::int8_t>(i);
-        table['-'] = 62;  // RFC 4648 §5, used by some exporters
+        table['-'] = 62;  // RFC 4648 §5: '-' and '_', which some exporters use
         table['_'] = 63;
         return table;
     }();
@@ -103,7 +104,7 @@ std::vector<std::uint8_t> decodeBase64(std::string_view text, const std::string&
     return result;
 }
 
-/// Returns the name without quotes and with slashes for backslashes.
+/// Returns the name without quotation marks, and with backslashes turned into slashes.
 std::string withSlashes(std::string_view name) {
     if (name.size() >= 2 && name.front() == '"' && name.back() == '"')
         name = name.substr(1, name.size() - 2);
@@ -112,13 +113,13 @@ std::string withSlashes(std::string_view name) {
     return result;
 }
 
-/// Whether it begins with a Windows drive, "C:/", which RFC 3986 would parse as a scheme.
+/// Whether a name begins with a Windows drive, "C:/", which RFC 3986 would take for a scheme.
 bool hasDrive(std::string_view name) {
     return name.size() > 2 && std::isalpha(static_cast<unsigned char>(name[0])) && name[1] == ':' &&
            (name[2] == '/' || name[2] == '\\');
 }
 
-/// Returns the path of a URI, percent-decoded; nothing for schemes other than file.
+/// Returns the path in a URI, percent-decoded; nothing for any scheme but file.
 std::optional<std::string> pathOf(std::string_view uri) {
     if (startsWithIgnoringCase(uri, "file:")) {
         uri.remove_prefix(5);
@@ -162,19 +163,20 @@ GltfFolder::GltfFolder(const fs::path& scene_file, std::uint64_t max_file_bytes,
 struct GltfFolder::Named {
     std::string shown;  ///< for messages
     std::string name;   ///< a path
-    std::string from;   ///< the folder it is relative to
+    std::string from;   ///< the folder that `name` is relative to
 
     fs::path whole() const { return hasDrive(name) ? fs::path(name) : fs::path(from) / name; }
 };
 
 struct GltfFolder::Found {
-    fs::path file;                   ///< canonical; empty if it may not be read
-    std::optional<Error> problem{};  ///< the reason
-    std::string in_place{};          ///< the replacement's name in the folder, if any
+    fs::path file;                   ///< canonical path; empty if the file may not be read
+    std::optional<Error> problem{};  ///< why the file may not be read
+    /// Name of the file in the folder that is used instead, if any.
+    std::string in_place{};
 };
 
-/// Returns the path of a name relative to the folder, existing or not. Throws Error (kInput)
-/// without `where` if access is not allowed.
+/// Returns the path of a name relative to the folder, whether or not it exists. Throws Error
+/// (kInput) without `where` if access is not allowed.
 fs::path GltfFolder::allowed(const fs::path& name) const {
     const auto refuse = [](const std::string& why) {
         throw Error(ErrorKind::kInput, why, "",
@@ -188,7 +190,8 @@ fs::path GltfFolder::allowed(const fs::path& name) const {
     };
     if (name.empty() || name.native().find('\0') != std::string::npos)
         refuse("it is not a file name");
-    // Without permission, not even its existence is checked: that alone can mount remote folders.
+    // Without permission, do not even check whether the file exists: that alone can mount remote
+    // folders.
     if (name.is_absolute() || hasDrive(name.native())) refuseOutside("it is an absolute path");
     if (*name.lexically_normal().begin() == "..")
         refuseOutside("\"..\" leads out of the scene's folder");
@@ -201,20 +204,20 @@ fs::path GltfFolder::allowed(const fs::path& name) const {
     return file;
 }
 
-/// Returns the names in a subfolder, keyed by their lower case.
+/// Returns the names in a subfolder, with their lower case as key.
 const GltfFolder::Listing& GltfFolder::listing(const fs::path& folder) const {
     const auto [known, is_new] = listings_.try_emplace(folder);
     if (!is_new) return known->second;
     try {
         for (std::string& name : namesIn(allowed(folder)))
             known->second.emplace(lowerCase(name), std::move(name));
-    } catch (const Error&) {  // a link leads out, or the folder cannot be listed
+    } catch (const Error&) {  // a link leads out of the folder, or it cannot be listed
     }
     return known->second;
 }
 
-/// Returns the regular file in the folder for a relative name without "..", with the case of
-/// letters on disk.
+/// Returns the path, with upper and lower case as on disk, of the regular file in the folder that a
+/// relative name without ".." refers to.
 std::optional<fs::path> GltfFolder::present(const fs::path& name) const {
     fs::path found = ".";
     for (const fs::path& component : name) {
@@ -227,13 +230,13 @@ std::optional<fs::path> GltfFolder::present(const fs::path& name) const {
     try {
         std::error_code error;
         if (fs::is_regular_file(allowed(found), error)) return found.lexically_normal();
-    } catch (const Error&) {  // a link leads out
+    } catch (const Error&) {  // a link leads out of the folder
     }
     return {};
 }
 
-/// Returns the file in the folder that matches the longest trailing part of a name's path: relative
-/// to the name's own folder first, then to the scene's.
+/// Returns the file that matches the longest trailing part of a name's path: searches the name's
+/// own folder first, then the scene's.
 std::optional<fs::path> GltfFolder::withSameEnd(const Named& named) const {
     constexpr std::size_t kMostComponents = 16;
     std::vector<fs::path> components;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sandboxed access to the files a glTF or other scene references: regular, size-limited, inside the
-// scene's folder.
+// Sandboxed access to the files that a glTF or other scene refers to: regular files of limited size
+// in the scene's folder.
 #pragma once
 
 #include <cstdint>
@@ -17,43 +17,43 @@ namespace peeler {
 
 bool isDataUri(std::string_view uri);
 
-/// White space skipped in base64, as browsers do: MIME breaks its lines.
+/// White space that base64 may contain, because MIME breaks its lines; browsers skip it, too.
 inline constexpr const char* kBase64Space = " \t\r\n";
 
 /// Returns the bytes of a `data:` URI (RFC 2397), base64 or percent-encoded, of any media type.
 /// Throws Error (kInput) with `where` if it is malformed.
 std::vector<std::uint8_t> decodeDataUri(std::string_view uri, const std::string& where);
 
-/// The sandbox for the URIs of a glTF and the file names in other scenes. An untrusted scene must
-/// not read the user's other files, so absolute paths are rejected, and so are ".." and symbolic
-/// links that lead out of the folder. The user can allow all of these; the file must be regular and
-/// under the size limit in any case.
+/// The sandbox for the URIs in a glTF file and the file names in other scenes. An untrusted scene
+/// must not read the user's other files, so absolute paths are rejected, as are ".." and symbolic
+/// links that lead out of the folder. The user can allow all of these, but the file must always be
+/// regular and within the size limit.
 ///
 /// Scenes often arrive without their original folder structure. If a name does not lead to a
-/// readable file, the folder is searched for the longest trailing part of its path:
-/// "textures/a.png" or "a.png" for "C:\Users\me\textures\A.PNG". Case is ignored if the match is
-/// unambiguous. The caller is warned. Not thread-safe.
+/// readable file, the folder is searched for the longest trailing part of the name's path:
+/// "textures/a.png" or "a.png" for "C:\Users\me\textures\A.PNG". Case is ignored where that leaves
+/// only one file. A warning names the file that is used instead. Not thread-safe.
 class GltfFolder {
   public:
-    /// Takes the folder of this scene file.
+    /// Opens the sandbox for the folder of this scene file.
     GltfFolder(const std::filesystem::path& scene_file, std::uint64_t max_file_bytes,
                bool allow_outside = false);
 
-    /// Returns the path a URI refers to, percent-decoded (RFC 3986), whether or not the file
-    /// exists. Returns nothing for a data: URI and for a path that leads out of the folder without
+    /// Returns the path that a URI refers to, percent-decoded (RFC 3986), whether or not the file
+    /// exists. Returns nothing for a data: URI, or if the path leads out of the folder without
     /// permission.
     std::optional<std::filesystem::path> find(const std::string& uri) const;
 
-    /// Returns the bytes of the file a URI refers to. Throws Error (kInput) with the JSON pointer
-    /// `where`.
+    /// Returns the bytes of the file that a URI refers to. Throws Error (kInput) with `where`, the
+    /// JSON pointer of the URI.
     std::vector<std::uint8_t> read(const std::string& uri, const std::string& where,
                                    ReadWarnings& warnings) const;
 
-    /// Does the same as find() for a plain file name as programs write it: quoted or not, with
-    /// slashes or backslashes. It is relative to `from`, a subfolder ("" = this folder).
+    /// Like find(), for a plain file name as programs write it: quoted or not, with slashes or
+    /// backslashes. The name is relative to `from`, a subfolder; "" means the folder itself.
     std::optional<std::filesystem::path> findFile(const std::string& name,
                                                   const std::string& from = {}) const;
-    /// Returns the file's name relative to the folder.
+    /// Returns a file's name relative to the folder.
     std::string nameOf(const std::string& name) const;
     std::vector<std::uint8_t> readFile(const std::string& name, const std::string& from,
                                        const std::string& where, ReadWarnings& warnings) const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lights of a glTF file (KHR_lights_punctual).
+// Reads the lights of a glTF file (KHR_lights_punctual).
 #include "formats/gltf/gltf_parts.h"
 
 #include <nlohmann/json.hpp>
@@ -36,7 +36,8 @@ void readCone(const json& source, const std::string& where, Light& light) {
     if (spot == source.end()) failGltf("the required property \"spot\" is missing", where);
     light.inner_cone = spot->value("innerConeAngle", light.inner_cone);
     light.outer_cone = spot->value("outerConeAngle", light.outer_cone);
-    // Exporters write pi/2 rounded to a float, and equal angles for a hard-edged cone.
+    // Allow for rounding: exporters write pi/2 rounded to a float, and equal angles for a
+    // hard-edged cone.
     constexpr double kHalfSpace = std::numbers::pi / 2 * (1 + 1e-6);
     if (light.outer_cone > kHalfSpace)
         failGltf("the outer cone angle must be at most pi/2 radians, it is " +
@@ -73,7 +74,8 @@ Light readLight(const json& source, LightType type, const std::string& where) {
 }  // namespace
 
 void readGltfLights(const json& gltf, GltfDocument& document) {
-    std::vector<int> read;  // by light in the file: its new index, −1 = skipped
+    // For each light in the file, its index in the document; −1 if it was skipped.
+    std::vector<int> read;
     if (const json::json_pointer lights(kLights); gltf.contains(lights)) {
         for (const json& source : gltf[lights]) {
             const std::string where = childPointer(kLights, read.size());

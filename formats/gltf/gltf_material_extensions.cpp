@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// glTF material extensions, one function and one table row each.
+// glTF material extensions; each has a function and a row in the table.
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr float kNoLimit = std::numeric_limits<float>::max();
 
-/// The members of an extension object; missing ones leave the target unchanged.
+/// Reads the members of an extension object; a missing member leaves its target unchanged.
 class Members {
   public:
     Members(const tinygltf::Value& object, std::string where, GltfDocument& document,
@@ -176,7 +176,7 @@ void readMaterialExtensions(const tinygltf::Material& source, const std::string&
             Members(*extension, where + "/extensions/" + reader.name, document, read_texture),
             material);
     }
-    // Textures with a zero factor need not be decoded.
+    // If a factor is zero, its textures need not be decoded.
     Material none;
     if (material.clearcoat.factor == 0) material.clearcoat = none.clearcoat;
     if (material.sheen.color == glm::vec3(0)) material.sheen = none.sheen;

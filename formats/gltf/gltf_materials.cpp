@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// glTF materials and their textures.
+// Reads glTF materials and their textures.
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
@@ -19,8 +19,8 @@
 namespace peeler {
 namespace {
 
-/// Reads a numeric array; if missing, `numbers` is unchanged. Types and lengths were checked
-/// against the schema.
+/// Reads a numeric array; if it is missing, leaves `numbers` unchanged. The schema check has
+/// already checked type and length.
 template <std::size_t n>
 void readNumbers(const tinygltf::Value& object, const char* name, std::array<double, n>& numbers) {
     if (!object.Has(name)) return;
@@ -30,7 +30,7 @@ void readNumbers(const tinygltf::Value& object, const char* name, std::array<dou
 }
 
 /// Returns the matrix of KHR_texture_transform: translation · rotation · scale. Angles are
-/// counter-clockwise in the picture, whose v points down.
+/// counter-clockwise as seen in the picture, where v points down.
 glm::mat3 textureTransform(const tinygltf::Value& extension) {
     std::array<double, 2> offset = {0, 0}, scale = {1, 1};
     readNumbers(extension, "offset", offset);
@@ -105,8 +105,8 @@ class MaterialReader {
         return out;
     }
 
-    /// Clamps a factor to 0–1, the range of §5.19 and §5.22. Other values would make alpha, and so
-    /// composites, meaningless.
+    /// Clamps a factor to 0–1, the range in §5.19 and §5.22. Other values would make alpha, and
+    /// with it the composites, meaningless.
     float factor(double value, const std::string& where) {
         if (value < 0 || value > 1)
             document_.warn("The material " + where +
@@ -115,7 +115,7 @@ class MaterialReader {
         return static_cast<float>(std::clamp(value, 0.0, 1.0));
     }
 
-    /// Converts a texture reference; `Info` is one of tinygltf's three types for it.
+    /// Converts a texture reference; `Info` is one of the three types that tinygltf has for it.
     template <typename Info>
     TextureRef texture(const Info& info, const std::string& where) {
         TextureRef out;
@@ -140,8 +140,8 @@ class MaterialReader {
         return out;
     }
 
-    /// Returns the index in scene.images of the image in a format we decode. An extension's image
-    /// takes precedence over the core one, which becomes its fallback.
+    /// Returns the index in scene.images of the texture's image. An extension's image, in a format
+    /// that peeler decodes, takes precedence over the core image, which becomes its fallback.
     int imageOf(const tinygltf::Texture& source, const std::string& where) {
         for (const char* name : {"EXT_texture_webp", "KHR_texture_basisu"})
             if (const auto* extension = findExtension(source.extensions, name);
@@ -166,7 +166,8 @@ class MaterialReader {
         return -1;
     }
 
-    /// Returns an image's index in scene.images, which holds used images only.
+    /// Returns the index in scene.images of an image of the file. Only images that are used get
+    /// one.
     int sceneImage(int image, int fallback = -1) {
         int& place = places_[static_cast<std::size_t>(image)];
         if (place < 0) {
@@ -194,15 +195,16 @@ class MaterialReader {
         return document_.readUri(source.uri, where + "/uri");
     }
 
-    /// A decoded image, or the reason for the failure.
+    /// A decoded image, or the reason why it could not be decoded.
     struct Decoded {
         DecodedTexture texture;
         std::optional<Error> problem;
     };
 
-    /// Decodes the used images, starting with index `first`.
+    /// Decodes the images of used_images_ from index `first` on.
     void decodeFrom(std::size_t first) {
-        // Files are read in order, since the hash depends on it; the slow part is decoding.
+        // Files are read in order, since the hash depends on it. Decoding, the slow part, is
+        // parallel.
         decoded_.resize(used_images_.size());
         std::vector<std::span<const std::uint8_t>> bytes(used_images_.size());
         for (std::size_t i = first; i < used_images_.size(); ++i) {
@@ -235,7 +237,7 @@ class MaterialReader {
 
     void decodeImages() {
         decodeFrom(0);
-        // The required fallbacks are known only after decoding.
+        // Only decoding shows which fallbacks are needed.
         const std::size_t count = used_images_.size();
         std::vector<int> stand_ins(count, -1);
         for (std::size_t i = 0; i < count; ++i)
@@ -278,7 +280,8 @@ class MaterialReader {
                 }
     }
 
-    /// Warns if the file's colour space contradicts the material's use, which takes precedence.
+    /// Warns if the colour space that an image declares contradicts the material's use of the
+    /// image. The use takes precedence.
     void checkColors(std::size_t used, bool srgb) {
         const std::optional<bool> stored = decoded_[used].texture.srgb;
         if (stored && *stored != srgb)
@@ -296,10 +299,12 @@ class MaterialReader {
     GltfDocument& document_;
     const GltfOptions& options_;
     Scene& scene_;
-    std::vector<int> used_images_;  ///< document indices in order of first use
-    std::vector<int> fallbacks_;    ///< by used image: document index of its fallback, −1 = none
-    std::vector<Decoded> decoded_;  ///< by used image
-    std::vector<int> places_;       ///< by document image: index in used_images_
+    /// Index in the document of each used image, in order of first use.
+    std::vector<int> used_images_;
+    /// For each used image, the document's index of its fallback; −1 if it has none.
+    std::vector<int> fallbacks_;
+    std::vector<Decoded> decoded_;  ///< for each used image
+    std::vector<int> places_;       ///< for each image of the document, its index in used_images_
 };
 
 }  // namespace

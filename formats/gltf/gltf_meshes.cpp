@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conversion of glTF meshes: vertex attributes, indices, topology.
+// Converts glTF meshes: vertex attributes, indices, topology.
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
@@ -19,8 +19,8 @@ namespace {
 constexpr int kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsignedShort = 5123,
               kFloat = 5126;
 
-// glTF 2.0 §3.7.2.1 extended by KHR_mesh_quantization. The latter's position types are accepted
-// even if the extension is not declared, since they are unambiguous.
+// Formats that glTF 2.0 §3.7.2.1 and KHR_mesh_quantization allow. Positions may have the types of
+// KHR_mesh_quantization even if a file does not declare it, since these types are unambiguous.
 const AccessorFormat kPosition = {{3},
                                   {{kFloat},
                                    {kByte},
@@ -35,7 +35,8 @@ const AccessorFormat kNormal = {{3}, {{kFloat}, {kByte, true}, {kShort, true}}};
 const AccessorFormat kTangent = {{4}, {{kFloat}, {kByte, true}, {kShort, true}}};
 const AccessorFormat kTexcoord = {
     {2}, {{kFloat}, {kByte, true}, {kUnsignedByte, true}, {kShort, true}, {kUnsignedShort, true}}};
-/// With KHR_mesh_quantization declared: unnormalised integers are used unscaled.
+/// Allowed if KHR_mesh_quantization is declared: integers that are not normalised are used as they
+/// are.
 const AccessorFormat kQuantizedTexcoord = {{2}, kPosition.allowed};
 const AccessorFormat kColor = {{3, 4}, {{kFloat}, {kUnsignedByte, true}, {kUnsignedShort, true}}};
 const AccessorFormat kJoints = {{4}, {{kUnsignedByte}, {kUnsignedShort}}};
@@ -48,7 +49,7 @@ const AccessorFormat kColorDisplacement = {
 
 constexpr const char* kQuantization = "KHR_mesh_quantization";
 
-/// Calls body(array) for every per-vertex array; arrays may be empty.
+/// Calls body(array) for every array with one element per vertex; arrays may be empty.
 template <class SomePrimitive, class Body>
 void forEachVertexArray(SomePrimitive& primitive, const Body& body) {
     body(primitive.positions);
@@ -124,8 +125,8 @@ class PrimitiveReader {
   private:
     using Attributes = std::map<std::string, int>;
 
-    /// Returns the values of an attribute of `from`, whose JSON pointer is `where`; empty if
-    /// missing.
+    /// Returns the values of an attribute of `from`; empty if it is missing. `where` is the JSON
+    /// pointer of `from`.
     std::vector<float> numbers(const Attributes& from, const std::string& where,
                                const std::string& name, const AccessorFormat& format,
                                int& components) {
@@ -137,12 +138,13 @@ class PrimitiveReader {
                          " elements, POSITION has " + std::to_string(vertex_count_),
                      use);
         components = accessors_.components(found->second);
-        // An accessor without data takes no file bytes, and may be referenced many times.
+        // Budget the result, too: an accessor without data takes no bytes in the file, and many
+        // primitives may refer to it.
         least_bytes_ +=
             used_.count * static_cast<std::uint64_t>(components) * sizeof(std::uint16_t);
         budget_.check(least_bytes_,
                       childPointer("/accessors", static_cast<std::size_t>(found->second)));
-        // Twice: as raw floats and in the primitive.
+        // In memory twice: as raw floats and in the primitive.
         document_.memory.allow(
             2 * used_.count * static_cast<std::size_t>(components) * sizeof(float), use);
         std::vector<float> values = accessors_.floats(found->second, format, used_, use);
@@ -182,7 +184,7 @@ class PrimitiveReader {
                                                                     : kQuantizedTexcoord;
     }
 
-    /// Returns COLOR_0 of `from`; a missing alpha is taken from `missing`.
+    /// Returns COLOR_0 of `from`. If the colours have no alpha, their alpha is that of `missing`.
     std::vector<glm::vec4> colors(const Attributes& from, const std::string& where,
                                   const AccessorFormat& format, const glm::vec4& missing) {
         int components = 4;
@@ -199,7 +201,7 @@ class PrimitiveReader {
         document_.warn("The attribute " + place + ' ' + what + '.', place);
     }
 
-    /// Repairs values that shading relies on, with warnings.
+    /// Repairs values that shading relies on; warns if it had to.
     void mend(Primitive& out) {
         constexpr const char* kNotUnit =
             "has vectors that are not of unit length (ACCESSOR_VECTOR3_NON_UNIT); they are "
@@ -218,8 +220,8 @@ class PrimitiveReader {
                    "(ACCESSOR_WEIGHTS_NON_NORMALIZED); they are scaled");
     }
 
-    /// Warns of attributes that glTF does not define, and of JOINTS_n and WEIGHTS_n with
-    /// non-consecutive numbers.
+    /// Warns of attributes that glTF does not define, and of JOINTS_n and WEIGHTS_n whose numbers
+    /// are not consecutive.
     void checkNames(const Attributes& attributes, const std::string& where,
                     std::size_t joint_sets) {
         for (const auto& [name, accessor] : attributes) {
@@ -247,6 +249,7 @@ class PrimitiveReader {
                 throw Error(ErrorKind::kInput,
                             "there are joints without weights, or weights without joints",
                             where_ + "/attributes", "give JOINTS_n and WEIGHTS_n together");
+            // Exact, since floats represent small integers exactly.
             set.joints.assign(joints.begin(), joints.end());  // small integers are exact as floats
             out.joint_sets.push_back(std::move(set));
         }
@@ -293,9 +296,9 @@ class PrimitiveReader {
         return result;
     }
 
-    /// Restricts reading to the range of indexed vertices. Exporters often give all primitives one
-    /// large vertex array and let each index a part of it, and copying all of it for every
-    /// primitive would be wasteful.
+    /// Restricts reading to the range of vertices that the indices use. Exporters often give all
+    /// primitives the same large vertex array, of which each uses a part, and copying the whole
+    /// array for every primitive would be wasteful.
     void keepUsedVertices(std::vector<std::uint32_t>& indices) {
         const auto [first, last] = std::minmax_element(indices.begin(), indices.end());
         used_ = {*first, std::size_t{*last} - *first + 1};
@@ -304,8 +307,8 @@ class PrimitiveReader {
             index -= static_cast<std::uint32_t>(used_.first);
     }
 
-    /// Drops trailing vertices that form no complete point, line or triangle, as §3.7.2.1 requires.
-    /// Returns false if nothing is left to draw.
+    /// Drops trailing vertices that do not make up a whole point, line or triangle, as §3.7.2.1
+    /// requires. Returns false if nothing is left to draw.
     bool dropIncomplete(Primitive& out) {
         const std::size_t count = out.indices.empty() ? used_.count : out.indices.size();
         std::size_t usable = count, least = 1;
@@ -349,16 +352,16 @@ class PrimitiveReader {
     const tinygltf::Primitive& source_;
     std::string where_;
     const SizeLimit& budget_;
-    std::uint64_t least_bytes_ = 0;  ///< minimum size in the scene of the data read so far
+    std::uint64_t least_bytes_ = 0;  ///< minimum memory, in the scene, for the data read so far
     std::size_t vertex_count_ = 0;
-    ElementRange used_;  ///< of vertices
+    ElementRange used_;  ///< vertices that are read
 };
 
-using UvSets = std::array<bool, 2>;  ///< whether a texture uses each set
+using UvSets = std::array<bool, 2>;  ///< whether any texture uses each of the UV sets
 
 std::vector<UvSets> uvSetsOf(const std::vector<Material>& materials) {
     std::vector<UvSets> sets;
-    for (Material material : materials) {  // a copy, since texturesOf() takes a mutable material
+    for (Material material : materials) {  // a copy, since texturesOf() needs a mutable material
         UvSets& used = sets.emplace_back();
         for (const MaterialTexture& texture : texturesOf(material))
             if (*texture.ref) used[static_cast<std::size_t>(texture.ref->texcoord)] = true;
@@ -366,7 +369,7 @@ std::vector<UvSets> uvSetsOf(const std::vector<Material>& materials) {
     return sets;
 }
 
-/// Warns of textures whose texture coordinates a primitive lacks.
+/// Warns of textures that need texture coordinates which the primitive lacks.
 void checkTexcoords(const Primitive& primitive, const std::vector<UvSets>& uv_sets,
                     const std::string& where, GltfDocument& document) {
     std::vector<int> materials = primitive.variants;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshopt-compressed buffer views of a glTF file.
+// Decodes meshopt-compressed buffer views of a glTF file.
 #include "formats/gltf/gltf_parts.h"
 
 #include <nlohmann/json.hpp>
@@ -14,11 +14,11 @@ namespace {
 
 using nlohmann::json;
 
-// Both have the same JSON. A view must not have both; if it does, the older one is certain to be
-// decodable.
+// Both extensions have the same JSON. A view must not have both; if it does, the first (EXT, the
+// older) is used, since it is certain to be decodable.
 constexpr const char* kExtensions[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 
-/// Returns the extension of that name of `owner`, or null.
+/// Returns the extension of `owner` with this name, or null.
 const json* extensionOf(const json& owner, const char* name) {
     const auto extensions = owner.find("extensions");
     if (extensions == owner.end()) return nullptr;
@@ -35,7 +35,7 @@ struct MeshoptJob {
     std::optional<Error> problem;
 };
 
-/// Returns the error with a `where`, which the codec does not know.
+/// Returns the error with `where` as its place, which the codec does not know.
 Error placed(const Error& error, const std::string& where) {
     return {error.kind(), error.whatText(), error.where().empty() ? where : error.whereText(),
             error.hintText()};
@@ -52,7 +52,7 @@ MeshoptStream streamOf(const json& view, const json& extension, const GltfDocume
     const auto length = extension["byteLength"].get<std::uint64_t>();
     const std::span<const std::uint8_t> buffer =
         document.buffers[extension["buffer"].get<std::size_t>()];
-    // Both are at most 2^53 (schema), so their sum does not wrap.
+    // Both are at most 2^53 (schema), so the sum cannot overflow.
     if (offset + length > buffer.size())
         failGltf("the compressed data ends at byte " + std::to_string(offset + length) +
                      ", its buffer has " + std::to_string(buffer.size()),
@@ -60,7 +60,7 @@ MeshoptStream streamOf(const json& view, const json& extension, const GltfDocume
     stream.bytes = buffer.subspan(offset, length);
     if (view.value("byteStride", stream.stride) != stream.stride)
         failGltf("the stride of the view and of its compressed data differ", where + "/byteStride");
-    // Counts are at most 2^53 and strides at most 256 (schema).
+    // The product cannot overflow: counts are at most 2^53, strides at most 256 (schema).
     if (const auto bytes = view["byteLength"].get<std::uint64_t>();
         bytes != stream.count * stream.stride)
         failGltf("the view has " + std::to_string(bytes) +
@@ -108,8 +108,8 @@ std::vector<MeshoptProblem> decodeMeshoptViews(const json& buffer_views, GltfDoc
     SizeLimit limit("the decompressed data needs", options.max_geometry_bytes);
     for (const MeshoptJob& job : jobs) {
         if (job.problem) continue;
-        // Each is at most 64 times a file's size (checkMeshoptStream), so the product stays far
-        // below 2^64.
+        // The product stays far below 2^64, since it is at most 64 times a file's size
+        // (checkMeshoptStream()).
         limit.take(job.stream.count * job.stream.stride, job.where);
         document.memory.allow(job.stream.count * job.stream.stride, job.where);
     }

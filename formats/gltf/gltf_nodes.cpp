@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes of a glTF file (glTF 2.0 §3.5), their skins (§3.7.3) and instances
+// Reads the nodes of a glTF file (glTF 2.0 §3.5), their skins (§3.7.3) and instances
 // (EXT_mesh_gpu_instancing).
 #include "formats/gltf/gltf_parts.h"
 
@@ -22,14 +22,14 @@ using nlohmann::json;
 constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 constexpr const char* kVisibility = "KHR_node_visibility";
 
-// Total bytes per instance: its matrix, its entries in the scene and in the draw list, and its GPU
-// data.
+// The bytes that an instance takes in all: its matrix, its entries in the scene and in the draw
+// list, and its GPU data.
 constexpr std::uint64_t kInstanceBytes = 4 * sizeof(glm::dmat4);
 
 const AccessorFormat kInstanceVector = {{3}, {{5126}}};
 const AccessorFormat kInstanceRotation = {{4}, {{5126}, {5120, true}, {5122, true}}};
 
-/// Converts a matrix, column-major as in GLM.
+/// Converts a matrix, column-major as in glTF and GLM.
 template <class Number>
 glm::dmat4 matrixOf(const Number* values) {
     glm::dmat4 result(1);
@@ -39,7 +39,7 @@ glm::dmat4 matrixOf(const Number* values) {
     return result;
 }
 
-/// Returns the extras that are a single string, number or boolean (§3.2, extras).
+/// Returns the extras whose value is a single string, number or boolean (§3.2, extras).
 std::vector<std::pair<std::string, std::string>> scalarsOf(const json& extras) {
     std::vector<std::pair<std::string, std::string>> scalars;
     if (!extras.is_object()) return scalars;
@@ -52,7 +52,8 @@ std::vector<std::pair<std::string, std::string>> scalarsOf(const json& extras) {
     return scalars;
 }
 
-/// Returns one more than the largest joint index with a non-zero weight.
+/// Returns the number of joints that a mesh needs: the largest joint index with a non-zero weight,
+/// plus one.
 std::size_t jointsOf(const Mesh& mesh) {
     std::size_t end = 0;
     for (const Primitive& primitive : mesh.primitives)
@@ -64,7 +65,8 @@ std::size_t jointsOf(const Mesh& mesh) {
     return end;
 }
 
-/// Returns the bytes of a primitive's texture coordinates and colours that its targets displace.
+/// Returns the bytes of those texture coordinates and colours of a primitive that morph targets
+/// displace.
 std::uint64_t displacedBytes(const Primitive& primitive) {
     std::array<std::uint64_t, 3> most{};
     for (const MorphTarget& target : primitive.targets) {
@@ -113,7 +115,7 @@ class NodeReader {
         return node;
     }
 
-    /// Reads the transform (§3.5.3): the matrix, or translation · rotation · scale.
+    /// Reads the transform (§3.5.3): the matrix, or else translation · rotation · scale.
     void place(const tinygltf::Node& source, const std::string& where, Node& node) {
         if (!source.matrix.empty()) {
             node.local = matrixOf(source.matrix.data());
@@ -192,13 +194,14 @@ class NodeReader {
         return result;
     }
 
-    /// Takes bytes from the limit: the nodes of a small file may need much memory.
+    /// Counts bytes against the limit, since the nodes of even a small file may need much memory.
     void takeBytes(std::uint64_t bytes, const std::string& where) {
         limit_.take(bytes, where);
         document_.memory.allow(bytes, where);
     }
 
-    /// Returns the bytes of the node's own vertices if joints or morph targets deform its mesh.
+    /// Returns the bytes of the vertices that the node needs for itself if joints or morph targets
+    /// deform its mesh.
     std::uint64_t deformedBytes(const Node& node) const {
         if (node.mesh < 0) return 0;
         std::uint64_t bytes = 0;
@@ -253,7 +256,7 @@ class NodeReader {
     GltfDocument& document_;
     Scene& scene_;
     AccessorReader accessors_;
-    std::vector<std::size_t> mesh_joints_;  ///< number of joints needed by each mesh
+    std::vector<std::size_t> mesh_joints_;  ///< for each mesh, the number of joints that it needs
     SizeLimit limit_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sequence of reading steps, and the scenes and cameras.
+// Reads a glTF file step by step, with its scenes and cameras.
 #include "formats/gltf/gltf_reader.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ void readScenes(const tinygltf::Model& model, Scene& scene) {
         scene.scenes.push_back({source.name, source.nodes});
     scene.default_scene = std::max(model.defaultScene, 0);
     if (!scene.scenes.empty()) return;
-    // A file without scenes is a library (§3.5.1); its user most likely wants all of it.
+    // A file without scenes is a library (§3.5.1); most likely, all of it is wanted.
     scene.scenes.push_back({"", rootsOf(scene.nodes)});
 }
 
@@ -30,7 +30,8 @@ void readCameras(const tinygltf::Model& model, Scene& scene) {
             const tinygltf::PerspectiveCamera& lens = source.perspective;
             camera.yfov = lens.yfov;
             camera.znear = lens.znear;
-            // Zero means absent in tinygltf; the schema check rejects explicit zeros.
+            // In tinygltf, zero means that the member is missing; the schema check rejects explicit
+            // zeros.
             if (lens.aspectRatio > 0) camera.aspect_ratio = lens.aspectRatio;
             if (lens.zfar > 0) camera.zfar = lens.zfar;
         } else {
@@ -90,7 +91,7 @@ Scene readGltf(const std::filesystem::path& path, const GltfOptions& options) {
     } catch (const std::bad_alloc&) {
         throw Error(ErrorKind::kMemory, "not enough memory to read the scene", path.string());
     } catch (const std::exception& problem) {
-        // The checks before tinygltf and OpenImageIO missed something.
+        // Something that the earlier checks should have caught made tinygltf or OpenImageIO fail.
         failGltf("the scene cannot be read: " + std::string(problem.what()), path.string());
     }
 }

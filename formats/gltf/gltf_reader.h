@@ -11,28 +11,30 @@
 
 namespace peeler {
 
-/// Reads the scene; JSON or binary is recognised by content. Coordinates stay those of the file
+/// Reads the scene; the content decides between JSON and binary. Coordinates stay as in the file
 /// (right-handed, +Y up, metres: glTF 2.0 §3.4). Every index, range and type is checked before use.
-/// Unsupported optional extensions become one sentence each in Scene::warnings. Throws Error
-/// (kInput): `where` is the path if the whole file is bad, else a JSON pointer.
+/// Each unsupported optional extension becomes a sentence in Scene::warnings. Throws Error
+/// (kInput), with the path as `where` if the file as a whole is bad, else with a JSON pointer.
 Scene readGltf(const std::filesystem::path& path, const GltfOptions& options = {});
 
 /// A known glTF extension.
 struct GltfExtension {
     const char* name;
-    bool supported;                 ///< allowed in extensionsRequired
-    const char* note;               ///< supported: its purpose; else: the effect of ignoring it
-    bool undecoded_images = false;  ///< provides texture images in a format that is not decoded
+    bool supported;  ///< may be in extensionsRequired
+    /// Purpose of a supported extension; effect of ignoring any other.
+    const char* note;
+    /// Whether it provides texture images in a format that cannot be decoded.
+    bool undecoded_images = false;
 };
 
 /// Returns the known extensions, sorted by name.
 const std::vector<GltfExtension>& gltfExtensions();
 
-/// Returns the known extensions allowed in extensionsRequired, sorted by name.
+/// Returns the known extensions that may be in extensionsRequired, sorted by name.
 const std::vector<GltfExtension>& supportedGltfExtensions();
 
-/// Returns the names of extensions that provide texture images in undecoded formats. Without them a
-/// scene keeps its geometry but lacks colours.
+/// Returns the names of extensions that provide texture images in formats that cannot be decoded.
+/// If these extensions are ignored, a scene keeps its geometry but lacks colours.
 std::vector<std::string> undecodedImageExtensions();
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The schema checker.
+// Checks JSON against the schema table.
 #include "formats/gltf/gltf_schema.h"
 
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Returns the table rows of the objects called `owner`.
+/// Returns the table's rows for the objects called `owner`.
 const std::vector<const SchemaRow*>& schemaRowsOf(std::string_view owner) {
     static const auto rows = [] {
         std::map<std::string_view, std::vector<const SchemaRow*>> result;
@@ -43,7 +43,7 @@ class SchemaCheck {
   public:
     explicit SchemaCheck(json& root) : root_(root) {}
 
-    // The table's nesting bounds the recursion, for any file.
+    // Recursion is limited by the table's nesting, whatever the file.
     void object(json& value, const std::string& pointer, std::string_view owner) {
         if (!value.is_object()) refuse(pointer, "must be an object", value);
         for (const SchemaRow* property : schemaRowsOf(owner)) {
@@ -151,7 +151,7 @@ class SchemaCheck {
         const double number = value.get<double>();
         if (!(std::fabs(number) <= std::numeric_limits<float>::max()))
             refuse(pointer, "must fit a 32-bit float", value);
-        // tinygltf truncates large integers to int.
+        // Large integers become floating point, because tinygltf would truncate them to int.
         if (value.is_number_integer() && std::fabs(number) > kIntMax) value = number;
     }
 
@@ -169,8 +169,8 @@ class SchemaCheck {
         if (value.is_number_float()) value = static_cast<std::uint64_t>(wanted);
     }
 
-    /// Returns the size of the array that indices refer to; "extensions/NAME/arrays" is one in an
-    /// extension.
+    /// Returns the size of the array that indices refer to. "extensions/NAME/arrays" means an array
+    /// in an extension.
     std::size_t sizeOf(std::string_view array_name) {
         const auto [known, is_new] = sizes_.try_emplace(array_name, 0);
         if (!is_new) return known->second;
@@ -215,10 +215,11 @@ class SchemaCheck {
     }
 
     json& root_;
-    std::map<std::string_view, std::size_t> sizes_;  ///< cached for millions of indices
+    /// Sizes found so far, since there may be millions of indices.
+    std::map<std::string_view, std::size_t> sizes_;
 };
 
-/// Checks §5.11: strides are multiples of 4.
+/// Checks that strides are multiples of 4 (§5.11).
 void checkStrides(const json& views) {
     for (std::size_t i = 0; i < views.size(); ++i)
         if (const int stride = views[i].value("byteStride", 4); stride % 4 != 0)
@@ -226,7 +227,7 @@ void checkStrides(const json& views) {
                      childPointer("/bufferViews", i) + "/byteStride");
 }
 
-/// Checks §5.5: a channel refers to a sampler of its own animation.
+/// Checks that channels refer to samplers of their own animation (§5.5).
 void checkAnimationSamplers(const json& animations) {
     for (std::size_t i = 0; i < animations.size(); ++i) {
         const std::size_t samplers = animations[i]["samplers"].size();
@@ -240,7 +241,7 @@ void checkAnimationSamplers(const json& animations) {
     }
 }
 
-/// Checks §5.2: a sparse accessor substitutes at most its own number of elements.
+/// Checks that sparse accessors replace no more elements than they have (§5.2).
 void checkSparseCounts(const json& accessors) {
     for (std::size_t i = 0; i < accessors.size(); ++i)
         if (const auto sparse = accessors[i].find("sparse"); sparse != accessors[i].end())
@@ -250,7 +251,7 @@ void checkSparseCounts(const json& accessors) {
                          childPointer("/accessors", i) + "/sparse/count");
 }
 
-/// Checks §3.10: a camera has the object named by its type.
+/// Checks that cameras have the object that their type names (§3.10).
 void checkCameraKinds(const json& cameras) {
     for (std::size_t i = 0; i < cameras.size(); ++i) {
         const json& camera = cameras[i];
@@ -269,7 +270,7 @@ void failGltf(const Text& what, const Text& where, const Text& hint) {
 
 void checkGltfSchema(json& gltf) {
     SchemaCheck(gltf).object(gltf, "", "root");
-    // Rules beyond the table.
+    // The following rules cannot be expressed in the table.
     if (const auto views = gltf.find("bufferViews"); views != gltf.end()) checkStrides(*views);
     if (const auto accessors = gltf.find("accessors"); accessors != gltf.end())
         checkSparseCounts(*accessors);

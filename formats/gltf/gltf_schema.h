@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Table of the glTF 2.0 JSON schema as far as we read it, and its checker.
+// Table of the glTF 2.0 JSON schema, for the properties that peeler reads, and its checker.
 #pragma once
 
 #include <cstddef>
@@ -14,36 +14,36 @@
 
 namespace peeler {
 
-/// Checks that every property we use has its glTF 2.0 type and range, and that every index points
-/// into its array. Whole numbers written as 2.0 become integers. Throws Error (kInput) with the
-/// JSON pointer of the first violation as `where`.
+/// Checks that every property that peeler uses has the type and range that glTF 2.0 requires, and
+/// that every index is valid for its array. Converts integers written as 2.0. Throws Error (kInput)
+/// with the JSON pointer of the first violation as `where`.
 void checkGltfSchema(nlohmann::json& gltf);
 
 /// The hint for files that violate the specification.
 inline constexpr const char* kValidatorHint = "check the file with the Khronos glTF validator";
 
-/// Throws Error (kInput); `where` is a JSON pointer, or the path for the whole file.
+/// Throws Error (kInput); `where` is a JSON pointer, or the path if the whole file is meant.
 [[noreturn]] void failGltf(const Text& what, const Text& where, const Text& hint = kValidatorHint);
 
-/// The required type of a member.
+/// The type that a member must have.
 enum class SchemaKind {
     kBool,
-    kString,      ///< `of` lists the allowed values, separated by spaces; empty = any
-    kStrings,     ///< array
+    kString,      ///< `of` lists the allowed values, separated by spaces; if empty, any is allowed
+    kStrings,     ///< array of strings
     kNumber,      ///< finite as a 32-bit float
     kPositive,    ///< a number above zero
     kNumbers,     ///< array of `max` numbers
-    kNumberList,  ///< array of any number of them
+    kNumberList,  ///< array of any number of numbers
     kInteger,     ///< min … max
     kEnum,        ///< integer; `of` lists the allowed values
     kIndex,       ///< index into the array at root path `of`
     kIndices,     ///< array of indices
     kIndexMap,    ///< object of indices
-    kIndexMaps,   ///< array of such objects
+    kIndexMaps,   ///< array of objects of indices
     kIntegerMap,  ///< object of integers, min … max
-    kObject,      ///< `of` names the rows
+    kObject,      ///< object whose members are checked by the rows of owner `of`
     kObjects,     ///< array of objects
-    kExtensions,  ///< object; members that match rows, or rows of "owner/name", are checked
+    kExtensions,  ///< object; members with a row, or with rows of "owner/name", are checked
 };
 
 inline constexpr double kAnySize = 9007199254740992.0;  // 2^53: exact in JSON numbers
@@ -60,8 +60,8 @@ struct SchemaRow {
     double max = kAnySize;
 };
 
-/// Returns the table (gltf_schema_rows.cpp), from glTF 2.0 §5 and the extensions. Names and extras
-/// are not used, so invalid ones are accepted.
+/// Returns the table (gltf_schema_rows.cpp), from glTF 2.0 §5 and the extensions. It leaves out
+/// names and extras, which peeler does not need, so invalid ones are accepted.
 std::span<const SchemaRow> schemaRows();
 
 }  // namespace peeler

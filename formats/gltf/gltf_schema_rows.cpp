@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The schema table: the members of a glTF file that we read, and their types.
+// The schema table: the members of a glTF file that peeler reads, and their types.
 #include "formats/gltf/gltf_schema.h"
 
 namespace peeler {
@@ -7,7 +7,7 @@ namespace {
 
 using Kind = SchemaKind;
 
-// Sizes may be 0 here, although glTF's schema forbids it: warnOfEmptyParts().
+// Sizes may be 0 here, although glTF's schema forbids it, because warnOfEmptyParts() warns instead.
 constexpr SchemaRow kRows[] = {
     {"root", "asset", Kind::kObject, "asset", true},
     {"root", "extensionsUsed", Kind::kStrings},
@@ -48,10 +48,11 @@ constexpr SchemaRow kRows[] = {
     {"skin", "joints", Kind::kIndices, "nodes", true},
     {"animation", "channels", Kind::kObjects, "channel", true},
     {"animation", "samplers", Kind::kObjects, "animationSampler", true},
-    {"channel", "sampler", Kind::kInteger, "", true, 0, kIntMax},  // of the same animation
+    // Index into the samplers of the same animation.
+    {"channel", "sampler", Kind::kInteger, "", true, 0, kIntMax},
     {"channel", "target", Kind::kObject, "target", true},
     {"target", "node", Kind::kIndex, "nodes"},
-    {"target", "path", Kind::kString, "", true},  // extensions add more
+    {"target", "path", Kind::kString, "", true},  // any, because extensions add more paths
     {"animationSampler", "input", Kind::kIndex, "accessors", true},
     {"animationSampler", "output", Kind::kIndex, "accessors", true},
     {"animationSampler", "interpolation", Kind::kString, "LINEAR STEP CUBICSPLINE"},
@@ -178,7 +179,7 @@ constexpr SchemaRow kRows[] = {
     {"KHR_materials_pbrSpecularGlossiness", "glossinessFactor", Kind::kNumber},
     {"KHR_materials_pbrSpecularGlossiness", "specularGlossinessTexture", Kind::kObject,
      "textureInfo"},
-    // KHR_materials_variants has different members in the root and in primitives.
+    // KHR_materials_variants has different members in the root than in primitives.
     {"root/KHR_materials_variants", "variants", Kind::kObjects, "variant", true},
     {"variant", "name", Kind::kString, "", true},
     {"primitive/KHR_materials_variants", "mappings", Kind::kObjects, "variantMapping", true},
@@ -204,7 +205,7 @@ constexpr SchemaRow kRows[] = {
     {"bufferView/EXT_meshopt_compression", "filter", Kind::kString},
     {"buffer/EXT_meshopt_compression", "fallback", Kind::kBool},
 
-    // KHR_lights_punctual has different members in the root and in nodes.
+    // KHR_lights_punctual has different members in the root than in nodes.
     {"root/KHR_lights_punctual", "lights", Kind::kObjects, "light", true},
     {"node/KHR_lights_punctual", "light", Kind::kIndex, "extensions/KHR_lights_punctual/lights",
      true},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vertex data in the ranges that shading expects (glTF 2.0 §3.7.2.1).
+// Limits vertex data to the ranges that shading expects (glTF 2.0 §3.7.2.1).
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -9,7 +9,8 @@
 namespace peeler {
 namespace {
 
-/// Twice the error of a component stored as a signed byte.
+/// The deviation from unit length that storage explains: twice the error of a component that is
+/// stored as a signed byte.
 constexpr double kStorageError = 0.02;
 
 bool isOne(double length) {

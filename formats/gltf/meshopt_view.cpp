@@ -20,11 +20,11 @@ namespace {
     throw Error(ErrorKind::kInput, what, "", hint);
 }
 
-constexpr std::uint64_t kGroup = 16;  // elements per group of the attribute codec
+constexpr std::uint64_t kGroup = 16;  // elements per group in the attribute codec
 
 /// Returns the minimum size in mode 0 (the extension's Appendix A): blocks of at most 8 KiB and 256
-/// elements; in each block, two bits per group for every byte of an element; then the tail with the
-/// first element.
+/// elements, each with two bits per group for every byte of an element, and then the tail, which
+/// holds the first element.
 std::uint64_t leastAttributeBytes(std::uint64_t count, std::uint64_t stride) {
     const std::uint64_t block = std::min<std::uint64_t>(8192 / stride / kGroup * kGroup, 256);
     const auto headers = [&](std::uint64_t elements) {
@@ -34,12 +34,12 @@ std::uint64_t leastAttributeBytes(std::uint64_t count, std::uint64_t stride) {
            std::max<std::uint64_t>(stride, 32);
 }
 
-/// Returns the minimum size in mode 1: one byte per triangle between the header and a table of 16.
+/// Returns the minimum size in mode 1: a header, one byte per triangle, and a table of 16 bytes.
 std::uint64_t leastTriangleBytes(std::uint64_t count, std::uint64_t) {
     return 1 + count / 3 + 16;
 }
 
-/// Returns the minimum size in mode 2: one byte per index between the header and four of padding.
+/// Returns the minimum size in mode 2: a header, one byte per index, and four bytes of padding.
 std::uint64_t leastIndexBytes(std::uint64_t count, std::uint64_t) {
     return 1 + count + 4;
 }
@@ -47,9 +47,9 @@ std::uint64_t leastIndexBytes(std::uint64_t count, std::uint64_t) {
 struct Mode {
     const char* name;
     std::uint8_t header;   ///< high half of the first byte, which identifies the codec
-    std::uint8_t version;  ///< the newest version the library decodes
+    std::uint8_t version;  ///< newest version that the library decodes
     std::uint64_t (*least_bytes)(std::uint64_t count, std::uint64_t stride);
-    /// Returns 0 if the stream is valid.
+    /// Decodes the stream. Returns 0 if it is valid.
     int (*decode)(void* out, std::size_t count, std::size_t stride, const unsigned char* bytes,
                   std::size_t size);
 };
@@ -60,15 +60,15 @@ constexpr Mode kModes[] = {
     {"INDICES", 0xD0, 1, leastIndexBytes, meshopt_decodeIndexSequence},
 };
 
-/// Decodes KHR_meshopt_compression, Appendix B, filter 4: YCoCg of K bits and an alpha whose
-/// highest set bit encodes K. The library's decoders have it since version 0.25.
+/// Decodes filter 4 of KHR_meshopt_compression, Appendix B: YCoCg with K bits, and an alpha whose
+/// highest set bit encodes K. The meshopt library has this filter only since version 0.25.
 template <typename Unsigned, typename Signed>
 void decodeColors(std::uint8_t* bytes, std::size_t count) {
     constexpr int kMax = std::numeric_limits<Unsigned>::max();
     for (std::size_t i = 0; i < count; ++i, bytes += 4 * sizeof(Unsigned)) {
         Unsigned in[4];
         std::memcpy(in, bytes, sizeof in);
-        int full = in[3];  // all K bits set
+        int full = in[3];  // becomes K set bits
         for (const int shift : {1, 2, 4, 8})
             full |= full >> shift;
         const int y = in[0], co = int{static_cast<Signed>(in[1])},
@@ -95,7 +95,7 @@ void decodeColorFilter(void* bytes, std::size_t count, std::size_t stride) {
 
 struct Filter {
     const char* name;
-    bool any_stride;  ///< else only the strides allowed by the next two
+    bool any_stride;  ///< if false, only the strides that the next two members allow
     bool four, eight;
     void (*decode)(void* bytes, std::size_t count, std::size_t stride);
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conversion of scenes of other formats to glTF.
+// Converts scenes of other formats to glTF.
 #include <algorithm>
 #include <cstring>
 
@@ -28,7 +28,7 @@ ordered_json arrayOf(const Vector& v) {
     return array;
 }
 
-/// Writes the matrix column-major, as glTF requires; omits the identity.
+/// Writes the matrix column-major, as glTF requires; leaves out the identity.
 void setMatrix(ordered_json& node, const glm::dmat4& matrix) {
     if (matrix == glm::dmat4(1)) return;
     ordered_json& array = node["matrix"] = ordered_json::array();
@@ -37,7 +37,7 @@ void setMatrix(ordered_json& node, const glm::dmat4& matrix) {
             array.push_back(matrix[column][row]);
 }
 
-/// Returns the material's JSON, without textures.
+/// Returns a material's JSON, without textures.
 ordered_json materialJson(const Material& material) {
     constexpr const char* kAlphaModes[] = {"OPAQUE", "MASK", "BLEND"};
     ordered_json object;
@@ -89,7 +89,7 @@ GlbWriter::GlbWriter(const std::filesystem::path& path, const Scene& scene)
     for (const Node& node : scene.nodes)
         json_["nodes"].push_back(nodeJson(node));
     std::vector<std::string> extensions;
-    // The last material is glTF's default, which files do not list.
+    // The last material is glTF's default material, which files do not list.
     for (std::size_t i = 0; i + 1 < scene.materials.size(); ++i) {
         ordered_json material = materialJson(scene.materials[i]);
         if (const auto found = material.find("extensions"); found != material.end())

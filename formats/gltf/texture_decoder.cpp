@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texture decoder.
+// Decodes textures.
 #include "formats/gltf/gltf_decoders.h"
 
 #include <algorithm>
@@ -24,16 +24,16 @@ using namespace std::literals;
     throw Error(ErrorKind::kInput, what, "", hint);
 }
 
-/// A texture format, recognised by its magic bytes; OpenImageIO would try its many readers itself,
-/// some of them fragile.
+/// A texture format that is recognised by its magic bytes. (OpenImageIO would try all of its
+/// readers in turn, some of which are fragile.)
 struct TextureFormat {
     const char* name;   ///< name in OpenImageIO
     const char* codec;  ///< name in messages
     std::string_view begin, at_eight;
-    /// Strips metadata that is not needed, where decoders have their vulnerabilities; null: strips
-    /// nothing.
+    /// Removes metadata that is not needed, because metadata parsers are where decoders have their
+    /// vulnerabilities; null if nothing is removed.
     ReducedImage (*reduce)(std::span<const std::uint8_t>);
-    bool in_gltf = true;  ///< part of glTF 2.0 or an extension
+    bool in_gltf = true;  ///< whether the format is part of glTF 2.0 or an extension
     bool (*recognises)(std::span<const std::uint8_t>) =
         nullptr;  ///< for formats without a signature
 };
@@ -48,8 +48,8 @@ constexpr TextureFormat kTextureFormats[] = {
     {"targa", "TGA", "", "", nullptr, false, isTga},
 };
 
-/// Returns the declared size of a WebP picture (RFC 9649 and RFC 6386); its decoder allocates all
-/// memory before it reports the size. Returns nothing if the header is damaged.
+/// Returns the size that a WebP picture declares (RFC 9649 and RFC 6386), because the decoder
+/// allocates all memory before it reports the size. Returns nothing if the header is damaged.
 std::optional<StoredImage> webpSize(std::span<const std::uint8_t> bytes) {
     constexpr std::size_t kHeader = 30;
     if (bytes.size() < kHeader) return std::nullopt;
@@ -88,7 +88,7 @@ void checkTextureSize(const StoredImage& stored, const TextureLimits& limits) {
                     "scale it down");
 }
 
-/// Expands pixels to RGBA in place, last to first: `rgba` starts with the stored pixels.
+/// Expands pixels to RGBA in place, from last to first, since `rgba` begins with the stored pixels.
 void expandToRgba(std::vector<std::uint8_t>& rgba, std::size_t channels) {
     for (std::size_t pixel = rgba.size() / 4; pixel-- > 0;) {
         const std::uint8_t* from = rgba.data() + pixel * channels;
@@ -125,11 +125,12 @@ DecodedTexture decodeTexture(std::span<const std::uint8_t> bytes, const std::str
     static std::once_flag limits_set;
     std::call_once(limits_set, [] { limitDecodedSize(4096); });
     const auto bytesFor =
-        [](const StoredImage& stored) {  // a decoder may also hold the stored pixels
+        [](const StoredImage& stored) {  // the decoder may hold the stored pixels in addition
             return static_cast<std::uint64_t>(stored.width) *
                    static_cast<std::uint64_t>(stored.height) * (4 + stored.channels.size());
         };
-    const bool is_webp = format->name == std::string_view("webp");  // decoded entirely when opened
+    // The decoder decodes all of it when opening.
+    const bool is_webp = format->name == std::string_view("webp");
     if (is_webp) {
         const auto stored = webpSize(bytes);
         if (!stored) failTexture("the WebP header is damaged");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Codebooks shared by the levels of a BasisLZ file.
+// Reads the codebooks that the levels of a BasisLZ file share.
 #include <string>
 #include <utility>
 
@@ -8,7 +8,7 @@
 namespace peeler {
 namespace {
 
-/// The consecutive parts of the global data.
+/// Splits the global data into its consecutive parts.
 class GlobalData {
   public:
     explicit GlobalData(const Ktx2Container& file)
@@ -40,7 +40,7 @@ class GlobalData {
     std::uint64_t offset_;
 };
 
-/// Reads an image description: the slices of a level.
+/// Reads an "image description": where a level's slices are.
 std::vector<BasisSlice> readSlices(GlobalData& data, const Ktx2Level& level, bool second_plane) {
     constexpr std::uint32_t kPredictedFrame = 2;
     const std::uint64_t at = data.position();
@@ -64,13 +64,13 @@ std::vector<BasisSlice> readSlices(GlobalData& data, const Ktx2Level& level, boo
     return planes;
 }
 
-/// Reads "ETC1S Endpoint Codebooks": each endpoint is a delta from the previous one, in a code
-/// chosen by the previous value.
+/// Reads "ETC1S Endpoint Codebooks": each endpoint is stored as its difference from the previous
+/// one. The previous value chooses the Huffman code.
 std::vector<Etc1sEndpoint> readEndpoints(BitReader bits, std::size_t count) {
     const std::array<HuffmanTable, 3> color_deltas = {
         HuffmanTable::read(bits), HuffmanTable::read(bits), HuffmanTable::read(bits)};
     const HuffmanTable intensity_deltas = HuffmanTable::read(bits);
-    const std::size_t stored = bits.take(1) ? 1 : 3;  // grey, or R, G, B
+    const std::size_t stored = bits.take(1) ? 1 : 3;  // R = G = B, or R, G, B
     std::array<std::uint32_t, 3> color = {16, 16, 16};
     std::uint32_t intensity = 0;
     std::vector<Etc1sEndpoint> endpoints(count);
@@ -90,7 +90,8 @@ std::vector<Etc1sEndpoint> readEndpoints(BitReader bits, std::size_t count) {
     return endpoints;
 }
 
-/// Reads "ETC1S Selector Codebooks": raw, or each as a difference from the previous one.
+/// Reads "ETC1S Selector Codebooks": each selector is stored as it is, or as its difference from
+/// the previous one.
 std::vector<std::uint32_t> readSelectors(BitReader bits, std::size_t count) {
     if (bits.take(2) != 0)
         failKtx2("the selectors of BasisLZ are of another version", bits.position());
@@ -149,7 +150,7 @@ BasisCodebooks readBasisCodebooks(const Ktx2Container& file) {
     out.selector_runs = HuffmanTable::read(tables);
     out.history = tables.take(13);
     if (tables.overrun()) failKtx2("the tables of BasisLZ are cut short", tables_at);
-    // Symbols of the selector code: all selectors, the history, and a run.
+    // The symbols of the selector code are all selectors, the entries of the history, and a run.
     const std::uint64_t codes = selectors + out.history + 1;
     if (out.predictions.symbols() > kBasisPredictions + 1 ||
         out.endpoint_deltas.symbols() > endpoints || out.selector_codes.symbols() > codes ||

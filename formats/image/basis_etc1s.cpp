@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ETC1S slice decoding (KTX 2.0, "ETC1S Slice Decoding").
+// Decodes slices of ETC1S (KTX 2.0, "ETC1S Slice Decoding").
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -10,8 +10,8 @@
 namespace peeler {
 namespace {
 
-/// By intensity: the offsets of the four selectors from the base colour (Khronos Data Format
-/// Specification 1.3, "Intensity modifier sets for ETC1 compressed textures").
+/// For each intensity, the offsets from the base colour that the four selectors mean (Khronos Data
+/// Format Specification 1.3, "Intensity modifier sets for ETC1 compressed textures").
 constexpr int kModifiers[8][4] = {{-8, -2, 2, 8},       {-17, -5, 5, 17},    {-29, -9, 9, 29},
                                   {-42, -13, 13, 42},   {-60, -18, 18, 60},  {-80, -24, 24, 80},
                                   {-106, -33, 33, 106}, {-183, -47, 47, 183}};
@@ -20,8 +20,8 @@ std::uint8_t modified(std::uint8_t base, int modifier) {
     return static_cast<std::uint8_t>(std::clamp(base + modifier, 0, 255));
 }
 
-/// Reads a variable-length number: pieces of `bits` bits, lowest first, each followed by a
-/// continuation bit.
+/// Reads a number of variable length: pieces of `piece` bits, lowest first, each followed by a bit
+/// that says whether another one follows.
 std::uint32_t takeLength(BitReader& bits, unsigned piece) {
     std::uint64_t value = 0;
     for (unsigned shift = 0;; shift += piece) {
@@ -33,8 +33,8 @@ std::uint32_t takeLength(BitReader& bits, unsigned piece) {
     return static_cast<std::uint32_t>(value);
 }
 
-/// Recently used selectors; frequent ones move to the front ("ETC1S Approximate Move to Front
-/// Routines").
+/// Recently used selectors. A selector that is used again moves toward the front ("ETC1S
+/// Approximate Move to Front Routines").
 class SelectorHistory {
   public:
     explicit SelectorHistory(std::size_t size) : values_(size), next_(size / 2) {}
@@ -55,7 +55,7 @@ class SelectorHistory {
     std::size_t next_;
 };
 
-/// Decoder of each block's endpoint and selector index.
+/// Decodes the endpoint and selector indices of a slice, block by block.
 class SliceReader {
   public:
     SliceReader(const BasisCodebooks& books, const BasisSlice& slice, std::size_t columns)
@@ -65,7 +65,7 @@ class SliceReader {
           pairs_((columns + 1) / 2),
           history_(books.history) {}
 
-    /// Returns the endpoint of a block; blocks come row by row.
+    /// Returns the endpoint index of the next block; blocks come row by row.
     std::uint32_t nextEndpoint(std::size_t x, std::size_t y) {
         if (x % 2 == 0) predictions_ = y % 2 == 0 ? nextPredictions(x / 2) : pairs_[x / 2];
         const std::uint32_t prediction = predictions_ & 3U;
@@ -116,7 +116,8 @@ class SliceReader {
   private:
     enum : std::uint32_t { kLeft, kAbove, kAboveLeft, kDifference };
 
-    /// Returns the predictions of 2 × 2 blocks, the upper two in the lower half.
+    /// Returns the endpoint predictions for 2 × 2 blocks; those of the upper two are in the lower
+    /// half.
     std::uint32_t nextPredictions(std::size_t pair) {
         if (prediction_run_ > 0) {
             --prediction_run_;
@@ -134,8 +135,8 @@ class SliceReader {
 
     const BasisCodebooks& books_;
     BitReader bits_;
-    std::vector<std::uint32_t> above_;  // endpoints of the row above; of this row left of x
-    std::vector<std::uint8_t> pairs_;   // predictions for odd rows
+    std::vector<std::uint32_t> above_;  // endpoints in the row above or, left of x, in this row
+    std::vector<std::uint8_t> pairs_;   // predictions for the blocks in odd rows
     SelectorHistory history_;
     std::uint32_t left_ = 0, above_left_ = 0;
     std::uint32_t predictions_ = 0, repeated_ = 0;
@@ -145,7 +146,7 @@ class SliceReader {
 using EtcTexel = std::array<std::uint8_t, 4>;
 using EtcPalette = std::array<EtcTexel, 4>;
 
-/// Returns the four colours of every endpoint.
+/// Returns the four colours that each endpoint allows.
 std::vector<EtcPalette> palettesOf(const std::vector<Etc1sEndpoint>& endpoints) {
     std::vector<EtcPalette> palettes(endpoints.size());
     for (std::size_t i = 0; i < endpoints.size(); ++i)
@@ -158,7 +159,7 @@ std::vector<EtcPalette> palettesOf(const std::vector<Etc1sEndpoint>& endpoints) 
     return palettes;
 }
 
-/// Decodes a slice: the first plane to all four channels, the second to A.
+/// Decodes a slice: plane 0 into all four channels, plane 1 into A.
 void decodeSlice(const BasisCodebooks& books, const std::vector<EtcPalette>& palettes,
                  std::size_t plane, std::size_t width, std::size_t height, std::uint8_t* rgba) {
     constexpr std::size_t kSide = 4;

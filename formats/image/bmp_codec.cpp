@@ -11,7 +11,7 @@
 namespace peeler {
 namespace {
 
-/// Values of biCompression.
+/// The values of biCompression.
 enum BmpPacking : std::uint32_t {
     kBmpRgb = 0,
     kBmpRle8 = 1,
@@ -26,11 +26,11 @@ using BmpTexel = std::array<std::uint8_t, 4>;
     throw std::runtime_error("BMP: " + what);
 }
 
-/// The bits of a component in a pixel.
+/// The bits of a pixel that hold one component.
 struct BmpMask {
     std::uint32_t bits = 0;
 
-    /// Returns a pixel's component as 8 bits; 255 without a mask.
+    /// Returns the component of a pixel as 8 bits; 255 if the mask is empty.
     std::uint8_t of(std::uint32_t pixel) const {
         if (bits == 0) return 255;
         const int shift = std::countr_zero(bits);
@@ -43,7 +43,7 @@ class BmpDecoder final : public RgbaDecoder {
   public:
     explicit BmpDecoder(std::span<const std::uint8_t> bytes) : bytes_(bytes) {
         const std::uint32_t header = number(14, 4);
-        const bool is_core = header == 12;  // OS/2 1
+        const bool is_core = header == 12;  // as in OS/2 1
         if (!is_core && (header < 40 || header > 124)) failBmp("an unknown header");
         const auto width = static_cast<std::int32_t>(is_core ? number(18, 2) : number(18, 4));
         const auto height = static_cast<std::int32_t>(is_core ? number(20, 2) : number(22, 4));
@@ -69,7 +69,7 @@ class BmpDecoder final : public RgbaDecoder {
     }
 
   private:
-    /// Returns a little-endian number of `size` bytes.
+    /// Returns the little-endian number of `size` bytes at a position.
     std::uint32_t number(std::size_t at, std::size_t size) const {
         if (at + size > bytes_.size()) failBmp("the file ends in its header");
         std::uint32_t value = 0;
@@ -91,7 +91,7 @@ class BmpDecoder final : public RgbaDecoder {
             masks_[i].bits = number(kMasksAt + 4 * i, 4);
     }
 
-    /// Reads the palette; missing colours are black.
+    /// Reads the palette; missing entries are black.
     void readPalette(std::size_t at, std::size_t size) {
         palette_.fill({0, 0, 0, 255});
         const std::uint32_t used = size == 3 ? 0 : number(46, 4);
@@ -131,7 +131,8 @@ class BmpDecoder final : public RgbaDecoder {
         return {masks_[0].of(pixel), masks_[1].of(pixel), masks_[2].of(pixel), masks_[3].of(pixel)};
     }
 
-    /// Sets alpha to 255 if it is 0 everywhere: without masks the fourth byte is undefined.
+    /// Sets alpha to 255 if it is 0 everywhere, because the fourth byte is undefined unless masks
+    /// define it.
     void fillUnusedAlpha(std::uint8_t* rgba) const {
         for (std::size_t i = 0; i < pixels(); ++i)
             if (rgba[4 * i + 3] != 0) return;
@@ -139,7 +140,8 @@ class BmpDecoder final : public RgbaDecoder {
             rgba[4 * i + 3] = 255;
     }
 
-    /// Decodes runs, literal pixels and jumps; skipped pixels have colour 0.
+    /// Decodes runs, literal pixels and jumps; the pixels that jumps skip get the palette's first
+    /// colour.
     void decodeRuns(std::uint8_t* rgba) const {
         for (std::size_t i = 0; i < pixels(); ++i)
             std::ranges::copy(palette_[0], rgba + 4 * i);

@@ -17,8 +17,8 @@ Rgb keep(Rgb color) {
     return color;
 }
 
-/// Khronos PBR Neutral tone map. Keeps base colours below 0.8 (except for Fresnel's 4 %) and
-/// compresses highlights. github.com/KhronosGroup/ToneMapping, PBR_Neutral.
+/// The Khronos PBR Neutral tone map (github.com/KhronosGroup/ToneMapping, PBR_Neutral). Keeps base
+/// colours below 0.8 (except for Fresnel's 4 %) and compresses highlights.
 Rgb neutral(Rgb color) {
     constexpr float kStart = 0.8F - 0.04F, kDesaturation = 0.15F, kRoom = 1 - kStart;
     const float low = std::min({color[0], color[1], color[2]});
@@ -41,8 +41,8 @@ Rgb multiply(const std::array<Rgb, 3>& m, const Rgb& v) {
     return out;
 }
 
-/// Applies ACES RRT and ODT, the fit by Stephen Hill (BakingLab, ACES.hlsl, MIT licence): sRGB to a
-/// space near AP1, the curve per channel, and back.
+/// Applies ACES RRT and ODT as fitted by Stephen Hill (BakingLab, ACES.hlsl, MIT licence): from
+/// sRGB to a space near AP1, the curve on each channel, and back.
 Rgb aces(Rgb color) {
     constexpr std::array<Rgb, 3> kIn = {{{0.59719F, 0.35458F, 0.04823F},
                                          {0.07600F, 0.90834F, 0.01566F},
@@ -67,7 +67,7 @@ float brightest(const Rgb& color) {
     return std::max({color[0], color[1], color[2]});
 }
 
-// Targets of the exposure meter.
+// The exposure meter's targets and limits, as luminances; kHighlights is the percentile.
 constexpr double kMiddleGrey = 0.18, kHighlights = 0.98, kBrightest = 4, kDarkest = 1.0 / 64;
 
 }  // namespace
@@ -106,7 +106,7 @@ Display::Display(float exposure, const std::string& tone_map)
 
 Display::Shown Display::show(const std::array<float, 4>& color) const {
     const Rgb light{color[0] * gain_, color[1] * gain_, color[2] * gain_};
-    const float coverage = color[3] > 0 ? std::min(color[3], 1.0F) : 0;  // 0 for NaN
+    const float coverage = color[3] > 0 ? std::min(color[3], 1.0F) : 0;  // NaN gives 0
     const float area = std::max(coverage, std::min(brightest(light), 1.0F));
     if (!(area > 0)) return {{}, 0};
     Rgb mapped =
@@ -114,7 +114,7 @@ Display::Shown Display::show(const std::array<float, 4>& color) const {
                                               color[2] * (gain_ / area)}
                                         : Rgb{light[0] / area, light[1] / area, light[2] / area});
     for (float& c : mapped)
-        c = c > 0 ? std::min(c, 1.0F) : 0;  // 0 for NaN
+        c = c > 0 ? std::min(c, 1.0F) : 0;  // NaN gives 0
     return {mapped, area};
 }
 
@@ -127,7 +127,7 @@ std::array<float, 4> Display::shownOver(const std::array<float, 4>& color,
                                         const std::array<float, 3>& opacity,
                                         const std::array<float, 4>& background) const {
     std::array<float, 4> out = shown(color);
-    // Alpha above 1 (from weighted sums) subtracts from the background, as the formula implies.
+    // Alpha above 1 (from weighted sums) subtracts from the background, as the formula says.
     for (std::size_t c = 0; c < 3; ++c)
         out[c] = std::clamp(out[c] + (1 - opacity[c]) * background[c], 0.0F, 1.0F);
     out[3] = std::clamp(out[3] + (1 - out[3]) * background[3], 0.0F, 1.0F);
@@ -137,7 +137,8 @@ std::array<float, 4> Display::shownOver(const std::array<float, 4>& color,
 StraightPixel Display::straight(const std::array<float, 4>& color) const {
     const Shown s = show(color);
     const float alpha = color[3] > 0 ? std::min(color[3], 1.0F) : 0;
-    if (s.area == alpha) return {s.color, alpha};  // avoids rounding by multiplying and dividing
+    // Avoids the rounding errors of multiplying and dividing.
+    if (s.area == alpha) return {s.color, alpha};
     return straightPixel({s.area * s.color[0], s.area * s.color[1], s.area * s.color[2], alpha});
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conversion of a flat picture to an environment, with checks of its values.
+// Turns a flat picture into an environment, and checks its values.
 #include "formats/image/environment_file.h"
 
 #include <algorithm>
@@ -30,12 +30,12 @@ std::uint64_t hashOf(const Environment& environment) {
 
 constexpr const char* kEnvironments = "give an equirectangular picture as .hdr (Radiance) or .exr";
 
-/// Adds a clause to the warnings.
+/// Adds a note, which is a clause, to the warnings.
 void warnOf(const std::string& path, const std::string& note, ReadWarnings& warnings) {
     warnings.warn("The environment \"" + path + "\": " + note + ".", path);
 }
 
-/// Returns an attribute's value from its first bytes.
+/// Returns an attribute's value; reads only as many bytes as the type has.
 template <class Value>
 Value valueOf(const RegularFile& file, const ExrHeaders::Attribute& attribute) {
     Value value{};
@@ -45,7 +45,7 @@ Value valueOf(const RegularFile& file, const ExrHeaders::Attribute& attribute) {
     return value;
 }
 
-/// Rejects cube maps; warns of other primaries and of parts that are not read.
+/// Rejects cube maps; warns of primaries other than Rec. 709 and of parts that are not read.
 void checkExrEnvironment(const std::string& path, ReadWarnings& warnings) {
     constexpr std::uint8_t kCube = 1;  // ImfEnvmap.h
     constexpr std::array<float, 8> kRec709 = {0.64F, 0.33F, 0.3F,    0.6F,
@@ -73,7 +73,7 @@ void checkExrEnvironment(const std::string& path, ReadWarnings& warnings) {
         warnOf(path, "it has " + std::to_string(parts) + " parts; the first one is used", warnings);
 }
 
-/// Warns if the picture's shape is not equirectangular.
+/// Warns if the picture does not have the shape of an equirectangular one.
 void checkShape(const Environment& environment, const std::string& path, ReadWarnings& warnings) {
     constexpr int kRounding = 2;  // pixels
     if (std::abs(environment.width - 2 * environment.height) <= kRounding) return;
@@ -130,7 +130,7 @@ Environment readEnvironment(const std::string& path, ReadWarnings& warnings,
             }
         }
     }
-    constexpr float kRinging = -0.01F;  // of sharpening filters
+    constexpr float kRinging = -0.01F;  // sharpening filters may go down to this
     if (least < kRinging) warnOf(path, "it has negative numbers; they are taken as 0", warnings);
     environment.content_hash = hashOf(environment);
     return environment;

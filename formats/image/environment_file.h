@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Environments from equirectangular pictures (Radiance .hdr and OpenEXR) or built in.
+// Environments: read from equirectangular pictures (Radiance .hdr and OpenEXR), or built in.
 #pragma once
 
 #include <cstdint>
@@ -11,26 +11,26 @@
 namespace peeler {
 
 struct EnvironmentLimits {
-    int max_side = 32768;                              ///< pixels
-    std::uint64_t max_bytes = std::uint64_t{2} << 30;  ///< decoded, 16 bytes per pixel
+    int max_side = 32768;                              ///< maximum width and height, in pixels
+    std::uint64_t max_bytes = std::uint64_t{2} << 30;  ///< maximum decoded size, 16 bytes per pixel
 };
 
-/// Reads linear Rec. 709 radiance of the whole display window (OpenEXR: of the first part),
-/// row-major, top to bottom. Pixels outside the data window are black, negative values become 0,
-/// and alpha is ignored. The format is recognised by the first bytes. Unsupported settings of the
-/// file become warnings. Throws Error (kInput) if the file has another format, is a cube map,
-/// exceeds the limits or has non-finite values, naming the pixel, and Error (kMemory) if memory
-/// runs out.
+/// Reads an equirectangular picture (of OpenEXR, the first part) as linear Rec. 709 radiance,
+/// row-major, top to bottom, over the whole display window. Pixels outside the data window are
+/// black, negative values become 0, and alpha is ignored. The first bytes decide the format.
+/// Settings in the file that are not supported become warnings. Throws Error (kInput) if the file
+/// has another format, is a cube map, exceeds the limits or has values that are not finite (names
+/// the pixel), and Error (kMemory) if memory runs out.
 Environment readEnvironment(const std::string& path, ReadWarnings& warnings,
                             const EnvironmentLimits& limits = {});
 
-/// Name of the built-in environment, embeddedStudio(); a file of that name is "./studio".
+/// The name of the built-in environment, embeddedStudio(). (A file with that name is "./studio".)
 inline constexpr const char* kStudioName = "studio";
 
 /// Returns the built-in environment, with a hash of its content.
 Environment namedStudio();
 
-/// Returns the built-in environment for its name, else readEnvironment().
+/// Returns the built-in environment if that is the name, else readEnvironment().
 Environment environmentNamed(const std::string& name_or_path, ReadWarnings& warnings);
 
 }  // namespace peeler

@@ -13,7 +13,7 @@
 namespace peeler {
 namespace {
 
-constexpr std::uint32_t kMultiPart = 0x1000;  ///< in the version field
+constexpr std::uint32_t kMultiPart = 0x1000;  ///< flag in the version field
 constexpr int kMaxParts = 1 << 15, kMaxAttributes = 1 << 13;
 constexpr std::size_t kLongestName = 255;
 
@@ -42,7 +42,7 @@ ExrHeaders::ExrHeaders(const RegularFile& file, std::string path)
 
 bool ExrHeaders::nextPart() {
     if (parts_ > 0 && !multi_part_) return false;
-    // An empty header ends a multi-part file's list.
+    // In a multi-part file, an empty header ends the list.
     if (parts_ > 0 && byteAt(place_) == '\0') {
         ++place_;
         return false;
@@ -72,8 +72,9 @@ bool ExrHeaders::nextAttribute(Attribute& attribute) {
     return true;
 }
 
-// OpenEXR's classes read such values by their content and ignore the declared size. Everything
-// after them is then read from the wrong position: names and sizes that were never checked.
+// Whether a value has the size that its type requires. This matters because OpenEXR's classes read
+// a value by its content and ignore the declared size: after a wrong one, they would read names and
+// sizes that were never checked.
 bool ExrHeaders::fitsType(const Attribute& attribute) {
     for (const FixedType& type : kFixedTypes)
         if (type.name == attribute.type) return attribute.size == type.bytes;
@@ -89,7 +90,7 @@ bool ExrHeaders::fitsType(const Attribute& attribute) {
 }
 
 bool ExrHeaders::isChannelList(const Attribute& attribute) {
-    constexpr std::uint64_t kNumbers = 16;  // per channel: its type, linearity, sampling
+    constexpr std::uint64_t kNumbers = 16;  // bytes per channel: type, linearity, sampling
     const std::uint64_t end = attribute.place + attribute.size;
     while (place_ < end) {
         if (name().empty()) return place_ == end;

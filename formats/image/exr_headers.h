@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR headers checked as raw bytes before a library reads them: OpenEXR's time per attribute
-// grows with their number (OpenEXRCore 3.1 takes a minute for a million), and its classes allocate
-// the declared size of an attribute.
+// Checks OpenEXR headers as raw bytes before a library reads them, because the time that OpenEXR
+// takes per attribute grows with their number (OpenEXRCore 3.1 takes a minute for a million), and
+// because its classes allocate whatever size an attribute declares.
 #pragma once
 
 #include <array>
@@ -13,34 +13,34 @@
 
 namespace peeler {
 
-/// A walk through the headers, from the first attribute of the first part to the last of the last
-/// ("OpenEXR File Layout", Header). All members throw Error (kInput) if the headers are invalid: a
-/// name longer than 255 bytes, a value that exceeds the file or has the wrong size for its type, or
-/// more parts and attributes than any program writes.
+/// An iterator over the attributes in all headers ("OpenEXR File Layout", Header), part by part.
+/// All members throw Error (kInput) if the headers are invalid: a name is longer than 255 bytes, a
+/// value exceeds the file or has the wrong size for its type, or there are more parts or attributes
+/// than any program writes.
 class ExrHeaders {
   public:
-    static constexpr std::uint64_t kBegin = 8;  ///< after the magic number and the version
+    static constexpr std::uint64_t kBegin = 8;  ///< offset of the first header
 
     struct Attribute {
         std::string name, type;
-        std::uint64_t place = 0, size = 0;  ///< of its value, in bytes of the file
+        std::uint64_t place = 0, size = 0;  ///< position and size of the value in the file
     };
 
-    /// `file` must be open and outlive this; `path` is for messages.
+    /// `file` must be open and outlive this; `path` is used in messages.
     ExrHeaders(const RegularFile& file, std::string path);
 
     bool multiPart() const { return multi_part_; }
-    /// Goes to the next part's header; every file has at least one. Call it after nextAttribute()
-    /// has returned false. Returns false after the last part.
+    /// Moves to the first or next part's header; every file has at least one. Call it only at the
+    /// beginning, or after nextAttribute() has returned false. Returns false after the last part.
     bool nextPart();
-    /// Reads the part's next attribute; false after the last.
+    /// Reads the next attribute of the part; returns false after the last one.
     bool nextAttribute(Attribute& attribute);
-    /// Returns the file position of the next byte, which is the end of the headers once nextPart()
-    /// has returned false.
+    /// Returns the position of the next byte in the file. Once nextPart() has returned false, that
+    /// is the end of the headers.
     std::uint64_t place() const { return place_; }
 
   private:
-    /// Whether a value has the size its type requires, if any. Changes the position.
+    /// Whether a value has the size that its type requires, if any. Changes the current position.
     bool fitsType(const Attribute& attribute);
     bool isChannelList(const Attribute& attribute);
     char byteAt(std::uint64_t place);
@@ -52,14 +52,14 @@ class ExrHeaders {
     std::string path_;
     bool multi_part_ = false;
     int parts_ = 0, attributes_ = 0;
-    std::uint64_t place_ = 4;  ///< of the version
+    std::uint64_t place_ = 4;  ///< starts after the magic number
     std::uint64_t block_begin_ = 0;
     std::size_t block_size_ = 0;
     std::array<char, 1 << 16> block_{};
 };
 
-/// Throws Error (kInput) as ExrHeaders does; ignores files that are not OpenEXR. `file` must be
-/// open.
+/// Checks a file's headers: throws Error (kInput) like ExrHeaders, but accepts any file that is not
+/// OpenEXR. `file` must be open.
 void checkExrHeaders(const RegularFile& file, const std::string& path);
 
 }  // namespace peeler

@@ -7,7 +7,7 @@
 namespace peeler {
 namespace {
 
-// The file from write_font.cpp.
+// The font, from the file that write_font.cpp writes.
 asm(".pushsection .rodata\n"
     ".globl peeler_font\n"
     "peeler_font:\n"
@@ -21,7 +21,7 @@ extern "C" const Font peeler_font;
 
 namespace {
 
-/// Returns the coverage of a character's pixels, row by row.
+/// Returns the coverage of the pixels of a character, row by row.
 const std::uint8_t* glyphOf(char character, int scale) {
     const char known = character < kFirstGlyph || character > kLastGlyph ? '?' : character;
     const auto index = static_cast<std::size_t>(known - kFirstGlyph);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Text in pictures: DejaVu Sans Mono, rasterised by FreeType when peeler is built, because render
-// farm machines have no fonts.
+// Text in pictures, in DejaVu Sans Mono. FreeType rasterises the font when peeler is built, because
+// machines of render farms have no fonts.
 #pragma once
 
 #include <array>
@@ -11,30 +11,30 @@
 
 namespace peeler {
 
-/// Height of capitals, and the distance to the next character, in dots.
+/// The height of capitals, and the distance between characters, in dots.
 inline constexpr int kTextHeight = 7, kTextAdvance = 6;
-/// The largest size of text: pixels per dot.
+/// The maximum scale of text, in pixels per dot.
 inline constexpr int kMostTextScale = 4;
 
-/// Draws one line with the upper left corner of its capitals at (x, y) of the picture's window; a
-/// dot is `scale` pixels, 1 to kMostTextScale. Clips to the window; characters outside printable
-/// ASCII become '?'.
+/// Draws a line of text with the upper left corner of its capitals at (x, y) in the picture's
+/// window. A dot is `scale` pixels wide, 1 to kMostTextScale. Clips the text to the window.
+/// Characters that are not printable ASCII become '?'.
 void drawText(CompositeImage& picture, int x, int y, int scale, const std::array<float, 4>& color,
               std::string_view text);
 
 /// The first and last character of the font.
 inline constexpr char kFirstGlyph = ' ', kLastGlyph = '~';
-/// Rows of a glyph above capitals, and all rows, in dots: brackets rise above capitals, and
-/// letters descend below the line.
+/// The rows of a glyph above the height of capitals, and all of its rows, in dots. Brackets rise
+/// above capitals, and letters descend below the line.
 inline constexpr int kGlyphTop = 1, kGlyphRows = 11;
 
-/// The coverage of each pixel of a glyph at scale S, row by row, 0 to 255.
+/// The coverage of each pixel of a glyph at scale S, row by row, as 0 to 255.
 template <int S>
 using Glyph = std::array<std::array<std::uint8_t, S * kTextAdvance>, S * kGlyphRows>;
 template <int S>
 using Glyphs = std::array<Glyph<S>, kLastGlyph - kFirstGlyph + 1>;
 
-/// The memory image that write_font.cpp writes.
+/// The font as write_font.cpp writes it: a memory image.
 struct Font {
     Glyphs<1> one;
     Glyphs<2> two;

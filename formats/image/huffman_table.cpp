@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Huffman code reader of BasisLZ.
+// Reads the Huffman codes of BasisLZ.
 #include <algorithm>
 #include <array>
 
@@ -10,7 +10,8 @@ namespace {
 
 constexpr unsigned kMostCodeBits = 16;
 
-/// Reverses a code: codes are stored highest bit first, everything else lowest first.
+/// Reverses the bits of a code, because codes are stored highest bit first, everything else lowest
+/// bit first.
 std::uint32_t reversedCode(std::uint32_t code, unsigned length) {
     std::uint32_t out = 0;
     for (unsigned i = 0; i < length; ++i)
@@ -18,7 +19,7 @@ std::uint32_t reversedCode(std::uint32_t code, unsigned length) {
     return out;
 }
 
-/// Symbols of the code-length code that stand for runs: of zeros, or of the previous length.
+/// A symbol, in the code for code lengths, that means a run: of zeros, or of the previous length.
 struct LengthRun {
     std::uint32_t symbol;
     bool zeros;
@@ -28,7 +29,7 @@ struct LengthRun {
 constexpr LengthRun kLengthRuns[] = {
     {17, true, 3, 3}, {18, true, 7, 11}, {19, false, 2, 3}, {20, false, 7, 7}};
 
-/// Storage order of the code-length code's lengths.
+/// The order in which the lengths of the code for code lengths are stored.
 constexpr std::uint8_t kLengthOrder[] = {17, 18, 19, 20, 0,  8, 7,  9, 6,  10, 5,
                                          11, 4,  12, 3,  13, 2, 14, 1, 15, 16};
 

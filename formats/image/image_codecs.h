@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Built-in image codecs, whose libraries load within a millisecond: PNG (ISO/IEC 15948) through
-// libspng and zlib; JPEG (ITU-T T.81) through TurboJPEG, the API of libjpeg-turbo; KTX 2.0 with our
-// own code, libzstd and libdeflate; BMP and TGA with our own code, since OpenImageIO 2.4 reads
-// beyond its buffers if they are damaged (CVE-2023-22845, CVE-2023-24473).
+// Built-in image codecs, whose libraries load within a millisecond. PNG (ISO/IEC 15948) uses
+// libspng and zlib; JPEG (ITU-T T.81) uses TurboJPEG, the API of libjpeg-turbo; KTX 2.0 has code of
+// our own, with libzstd and libdeflate. BMP and TGA also have code of our own, since OpenImageIO
+// 2.4 reads beyond its buffers if files are damaged (CVE-2023-22845, CVE-2023-24473).
 #pragma once
 
 #include <cstddef>
@@ -18,22 +18,22 @@
 
 namespace peeler {
 
-/// Returns a decoder of any PNG. Grey below 8 bits expands to 8, palette indices to colours,
-/// transparent colours to alpha. Pixel memory is allocated only by read(). Throws
+/// Returns a decoder of any PNG. Grey with fewer than 8 bits is expanded to 8, palette indices to
+/// colours, and transparent colours to alpha. Pixel memory is allocated only by read(). Throws
 /// std::runtime_error.
 std::unique_ptr<ImageDecoder> pngDecoder(const std::string& path,
                                          std::span<const std::uint8_t> bytes);
 
-/// Returns an encoder for 1 to 4 channels that uses all threads; its output does not depend on
-/// their number. If destroyed before close(), it leaves a partial file.
+/// Returns an encoder for 1 to 4 channels. It uses all threads, but their number does not affect
+/// the output. If destroyed before close(), it leaves a partial file.
 std::unique_ptr<ImageEncoder> pngEncoder();
-/// Returns the encoder's peak memory for a picture of this size in bytes.
+/// Returns the encoder's peak memory, in bytes, for a picture of `picture` bytes.
 std::uint64_t pngEncoderBytes(std::uint64_t picture);
 
-/// Returns a decoder of grey, colour and CMYK, which is converted to RGB. Pixel memory is allocated
-/// only by read(). Returns null for files left to the module of image_library.h: unusual
-/// subsampling, damaged headers, and files without `bytes`, whose description may be in Exif. A
-/// file with damaged pixels is decoded by the module too, and gets a note once it is read. Throws
+/// Returns a decoder of grey, colour and CMYK, which it converts to RGB. Pixel memory is allocated
+/// only by read(). Returns null for files that are left to the module of image_library.h: unusual
+/// subsampling, damaged headers, and files without `bytes`, whose description may be in Exif. The
+/// module also decodes files with damaged pixels, which get a note when they are read. Throws
 /// std::bad_alloc.
 std::unique_ptr<ImageDecoder> jpegDecoder(const std::string& path,
                                           std::span<const std::uint8_t> bytes);
@@ -51,11 +51,12 @@ std::unique_ptr<ImageDecoder> bmpDecoder(const std::string& path,
                                          std::span<const std::uint8_t> bytes);
 std::unique_ptr<ImageDecoder> tgaDecoder(const std::string& path,
                                          std::span<const std::uint8_t> bytes);
-/// Whether this may be a TGA, which has no signature: all header fields have legal values.
+/// Whether the file may be a TGA. TGA has no signature, so this checks that all header fields have
+/// legal values.
 bool isTga(std::span<const std::uint8_t> bytes);
 
-/// Converts a stored sample to another type, bit-identical to OpenImageIO: an integer's full range
-/// is 0 to 1; 16 bits are rounded to 8.
+/// Converts a stored sample to another type, with the same bits as in OpenImageIO: the full range
+/// of an integer is 0 to 1, and 16 bits are rounded to 8.
 template <class To, class From>
 To convertedSample(From sample) {
     constexpr auto kMost = std::numeric_limits<From>::max();
@@ -69,8 +70,8 @@ To convertedSample(From sample) {
     }
 }
 
-/// Converts the channels [begin, end) of pixels with `channels` channels each. `to` has room for
-/// pixels · (end − begin) samples.
+/// Converts the channels [begin, end) of pixels that have `channels` channels each. `to` must have
+/// room for pixels · (end − begin) samples.
 template <class To, class From>
 void convertSamples(const From* from, std::size_t pixels, std::size_t channels, std::size_t begin,
                     std::size_t end, To* to) {

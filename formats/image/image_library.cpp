@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Choice between built-in codecs and the module, which it loads.
+// Chooses between built-in codecs and the module, which it loads.
 #include "formats/image/image_library.h"
 
 #include <atomic>
@@ -16,8 +16,8 @@ namespace {
 
 std::mutex library_mutex;
 const ImageLibrary* loaded_library = nullptr;
-int wanted_threads = 0;               ///< 0 = not set
-std::atomic<int> most_megabytes = 0;  ///< 0 = not set
+int wanted_threads = 0;               ///< 0 if not set
+std::atomic<int> most_megabytes = 0;  ///< 0 if not set
 
 /// A format with built-in codecs. If `decoder` returns null, the module has to decode the file.
 struct BuiltIn {
@@ -32,7 +32,7 @@ constexpr BuiltIn kBuiltIn[] = {
     {"targa", tgaDecoder, nullptr, nullptr},
 };
 
-/// Checks the size limit ourselves: the library's own limit may be shared with a host program.
+/// Checks the size limit here, because OpenImageIO's own limit may be shared with a host program.
 std::unique_ptr<ImageDecoder> checked(std::unique_ptr<ImageDecoder> decoder) {
     const StoredImage& image = decoder->image();
     const std::uint64_t bytes = static_cast<std::uint64_t>(image.width) *
@@ -80,7 +80,7 @@ std::unique_ptr<ImageEncoder> imageEncoder(const std::string& format) {
 }
 
 std::uint64_t imageEncoderBytes(const std::string& format, std::uint64_t picture) {
-    // OpenImageIO 2.4 of Debian 12 with its dependencies: 96 to 110 MB, measured.
+    // For OpenImageIO 2.4 in Debian 12 with its dependencies, 96 to 110 MB were measured.
     constexpr std::uint64_t kLibraryBytes = std::uint64_t{112} << 20;
     for (const BuiltIn& row : kBuiltIn)
         if (row.format == format && row.encoder) return row.encoder_bytes(picture);
@@ -89,7 +89,8 @@ std::uint64_t imageEncoderBytes(const std::string& format, std::uint64_t picture
 }
 
 std::uint64_t sharedEncoderBytes(const std::string& format, std::uint64_t picture) {
-    // In built-in encoders, half is per encoder (rows and filtered data); the other half is shared.
+    // Half of a built-in encoder's memory (rows and filtered data) belongs to the single encoder;
+    // the other half is shared.
     const std::uint64_t all = imageEncoderBytes(format, picture);
     for (const BuiltIn& row : kBuiltIn)
         if (row.format == format && row.encoder) return all / 2;

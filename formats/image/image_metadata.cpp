@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Metadata stripping, chunk by chunk or segment by segment.
+// Removes metadata chunk by chunk, or segment by segment.
 #include "formats/image/image_metadata.h"
 
 #include <libdeflate.h>
@@ -26,9 +26,9 @@ std::uint32_t bigEndian(std::span<const std::uint8_t> bytes, std::size_t offset,
     return value;
 }
 
-/// Whether an EOI marker ends the scans of a JPEG. Rejects JPEGs with too many scans: each can be a
-/// few bytes long and still takes one more pass over all blocks. Encoders write ten. Within a scan
-/// 0xFF precedes a marker or a zero.
+/// Whether the scans of a JPEG end with an EOI marker. Rejects JPEGs with too many scans, because a
+/// scan of a few bytes still takes a pass over all blocks; encoders write ten. In a scan, 0xFF
+/// precedes a marker or a zero.
 bool scansEnd(std::span<const std::uint8_t> scans) {
     constexpr int kMostScans = 100;
     constexpr std::uint8_t kStartOfScan = 0xDA, kEndOfImage = 0xD9;
@@ -54,7 +54,7 @@ std::string_view textOf(std::span<const std::uint8_t> bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// Returns the orientation in Exif, which is a TIFF (CIPA DC-008, 4.6); 1 if there is none.
+/// Returns the orientation in Exif data, which is a TIFF (CIPA DC-008, 4.6); 1 if it has none.
 int exifOrientation(std::span<const std::uint8_t> exif) {
     constexpr std::string_view kPrefix("Exif\0\0", 6);
     constexpr std::size_t kHeader = 8, kEntry = 12;
@@ -84,7 +84,8 @@ int exifOrientation(std::span<const std::uint8_t> exif) {
 }  // namespace
 
 ReducedImage withoutPngMetadata(std::span<const std::uint8_t> bytes) {
-    constexpr std::size_t kSignature = 8, kFrame = 12;  // length, type, checksum
+    // In bytes; a frame is length, type and checksum.
+    constexpr std::size_t kSignature = 8, kFrame = 12;
     if (bytes.size() < kSignature) failToDecode("the PNG is truncated");
     ReducedImage result{{bytes.begin(), bytes.begin() + kSignature}};
     result.bytes.reserve(bytes.size());
@@ -107,7 +108,7 @@ ReducedImage withoutPngMetadata(std::span<const std::uint8_t> bytes) {
             result.orientation = exifOrientation(chunk.subspan(8, length));
         } else if (type == "acTL") {
             result.notes.emplace_back("it is animated; its first picture is shown");
-        } else if ((chunk[4] & 0x20U) == 0) {  // §5.4: upper case = critical
+        } else if ((chunk[4] & 0x20U) == 0) {  // §5.4: upper case means critical
             failToDecode("the PNG has chunks of an unknown kind");
         }
         has_pixels = has_pixels || type == "IDAT";
@@ -153,14 +154,15 @@ ReducedImage withoutJpegMetadata(std::span<const std::uint8_t> bytes) {
 }
 
 ReducedImage withoutWebpMetadata(std::span<const std::uint8_t> bytes) {
-    constexpr std::size_t kHeader = 12, kFrame = 8;  // RIFF, size, WEBP; name, size
+    // In bytes: RIFF, size, WEBP; name and size of a chunk.
+    constexpr std::size_t kHeader = 12, kFrame = 8;
     constexpr std::string_view kKept[] = {"VP8 ", "VP8L", "VP8X", "ALPH", "ANIM", "ANMF"};
-    constexpr std::uint8_t kMetadataFlags = 0x2C;  // section 2.7.1: profile, Exif, XMP
+    constexpr std::uint8_t kMetadataFlags = 0x2C;  // section 2.7.1: flags for profile, Exif, XMP
     if (bytes.size() < kHeader) failToDecode("the WebP is truncated");
     ReducedImage reduced{{bytes.begin(), bytes.begin() + kHeader}};
     std::vector<std::uint8_t>& result = reduced.bytes;
     result.reserve(bytes.size());
-    // Bytes after the end of the RIFF are not part of the picture.
+    // Bytes beyond the end of the RIFF do not belong to the picture.
     bytes = bytes.first(std::min(bytes.size(), kFrame + std::size_t{littleEndian(bytes, 4)}));
     for (std::size_t offset = kHeader; offset < bytes.size();) {
         if (bytes.size() - offset < kFrame) failToDecode("the WebP is truncated");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tone mapping, quantisation and encoding of rows into an AtomicFile.
+// Tone-maps, quantises and encodes rows, and writes them to an AtomicFile.
 #include "formats/image/image_writer.h"
 
 #include <algorithm>
@@ -44,7 +44,7 @@ std::uint8_t quantizeSrgb(float linear) {
     return bytes(linear);
 }
 
-constexpr int kEncodedRows = 64;  // per call of the encoder
+constexpr int kEncodedRows = 64;  // number of rows per call of the encoder
 
 }  // namespace
 
@@ -56,8 +56,8 @@ SizeForecast imageForecast(const std::string& path, std::uint64_t pixels) {
     return {bytes + bytes / 1000 + kHeaders, Certainty::kAtMost};
 }
 
-/// Encoder output through an AtomicFile, so that a full disk is noticed at once and reported as for
-/// every other format. Exceptions wait in `failure`.
+/// Writes an encoder's output to an AtomicFile, so that a full disk is noticed at once and reported
+/// as for every other format. Exceptions are kept in `failure`.
 class AtomicTarget final : public EncodedFile {
   public:
     explicit AtomicTarget(AtomicFile& file) : file_(file) {}
@@ -79,7 +79,7 @@ class AtomicTarget final : public EncodedFile {
     }
 
     std::exception_ptr failure;
-    bool discards = false;  ///< writes are ignored and succeed
+    bool discards = false;  ///< if set, writes do nothing and succeed
 
   private:
     template <class F>
@@ -96,12 +96,12 @@ class AtomicTarget final : public EncodedFile {
     AtomicFile& file_;
 };
 
-/// The open file. `target` and `encoder` refer to `file`, so the member order matters.
+/// The open file. `target` and `encoder` refer to `file`, so the order of members matters.
 struct ImageWriter::Output {
     explicit Output(const std::string& path) : file(path), target(file) {}
     ~Output() { abandon(); }
 
-    /// Runs `action`; a disk error takes precedence over the encoder error it caused.
+    /// Runs `action`. If a disk error made the encoder fail, throws the disk error.
     template <class F>
     void checked(F&& action) {
         std::string problem;
@@ -114,20 +114,21 @@ struct ImageWriter::Output {
         if (!problem.empty()) throw Error(ErrorKind::kOutput, problem, file.path());
     }
 
-    /// Returns the number of pixels with raised alpha.
+    /// Writes the rows of `composite`. Returns the number of pixels whose alpha exceeds the
+    /// coverage (StraightPixel::raised).
     template <class T>
     std::uint64_t writeRows(const CompositeImage& composite, const Display& display,
                             const std::array<float, 4>& background, PictureAlpha alpha);
 
     /// Closes an unfinished picture. OpenImageIO's encoders complain on stderr about missing rows,
-    /// so they get black ones, which never reach the disk.
+    /// so they get black rows, which are not written to disk.
     void abandon() noexcept;
 
     AtomicFile file;
     AtomicTarget target;
     std::unique_ptr<ImageEncoder> encoder;
-    ImageToEncode image{};  ///< height 0 = not started
-    int next_row = 0;       ///< in the file, 0 = top of the crop
+    ImageToEncode image{};  ///< height 0 until encoding has begun
+    int next_row = 0;       ///< next row to be written; 0 is the top of the crop
     std::vector<std::byte> pixels;
 };
 
@@ -148,7 +149,7 @@ std::uint64_t ImageWriter::Output::writeRows(const CompositeImage& composite,
         return composite.isSame(a, b) &&
                (alpha == PictureAlpha::kOpacity || isCovered(a) == isCovered(b));
     };
-    /// Implements PictureAlpha::kAnyFragment.
+    /// Applies PictureAlpha::kAnyFragment to an encoded pixel.
     const auto mask = [&](std::size_t in, T* out) {
         const bool black = out[0] == 0 && out[1] == 0 && out[2] == 0;
         if (!isCovered(in))
@@ -173,7 +174,7 @@ std::uint64_t ImageWriter::Output::writeRows(const CompositeImage& composite,
             std::uint64_t raised_here = 0;
             bool is_raised = false;
             for (std::size_t x = 0; x < width; ++x, ++in, out += channels) {
-                // Around the scene and on flat areas, pixels equal their left neighbours.
+                // Around the scene and on flat areas, many pixels equal their left neighbour.
                 if (x > 0 && isSame(in, in - 1)) {
                     std::copy_n(out - channels, channels, out);
                 } else {
@@ -202,7 +203,7 @@ void ImageWriter::Output::abandon() noexcept {
         for (; next_row < image.height; ++next_row)
             encoder->writeRows(next_row, next_row + 1, black.data());
         encoder.reset();
-    } catch (...) {  // the picture is lost anyway, and the reason is being reported
+    } catch (...) {  // the picture is lost in any case, and the reason is already being reported
     }
 }
 
@@ -283,7 +284,7 @@ ImageWriter::~ImageWriter() = default;
 
 void ImageWriter::begin(const Plan& plan) {
     const StageTimer timer(times_, "encode");
-    // Make the encoder first, so that no file is created without one.
+    // Create the encoder first, so that no file is created if there is no encoder.
     auto encoder = imageEncoder(std::string(format_->name));
     output_ = std::make_unique<Output>(path_);
     Output& output = *output_;
@@ -301,8 +302,9 @@ void ImageWriter::begin(const Plan& plan) {
     image.bits = format_->bits;
     image.software = "peeler " + options_.provenance.version;
     image.description = outputHashText(options_.provenance.output_hash);
-    // In a TIFF this becomes an Exif directory, which OpenImageIO 2.4.7 links wrongly when it
-    // writes through a proxy: the file is then unreadable. TIFF is read as sRGB anyway.
+    // Not for TIFF: there, this would become an Exif directory, which OpenImageIO 2.4.7 links
+    // wrongly when it writes through a proxy, so that the file is unreadable. TIFF is read as sRGB
+    // in any case.
     image.srgb = format_->name != "tiff";
     output.checked([&] { output.encoder->open(image, output.target); });
     output.image = image;

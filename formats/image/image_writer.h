@@ -23,38 +23,39 @@ namespace peeler {
 class AtomicFile;
 
 struct ImageFormat {
-    std::string_view name;  ///< in OpenImageIO
+    std::string_view name;  ///< name in OpenImageIO
     std::vector<std::string_view> extensions;
     std::string_view summary;
-    int bits = 8;  ///< per sample
+    int bits = 8;  ///< bits per sample
 };
-/// Returns the table of formats that ImageWriter writes.
+/// Returns the table of the formats that ImageWriter writes.
 std::span<const ImageFormat> imageFormats();
-/// Returns the row for a path's extension; null if there is none.
+/// Returns the row for a path's extension; null if the table has none.
 const ImageFormat* findImageFormat(const std::string& path);
 
-/// Returns the maximum file size for a number of pixels: compression adds at most a thousandth. The
-/// path must have an extension of the table.
+/// Returns the maximum file size for a number of pixels, since compression adds at most a
+/// thousandth. The path's extension must be in the table.
 SizeForecast imageForecast(const std::string& path, std::uint64_t pixels);
 
 /// The meaning of alpha in a file.
 enum class PictureAlpha : std::uint8_t {
     kOpacity,  ///< opacity over the background
-    /// Whether a pixel has any fragment: 255, or 0 and black. The picture is then over black
-    /// instead of the background, and a pixel with a fragment is never fully black: at least (1, 1,
-    /// 1) in place of (0, 0, 0). So alpha and colour give the same mask.
+    /// Whether a pixel has any fragment: 255 if so, otherwise 0 and black. The picture is then over
+    /// black instead of the background, and a pixel with a fragment is never fully black: (0, 0, 0)
+    /// becomes (1, 1, 1). Hence alpha and colour give the same mask.
     kAnyFragment
 };
 
-/// Writes the crop of the picture, all layers composited over the background, with the display
-/// transform of `options` (Display), sRGB-encoded, in the format of the path's extension. PNG and
-/// TIFF keep straight alpha (straightPixel). JPEG has no alpha: transparent areas become black.
-/// With automatic exposure the composite is kept until finish(), 16 bytes per pixel (28 with
-/// coloured opacity), and metered; a part of a picture is not metered, so that parts match.
+/// A writer of the picture's crop: all layers composited over the background, with the display
+/// transform of `options` (Display), sRGB-encoded, in the format that the path's extension chooses.
+/// PNG and TIFF have straight alpha (straightPixel()). JPEG has no alpha, so transparent areas
+/// become black. For automatic exposure the composite is kept until finish(), 16 bytes per pixel
+/// (28 with coloured opacity), and then metered; a part of a picture is not metered, so that the
+/// parts match.
 class ImageWriter : public Sink {
   public:
-    /// Throws Error (kUsage) if there is no such tone map, and Error (kInternal) if the path has no
-    /// extension of the table.
+    /// Throws Error (kUsage) if there is no such tone map, and Error (kInternal) if the table lacks
+    /// the path's extension.
     ImageWriter(std::string path, OutputOptions options,
                 PictureAlpha alpha = PictureAlpha::kOpacity);
     ~ImageWriter() override;
@@ -63,7 +64,7 @@ class ImageWriter : public Sink {
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
     void finish() override;
-    /// Does finish() without the commit, for commitAll().
+    /// Does all of finish() but the commit, and returns the file for commitAll().
     AtomicFile& close();
     SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override { return times_; }
@@ -71,7 +72,7 @@ class ImageWriter : public Sink {
   private:
     struct Output;
     void encode(const CompositeImage& composite);
-    /// Whether such a picture is metered for its exposure.
+    /// Whether the exposure of a picture with this plan is metered.
     bool metersOf(const Plan& plan) const;
 
     std::string path_;
@@ -79,16 +80,16 @@ class ImageWriter : public Sink {
     PictureAlpha alpha_;
     const ImageFormat* format_ = nullptr;
     Display display_;
-    bool metered_ = false;  ///< finish() meters the exposure of `kept_`
-    bool tinted_ = false;   ///< the picture has coloured opacity
+    bool metered_ = false;  ///< whether finish() meters the exposure of `kept_`
+    bool tinted_ = false;   ///< whether the picture has coloured opacity
     CompositeImage kept_;
     std::unique_ptr<Output> output_;
     CompositeImage composite_;
     StageTimes times_;
 };
 
-/// Writes 8-bit grey samples, row-major, as a PNG into a file that the caller commits. The samples
-/// are stored unchanged. `software` is stored in the file unless empty. Throws Error (kOutput) if
+/// Writes 8-bit grey samples, row-major, as a PNG into a file that the caller then commits. The
+/// samples are stored unchanged, and so is `software` unless empty. Throws Error (kOutput) if
 /// writing fails.
 void writeGreyPng(AtomicFile& file, int width, int height, std::span<const std::uint8_t> samples,
                   const std::string& software = {});
@@ -96,15 +97,15 @@ void writeGreyPng(AtomicFile& file, int width, int height, std::span<const std::
 void writeGreyPng(AtomicFile& file, int width, int height, std::span<const std::uint16_t> samples,
                   const std::string& software = {});
 
-/// Makes `image` one fragment at Z = 0 in every pixel of the window, the form in which writers take
-/// a finished picture. Returns its colours to fill in, row-major: premultiplied linear RGBA in
-/// float. Reuses the storage of `image`.
+/// Turns `image` into one with exactly one fragment, at Z = 0, in every pixel of the window;
+/// writers take finished pictures in this form. Returns its colours for the caller to fill in,
+/// row-major: premultiplied linear RGBA in float. Reuses the storage of `image`.
 std::span<float> onePerPixel(const Window& window, LayeredImage& image);
 
-/// Exact table for round(255 · encodeSrgb(linear)) of any float; NaN becomes 0.
+/// A table that gives exactly round(255 · encodeSrgb(linear)) for any float; NaN becomes 0.
 class SrgbBytes {
   public:
-    /// Builds the table: finds the lower bound of each byte by bisection.
+    /// Builds the table by finding, for each byte, the least float that gives it, by bisection.
     SrgbBytes();
 
     std::uint8_t operator()(float linear) const {
@@ -117,8 +118,8 @@ class SrgbBytes {
     }
 
   private:
-    /// A bucket covers one value of the exponent and 6 mantissa bits, from 2^-13 on: about one byte
-    /// starts in each.
+    /// A bucket covers the floats that share exponent and upper 6 mantissa bits, from 2^-13 on; in
+    /// each, about one new byte begins.
     static constexpr unsigned kShift = 17;
     static constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(0x1p-13F) >> kShift,
                                    kEnd = std::bit_cast<std::uint32_t>(1.0F) >> kShift;
@@ -126,8 +127,9 @@ class SrgbBytes {
         return (std::bit_cast<std::uint32_t>(linear) >> kShift) - kFirst;
     }
 
-    std::array<float, 257> begins_;                    ///< least float of each byte, then +inf
-    std::array<std::uint8_t, kEnd - kFirst> first_{};  ///< byte at the start of each bucket
+    /// Least float that gives each byte, then +inf.
+    std::array<float, 257> begins_;
+    std::array<std::uint8_t, kEnd - kFirst> first_{};  ///< byte at the lower end of each bucket
 };
 
 }  // namespace peeler

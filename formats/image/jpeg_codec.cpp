@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// JPEG decoder through TurboJPEG, with the same defaults as libjpeg: accurate transforms, smooth
-// upsampling.
+// JPEG decoder that uses TurboJPEG with libjpeg's defaults: accurate transforms, smooth upsampling.
 #include "formats/image/image_codecs.h"
 
 #include <turbojpeg.h>
@@ -14,10 +13,10 @@
 namespace peeler {
 namespace {
 
-/// The decoding of a colour space; the table is indexed by TurboJPEG's TJCS.
+/// How to decode a colour space; the table is indexed by TurboJPEG's TJCS.
 struct Decoding {
     int format;
-    std::size_t channels;  ///< in TurboJPEG
+    std::size_t channels;  ///< number of channels that TurboJPEG returns
     bool grey, cmyk;
 };
 constexpr Decoding kRgb = {TJPF_RGB, 3, false, false}, kGrey = {TJPF_GRAY, 1, true, false},
@@ -26,7 +25,7 @@ constexpr Decoding kDecodings[] = {kRgb, kRgb, kGrey, kCmyk, kCmyk};
 static_assert(TJCS_RGB == 0 && TJCS_YCbCr == 1 && TJCS_GRAY == 2 && TJCS_CMYK == 3 &&
               TJCS_YCCK == 4);
 
-/// Converts CMYK to RGB in place, at the start of `pixels`. JPEG stores inverted ink.
+/// Converts CMYK to RGB in place; the result is at the start of `pixels`. JPEG stores inverted ink.
 void rgbFromCmyk(std::vector<std::uint8_t>& pixels) {
     std::uint8_t* rgb = pixels.data();
     for (std::size_t i = 0; i < pixels.size(); i += 4) {
@@ -37,7 +36,7 @@ void rgbFromCmyk(std::vector<std::uint8_t>& pixels) {
     }
 }
 
-/// libjpeg's JWRN_JPEG_EOF, for which withoutJpegMetadata() adds a note.
+/// libjpeg's JWRN_JPEG_EOF, for which withoutJpegMetadata() has already added a note.
 constexpr const char* kCutOff = "Premature end of JPEG file";
 
 using Handle = std::unique_ptr<void, decltype(&tjDestroy)>;
@@ -69,8 +68,8 @@ class JpegDecoder final : public ImageDecoder {
         std::vector<std::uint8_t> stored(pixels() * decoding_.channels);
         if (tjDecompress2(handle_.get(), bytes_.data(), bytes_.size(), stored.data(), image_.width,
                           0, image_.height, decoding_.format, TJFLAG_STOPONWARNING) != 0) {
-            // TurboJPEG 2.1 cannot tell recoverable from fatal damage if both occur. OpenImageIO
-            // can, but reports nothing for the recoverable kind.
+            // TurboJPEG 2.1 cannot distinguish recoverable from fatal damage if both occur.
+            // OpenImageIO can, but does not report recoverable damage.
             const std::string damage = tjGetErrorStr2(handle_.get());
             imageLibrary().decoder("jpeg", path_, bytes_)->read(begin, end, samples);
             if (damage.find(kCutOff) == std::string::npos)

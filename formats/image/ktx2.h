@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// KTX 2.0 files (Khronos, "KTX File Format Specification", version 2.0): header and levels checked
-// against the file size, and texel decoding (Khronos Data Format Specification 1.3).
+// KTX 2.0 files (Khronos, "KTX File Format Specification", version 2.0): reads the header and
+// levels, checked against the file size, and decodes texels (Khronos Data Format Specification
+// 1.3).
 #pragma once
 
 #include <array>
@@ -13,67 +14,72 @@
 
 namespace peeler {
 
-/// Texel formats after unpacking.
+/// The format of texels after unpacking.
 enum class Ktx2Texels : std::uint8_t { kEtc1s, kUastc, kRgb8, kRgba8 };
 
-/// Level packing, numbered as in supercompressionScheme.
+/// The packing of levels, numbered as in supercompressionScheme.
 enum class Ktx2Packing : std::uint8_t { kNone, kBasisLz, kZstandard, kZlib };
 
 struct Ktx2Level {
     std::span<const std::uint8_t> bytes;  ///< packed
-    std::uint64_t offset = 0;             ///< in the file
+    std::uint64_t offset = 0;             ///< position in the file
     int width = 0, height = 0;            ///< pixels
-    std::uint64_t unpacked_bytes = 0;     ///< BasisLZ: 8 per block, though it is never unpacked
+    /// For BasisLZ, 8 per block, although it is never unpacked as a whole.
+    std::uint64_t unpacked_bytes = 0;
 };
 
-/// A 2D texture. Its spans refer to the source bytes.
+/// A 2D texture. Its spans are views of the file's bytes.
 struct Ktx2Container {
     Ktx2Texels texels = Ktx2Texels::kRgba8;
     Ktx2Packing packing = Ktx2Packing::kNone;
-    std::vector<Ktx2Level> levels;              ///< largest first, which has the picture's size
-    std::span<const std::uint8_t> global_data;  ///< of BasisLZ
-    std::uint64_t global_offset = 0;            ///< its position in the file
-    bool second_plane = false;                  ///< an ETC1S level has two slices instead of one
-    /// Sources of the picture's R, G, B and A: a decoded r, g, b, a, or 0, or 1. The second plane
-    /// of ETC1S is decoded to a.
+    /// From the largest, which has the picture's size, to the smallest.
+    std::vector<Ktx2Level> levels;
+    std::span<const std::uint8_t> global_data;  ///< BasisLZ only
+    std::uint64_t global_offset = 0;            ///< position of global_data in the file
+    /// Whether ETC1S levels have two slices instead of one.
+    bool second_plane = false;
+    /// The sources of the picture's R, G, B and A: a decoded r, g, b or a, or the constant 0 or 1.
+    /// The second plane of ETC1S is decoded to a.
     std::array<char, 4> swizzle = {'r', 'g', 'b', 'a'};
-    std::optional<bool> srgb;        ///< false: linear; none: another or not declared
+    /// sRGB (true) or linear (false); nothing if another space or undeclared.
+    std::optional<bool> srgb;
     std::string codec;               ///< "KTX2, UASTC, Zstandard"
     std::vector<std::string> notes;  ///< violations of KHR_texture_basisu that are accepted
 };
 
-// ktx2_container.cpp.
+// Defined in ktx2_container.cpp.
 
-/// Throws std::runtime_error with the problem and its byte position in the file, as all KTX2
-/// functions do.
+/// Throws std::runtime_error with the problem and its byte position in the file. All KTX2 functions
+/// report errors in this way.
 [[noreturn]] void failKtx2(const std::string& what, std::uint64_t at);
 
-/// Reads everything but level data. Throws std::runtime_error if the file is not a 2D texture of
-/// these texel formats or its alpha is premultiplied. Levels do not exceed the maximum ratio of
-/// their packing, so memory for unpacked_bytes may be allocated; only BasisLZ can declare any
-/// number of blocks in a few bytes.
+/// Reads everything but the data of the levels. Throws std::runtime_error if the file is not a 2D
+/// texture in one of these texel formats, or if its alpha is premultiplied. Checks that no level
+/// exceeds the maximum ratio of its packing, so that memory for unpacked_bytes may be allocated.
+/// Only BasisLZ has no such ratio: a few bytes can declare any number of blocks.
 Ktx2Container readKtx2(std::span<const std::uint8_t> file);
 
-// basis_etc1s.cpp: ETC1S, the texels of BasisLZ, blocks of 4 × 4 with four colours each.
+// Defined in basis_etc1s.cpp: ETC1S, the texels of BasisLZ, in blocks of 4 × 4 with four colours
+// each.
 
-/// Decodes the largest level: R, G, B from its first slice; A is 255, or the G of a second slice
-/// (whose three channels are the same). `rgba` has room for 4 bytes per pixel. Throws
+/// Decodes the largest level. R, G, B come from its first slice; A is 255, or G of its second slice
+/// (whose three channels are the same). `rgba` must have room for 4 bytes per pixel. Throws
 /// std::runtime_error (failKtx2()) if blocks have invalid references or slices are truncated.
 void decodeEtc1s(const Ktx2Container& file, std::uint8_t* rgba);
 
-// uastc_block.cpp: UASTC, 8-bit texels in blocks of 4 × 4 ("Universal ASTC Compressed Texture
-// Images").
+// Defined in uastc_block.cpp: UASTC, 8-bit texels in blocks of 4 × 4 ("Universal ASTC Compressed
+// Texture Images").
 
-inline constexpr std::size_t kUastcBytes = 16;  // per block
+inline constexpr std::size_t kUastcBytes = 16;  // bytes per block
 
 /// Returns the 16 texels of a block as RGBA, row-major. With `srgb`, colours between endpoints are
-/// rounded as specified for sRGB textures; values stay encoded. An invalid block becomes the error
-/// colour, (255, 0, 255, 255).
+/// rounded as specified for sRGB textures; the values stay encoded. If the block is invalid, all
+/// texels have the error colour (255, 0, 255, 255).
 std::array<std::uint8_t, 64> uastcTexels(std::span<const std::uint8_t, kUastcBytes> block,
                                          bool srgb);
 
-/// Decodes all blocks of a picture; their number must match its size. `rgba` has room for 4 bytes
-/// per pixel.
+/// Decodes all blocks of a picture; the number of blocks must match the picture's size. `rgba` must
+/// have room for 4 bytes per pixel.
 void decodeUastc(std::span<const std::uint8_t> blocks, int width, int height, bool srgb,
                  std::uint8_t* rgba);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Header, index, data format descriptor and metadata of KTX 2.0 files. Sections are named as in the
-// specification. Numbers of colour models, channels and transfer functions are those of the Khronos
-// Data Format Specification 1.3, "Descriptor block" and the sections after it.
+// Reads header, index, data format descriptor and metadata of KTX 2.0 files. Sections are named as
+// in the specification. Colour models, channels and transfer functions are numbered as in the
+// Khronos Data Format Specification 1.3, from "Descriptor block" on.
 #include "formats/image/ktx2.h"
 
 #include <algorithm>
@@ -15,16 +15,16 @@ namespace {
 
 constexpr std::string_view kIdentifier = "\xABKTX 20\xBB\r\n\x1A\n";
 constexpr std::size_t kKtx2HeaderBytes = 80, kLevelBytes = 24;
-constexpr std::uint32_t kMostKtx2Side = std::uint32_t{1} << 24U;  // so that sizes fit 64 bits
+constexpr std::uint32_t kMostKtx2Side = std::uint32_t{1} << 24U;  // so that sizes fit into 64 bits
 
-/// Byte offsets of the header fields ("File Structure").
+/// The byte offsets of header fields ("File Structure").
 struct Ktx2Field {
     static constexpr std::size_t kVkFormat = 12, kTypeSize = 16, kWidth = 20, kHeight = 24,
                                  kDepth = 28, kLayers = 32, kFaces = 36, kLevels = 40, kScheme = 44,
                                  kDescriptor = 48, kMetadata = 56, kGlobalData = 64;
 };
 
-/// A supported texel format, by VkFormat (UNORM and SRGB) and colour model.
+/// A supported texel format: its VkFormats (UNORM and SRGB) and its colour model.
 struct Ktx2TexelRow {
     Ktx2Texels texels;
     const char* name;
@@ -39,9 +39,9 @@ constexpr Ktx2TexelRow kKtx2Texels[] = {
     {Ktx2Texels::kRgba8, "RGBA8", 37, 43, kModelRgb, 1, 4},
 };
 
-/// The swizzle to RGBA for a sequence of channels in a descriptor. Missing colours are 0, missing
-/// alpha is 1 (section "KTXswizzle"). Blocks with the single channel RRR hold all three colours:
-/// toktx 4.0.0-beta4 declared colour files this way, and transcoders use them unchanged.
+/// The swizzle to RGBA for the sequence of channels in a descriptor. Missing colours are 0, missing
+/// alpha is 1 (section "KTXswizzle"). Blocks with only the channel RRR hold all three colours:
+/// toktx 4.0.0-beta4 declared colour files in this way, and transcoders use them as they are.
 struct Ktx2ChannelRow {
     std::uint32_t model;
     std::string_view channels;
@@ -61,9 +61,9 @@ constexpr Ktx2ChannelRow kKtx2Channels[] = {
     {kModelRgb, {"\x00\x01\x02\x0F", 4}, {'r', 'g', 'b', 'a'}},
 };
 
-/// By supercompressionScheme: the maximum number of output bytes per input byte. Zstandard reaches
-/// 128 KiB for the four bytes of a repeating block (RFC 8878, section 3.1.1.2), DEFLATE 258 for two
-/// bits.
+/// A packing, indexed by supercompressionScheme, with the maximum number of output bytes per input
+/// byte. Zstandard reaches 128 KiB for the four bytes of a repeating block (RFC 8878, section
+/// 3.1.1.2), DEFLATE 258 bytes for two bits.
 struct Ktx2PackingRow {
     const char* name;
     std::uint64_t most_from_one;
@@ -93,7 +93,8 @@ class Ktx2Reader {
     }
 
   private:
-    /// Returns `size` bytes as a little-endian number; the caller has checked that they exist.
+    /// Returns `size` bytes as a little-endian number. The caller must have checked that the file
+    /// has them.
     std::uint64_t number(std::size_t at, std::size_t size = 4) const {
         std::uint64_t value = 0;
         for (std::size_t i = size; i-- > 0;)
@@ -117,7 +118,7 @@ class Ktx2Reader {
                         [](char a, std::uint8_t b) { return static_cast<std::uint8_t>(a) == b; }))
             failKtx2("the KTX 2.0 header is missing", 0);
         width_ = checkedSide(Ktx2Field::kWidth);
-        // Section "Texture Type".
+        // The conditions in the section "Texture Type".
         struct Shape {
             std::size_t at;
             std::uint64_t must_be;
@@ -148,7 +149,7 @@ class Ktx2Reader {
         return static_cast<std::uint32_t>(side);
     }
 
-    /// Reads the first block of the "Data Format Descriptor", a basic one.
+    /// Reads the first block of the "Data Format Descriptor", which must be a basic one.
     void readDescriptor() {
         constexpr std::size_t kBlock = 4, kBasic = 24, kSample = 16;
         const std::uint64_t at = number(Ktx2Field::kDescriptor),
@@ -209,7 +210,7 @@ class Ktx2Reader {
 
     void readSamples(std::size_t at, std::size_t count) {
         constexpr std::size_t kSample = 16;
-        constexpr std::uint8_t kChannel = 0xF, kNumbers = 0xE0;  // float, signed, exponent
+        constexpr std::uint8_t kChannel = 0xF, kNumbers = 0xE0;  // flags: float, signed, exponent
         std::string channels;
         for (std::size_t i = 0; i < count; ++i) {
             const std::size_t sample = at + i * kSample;
@@ -295,7 +296,7 @@ class Ktx2Reader {
             std::string_view value = text.substr(end + 1);
             value = value.substr(0, value.find('\0'));
             if (text.substr(0, end) == "KTXorientation" && value != "rd")
-                // It does not change the pixel at a coordinate.
+                // KTXorientation does not change which pixel is at a coordinate.
                 out_.notes.emplace_back(
                     "its orientation (KTXorientation) is not rd; it has no effect");
             if (text.substr(0, end) == "KTXswizzle") readSwizzle(value, begin + at + 4);

@@ -11,31 +11,32 @@
 
 namespace peeler {
 
-/// The size of a white strip below a picture.
+/// The size of the white strip that holds a legend, below a picture.
 struct LegendSize {
     int scale = 1;              ///< pixels per text dot
-    int width = 0, height = 0;  ///< pixels; may be wider than the picture
+    int width = 0, height = 0;  ///< in pixels; may be wider than the picture
 };
 
-/// The legend of false colours.
+/// The contents of a legend for false colours.
 struct ColorBar {
-    std::string title;                                    ///< quantity and unit
+    std::string title;                                    ///< quantity with its unit
     double low = 0, high = 1;                             ///< values at both ends
-    std::array<float, 3> (*ramp)(float share) = nullptr;  ///< linear; share from 0 to 1
+    std::array<float, 3> (*ramp)(float share) = nullptr;  ///< share (0 to 1) to linear colour
 };
 
-/// Returns the size of the legend with this title below a picture `width` pixels wide.
+/// Returns the size of a legend with this title for a picture that is `width` pixels wide.
 LegendSize colorBarSize(std::string_view title, int width);
-/// Draws the bar with its title above and values below: both ends, and round ones between. The
-/// window is (0, 0) to the size.
+/// Draws the legend: the title, the bar, and the values at both ends and at round numbers between
+/// them. The window is (0, 0) to `size`.
 CompositeImage drawColorBar(const ColorBar& bar, const LegendSize& size);
 
-/// A line of a legend: a colour square and its meaning.
+/// A line of a legend: a coloured square and its meaning.
 struct LegendLine {
-    std::array<float, 3> color{1, 1, 1};  ///< linear; white = no square
+    std::array<float, 3> color{1, 1, 1};  ///< linear; white means no square
     std::string text;
 };
-/// Returns the size of these lines, one below the other, for a picture `width` pixels wide.
+/// Returns the size of a legend with these lines, one below the other, for a picture that is
+/// `width` pixels wide.
 LegendSize legendSize(const std::vector<LegendLine>& lines, int width);
 CompositeImage drawLegend(const std::vector<LegendLine>& lines, const LegendSize& size);
 

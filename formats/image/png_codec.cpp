@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PNG decoder through libspng, which returns pixels as stored or expanded, and does nothing else to
-// them.
+// PNG decoder that uses libspng, which returns pixels as stored or expanded, and does nothing else
+// to them.
 #include "formats/image/image_codecs.h"
 
 #include <fcntl.h>
@@ -21,8 +21,8 @@
 namespace peeler {
 namespace {
 
-/// Whether libspng, or zlib within it, ran out of memory in the last call. It reports that by
-/// several error codes, one of which also means damage.
+/// Whether libspng, or the zlib that it uses, ran out of memory in the last call. libspng reports
+/// that by several error codes, one of which also means damage.
 thread_local bool ran_out = false;
 
 void* allocated(void* memory) {
@@ -35,7 +35,7 @@ void check(int result) {
     if (result != SPNG_OK) throw std::runtime_error("PNG: " + std::string(spng_strerror(result)));
 }
 
-/// Checks the result of a row-by-row function; returns false after the last row.
+/// Checks the result of reading a row; returns false after the last row.
 bool more(int result) {
     if (result == SPNG_EOI) return false;
     check(result);
@@ -55,11 +55,11 @@ Context newContext(int flags) {
     return context;
 }
 
-/// The expanded format of a kind of PNG.
+/// The format to which PNGs with these properties are expanded.
 struct Expansion {
     std::uint8_t color_type;
     bool sixteen_bits, transparency;
-    int format;  ///< in libspng
+    int format;  ///< libspng's number
     std::string_view channels;
 };
 constexpr Expansion kExpansions[] = {
@@ -93,7 +93,7 @@ bool sameLetters(std::string_view a, std::string_view b) {
         a, b, {}, [](char c) { return c | 0x20; }, [](char c) { return c | 0x20; });
 }
 
-/// Returns the last description text before the pixels.
+/// Returns the last description (Description or ImageDescription) before the pixels.
 std::string descriptionIn(spng_ctx* png) {
     std::uint32_t count = 0;
     if (spng_get_text(png, nullptr, &count) != SPNG_OK) return {};
@@ -124,7 +124,7 @@ class PngDecoder final : public ImageDecoder {
         }
         const Context png = opened();
         check(spng_get_ihdr(png.get(), &header_));
-        // This reads up to the pixels, so it reports any damage before them.
+        // This call reads everything before the pixels, so it reports any damage there.
         spng_trns transparency{};
         const int result = spng_get_trns(png.get(), &transparency);
         if (result != SPNG_ECHUNKAVAIL) check(result);
@@ -144,8 +144,8 @@ class PngDecoder final : public ImageDecoder {
   private:
     Context opened() const {
         Context png = newContext(0);
-        // Texts may be compressed, so a small file may hold large ones. The limit does not apply to
-        // pixels.
+        // Texts may be compressed, so a small file may contain huge ones; hence a limit, which does
+        // not apply to pixels.
         constexpr std::size_t kMost = std::size_t{1} << 26U;
         check(spng_set_chunk_limits(png.get(), kMost, kMost));
         if (file_) {
@@ -176,7 +176,8 @@ class PngDecoder final : public ImageDecoder {
             convertSamples(from, width, channels, first, last,
                            samples + row * width * (last - first));
         };
-        // A row of an interlaced picture comes in passes, and is complete after the last one.
+        // In an interlaced picture, a row comes in several passes and is complete only after the
+        // last one.
         const bool interlaced = header_.interlace_method != SPNG_INTERLACE_NONE;
         std::vector<From> rows(width * channels * (interlaced ? header_.height : 1));
         spng_row_info row{};
@@ -185,12 +186,12 @@ class PngDecoder final : public ImageDecoder {
             more(spng_decode_row(png.get(), at, width * channels * sizeof(From)));
             if (!interlaced) convert(at, row.row_num);
         }
-        check(spng_decode_chunks(png.get()));  // includes the checksum of the pixels
+        check(spng_decode_chunks(png.get()));  // this checks the checksum of the pixels, too
         for (std::size_t y = 0; interlaced && y < header_.height; ++y)
             convert(rows.data() + y * width * channels, y);
     }
 
-    File file_;  // open if there are no bytes: reads only as much as needed
+    File file_;  // open if there are no `bytes_`: reads only as much of the file as needed
     std::span<const std::uint8_t> bytes_;
     spng_ihdr header_{};
     const Expansion* expansion_ = nullptr;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // PNG encoder (ISO/IEC 15948). Deflate takes most of the time, so the rows are cut into pieces that
-// are compressed in parallel, each with the end of the previous one as its dictionary, and joined
-// into one stream (as pigz does; zlib's Z_SYNC_FLUSH ends a piece on a byte boundary).
+// are compressed in parallel. Each has the end of the previous piece as its dictionary, and all are
+// joined into one stream (as pigz does; zlib's Z_SYNC_FLUSH makes a piece end on a byte boundary).
 #include <zlib.h>
 
 #include <algorithm>
@@ -21,9 +21,9 @@
 namespace peeler {
 namespace {
 
-// Cuts depend only on the picture, so its bytes are the same for any number of threads.
+// The cuts depend only on the picture, so that any number of threads gives the same bytes.
 constexpr std::size_t kPieceBytes = 128 << 10, kPiecesAtOnce = 32;
-constexpr std::size_t kDictionaryBytes = 32 << 10;  // the window of deflate
+constexpr std::size_t kDictionaryBytes = 32 << 10;  // deflate's window
 
 using PngBytes = std::vector<std::uint8_t>;
 
@@ -36,7 +36,7 @@ void appendText(std::string_view text, PngBytes& bytes) {
     bytes.insert(bytes.end(), text.begin(), text.end());
 }
 
-/// Returns a chunk of one of the specification's types.
+/// Returns a chunk with this type and data.
 PngBytes chunkOf(std::string_view type, std::span<const std::uint8_t> data) {
     PngBytes chunk;
     chunk.reserve(data.size() + 12);
@@ -48,8 +48,8 @@ PngBytes chunkOf(std::string_view type, std::span<const std::uint8_t> data) {
     return chunk;
 }
 
-/// Applies filter 4 of §9.4: the difference to the left, upper or upper left neighbour, whichever
-/// is nearest to left + up − upper left. `above` is null in the first row.
+/// Applies filter 4 of §9.4: the difference from the left, upper or upper left neighbour, whichever
+/// is nearest to left + up − upper left. `above` is null for the first row.
 void filterByPaeth(const std::uint8_t* row, const std::uint8_t* above, std::size_t row_bytes,
                    std::size_t pixel_bytes, std::uint8_t* out) {
     *out++ = 4;
@@ -71,23 +71,23 @@ void filterByPaeth(const std::uint8_t* row, const std::uint8_t* above, std::size
     }
 }
 
-/// A compressed piece of the stream.
+/// A piece of the stream, which is compressed by itself.
 struct Piece {
-    std::size_t begin = 0, end = 0;  ///< in the uncompressed bytes
+    std::size_t begin = 0, end = 0;  ///< range of the uncompressed bytes
     PngBytes compressed{};
     uLong checksum = 0;  ///< Adler-32
 };
 
-/// Compresses a piece of `bytes`, with the bytes before it as dictionary.
+/// Compresses a piece of `bytes`, with the bytes before it as the dictionary.
 void deflatePiece(const PngBytes& bytes, bool last, Piece& piece) {
     z_stream stream{};
-    // The fastest combination of filter, strategy and level with files no larger than libpng's at
-    // its level 6, which tries every filter for every row.
+    // This combination of filter, strategy and level is the fastest whose files are no larger than
+    // libpng's at level 6, which tries every filter for every row.
     if (deflateInit2(&stream, 6, Z_DEFLATED, -15, 8, Z_FILTERED) != Z_OK) throw std::bad_alloc();
     const std::size_t known = std::min(piece.begin, kDictionaryBytes);
     deflateSetDictionary(&stream, bytes.data() + piece.begin - known, static_cast<uInt>(known));
     const std::size_t size = piece.end - piece.begin;
-    // A flush adds an empty block, which is not in the bound.
+    // A flush adds an empty block, which the bound does not include.
     piece.compressed.resize(deflateBound(&stream, static_cast<uLong>(size)) + 16);
     stream.next_in = const_cast<Bytef*>(bytes.data() + piece.begin);
     stream.avail_in = static_cast<uInt>(size);
@@ -106,7 +106,7 @@ class PngEncoder final : public ImageEncoder {
     bool keepsAlpha() const override { return true; }
 
     void open(const ImageToEncode& image, EncodedFile& file) override {
-        constexpr std::uint8_t kColorTypes[] = {0, 4, 2, 6};  // by number of channels
+        constexpr std::uint8_t kColorTypes[] = {0, 4, 2, 6};  // indexed by the number of channels
         file_ = &file;
         wide_ = image.bits == 16;
         height_ = static_cast<std::size_t>(image.height);
@@ -146,7 +146,7 @@ class PngEncoder final : public ImageEncoder {
     }
 
   private:
-    /// Writes sRGB, with gAMA and cHRM for readers that do not know sRGB (§11.3.2.5).
+    /// Writes sRGB, and also gAMA and cHRM for readers that do not know sRGB (§11.3.2.5).
     void writeSrgb() {
         PngBytes primaries, gamma;
         for (const std::uint32_t value :
@@ -159,7 +159,7 @@ class PngEncoder final : public ImageEncoder {
         write(chunkOf("sRGB", kAbsoluteColorimetric));
     }
 
-    /// Writes a text unless it is empty.
+    /// Writes a text, unless it is empty.
     void writeText(std::string_view keyword, const std::string& text) {
         if (text.empty()) return;
         PngBytes data;
@@ -169,12 +169,13 @@ class PngEncoder final : public ImageEncoder {
         write(chunkOf("tEXt", data));
     }
 
-    /// Returns the number of uncompressed rows held; the last compressed one does not count.
+    /// Returns the number of rows waiting to be compressed. The last compressed row, which is also
+    /// held, does not count.
     std::size_t waiting() const {
         return row_bytes_ == 0 ? 0 : rows_.size() / row_bytes_ - (compressed_rows_ > 0 ? 1 : 0);
     }
 
-    /// Compresses and writes `count` of the held rows.
+    /// Compresses and writes the first `count` of the waiting rows.
     void compress(std::size_t count) {
         if (count == 0) return;
         const bool last = compressed_rows_ + count == height_;
@@ -206,7 +207,7 @@ class PngEncoder final : public ImageEncoder {
     void writePiece(const Piece& piece, bool last) {
         PngBytes data;
         if (checksum_ == 0) {
-            data = {0x78, 0x9C};  // window of 32 KB, default level (RFC 1950 §2.2)
+            data = {0x78, 0x9C};  // RFC 1950 §2.2: window of 32 KB, default level
             checksum_ = adler32(0, nullptr, 0);
         }
         data.insert(data.end(), piece.compressed.begin(), piece.compressed.end());
@@ -228,8 +229,8 @@ class PngEncoder final : public ImageEncoder {
     bool wide_ = false;
     std::size_t height_ = 0, pixel_bytes_ = 0, row_bytes_ = 0, piece_rows_ = 1;
     std::size_t compressed_rows_ = 0;
-    PngBytes rows_;      // the last compressed row, and all uncompressed ones
-    PngBytes filtered_;  // end of the compressed data, and the data to compress
+    PngBytes rows_;      // the last compressed row, and all waiting rows
+    PngBytes filtered_;  // the end of the data compressed so far, and the data to compress next
     uLong checksum_ = 0;
 };
 
@@ -240,7 +241,8 @@ std::unique_ptr<ImageEncoder> pngEncoder() {
 }
 
 std::uint64_t pngEncoderBytes(std::uint64_t picture) {
-    // Rows held, rows received since, filtered and compressed data.
+    // The factor 4 is for waiting rows, rows that have arrived since, filtered data and compressed
+    // data.
     return 4 * std::min<std::uint64_t>(picture, kPieceBytes * kPiecesAtOnce);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Header of a Radiance picture (Ward, "Radiance File Formats", "Picture File Format"). OpenImageIO
-// reads the pixels, but confuses two of the eight orientations.
+// The header of a Radiance picture (Ward, "Radiance File Formats", "Picture File Format"). It is
+// parsed here because OpenImageIO, which reads the pixels, confuses two of the eight orientations.
 #pragma once
 
 #include <string>
@@ -10,18 +10,19 @@
 namespace peeler {
 
 struct RadianceHeader {
-    /// Orientation of the rows, as in TIFF: 1 = from the top, from the left.
+    /// The orientation of the rows, as in TIFF; 1 means from the top, from the left.
     int orientation = 1;
-    /// Settings that change the meaning of values and are ignored here, as in StoredImage::notes.
+    /// Settings that change the meaning of the values but are ignored, as in StoredImage::notes.
     std::vector<std::string> notes{};
 };
 
-/// Reads the header at the start of `text`, which is the whole file or its first
-/// kMostRadianceHeader bytes. Missing settings have their defaults; OpenImageIO rejects files
-/// without a resolution.
+/// Reads the header at the start of `text`, which must be the whole file or at least its first
+/// kMostRadianceHeader bytes. Missing settings get their defaults. A missing resolution is no error
+/// here, since OpenImageIO rejects such files.
 RadianceHeader radianceHeader(std::string_view text);
 
-/// Headers have a few lines; programs that render in steps add a line each time.
+/// The maximum size of a header, in bytes. Most have a few lines, but every program that processes
+/// the picture may add one.
 inline constexpr std::size_t kMostRadianceHeader = std::size_t{1} << 16U;
 
 }  // namespace peeler

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Table of SrgbBytes. Positive floats have the order of their bits, so bisection of the bits finds
-// the least float of each byte.
+// The table of SrgbBytes. The bits of positive floats are ordered like their values, so bisecting
+// the bits finds the least float for each byte.
 #include "formats/image/image_writer.h"
 
 #include <cmath>
@@ -9,7 +9,7 @@
 namespace peeler {
 
 SrgbBytes::SrgbBytes() {
-    std::uint32_t begin = 0;  // of the previous byte
+    std::uint32_t begin = 0;  // least float of the previous byte
     for (std::size_t byte = 0; byte < 256; ++byte) {
         std::uint32_t end = std::bit_cast<std::uint32_t>(1.0F);
         while (begin < end) {

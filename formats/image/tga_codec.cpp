@@ -11,11 +11,11 @@ namespace {
 
 constexpr std::size_t kTgaHeader = 18;
 
-/// Image types of the header; plus 8 = run-length encoded.
+/// The image types in the header; kTgaRuns is added if the pixels are run-length encoded.
 enum TgaType : std::uint8_t { kTgaPalette = 1, kTgaColor = 2, kTgaGrey = 3, kTgaRuns = 8 };
 
 struct TgaHeader {
-    std::uint8_t type = 0;  ///< without kTgaRuns
+    std::uint8_t type = 0;  ///< TgaType without kTgaRuns
     bool has_runs = false, has_palette = false;
     std::uint32_t palette_first = 0, palette_count = 0, palette_bits = 0;
     std::uint32_t width = 0, height = 0, bits = 0;
@@ -27,7 +27,7 @@ constexpr bool isColorDepth(std::uint32_t bits) {
     return bits == 15 || bits == 16 || bits == 24 || bits == 32;
 }
 
-/// Reads the header; returns false if a field has an illegal value.
+/// Reads the header; returns false if any field has an illegal value.
 bool readTgaHeader(std::span<const std::uint8_t> bytes, TgaHeader& header) {
     if (bytes.size() < kTgaHeader) return false;
     const auto number = [&](std::size_t at) -> std::uint32_t {
@@ -105,7 +105,7 @@ class TgaDecoder final : public RgbaDecoder {
             fail("the file ends before its pixels do");
     }
 
-    /// Returns the index in the picture of the file's pixel `i`.
+    /// Returns the index in the picture of pixel `i` in the file.
     std::size_t place(std::size_t i) const {
         const std::size_t x = i % header_.width, y = i / header_.width;
         return (header_.from_top ? y : header_.height - 1 - y) * header_.width +
@@ -124,8 +124,8 @@ class TgaDecoder final : public RgbaDecoder {
         return color(bytes_.data() + header_.palette_at + place, header_.palette_bits);
     }
 
-    /// Returns a colour. The highest of 16 bits is ignored: programs disagree on whether it is
-    /// alpha.
+    /// Returns the colour at `from`. Of 16 bits, the highest is ignored, because programs disagree
+    /// on whether it is alpha.
     static Texel color(const std::uint8_t* from, std::uint32_t bits) {
         if (bits >= 24)
             return {from[2], from[1], from[0], bits == 32 ? from[3] : std::uint8_t{255}};

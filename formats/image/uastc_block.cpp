@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// UASTC decoder. The tables are the specification's, with its section names beside them; partitions
-// are those that ASTC generates from the numbers in "Multi-subset blocks".
+// UASTC decoder. The tables are those of the specification and are named after its sections.
+// Partitions are those that ASTC generates from the numbers in "Multi-subset blocks".
 #include <algorithm>
 #include <cstring>
 
@@ -15,13 +15,14 @@ struct UastcMode {
     std::uint8_t code, code_bits;
     std::uint8_t hint_bits;     ///< for transcoders to other formats
     std::uint8_t pattern_bits;  ///< PAT
-    std::uint8_t subsets;       ///< with their own endpoints
-    std::uint8_t channels;      ///< 2: LA, 3: RGB, 4: RGBA
-    std::uint8_t digits;        ///< 3: trits, 5: quints, 1: neither, above the endpoint bits
+    std::uint8_t subsets;       ///< number of subsets, each with its own endpoints
+    std::uint8_t channels;      ///< 2 for LA, 3 for RGB, 4 for RGBA
+    /// Above the endpoint bits: 3 for trits, 5 for quints, 1 for neither.
+    std::uint8_t digits;
     std::uint8_t endpoint_bits;
     std::uint8_t weight_bits;
-    std::uint8_t planes;  ///< 2: one channel has its own weights
-    bool selects;         ///< CSEL selects that channel; otherwise it is alpha
+    std::uint8_t planes;  ///< if 2, one channel has its own weights
+    bool selects;         ///< whether CSEL chooses that channel; otherwise it is alpha
 };
 constexpr UastcMode kUastcModes[] = {
     {0x01, 4, 15, 0, 1, 3, 3, 6, 4, 1, false},  //
@@ -47,7 +48,7 @@ constexpr UastcMode kUastcModes[] = {
 constexpr std::size_t kSolidMode = 8, kModeOfSevenPatterns = 7;
 constexpr unsigned kMostModeBits = 7;
 
-/// The mode by the lowest bits of a block; the number of modes = invalid.
+/// The mode for the lowest bits of a block; the number of modes if the bits are invalid.
 constexpr auto kModeOfBits = [] {
     std::array<std::uint8_t, 1U << kMostModeBits> modes{};
     for (std::size_t bits = 0; bits < modes.size(); ++bits) {
@@ -59,8 +60,8 @@ constexpr auto kModeOfBits = [] {
     return modes;
 }();
 
-/// By pattern: the texels of the second subset, first texel in the lowest bit ("Partition table for
-/// 2-subset Mode Indices 2, 4, 9, and 16").
+/// For each pattern, a bit per texel that says whether it is in the second subset; the first texel
+/// is in the lowest bit ("Partition table for 2-subset Mode Indices 2, 4, 9, and 16").
 constexpr std::uint16_t kTwoSubsets[] = {
     0xCCCC, 0x8888, 0x1111, 0xECC8, 0x377F, 0xFEEC, 0x0137, 0x137F, 0xC800, 0x0013,
     0xFE80, 0x17FF, 0x0017, 0x00FF, 0xFFF0, 0x0FFF, 0xFF71, 0x8EFF, 0x08CE, 0x008C,
@@ -69,7 +70,8 @@ constexpr std::uint16_t kTwoSubsets[] = {
 constexpr std::uint16_t kTwoSubsetsOfSeven[] = {
     0x00F0, 0x4444, 0x0133, 0xCC80, 0xF0FF, 0x2222, 0xFFC8, 0xCCCE, 0x3C03, 0x00EE,
     0x7700, 0x3003, 0x00CE, 0xFF80, 0x6FFF, 0x1333, 0x11FF, 0x136C, 0x00EF};
-/// The subset of each texel, two bits each ("Partition table for 3-subset Mode Index 3").
+/// For each pattern, the subset of each texel, in two bits ("Partition table for 3-subset Mode
+/// Index 3").
 constexpr std::uint32_t kThreeSubsets[] = {0xA5A50000, 0xAA005555, 0xAA000055, 0x0000AA55,
                                            0x25252525, 0x94949494, 0x58585858, 0x56560202,
                                            0x92929292, 0x55AA0055, 0xA05050A0};
@@ -77,8 +79,9 @@ constexpr std::uint32_t kThreeSubsets[] = {0xA5A50000, 0xAA005555, 0xAA000055, 0
 constexpr std::size_t kUastcTexels = 16, kMostSubsets = 3, kUastcChannels = 4;
 
 struct UastcPattern {
-    std::array<std::uint8_t, kUastcTexels> subset{};  ///< by texel
-    std::uint32_t anchors = 1;  ///< texels with weights lacking the top bit: first per subset
+    std::array<std::uint8_t, kUastcTexels> subset{};  ///< subset of each texel
+    /// Bit mask of the texels whose weights lack the top bit: the first one in each subset.
+    std::uint32_t anchors = 1;
 };
 
 template <std::size_t n, class Mask>
@@ -109,8 +112,8 @@ std::span<const UastcPattern> patternsOf(std::size_t mode) {
     return kPatternsOfTwo;
 }
 
-/// "Endpoint Unquantization" of ASTC: C, and B as a multiple of the bits above the lowest, less
-/// some of its own lowest bits.
+/// The parameters of "Endpoint Unquantization" in ASTC: C, and B as the bits above the lowest one,
+/// times `factor`, shifted right by `shift`.
 struct DigitRow {
     unsigned digits, bits, c, factor, shift;
 };
@@ -119,7 +122,7 @@ constexpr DigitRow kDigitRows[] = {
     {5, 5, 6, 0x101, 3},  {3, 6, 5, 0x101, 4},
 };
 
-/// Returns an 8-bit endpoint from its bits and the optional trit or quint above them.
+/// Returns the 8-bit endpoint for its bits and, if any, the trit or quint above them.
 constexpr std::uint8_t widenedEndpoint(const UastcMode& mode, unsigned packed) {
     const unsigned bits = mode.endpoint_bits, number = packed & ((1U << bits) - 1);
     unsigned out = bits < 4 ? 0 : number << (8 - bits) | number >> (2 * bits - 8);
@@ -140,7 +143,8 @@ constexpr auto kUastcEndpoints = [] {
     return tables;
 }();
 
-/// "Weight Unquantization" of ASTC: bits repeated to 6, then 63 becomes 64. By bits and weight.
+/// The weights of "Weight Unquantization" in ASTC, by number of bits and stored weight: the bits
+/// are repeated to 6, and values above 32 are then increased by 1, so that 63 becomes 64.
 constexpr auto kUastcWeights = [] {
     std::array<std::array<std::uint8_t, 32>, 6> tables{};
     for (unsigned bits = 1; bits < tables.size(); ++bits)
@@ -153,7 +157,7 @@ constexpr auto kUastcWeights = [] {
     return tables;
 }();
 
-/// The bits of a block, lowest first.
+/// The bits of a block, from the lowest on.
 class UastcBits {
   public:
     explicit UastcBits(std::span<const std::uint8_t, kUastcBytes> block) {
@@ -162,7 +166,7 @@ class UastcBits {
             high_ = high_ << 8U | block[8 + i];
         }
     }
-    /// Takes up to 32 bits.
+    /// Returns and removes the next bits, up to 32.
     unsigned take(unsigned count) {
         const auto value = static_cast<unsigned>(low_ & ((std::uint64_t{1} << count) - 1));
         low_ = low_ >> count | high_ << 1U << (63 - count);
@@ -175,8 +179,8 @@ class UastcBits {
     std::uint64_t low_ = 0, high_ = 0;
 };
 
-/// Interpolation between a subset's endpoints, widened to 16 bits: (start + w · step) >> 14 for a
-/// weight w of 0 to 64 ("Decoding pixel values").
+/// The line between the endpoints of a subset, widened to 16 bits: (start + w · step) >> 14 for a
+/// weight w from 0 to 64 ("Decoding pixel values").
 struct UastcLine {
     std::array<std::int32_t, kUastcChannels> start{}, step{};
 
@@ -187,8 +191,8 @@ struct UastcLine {
     }
 };
 
-/// Reads "Endpoint encoding": all trits or quints, packed several to a number, then all bits; per
-/// subset and channel the low endpoint, then the high one.
+/// Reads "Endpoint encoding": first all trits or quints, several packed in a number, then all bits.
+/// For each subset and channel, the low endpoint comes before the high one.
 std::array<UastcLine, kMostSubsets> takeEndpoints(UastcBits& bits, std::size_t index, bool srgb) {
     const UastcMode& mode = kUastcModes[index];
     constexpr std::size_t kMost = 2 * kMostSubsets * kUastcChannels;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// write_font TTF FILE: rasterises a monospaced font at build time and writes the memory image of
-// Font, which font.cpp embeds.
+// write_font TTF FILE: rasterises a monospaced font when peeler is built, and writes the memory
+// image of a Font, which font.cpp embeds.
 #include <ft2build.h>
 #include FT_FREETYPE_H
 
@@ -24,7 +24,8 @@ void check(FT_Error error, const std::string& what) {
     if (error != 0) throw std::runtime_error(what + ": FreeType error " + std::to_string(error));
 }
 
-/// Rasterises the printable ASCII characters, whose em is ten dots, with capitals of about seven.
+/// Rasterises the printable ASCII characters with an em of ten dots, so that capitals are about
+/// seven dots high.
 template <int S>
 void rasterise(FT_Face face, Glyphs<S>& glyphs) {
     check(FT_Set_Pixel_Sizes(face, 0, 10 * S), "cannot set the size");
@@ -55,11 +56,12 @@ std::unique_ptr<Font> rasterised(const std::string& path) {
     rasterise<2>(face, font->two);
     rasterise<3>(face, font->three);
     rasterise<4>(face, font->four);
-    FT_Done_FreeType(library);  // with its face
+    FT_Done_FreeType(library);  // frees the face, too
     return font;
 }
 
-/// Writes under a temporary name: half a file would look newer than its sources.
+/// Writes under a temporary name first, because a build would take half a file, newer than its
+/// sources, as finished.
 void write(const Font& font, const std::string& path) {
     const std::string unfinished = path + ".tmp";
     std::ofstream file;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Choice of a picture's reader by file content: OpenEXR or arrays.
+// Chooses the reader of a picture by the file's content: OpenEXR or arrays.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 namespace peeler {
 
 /// Whether a file's content is a picture: OpenEXR, or arrays that are not a scene. Throws Error
-/// (kInput) if it cannot be read.
+/// (kInput) if the file cannot be read.
 bool isPictureFile(const std::string& path);
 
 /// An open picture with its metadata, which decides how to read it.
@@ -29,17 +29,19 @@ class OpenedPicture {
     friend std::unique_ptr<LayeredInput> openComposite(OpenedPicture opened);
 
     std::unique_ptr<OpenedExr> exr_;
-    std::unique_ptr<PictureArrays> arrays_;  ///< if exr_ is null
+    std::unique_ptr<PictureArrays> arrays_;  ///< null if exr_ is set
 };
 
-/// Opens layered files in any layout, deep files, layers in arrays, and flat pictures of other
-/// programs as one layer. Throws Error (kInput) if there are no fragments to read (also for our own
-/// composites), with path and part as `where`, and (kUsage) for a missing part or view.
+/// Open layered files in any layout, deep files, layers in arrays, and flat pictures of other
+/// programs as one layer. Throw Error (kInput), with path and part as `where`, if there are no
+/// fragments to read (as in our own composites), and (kUsage) if the options choose a part or view
+/// that does not exist.
 std::unique_ptr<LayeredInput> openLayered(const std::string& path,
                                           const LayeredReadOptions& options = {});
 std::unique_ptr<LayeredInput> openLayered(OpenedPicture opened);
-/// Opens our composite as pixels: one entry per pixel, with Z = +inf where there is no fragment.
-/// The plan has only the number of its layers. Throws Error (kInput) if it is not one.
+/// Opens a composite of ours as pixels: one entry per pixel, with Z = +inf where there is no
+/// fragment. The plan knows only how many layers it had. Throws Error (kInput) if the picture is
+/// not such a composite.
 std::unique_ptr<LayeredInput> openComposite(OpenedPicture opened);
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layout of a mask folder, the order of writing, and the removal of leftovers.
+// Layout of a mask folder, the order in which files are written, and removal of leftovers.
 #include "formats/masks/mask_folder.h"
 
 #include <algorithm>
@@ -58,11 +58,11 @@ void removeFile(const fs::path& file) {
 
 }  // namespace
 
-/// A view's record, as far as it describes its files.
+/// The facts that a view's record holds about the view's files.
 struct MaskFolder::Record {
-    std::string hash{};  ///< "": incomplete
+    std::string hash{};  ///< "" if the view is incomplete
     std::size_t masks = 0, layers = 0;
-    std::uint64_t bytes = 0;  ///< total size
+    std::uint64_t bytes = 0;  ///< total size of the files
 };
 
 MaskFolder::MaskFolder(MaskFolderOptions options, std::vector<MaskedObject> objects)
@@ -105,7 +105,7 @@ fs::path MaskFolder::record(std::size_t view) const {
     return options_.folder / kRecords / (viewDigits(view, 6) + ".json");
 }
 
-/// Returns the path of the file that replaces the record while a view is written.
+/// Returns the path of the file that stands in for the record while a view is written.
 fs::path MaskFolder::begun(std::size_t view) const {
     return record(view).replace_extension(".begun");
 }
@@ -121,7 +121,7 @@ std::vector<fs::path> MaskFolder::sharedFiles() const {
     return names;
 }
 
-/// Returns the picture files of a view's masks and layers in these ranges.
+/// Returns the paths of a view's pictures: masks and layers in these ranges.
 std::vector<fs::path> MaskFolder::files(std::size_t view, std::size_t begin_mask, std::size_t masks,
                                         std::size_t begin_layer, std::size_t layers) const {
     std::vector<fs::path> all;
@@ -135,7 +135,7 @@ std::vector<fs::path> MaskFolder::files(std::size_t view, std::size_t begin_mask
     return all;
 }
 
-/// Returns the record; an empty one if it is missing or unreadable.
+/// Reads a record; returns an empty one if it is missing or damaged.
 MaskFolder::Record MaskFolder::readRecord(const fs::path& file) {
     Record record;
     if (!fileExists(file, ErrorKind::kOutput)) return record;
@@ -148,7 +148,7 @@ MaskFolder::Record MaskFolder::readRecord(const fs::path& file) {
         whole = false;
         return 0;
     };
-    // No view has more; a damaged record must not cause an endless search for files.
+    // No view has more than this; a damaged record must not make the search for files endless.
     record.masks = std::min<std::uint64_t>(number("masks"), 10'000'000);
     record.layers = std::min<std::uint64_t>(number("layers"), 100'000);
     record.bytes = number("bytes");
@@ -175,7 +175,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
         removeFile(file);
     const Window& crop = view.view.crop;
     const int width = crop.width(), height = crop.height();
-    // Objects without pixels on the canvas have no masks.
+    // Objects without any pixel on the canvas have no masks.
     std::vector<std::size_t> listed;
     for (std::size_t i = 0; i < view.masks.size(); ++i)
         if (view.masks[i].canvas_pixels > 0) listed.push_back(i);
@@ -186,7 +186,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
     const std::size_t pictures_before = std::max(whole.layers, killed.layers);
     const nlohmann::json most = {{"masks", std::max(masks, masks_before)},
                                  {"layers", std::max(pictures, pictures_before)}};
-    // From here on the possible files are known, even if the process is killed.
+    // Once this file exists, the next run knows which files a killed run may have left.
     textFile(begun(view.number), dumpJson(most) + '\n')->commit();
     removeFile(record(view.number));
 
@@ -201,7 +201,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
         (i % 2 == 0 ? of.amodal : of.visible).fill(255, bytes);
         writeGreyPng(file, width, height, bytes, options_.software);
     };
-    // Several at once, since writing them is mostly waiting for the disk.
+    // Several files at once, since most of the time goes into waiting for the disk.
     constexpr std::size_t kAtOnce = 128;
     for (std::size_t first = 0; first < names.size(); first += kAtOnce) {
         std::vector<std::unique_ptr<AtomicFile>> some(std::min(kAtOnce, names.size() - first));
@@ -240,7 +240,7 @@ void MaskFolder::writeShared(std::size_t views) const {
     };
     for (std::size_t i = 0; i < texts.size(); ++i)
         append(i, texts[i].begin(options_.by, objects_));
-    // One record at a time, so that memory does not grow with the number of views.
+    // Read one record at a time, so that memory does not grow with the number of views.
     for (std::size_t view = 0; view < views; ++view) {
         const std::string text = readRegularText(record(view), kMostRecordBytes);
         try {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A folder of masks: BOP, COCO JSON, and pictures of object ids.
+// A folder of masks as BOP, as COCO JSON, and as pictures of object ids.
 #pragma once
 
 #include <cstdint>
@@ -15,15 +15,15 @@
 
 namespace peeler {
 
-/// The formats in a folder; they can be combined.
+/// The formats that a folder has, in any combination.
 struct MaskFormats {
     bool bop = false, coco = false, ids = false;
 };
 
-/// An object; the first in a list has id 1.
+/// An object; in a list, ids count from 1.
 struct MaskedObject {
     std::string name;
-    /// Indices in the scene's file, where the object is one of these.
+    /// Indices in the scene's file; those that identify the object are set.
     std::optional<int> node{}, instance{}, material{};
 };
 
@@ -31,50 +31,52 @@ struct MaskedObject {
 struct MaskFolderOptions {
     std::filesystem::path folder;
     MaskFormats formats{};
-    std::string by;        ///< kind of objects: "node", …; stored in objects.json
+    std::string by;        ///< the kind of objects, "node", …, which objects.json records
     std::string software;  ///< stored in every PNG unless empty
 };
 
 /// The masks of one view.
 struct MaskedView {
     std::size_t number = 0;
-    const View& view;  ///< of the picture, not of the canvas
-    std::string hash;  ///< of everything that determines its files
-    // By object; the first has id 1.
+    const View& view;  ///< view of the picture, not of the canvas
+    std::string hash;  ///< hash of everything that determines the view's files
+    // These two have one entry per object; ids count from 1.
     std::span<const ObjectMasks> masks;
-    std::span<const glm::dmat4> to_world;  ///< metres
+    std::span<const glm::dmat4> to_world;  ///< object to world, in metres
     const ObjectLayers& layers;            ///< for pictures of ids
 };
 
-/// The files of a mask folder (formats/README.md, "Masks"). A view's files come first, then its
-/// record `views/NNNNNN.json`, so a record implies complete files. While they are written,
-/// `views/NNNNNN.begun` replaces the record; it bounds the files that a killed run may leave
-/// behind. The JSON files of all views are built from the records. Every file is written
-/// atomically.
+/// Writes the files of a mask folder (formats/README.md, "Masks"), each atomically. The files of a
+/// view are written before its record, `views/NNNNNN.json`, so that a record means complete files.
+/// While they are written, `views/NNNNNN.begun` replaces the record and gives the maximum number of
+/// files that a killed run may leave behind. The JSON files of all views are built from the
+/// records.
 class MaskFolder {
   public:
-    /// Throws Error (kUsage) if there are pictures of ids and more than 65535 objects.
+    /// Throws Error (kUsage) if pictures of ids are requested for more than 65535 objects.
     MaskFolder(MaskFolderOptions options, std::vector<MaskedObject> objects);
 
-    /// Throws Error (kUsage) if BOP cannot represent these views: orthographic ones, different
-    /// sizes.
+    /// Throws Error (kUsage) if BOP cannot represent these views because they are orthographic or
+    /// differ in size.
     void checkViews(std::span<const View> views) const;
-    /// Whether a file of that name may belong to the folder.
+    /// Whether a file with this name may belong to the folder.
     bool owns(const std::filesystem::path& file) const;
     /// Returns the path of a view's record.
     std::filesystem::path record(std::size_t view) const;
-    /// Returns the paths of the files shared by all views.
+    /// Returns the paths of the files that all views share.
     std::vector<std::filesystem::path> sharedFiles() const;
 
-    /// Returns the total bytes of a view's files if all exist and were made with this hash.
+    /// Returns the total size of a view's files, in bytes; nothing unless all exist and were made
+    /// with this hash.
     std::optional<std::uint64_t> bytesOf(std::size_t view, const std::string& hash) const;
 
-    /// Writes a view's files, replacing earlier ones. Removes the shared files first, since they
-    /// become outdated. Returns the bytes written. Throws Error (kOutput) if writing fails.
+    /// Writes a view's files, replacing earlier ones. First removes the files shared by all views,
+    /// which become outdated. Returns the number of bytes written. Throws Error (kOutput) if
+    /// writing fails.
     std::uint64_t write(const MaskedView& view) const;
 
-    /// Writes all shared files, or none, from the views' records, which must exist. Throws Error
-    /// (kInput) if a record is damaged, and Error (kOutput) if writing fails.
+    /// Writes all shared files, or none, from the records of all views, which must exist. Throws
+    /// Error (kInput) if a record is damaged, and Error (kOutput) if writing fails.
     void writeShared(std::size_t views) const;
 
   private:

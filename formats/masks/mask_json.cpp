@@ -14,7 +14,7 @@ using nlohmann::json;
 
 constexpr double kMillimetresAMetre = 1000;
 
-/// Adds rotation, row-major, and translation in millimetres, as two members of `to`.
+/// Adds two members to `to`: the rotation, row-major, and the translation in millimetres.
 void addRigid(const glm::dmat4& matrix, const std::string& names, json& to) {
     json& rotation = to["cam_R_" + names] = json::array();
     json& shift = to["cam_t_" + names] = json::array();
@@ -25,7 +25,8 @@ void addRigid(const glm::dmat4& matrix, const std::string& names, json& to) {
     }
 }
 
-/// Returns world to camera with OpenCV's axes (Y down, Z forward) for a rigid glTF camera.
+/// Returns the matrix from world to camera, with OpenCV's camera axes (Y down, Z forward), for a
+/// rigid glTF camera.
 glm::dmat4 worldToOpencv(const glm::dmat4& camera_to_world) {
     const glm::dmat3 turned = glm::transpose(glm::dmat3(camera_to_world));
     glm::dmat4 result(turned);
@@ -37,7 +38,8 @@ glm::dmat4 worldToOpencv(const glm::dmat4& camera_to_world) {
     return result;
 }
 
-/// Returns an object's model-to-world transform without scale, which belongs to the model.
+/// Returns an object's transform from model to world, without its scale, which BOP counts as part
+/// of the model.
 glm::dmat4 rigidPlace(const glm::dmat4& to_world) {
     if (const auto place = rigid(to_world)) return *place;
     glm::dmat4 place(1);
@@ -45,19 +47,19 @@ glm::dmat4 rigidPlace(const glm::dmat4& to_world) {
     return place;
 }
 
-/// Returns the box as in bop_toolkit's misc.calc_2d_bbox: from the first to the last pixel, so one
-/// pixel has width 0.
+/// Returns the box as bop_toolkit's misc.calc_2d_bbox defines it: from the first to the last pixel,
+/// so that a single pixel has width 0.
 json bopBox(const Window& box) {
     return {box.x0, box.y0, box.x1 - box.x0 - 1, box.y1 - box.y0 - 1};
 }
 
-/// Returns the box as in COCO: one pixel has width 1.
+/// Returns the box as COCO defines it: a single pixel has width 1.
 json cocoBox(const Window& box) {
     return {box.x0, box.y0, box.width(), box.height()};
 }
 
-/// Returns the data of bop_toolkit's scripts/calc_gt_info.py, which has no box for invisible
-/// objects.
+/// Returns the data that bop_toolkit's scripts/calc_gt_info.py calculates. Invisible objects have
+/// no box there.
 json bopInfo(const ObjectMasks& masks) {
     const json none = {-1, -1, -1, -1};
     const bool seen = masks.visible.count() > 0;
@@ -87,7 +89,7 @@ json annotationOf(std::size_t object, const ObjectMasks& masks, const Window& cr
             {"height", height}};
 }
 
-/// Returns a name of six digits, as for BOP's pictures.
+/// Returns the file name of a picture: at least six digits, as in BOP.
 std::string pictureFileName(std::size_t number) {
     std::string text = std::to_string(number);
     return std::string(text.size() < 6 ? 6 - text.size() : 0, '0') + text + ".png";

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The JSON of masks: a view's record, and the files of all views built from the records.
+// The JSON of masks: the record of each view, and the shared files, which are built from the
+// records.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,15 +12,16 @@
 
 namespace peeler {
 
-/// Returns a view's record: its BOP and COCO data. `listed` are the objects in BOP's list, in the
-/// order of their masks.
+/// Returns a view's record with its BOP and COCO data. `listed` are the indices of the objects that
+/// BOP lists, in the order of their masks.
 nlohmann::json viewJson(const MaskedView& view, const MaskFormats& formats,
                         std::span<const std::size_t> listed);
 
-/// A file shared by all views, as text in pieces: begin(), add() for each view in order, end().
+/// Makes the text of a file shared by all views, in pieces: begin(), add() for each view in order,
+/// end().
 class SharedJson {
   public:
-    /// The file is chosen by its name.
+    /// `name` is the file's name, which chooses the content.
     explicit SharedJson(std::string name) : name_(std::move(name)) {}
 
     std::string begin(const std::string& by, std::span<const MaskedObject> objects) const;
@@ -29,9 +31,9 @@ class SharedJson {
 
   private:
     std::string name_;
-    bool first_ = true;              ///< nothing has been added yet
+    bool first_ = true;              ///< whether nothing has been added yet
     std::uint64_t annotations_ = 0;  ///< number of COCO annotations so far
-    std::string held_;               ///< COCO's image list, which follows the annotations
+    std::string held_;               ///< text that must follow the annotations: COCO's image list
 };
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reader of one-mesh scenes given as arrays of vertices and triangles.
+// Reads scenes of one mesh, given as arrays of vertices and triangles.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -40,7 +40,7 @@ class ArraySceneReader {
             if (unused != "format")  // metadata of PyTorch and others: the source library
                 file_.warn("\"" + unused + "\" is ignored.", arrays_.placeOf(unused));
         Mesh mesh;
-        // Without indices a primitive would draw all vertices in order.
+        // Do not add a primitive without indices, which would draw all vertices in order.
         if (!has_faces_ || !primitive_.indices.empty())
             mesh.primitives.push_back(std::move(primitive_));
         file_.addNode(name, std::move(mesh));
@@ -87,8 +87,8 @@ class ArraySceneReader {
         }
     }
 
-    /// Reads linear colours, 0 to 1. Integers other than uint8 and uint16 are rejected: their white
-    /// could be 1, 255 or more.
+    /// Reads colours, which are linear, 0 to 1. Integers other than uint8 and uint16 are rejected,
+    /// because their white could be 1, 255 or more.
     void readColors(const NumberArray& colors) {
         const std::string_view type = colors.number->type;
         const float white = type == "u1" ? 255 : type == "u2" ? 65535 : 1;
@@ -156,7 +156,7 @@ class ArraySceneReader {
         file_.scene().images.push_back(std::move(image));
     }
 
-    /// Returns the rows of a 2D array as vectors; `rows` is the required count, if any.
+    /// Returns the rows of a 2D array as vectors; `rows` is the number of rows required, if any.
     template <class Vector>
     std::vector<Vector> vectorsOf(const char* name, const NumberArray& array,
                                   std::optional<std::uint64_t> rows) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A mesh file being read, and its scene.
+// A mesh file that is being read, and the scene made from it.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -50,7 +50,7 @@ std::optional<float> coordinate(double value) {
 }
 
 bool makeLinear(std::vector<glm::vec4>& colors, const ColorTypes& types) {
-    constexpr float kRounded = 1.001F;  // sums of weights can exceed 1 a little
+    constexpr float kRounded = 1.001F;  // allowed, since sums of weights can slightly exceed 1
     float most_rgb = 0, most_alpha = 0;
     bool whole = true;
     for (const glm::vec4& color : colors) {
@@ -176,7 +176,8 @@ Scene MeshFile::finish() {
         }
     }
     if (scene_.meshes.empty()) warn("There is nothing to draw in the file.");
-    scene_.materials.emplace_back();  // glTF's default material, unused here
+    // glTF's default material, which is always last; not used here.
+    scene_.materials.emplace_back();
     scene_.scenes.push_back({"", rootsOf(scene_.nodes)});
     scene_.warnings = warnings_.take();
     return std::move(scene_);

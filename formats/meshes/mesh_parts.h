@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Building blocks of the readers of PLY, STL, OBJ and arrays: the file, vertex deduplication,
-// polygons, normals, materials and textures. A faulty file raises Error (kInput) with its position
-// as `where`.
+// Building blocks for the readers of PLY, STL, OBJ and arrays: the file, vertex deduplication,
+// polygons, normals, materials and textures. They throw Error (kInput), with the position in the
+// file as `where`, if the file is faulty.
 #pragma once
 
 #include <array>
@@ -26,7 +26,8 @@
 
 namespace peeler {
 
-// ply_scene.cpp, stl_scene.cpp, obj_scene.cpp, array_scene.cpp: the functions in the format table.
+// Defined in ply_scene.cpp, stl_scene.cpp, obj_scene.cpp and array_scene.cpp: the functions in the
+// format table.
 
 Scene readPlyScene(const std::filesystem::path& path, const SceneReadOptions& options);
 Scene readStlScene(const std::filesystem::path& path, const SceneReadOptions& options);
@@ -39,9 +40,9 @@ bool isArrayScene(std::string_view begin, std::uint64_t size);
 /// Returns the text without a UTF-8 byte order mark.
 std::string_view withoutByteOrderMark(std::string_view text);
 
-// mesh_file.cpp.
+// Defined in mesh_file.cpp.
 
-/// A mesh file being read, and its scene.
+/// A mesh file that is being read, and the scene made from it.
 class MeshFile {
   public:
     /// Reads the whole file.
@@ -52,37 +53,39 @@ class MeshFile {
     std::span<const std::uint8_t> bytes() const { return bytes_; }
     std::string_view text() const;
     const std::string& name() const { return name_; }  ///< the path
-    std::string stem() const;                          ///< for unnamed objects
+    /// Name for objects that have none: the file's name without extension.
+    std::string stem() const;
     const SceneReadOptions& options() const { return options_; }
     Scene& scene() { return scene_; }
 
-    /// Checks the memory budget; call it before an allocation whose size the file controls. Throws
-    /// Error (kMemory) if the budget is exceeded.
+    /// Throws Error (kMemory) if this many more bytes exceed the memory budget. Call it before any
+    /// allocation whose size the file controls.
     void allow(std::uint64_t bytes) { memory_.allow(bytes, name_); }
-    /// Checks the memory budget and max_geometry_bytes, for the scene's vertices and indices.
+    /// Checks the memory budget and max_geometry_bytes, for vertices and indices of the scene.
     void allowGeometry(std::uint64_t bytes);
 
-    /// Return a position in the file as text: "part.obj:12", "part.stl, byte 84".
+    /// Return the text of a position in the file: "part.obj:12", "part.stl, byte 84".
     std::string atLine(std::size_t place) const;
     std::string atByte(std::size_t place) const;
     void warn(const Text& sentence, const Text& where = {}) { warnings_.warn(sentence, where); }
 
-    /// Reads another file of the folder and adds its bytes to the scene's hash. `where` is the line
-    /// that names it; `from` is the folder of the file with that line.
+    /// Reads another file in the scene's folder, and adds its bytes to the scene's hash. `where` is
+    /// the line that names the file; `from` is the folder of the file that has that line.
     std::vector<std::uint8_t> readBeside(const std::string& file, const std::string& from,
                                          const std::string& where);
-    /// Returns the folder of a referenced file, relative to the scene's.
+    /// Returns the folder of a file that is referred to, relative to the scene's folder.
     std::string folderOf(const std::string& file) const;
-    /// Warns of an unavailable texture or material file.
+    /// Warns that a texture or material file is not available.
     void missing(const std::string& what, const Error& problem, const std::string& where);
 
-    /// Adds a node, with the mesh if it draws anything. Returns its index.
+    /// Adds a node, with the mesh unless that is empty. Returns the node's index.
     int addNode(const std::string& node_name, Mesh mesh);
-    /// Returns the plain grey material, created on first use.
+    /// Returns the index of the plain grey material, which the first call adds.
     int neutralMaterial();
-    /// Returns the white material for meshes with their own colours, created on first use.
+    /// Returns the index of the white material for meshes with colours of their own, which the
+    /// first call adds.
     int colorMaterial();
-    /// Finishes the scene (normals, default material, roots) and returns it.
+    /// Completes the scene (normals, default material, roots) and returns it.
     Scene finish();
 
   private:
@@ -100,31 +103,32 @@ class MeshFile {
 /// Returns a two-sided material that is neither metallic nor glossy; `color` is linear.
 Material plainMaterial(const std::string& name, const glm::vec4& color);
 
-/// Returns a number as a 32-bit float; nothing if it is NaN, infinite or too large.
+/// Returns a number as a 32-bit float; nothing if it is NaN, infinite, or too large for that.
 std::optional<float> coordinate(double value);
 
-/// Colour storage types: the largest value of each, 1 for floating point.
+/// The largest values of the types that store colours; 1 for floating point.
 struct ColorTypes {
     double rgb = 1, alpha = 1;
 };
-/// Converts a file's colours, sRGB with straight alpha, to linear. White is 255 in byte types. In
-/// other types white is the least of 1 (floating point only), 255 and 65,535 that no value exceeds;
-/// the last two require whole numbers. Returns false if values were out of range and were clamped.
-/// Colours with negative alpha stay unchanged.
+/// Converts a file's colours (sRGB with straight alpha) to linear. For byte types, white is 255.
+/// For other types, white is the least of 1 (only for floating point), 255 and 65,535 that no value
+/// exceeds; the last two require that all values are integers. Returns false if values were out of
+/// range and have been clamped. Leaves colours with negative alpha unchanged.
 bool makeLinear(std::vector<glm::vec4>& colors, const ColorTypes& types);
 
-// corner_index.cpp.
+// Defined in corner_index.cpp.
 
-/// Numbers distinct keys of three words in order of first appearance. The numbering depends on
-/// nothing else, and a secret hash keeps the time independent of the file's choice of keys.
+/// Numbers distinct keys of three words in the order of their first appearance, on which alone the
+/// numbers depend. A hash with a secret random key prevents files from being crafted to make it
+/// slow.
 class CornerIndex {
   public:
     using Key = std::array<std::uint32_t, 3>;
 
-    /// Calls `allow` with the bytes before each allocation.
+    /// `allow` is called with the number of bytes before each allocation.
     explicit CornerIndex(std::function<void(std::uint64_t bytes)> allow);
 
-    /// Reserves memory for that many keys at once, which is faster than growing.
+    /// Reserves memory for this many keys at once, which is faster than growing.
     void reserve(std::size_t keys);
 
     std::uint32_t indexOf(const Key& key) {
@@ -139,7 +143,7 @@ class CornerIndex {
             if (keys_[found] == key) return found;
         }
     }
-    /// Returns the keys by number.
+    /// Returns the keys, ordered by their numbers.
     const std::vector<Key>& keys() const { return keys_; }
 
   private:
@@ -160,20 +164,20 @@ class CornerIndex {
     std::size_t mask_ = 0, limit_ = 0;
 };
 
-// polygon_cutter.cpp.
+// Defined in polygon_cutter.cpp.
 
-/// Triangulates polygons (G. H. Meisters, "Polygons Have Ears", 1975), deterministically: n − 2
-/// triangles for n corners, none for one or two. A polygon whose corners all turn the same way
-/// becomes a fan around its first corner. From others ears are cut off, in projection along the
-/// axis nearest to the normal. Collinear corners, repeated corners and bridges to holes stay. A
-/// self-intersecting polygon gets the right number of triangles, though not necessarily the right
-/// ones.
+/// Triangulates polygons (G. H. Meisters, "Polygons Have Ears", 1975), deterministically: n corners
+/// give n − 2 triangles, and one or two corners give none. A polygon whose corners all turn the
+/// same way becomes a fan around its first corner. Others are projected along the axis nearest to
+/// their normal, and ears are cut off. Collinear corners, repeated corners and bridges to holes are
+/// kept. A self-intersecting polygon gets the right number of triangles, though not necessarily the
+/// right triangles.
 class PolygonCutter {
   public:
     using Triangle = std::array<std::uint32_t, 3>;
 
-    /// Returns the triangles as indices into `corners`, valid until the next call. Throws Error
-    /// (kInput) without `where` if all polygons together take more than 2^29 steps.
+    /// Returns the triangles as indices into `corners`; they are valid until the next call. Throws
+    /// Error (kInput) without `where` if all polygons so far take more than 2^29 steps together.
     std::span<const Triangle> cut(std::span<const glm::vec3> corners);
 
   private:
@@ -189,45 +193,47 @@ class PolygonCutter {
     std::vector<glm::dvec2> points_;  ///< counter-clockwise
     std::vector<std::uint32_t> next_, previous_;
     std::vector<char> reflex_;
-    std::uint32_t left_ = 0;  ///< remaining corners
+    std::uint32_t left_ = 0;  ///< number of corners not yet cut off
     std::vector<Triangle> triangles_;
     std::uint64_t spent_ = 0;
 };
 
-// smooth_normals.cpp.
+// Defined in smooth_normals.cpp.
 
-/// Adds normals to a primitive of indexed triangles, smooth within patches. A patch continues
-/// across an edge if two triangles share its positions in opposite directions and the edge turns by
-/// at most `degrees`. A normal is the mean of the patch's triangle normals at the position,
-/// weighted by angle (G. Thürmer and C. A. Wüthrich, "Computing Vertex Normals from Polygonal
-/// Facets", 1998). Vertices with several normals are split.
+/// Adds normals, which are smooth within patches, to a primitive of indexed triangles. A patch
+/// continues across an edge if exactly two triangles share its end positions, in opposite
+/// directions, and if their planes differ by at most `degrees`. A normal is the mean of the normals
+/// of the patch's triangles at that position, weighted by angle (G. Thürmer and C. A. Wüthrich,
+/// "Computing Vertex Normals from Polygonal Facets", 1998). Vertices that need several normals are
+/// split.
 void addSmoothNormals(Primitive& primitive, double degrees,
                       const std::function<void(std::uint64_t bytes)>& allow);
 
-// mesh_textures.cpp.
+// Defined in mesh_textures.cpp.
 
-/// A texture reference: the file, and its mapping (U, V from the lower left).
+/// A reference to a texture: its file, and how it is mapped (U, V from the lower left).
 struct MeshMap {
-    std::string file{};   ///< "" = none
+    std::string file{};   ///< "" if there is no texture
     std::string where{};  ///< the line with the reference
-    std::string from{};   ///< the folder it is relative to, from the scene's
+    /// Folder that `file` is relative to, itself relative to the scene's folder.
+    std::string from{};
     glm::vec2 scale{1}, offset{0};
     bool clamp = false;
     float strength = 1;
-    std::vector<std::string> lost{};  ///< unsupported options
+    std::vector<std::string> lost{};  ///< options that are not supported
 
     explicit operator bool() const { return !file.empty(); }
 };
 
-/// The textures of a scene, each file decoded once.
+/// The textures of a scene. Each file is decoded once.
 class MeshTextures {
   public:
     explicit MeshTextures(MeshFile& file) : file_(file) {}
 
-    /// Returns the texture; none, with a warning, if it is unavailable.
+    /// Returns a reference to the texture; an empty one, with a warning, if it is not available.
     TextureRef texture(const MeshMap& map);
-    /// Returns a texture of channels from others: channel i is channel `of[i].channel` of the
-    /// texture `of[i].map`, at the nearest pixel, or 255 without a map.
+    /// Returns a texture whose channels come from others: channel i is channel `of[i].channel` of
+    /// the texture `of[i].map`, at the nearest pixel, or 255 if `map` is null.
     struct Source {
         const MeshMap* map = nullptr;
         int channel = 0;
@@ -238,27 +244,28 @@ class MeshTextures {
     int image(const MeshMap& map);
 
     MeshFile& file_;
-    std::map<std::string, int> images_;  ///< by file; −1 = unavailable
+    /// Index in the scene for each file; −1 if it is not available.
+    std::map<std::string, int> images_;
 };
 
-// obj_materials.cpp.
+// Defined in obj_materials.cpp.
 
-/// Returns a name in an OBJ or MTL, which may contain blanks: the text before a comment (" # ").
+/// Returns a name in an OBJ or MTL, which may contain blanks: the text up to a comment (" # ").
 std::string_view objName(std::string_view text);
 
-/// The materials of an OBJ's .mtl files, in file order. A texture is read when its material is
-/// first used.
+/// The materials in the .mtl files of an OBJ, in the order of the files. Textures are read when a
+/// material that has them is first used.
 class ObjMaterials {
   public:
     explicit ObjMaterials(MeshFile& file);
     ~ObjMaterials();
 
-    /// Reads the files listed by `mtllib`; `where` is its line.
+    /// Reads the files that an `mtllib` statement lists; `where` is its line.
     void load(std::string_view names, const std::string& where);
-    /// Returns the material's index in the scene; for an unknown name the neutral one, with a
-    /// warning.
+    /// Returns a material's index in the scene. For an unknown name, returns that of the neutral
+    /// material, with a warning.
     int use(const std::string& material, const std::string& where);
-    /// Reports that faces of the material (returned by use()) lack texture coordinates.
+    /// Records that faces with this material (an index from use()) lack texture coordinates.
     void useWithoutTexcoords(int material);
     /// Adds the materials to the scene.
     void finish();
@@ -268,7 +275,7 @@ class ObjMaterials {
     /// A problem that several materials have.
     struct Fault {
         std::size_t count = 0;
-        std::string first{};  ///< name of the first such material
+        std::string first{};  ///< name of the first material that has the problem
 
         void add(const Mtl& mtl);
     };
@@ -282,7 +289,7 @@ class ObjMaterials {
 
     MeshFile& file_;
     MeshTextures textures_;
-    std::set<std::string> libraries_;  ///< already read
+    std::set<std::string> libraries_;  ///< names of the .mtl files read so far
     std::vector<Mtl> materials_;
     std::map<std::string, int, std::less<>> numbers_;
     Fault contradictory_, invisible_, tinted_, unplaced_;

@@ -18,18 +18,19 @@ struct ObjMaterials::Mtl {
     glm::vec3 diffuse{1}, emissive{0}, filter{1};
     std::optional<float> dissolve{}, transparency{};
     float shininess = 0;               ///< Phong exponent
-    std::optional<float> roughness{};  ///< overrides it
+    std::optional<float> roughness{};  ///< overrides `shininess`
     float metallic = 0, sheen = 0, clearcoat = 0, clearcoat_roughness = 0;
-    float anisotropy = 0, anisotropy_turn = 0;  ///< the second in full turns
+    float anisotropy = 0, anisotropy_turn = 0;  ///< the rotation is in full turns
     MeshMap diffuse_map, opacity_map, emissive_map, roughness_map, metallic_map, normal_map;
     bool used = false, without_texcoords = false;
-    /// Unsupported settings and their lines: warnings if the material is used.
+    /// Settings that are not supported, with their lines. There is a warning if the material is
+    /// used.
     std::vector<std::pair<std::string, std::string>> lost{};
 };
 
 namespace {
 
-/// A statement with numeric arguments.
+/// A statement with numeric arguments, and the function that stores them.
 template <class Mtl>
 struct NumberRow {
     std::string_view word;
@@ -44,14 +45,14 @@ struct MapRow {
     MeshMap Mtl::*map;
 };
 
-/// An option before a texture's name and its maximum number of numeric arguments; 0: its argument
-/// is a word.
+/// An option that may precede a texture's name, and the maximum number of its numeric arguments; 0
+/// if its argument is a word.
 struct MapOption {
     std::string_view word;
     std::size_t most;
-    glm::vec3 initial;  ///< defaults of missing numbers
-    /// Returns false if the option changes the texture but is not supported. Null: the option has
-    /// no visible effect here.
+    glm::vec3 initial;  ///< values of numbers that are missing
+    /// Applies the option; returns false if it changes the texture but is not supported. Null if
+    /// the option has no visible effect here.
     bool (*set)(MeshMap& map, const glm::vec3& value, std::string_view text);
 };
 
@@ -93,9 +94,9 @@ constexpr MapOption kMapOptions[] = {
     {"-type", 0, glm::vec3(0), nullptr},
 };
 
-/// Statements without effect in physically based shading: ambient light comes from the environment;
-/// highlights follow from a dielectric or metallic surface; the rest controls reflection,
-/// refraction and filtering in a renderer of 1995.
+/// Statements that have no effect in physically based shading: ambient light comes from the
+/// environment; highlights follow from the dielectric or metallic surface; the others control
+/// reflection, refraction and filtering in a renderer of 1995.
 constexpr std::string_view kWithoutEffect[] = {"ka",     "ks",        "ni",     "illum",
                                                "map_ka", "sharpness", "map_aat"};
 
@@ -109,7 +110,7 @@ MeshMap mapIn(std::string_view text, const std::string& where) {
         const std::string_view word = takeWord(rest);
         const auto* const option = std::ranges::find(kMapOptions, word, &MapOption::word);
         if (option == std::end(kMapOptions)) break;
-        // A single number sets the first component only; the others keep their defaults.
+        // A single number sets only the first component; the others keep their defaults.
         glm::vec3 value = option->initial;
         std::string_view argument;
         if (option->most == 0) argument = takeWord(rest);
@@ -127,7 +128,7 @@ MeshMap mapIn(std::string_view text, const std::string& where) {
     return map;
 }
 
-/// Returns the files listed by `mtllib`: blanks may be within names or between them.
+/// Returns the file names in an `mtllib` statement; blanks may be inside names or between them.
 std::vector<std::string> libraryNames(std::string_view text) {
     constexpr std::string_view kEnd = ".mtl";
     std::vector<std::string> names;
@@ -162,12 +163,13 @@ ObjMaterials::~ObjMaterials() = default;
 
 void ObjMaterials::load(std::string_view names, const std::string& where) {
     for (const std::string& name : libraryNames(names)) {
-        if (!libraries_.insert(name).second) continue;  // programs repeat it for every object
+        // Programs repeat the statement for every object.
+        if (!libraries_.insert(name).second) continue;
         try {
             const std::vector<std::uint8_t> bytes = file_.readBeside(name, {}, where);
             read(name, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
         } catch (const Error& problem) {
-            if (problem.where() != where) throw;  // an error in the file itself
+            if (problem.where() != where) throw;  // the file exists, but is faulty
             file_.missing("The materials \"" + name + "\" are left out", problem, where);
         }
     }
@@ -216,7 +218,7 @@ void ObjMaterials::read(const std::string& name, std::string_view text) {
     }
 }
 
-/// Keeps a warning until the material is used.
+/// Keeps a warning, which is issued only if the material is used.
 void ObjMaterials::lose(Mtl& mtl, const std::string& sentence, const std::string& where) {
     constexpr std::size_t kMost = 20;
     if (mtl.lost.size() >= kMost) return;
@@ -224,7 +226,7 @@ void ObjMaterials::lose(Mtl& mtl, const std::string& sentence, const std::string
     mtl.lost.emplace_back(sentence, where);
 }
 
-/// Reads a numeric statement; returns false if the word is not one.
+/// Reads a numeric statement; returns false if `word` is not the keyword of one.
 bool ObjMaterials::readNumbers(Mtl& mtl, std::string_view word, std::string_view rest,
                                const std::string& where) {
     constexpr float kAny = std::numeric_limits<float>::max();
@@ -260,7 +262,7 @@ bool ObjMaterials::readNumbers(Mtl& mtl, std::string_view word, std::string_view
         const auto read = numberIn<float>(text);
         if (read && std::isfinite(*read)) {
             value[static_cast<int>(i)] = *read;
-        } else if (i == 1 && text.empty()) {  // one number means grey
+        } else if (i == 1 && text.empty()) {  // a single number means grey
             value = glm::vec3(value.x);
             break;
         } else {
@@ -288,8 +290,8 @@ int ObjMaterials::use(const std::string& material, const std::string& where) {
     return found->second;
 }
 
-/// Returns the opacity. `d` takes precedence over `Tr`: programs that write both write the same
-/// number, in which case `Tr` means opacity, or consistent ones.
+/// Returns a material's opacity. `d` takes precedence over `Tr`. Programs that write both either
+/// give both the same value, and then `Tr` means opacity, or values that add up to 1.
 float ObjMaterials::opacity(const Mtl& mtl) {
     constexpr float kRounded = 0.01F;
     const float by_transparency = 1 - mtl.transparency.value_or(0);
@@ -305,13 +307,13 @@ void ObjMaterials::useWithoutTexcoords(int material) {
 }
 
 Material ObjMaterials::material(const Mtl& mtl) {
-    // Exporters write black beside a texture and mean the texture alone.
+    // Exporters write black for a material with a texture and mean the texture alone.
     const bool black = mtl.diffuse_map && mtl.diffuse == glm::vec3(0);
     const glm::vec3 diffuse = black ? glm::vec3(1) : mtl.diffuse;
     Material material = plainMaterial(mtl.name, glm::vec4(diffuse, opacity(mtl)));
     // Converts the Blinn-Phong exponent to the width of a microfacet distribution (B. Walter et
-    // al., "Microfacet Models for Refraction through Rough Surfaces", 2007, section 5.2); glTF's
-    // roughness is its square root.
+    // al., "Microfacet Models for Refraction through Rough Surfaces", 2007, section 5.2), whose
+    // square root is glTF's roughness.
     material.roughness = mtl.roughness.value_or(std::pow(2 / (mtl.shininess + 2), 0.25F));
     material.metallic = mtl.metallic;
     material.emissive = mtl.emissive;
@@ -320,7 +322,7 @@ Material ObjMaterials::material(const Mtl& mtl) {
     material.clearcoat.roughness = mtl.clearcoat_roughness;
     material.anisotropy.strength = mtl.anisotropy;
     material.anisotropy.rotation = 2 * std::numbers::pi_v<float> * mtl.anisotropy_turn;
-    if (!mtl.used) return material;  // its textures may be missing
+    if (!mtl.used) return material;  // do not load its textures, which may be missing
     for (const auto& [sentence, where] : mtl.lost)
         file_.warn(sentence, where);
     if (mtl.filter != glm::vec3(mtl.filter.x)) tinted_.add(mtl);
@@ -338,7 +340,7 @@ Material ObjMaterials::material(const Mtl& mtl) {
     if (mtl.roughness_map || mtl.metallic_map) {
         material.metallic_roughness_texture = textures_.combined(
             {{{nullptr, 0}, {&mtl.roughness_map, 0}, {&mtl.metallic_map, 0}, {nullptr, 0}}});
-        // A map without a factor has the factor 1.
+        // If there is a map but no factor, the factor is 1.
         if (mtl.roughness_map && !mtl.roughness) material.roughness = 1;
         if (mtl.metallic_map && mtl.metallic == 0) material.metallic = 1;
     }

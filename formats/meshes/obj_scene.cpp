@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reader of Wavefront OBJ (Alias|Wavefront, "Object Files (.obj)", 1995): faces, lines and points;
-// objects and groups become nodes. Debian's tinyobjloader is not used: it sums decimal digits, so
-// the last bits of numbers are wrong; it reads malformed numbers as 0; it reports an index out of
-// range only as a warning without a line; and it drops faces, which shifts the indices of later
-// ones.
+// Reads Wavefront OBJ (Alias|Wavefront, "Object Files (.obj)", 1995): faces, lines and points;
+// objects and groups become nodes. Debian's tinyobjloader is not used, for these reasons: it adds
+// up decimal digits, so the last bits of numbers are wrong; it reads malformed numbers as 0; it
+// reports an index out of range only as a warning without a line; and it drops faces, which shifts
+// the indices of later faces.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -19,31 +19,32 @@
 namespace peeler {
 namespace {
 
-/// Curve and surface statements, including their display; they are ignored with a warning.
+/// Statements about curves and surfaces and their display, which are ignored with a warning.
 constexpr std::string_view kFreeForm[] = {
     "vp",   "cstype", "deg", "bmat", "step",  "curv",  "curv2", "surf", "parm", "trim", "hole",
     "scrv", "sp",     "end", "con",  "ctech", "stech", "bsp",   "bzp",  "cdc",  "cdp",  "res"};
-/// Other statements ignored with a warning unless they are "off".
+/// Other statements that are ignored with a warning, unless their argument is "off".
 constexpr std::string_view kLost[] = {"bevel",      "c_interp",  "d_interp", "usemap", "maplib",
                                       "shadow_obj", "trace_obj", "call",     "csh"};
-/// Statements about curves, surfaces or previews that are safe to ignore.
+/// Statements about curves, surfaces or previews that can be ignored without a warning.
 constexpr std::string_view kHarmless[] = {"mg", "lod"};
 
 bool isAmong(std::string_view word, std::span<const std::string_view> words) {
     return std::ranges::find(words, word) != words.end();
 }
 
-/// Returns the line without its comment; for statements without names.
+/// Returns the line up to a comment. Not for statements with names, which may contain '#'.
 std::string_view withoutComment(std::string_view line) {
     return line.substr(0, line.find('#'));
 }
 
-/// The lines of a text; a trailing backslash continues in the next line.
+/// Reads the lines of a text; a line that ends with a backslash is joined with the next.
 class ObjLines {
   public:
     explicit ObjLines(std::string_view text) : rest_(text) {}
 
-    /// Reads the next trimmed line, valid until the following call; returns false at the end.
+    /// Reads the next line, trimmed; it is valid until the following call. Returns false at the
+    /// end.
     bool next(std::string_view& line) {
         if (rest_.empty()) return false;
         first_ = ++last_;
@@ -61,7 +62,7 @@ class ObjLines {
         line = trimmed(line);
         return true;
     }
-    /// Returns the line's number, from 1; of joined lines the first one's.
+    /// Returns the number of the line, from 1; if lines were joined, that of the first.
     std::size_t number() const { return first_; }
 
   private:
@@ -87,11 +88,11 @@ class ObjReader {
     }
 
   private:
-    /// A corner of an element, indices from 0; −1 = none.
+    /// A corner of an element: indices from 0, −1 if there is none.
     struct Corner {
         std::int64_t position = -1, uv = -1, normal = -1;
     };
-    /// Properties shared by the elements of one primitive.
+    /// The properties that all elements of a primitive share.
     struct Run {
         std::size_t place = 0;  ///< index into places_
         int material = -1;
@@ -99,14 +100,14 @@ class ObjReader {
         bool has_uvs = false, has_normals = false;
         bool operator==(const Run&) const = default;
     };
-    /// An object, or a group within one.
+    /// An object, or a group in an object.
     struct Place {
         std::string object;
         std::optional<std::string> group;
         Mesh mesh{};
     };
 
-    // Vertices are read first, since an element may refer to later ones.
+    // Vertices are read in a first pass, because an element may refer to later vertices.
 
     void readVertices() {
         std::string_view line;
@@ -148,12 +149,12 @@ class ObjReader {
             file_.warn("A vertex has " + std::to_string(count) +
                            " numbers: coordinates, a weight, and colours are 3, 4 and 6.",
                        where());
-        if (count < 6) return;  // a fourth number is a weight for curves
+        if (count < 6) return;  // any fourth number is a weight for curves
         const glm::vec4 color(found[3], found[4], found[5], 1);
         addColors(positions_.size() - 1, {&color, 1});
     }
 
-    /// Sets the colours of vertices, starting at `first`.
+    /// Sets the colours of vertices from index `first` on.
     void addColors(std::size_t first, std::span<const glm::vec4> colors) {
         const std::size_t end = first + colors.size();
         if (end > colors_.size()) file_.allowGeometry((end - colors_.size()) * sizeof(glm::vec4));
@@ -161,7 +162,8 @@ class ObjReader {
         std::ranges::copy(colors, colors_.begin() + static_cast<std::ptrdiff_t>(first));
     }
 
-    /// Reads ZBrush's colours, MMRRGGBB in hexadecimal digits after their vertices; MM is a mask.
+    /// Reads ZBrush's colours, which follow their vertices: MMRRGGBB in hexadecimal digits, where
+    /// MM is a mask.
     void readPaint(std::string_view line) {
         constexpr std::size_t kDigits = 8;
         for (line = trimmed(line); line.size() >= kDigits; line.remove_prefix(kDigits)) {
@@ -188,8 +190,8 @@ class ObjReader {
         values.push_back(value);
     }
 
-    /// Reads up to three numbers, at least `least`; missing ones are 0. All are NaN if one is not
-    /// finite.
+    /// Reads at least `least` and at most three numbers; missing ones are 0. If any is not finite,
+    /// all are NaN.
     glm::vec3 finite(std::string_view line, int least) {
         glm::vec3 found(0);
         for (int i = 0; i < 3; ++i) {
@@ -217,7 +219,7 @@ class ObjReader {
         return *found;
     }
 
-    // Elements.
+    // The second pass: elements.
 
     void readElements() {
         std::string_view line;
@@ -243,7 +245,7 @@ class ObjReader {
         }
     }
 
-    /// Reads a state statement; returns false if the word is not one.
+    /// Reads a statement that changes the state; returns false if `word` is not the keyword of one.
     bool readState(std::string_view word, std::string_view rest) {
         if (word == "o") {
             place_ = placeOf({std::string(rest), {}, {}});
@@ -351,13 +353,14 @@ class ObjReader {
         }
     }
 
-    /// Returns the index; −1 if its value is not finite.
+    /// Returns the index if its value is finite, else −1.
     template <class Vector>
     static std::int64_t finiteOne(std::int64_t index, const std::vector<Vector>& values) {
         return std::isnan(values[static_cast<std::size_t>(index)].x) ? -1 : index;
     }
 
-    /// Parses an index: from 1, or negative back from the last vertex before this line.
+    /// Parses an index: positive ones count from 1; negative ones count back from the last vertex
+    /// before this line.
     std::int64_t index(std::string_view word, std::size_t count, std::size_t seen) const {
         const auto number = numberIn<std::int64_t>(word);
         if (!number) fail("expected an index, not \"" + std::string(word.substr(0, 32)) + "\"");
@@ -420,7 +423,7 @@ class ObjReader {
         run_.reset();
     }
 
-    // The scene.
+    // Building the scene.
 
     void finishScene() {
         if (odd_faces_ > 0)
@@ -454,7 +457,8 @@ class ObjReader {
         if (file_.scene().nodes.empty()) file_.addNode(file_.stem(), {});
     }
 
-    /// Returns the material for primitives without one: vertex colours, or neutral grey.
+    /// Returns the material for primitives that name none: white for vertex colours, else neutral
+    /// grey.
     int plainMaterialOf(const Primitive& primitive) {
         return primitive.colors.empty() ? file_.neutralMaterial() : file_.colorMaterial();
     }
@@ -469,8 +473,8 @@ class ObjReader {
 
     static constexpr std::string_view kPaint = "#MRGB";
     static constexpr glm::vec4 kNoColor{-1};
-    static constexpr std::size_t kOnce = 4096;  ///< elements per memory request
-    /// Memory per run beyond its scene data, until it is drawn.
+    static constexpr std::size_t kOnce = 4096;  ///< number of elements per memory request
+    /// The memory of a run, in bytes, besides its data in the scene, until it is finished.
     static constexpr std::size_t kRunBytes = 4096;
     static constexpr std::size_t kVertexBytes =
         2 * sizeof(glm::vec3) + sizeof(glm::vec2) + sizeof(glm::vec4);
@@ -481,8 +485,8 @@ class ObjReader {
     ObjMaterials materials_;
     std::vector<glm::vec3> positions_, normals_;
     std::vector<glm::vec2> uvs_;
-    std::vector<glm::vec4> colors_;  ///< of the first vertices; kNoColor = none
-    std::vector<glm::vec4> paint_;   ///< of the last vertices, until their block ends
+    std::vector<glm::vec4> colors_;  ///< colours of the first vertices, or kNoColor
+    std::vector<glm::vec4> paint_;   ///< colours of the last vertices, until their block ends
     std::size_t positions_seen_ = 0, uvs_seen_ = 0, normals_seen_ = 0;
     std::vector<Place> places_ = std::vector<Place>(1);
     std::map<std::pair<std::string, std::optional<std::string>>, std::size_t> place_numbers_{
@@ -492,14 +496,14 @@ class ObjReader {
     bool in_smooth_group_ = false, warned_of_groups_ = false;
     std::optional<Run> run_;
     bool run_has_colors_ = false;
-    Primitive primitive_;  ///< of the current run
+    Primitive primitive_;  ///< primitive of the current run
     CornerIndex corners_;
     PolygonCutter cutter_;
     std::uint64_t vertices_made_ = 0, elements_made_ = 0, odd_faces_ = 0, unknown_ = 0;
     std::uint64_t odd_numbers_ = 0;
-    bool is_obj_ = false;  ///< some line is valid OBJ
+    bool is_obj_ = false;  ///< whether any line is valid OBJ
     std::string first_unknown_;
-    // Of the current element.
+    // Data of the current element.
     std::vector<Corner> face_;
     std::vector<std::uint32_t> vertices_;
     std::vector<glm::vec3> outline_;
@@ -507,7 +511,7 @@ class ObjReader {
 
 }  // namespace
 
-/// Whether one of the first lines can only be OBJ, and there are no binary bytes.
+/// Whether one of the first lines is certainly OBJ, and there are no binary bytes.
 bool isObj(std::string_view begin, std::uint64_t) {
     if (begin.find('\0') != std::string_view::npos) return false;
     constexpr std::string_view kWords[] = {"v", "vt", "vn", "f", "o", "g", "mtllib", "usemtl"};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reader of PLY meshes: faces in order, or the vertices as points if there are no faces.
+// Reads PLY meshes: the faces in order or, if there are none, the vertices as points.
 #include <algorithm>
 #include <bit>
 #include <map>
@@ -14,10 +14,11 @@
 namespace peeler {
 namespace {
 
-/// Meaning of a vertex property.
+/// The meaning of a vertex property.
 enum class Meaning : std::uint8_t { kPosition, kNormal, kTexcoord, kColor };
 
-/// Names of vertex properties, as programs write them; the first of a set wins.
+/// A name that programs give to a vertex property. If a file has several names for a meaning, the
+/// first in the table counts.
 struct VertexName {
     std::string_view name;
     Meaning meaning;
@@ -52,7 +53,8 @@ constexpr VertexName kVertexNames[] = {
     {"diffuse_alpha", Meaning::kColor, 3},
 };
 
-/// Names of a meaning for messages, and the number of components it requires.
+/// The names of a meaning's properties, as messages list them, and the number of components that it
+/// requires.
 struct MeaningRow {
     const char* names;
     std::size_t components;
@@ -60,7 +62,7 @@ struct MeaningRow {
 constexpr MeaningRow kMeanings[] = {
     {"x, y and z", 3}, {"nx, ny and nz", 3}, {"s and t (u and v)", 2}, {"red, green and blue", 3}};
 
-/// An element's properties by meaning and component; null = none.
+/// The properties of an element by meaning and component; null if it has none.
 using Meant = std::array<std::array<const PlyField*, 4>, std::size(kMeanings)>;
 
 Meant meantBy(const PlyElement& element) {
@@ -153,7 +155,7 @@ class PlyReader {
             file_.name(), "rename the element");
     }
 
-    /// Collects the textures in MeshLab's comments, and whether faces select one.
+    /// Lists the textures in MeshLab's comments, and finds out whether faces choose among them.
     void listTextures() {
         for (std::string_view comment : ply_.comments()) {
             if (!comment.starts_with(kTextureComment)) continue;
@@ -178,7 +180,7 @@ class PlyReader {
 
     void readElement(const PlyElement& element) {
         if (element.properties.empty()) return;
-        // Before any allocation.
+        // Check the number of rows before allocating anything.
         if (element.rows > numbers_->most(element)) failPlyEndsEarly();
         if (element.name == "vertex" && !vertices_read_) return readVertices(element);
         if (isFaces(element)) return readFaces(element);
@@ -197,12 +199,12 @@ class PlyReader {
                        ").");
     }
 
-    // Vertices.
+    // Reading of vertices.
 
-    /// A property and its destination.
+    /// A property, and where its values go.
     struct Column {
         const PlyField* property;
-        float* to = nullptr;  ///< next vertex's value; null: skipped
+        float* to = nullptr;  ///< where to store the next vertex's value; null if it is skipped
         std::size_t step = 0;
         Meaning meaning{};
     };
@@ -247,7 +249,7 @@ class PlyReader {
         finishVertices(meant, odd);
     }
 
-    /// Warns of properties that are not drawn as intended.
+    /// Warns of properties that are not drawn as they were meant.
     void checkMeanings(const PlyElement& element, const Meant& meant) {
         for (std::size_t i = 0; i < std::size(kMeanings); ++i)
             if (!isWhole(meant, static_cast<Meaning>(i)))
@@ -277,7 +279,7 @@ class PlyReader {
         }
         if (!mesh_.colors.empty()) makeColorsLinear(mesh_.colors, colorTypesOf(meant));
         for (glm::vec2& uv : mesh_.texcoords[0])
-            uv.y = 1 - uv.y;  // bottom-up in PLY, top-down in glTF
+            uv.y = 1 - uv.y;  // V grows upward in PLY, downward in glTF
         vertices_read_ = true;
     }
 
@@ -321,20 +323,20 @@ class PlyReader {
         return *number;
     }
 
-    /// Converts a face value; non-finite ones become 0.
+    /// Converts a value of a face to float; values that are not finite become 0.
     float finiteOrZero(double value) {
         const auto number = coordinate(value);
         if (!number) ++odd_numbers_;
         return number.value_or(0);
     }
 
-    // Faces.
+    // Reading of faces.
 
-    /// Meaning of a face property.
+    /// The meaning of a face property.
     struct FaceColumn {
         enum Role : std::uint8_t { kCorners, kTexcoords, kTexture, kColor, kSkipped } role;
         const PlyField* property;
-        int component = 0;  ///< of a colour
+        int component = 0;  ///< component of a colour
     };
 
     void readFaces(const PlyElement& element) {
@@ -371,7 +373,7 @@ class PlyReader {
         }
     }
 
-    /// Whether face colours are used; vertex colours take precedence.
+    /// Whether to use the colours of faces, over which vertex colours take precedence.
     bool hasColors(const Meant& meant) {
         if (!isWhole(meant, Meaning::kColor)) return false;
         if (!mesh_.colors.empty())
@@ -412,7 +414,7 @@ class PlyReader {
         }
     }
 
-    /// Returns a texture's index; −1 = none.
+    /// Returns the index of a face's texture; −1 if it has none.
     int textureOf(double number) {
         if (number >= 0 && number < static_cast<double>(texture_maps_.size()))
             return static_cast<int>(number);
@@ -474,7 +476,8 @@ class PlyReader {
             addTriangle(a, b, c);
     }
 
-    /// Adds a triangle for each strip corner after the first two, reversing every second one.
+    /// Adds the triangles of the strips in face_: one per corner after the first two of a strip,
+    /// with every second one reversed.
     void addStrips() {
         std::size_t first = 0;
         for (std::size_t i = 0; i < face_.size(); ++i) {
@@ -487,7 +490,7 @@ class PlyReader {
         }
     }
 
-    /// Adds a triangle of corners given by their places in the face.
+    /// Adds a triangle; its corners are given as indices into face_.
     void addTriangle(std::size_t a, std::size_t b, std::size_t c) {
         if (triangles_made_++ % kOnce == 0) file_.allowGeometry(3 * kOnce * sizeof(std::uint32_t));
         for (const std::size_t corner : {a, b, c})
@@ -500,25 +503,26 @@ class PlyReader {
         return split_->indexOf({face_[corner], uv_numbers_.indexOf({bits[0], bits[1], 0}), color_});
     }
 
-    // The mesh.
+    // Building the mesh.
 
-    /// Consecutive triangles with the same texture: a primitive.
+    /// Consecutive triangles with the same texture, which become a primitive.
     struct Run {
         int texture = 0;
         Primitive mesh{};
-        std::vector<std::uint32_t> colors{};  ///< by vertex: indices into face_colors_
+        std::vector<std::uint32_t> colors{};  ///< for each vertex, an index into face_colors_
     };
 
-    /// Starts another run if the face's texture differs from the previous one.
+    /// Starts a new run if the texture of the face differs from that of the previous face.
     void openRun() {
         if (!runs_.empty() && runs_.back().texture == texture_) return;
         closeRun();
-        constexpr std::size_t kRunBytes = 4096;  // beyond its scene data, until it is drawn
+        // In bytes, besides the data in the scene, until the run is finished.
+        constexpr std::size_t kRunBytes = 4096;
         file_.allow(sizeof(Run) + kRunBytes);
         runs_.push_back({texture_});
     }
 
-    /// Gives the run its vertices: the file's, or its distinct corners.
+    /// Gives the run its vertices: all those of the file or, if split_, its distinct corners.
     void closeRun() {
         if (runs_.empty()) return;
         Run& run = runs_.back();
@@ -608,27 +612,28 @@ class PlyReader {
 
     static constexpr std::uint32_t kNoColor = 0xFFFFFFFF;
     static constexpr std::uint32_t kEndOfStrip = 0xFFFFFFFF;
-    static constexpr std::size_t kOnce = 4096;  ///< triangles per memory request
+    static constexpr std::size_t kOnce = 4096;  ///< number of triangles per memory request
 
     MeshFile file_;
     MeshTextures textures_;
     PlyFile ply_;
     std::unique_ptr<PlyNumbers> numbers_;
     std::uint64_t row_ = 0;
-    Primitive mesh_;  ///< vertices of the file, until a run takes them
+    Primitive mesh_;  ///< the file's vertices, until a run takes them over
     bool vertices_read_ = false, translucent_ = false;
     std::uint64_t triangles_made_ = 0;
     std::uint64_t odd_faces_ = 0, bare_faces_ = 0, odd_numbers_ = 0;
     PolygonCutter cutter_;
-    std::optional<CornerIndex> split_;  ///< if a vertex's corners can differ, or textures can
+    /// Set if the corners at a vertex may differ, or if there are several textures.
+    std::optional<CornerIndex> split_;
     CornerIndex uv_numbers_;
     bool has_corner_uvs_ = false;
-    std::vector<glm::vec4> face_colors_;  ///< deduplicated for consecutive faces
+    std::vector<glm::vec4> face_colors_;  ///< consecutive faces with the same colour share an entry
     ColorTypes face_color_types_;
     std::vector<MeshMap> texture_maps_;
-    std::map<int, int> materials_;  ///< by image
+    std::map<int, int> materials_;  ///< material for each image
     std::vector<Run> runs_;
-    // Of the current face.
+    // Data of the current face.
     int texture_ = 0;
     std::uint32_t color_ = kNoColor;
     std::vector<std::uint32_t> face_;

@@ -12,12 +12,12 @@ namespace {
 
 constexpr std::uint64_t kMostSteps = std::uint64_t{1} << 29;
 
-/// Returns Newell's normal (M. E. Newell; F. Tampieri, Graphics Gems III, V.5); its length is twice
-/// the area.
+/// Returns Newell's normal (M. E. Newell; F. Tampieri, Graphics Gems III, V.5), whose length is
+/// twice the polygon's area.
 glm::dvec3 normalOf(std::span<const glm::vec3> corners) {
     glm::dvec3 normal(0);
     for (std::size_t i = 0; i < corners.size(); ++i) {
-        // Relative to the first corner, for precision far from the origin.
+        // Subtract the first corner, for precision far from the origin.
         const glm::dvec3 a = glm::dvec3(corners[i]) - glm::dvec3(corners[0]);
         const glm::dvec3 b = glm::dvec3(corners[(i + 1) % corners.size()]) - glm::dvec3(corners[0]);
         normal += glm::cross(a, b);
@@ -49,8 +49,8 @@ void PolygonCutter::fan() {
         triangles_.push_back({0, i, i + 1});
 }
 
-/// Projects by dropping a coordinate, without rounding. Swaps the other two if the polygon is seen
-/// from behind.
+/// Projects the corners by dropping a coordinate, so without rounding. If the polygon is seen from
+/// behind, swaps the other two coordinates.
 void PolygonCutter::project(std::span<const glm::vec3> corners) {
     const glm::dvec3 normal = normalOf(corners), size = glm::abs(normal);
     int axis = size.y > size.x ? 1 : 0;
@@ -62,7 +62,7 @@ void PolygonCutter::project(std::span<const glm::vec3> corners) {
         points_[i] = {corners[i][across], corners[i][up]};
 }
 
-/// Returns twice a triangle's area, positive if it is counter-clockwise.
+/// Returns twice the area of a triangle, which is positive if the corners are counter-clockwise.
 double PolygonCutter::turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
     const glm::dvec2 along = points_[b] - points_[a], away = points_[c] - points_[a];
     return along.x * away.y - along.y * away.x;
@@ -81,8 +81,9 @@ void PolygonCutter::spend(std::uint64_t steps) {
                     "split polygons with thousands of corners first");
 }
 
-/// Whether the corner is convex and its triangle contains no other corner. Corners at the position
-/// of one of its three do not count: there two edges of the outline meet, or a bridge to a hole.
+/// Whether a corner is an ear: it is convex, and its triangle contains no other corner. Corners at
+/// the same position as one of the triangle's corners do not count, since the outline touches
+/// itself there, or has a bridge to a hole.
 bool PolygonCutter::isEar(std::uint32_t corner) const {
     const std::uint32_t a = previous_[corner], c = next_[corner];
     if (!(turn(a, corner, c) > 0)) return false;
@@ -120,7 +121,8 @@ void PolygonCutter::cutEars() {
     while (left_ > 3) {
         spend(left_);
         if (isEar(corner)) {
-            // Skip the next one: adjacent ears would make a fan of slivers.
+            // Continue after the next corner, because cutting off adjacent ears would make a fan of
+            // slivers.
             const std::uint32_t after = next_[next_[corner]];
             cutOff(corner);
             corner = after;
@@ -128,7 +130,8 @@ void PolygonCutter::cutEars() {
         } else if (++tried < left_) {
             corner = next_[corner];
         } else {
-            // A self-intersecting or collinear polygon may have no ears: use the flattest corner.
+            // A self-intersecting or collinear polygon may have no ear: cut off the flattest
+            // corner.
             std::uint32_t best = corner;
             double least = std::numeric_limits<double>::infinity();
             for (std::uint32_t i = 0; i < left_; ++i, corner = next_[corner]) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reader of scene files of all formats: glTF, PLY, STL, OBJ, arrays.
+// Reads scene files of all formats: glTF, PLY, STL, OBJ, arrays.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +14,14 @@
 
 namespace peeler {
 
-/// A scene format, a row of the format table.
+/// A scene format: a row of the format table.
 struct SceneFormat {
     const char* name;                              ///< "STL"
     std::span<const std::string_view> extensions;  ///< with their dots
-    /// Whether a file of this size that begins with these bytes has this format.
+    /// Whether a file that has this size and begins with these bytes has this format.
     bool (*recognises)(std::string_view begin, std::uint64_t size);
     Scene (*read)(const std::filesystem::path& path, const SceneReadOptions& options);
-    /// Its extensions are ambiguous, so only the content identifies a scene.
+    /// Other files share the extensions, so only the content identifies a scene.
     bool by_content = false;
 };
 
@@ -29,31 +29,31 @@ struct SceneFormat {
 std::span<const SceneFormat> sceneFormats();
 
 /// Returns the extensions of all formats, separated by blanks: ".gltf .glb .npz .safetensors .ply
-/// .stl .obj"; with `by_name` only those for which isSceneName() can be true.
+/// .stl .obj". With `by_name`, only those that isSceneName() accepts.
 std::string sceneExtensions(bool by_name = false);
-/// Whether the name has an extension used only by scenes.
+/// Whether the name has an extension that only scenes have.
 bool isSceneName(const std::filesystem::path& path);
 
-/// Returns the format of a file by its content; null if there is none. Throws Error (kInput) if the
-/// file cannot be read.
+/// Returns the format that a file's content has; null if it is no scene format. Throws Error
+/// (kInput) if the file cannot be read.
 const SceneFormat* sceneFormatOf(const std::filesystem::path& path);
 
-/// Assumptions about properties that a format leaves undefined.
+/// The assumptions about properties that a file's format leaves undefined.
 struct Assumed {
     const char* format = "";
-    Axis up = Axis::kY;  ///< the axis of the file that is +Y of the scene
+    Axis up = Axis::kY;  ///< axis in the file that becomes +Y of the scene
     double metres_per_unit = 1;
 };
 /// Returns the assumptions for a file; nothing if its format defines everything, as glTF does.
 std::optional<Assumed> assumedOf(const std::filesystem::path& path,
                                  const SceneReadOptions& options);
 
-/// Reads the scene. A file not recognised by content is read by its name's format, whose reader
-/// then reports the problem. PLY, STL and OBJ become triangles, lines or points in file order: a
-/// polygon of n corners becomes n − 2 consecutive triangles, only bit-identical corners are welded,
-/// and nothing is dropped. Coordinates are 32-bit floats, unchanged; `up` and `metres_per_unit`
-/// rotate and scale the nodes. Throws Error (kInput): `where` is a JSON pointer into a glTF,
-/// "part.obj:12" (a line), "part.stl, byte 84", or the path.
+/// Reads the scene. If the content is not recognised, the format that the name implies reads the
+/// file and reports the problem. PLY, STL and OBJ become triangles, lines or points in file order:
+/// a polygon with n corners becomes n − 2 consecutive triangles, only bit-identical corners are
+/// welded, and nothing is dropped. Coordinates are 32-bit floats, unchanged; `up` and
+/// `metres_per_unit` rotate and scale the nodes instead. Throws Error (kInput), with a JSON pointer
+/// into a glTF, "part.obj:12" (a line), "part.stl, byte 84", or the path as `where`.
 Scene readSceneFile(const std::filesystem::path& path, const SceneReadOptions& options = {});
 
 }  // namespace peeler

@@ -11,18 +11,18 @@
 namespace peeler {
 namespace {
 
-/// A triangle edge, between positions.
+/// An edge of a triangle, between two positions.
 struct Side {
-    std::uint32_t low, high;  ///< positions
-    std::uint32_t corner;     ///< its start: index 3 · triangle + 0, 1 or 2
-    bool rises;               ///< whether it runs from low to high
+    std::uint32_t low, high;  ///< indices of the positions at both ends
+    std::uint32_t corner;     ///< where the edge starts: 3 · triangle + 0, 1 or 2
+    bool rises;               ///< whether the edge runs from low to high
 };
 
 std::size_t nextCorner(std::size_t corner) {
     return corner % 3 == 2 ? corner - 2 : corner + 1;
 }
 
-/// Union-find of corners that share a normal.
+/// Sets of corners that share a normal (union-find).
 class Patches {
   public:
     explicit Patches(std::size_t corners) : parent_(corners) {
@@ -34,7 +34,8 @@ class Patches {
             at = parent_[at] = parent_[parent_[at]];
         return at;
     }
-    /// Joins two sets. The lower number stays, so that the result does not depend on the order.
+    /// Joins two sets. The joined set keeps the lower number, so that the result does not depend on
+    /// the order of calls.
     void join(std::size_t a, std::size_t b) {
         const std::uint32_t first = of(a), second = of(b);
         parent_[std::max(first, second)] = std::min(first, second);
@@ -80,7 +81,7 @@ class SmoothNormals {
         return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
     }
 
-    /// Merges vertices at the same position (−0 equals 0).
+    /// Gives vertices at the same position (where −0 equals 0) the same number.
     void findPositions() {
         CornerIndex positions(allow_);
         for (const glm::vec3& p : primitive_.positions) {
@@ -116,7 +117,7 @@ class SmoothNormals {
         return glm::dot(unit(faces_[a.corner / 3]), unit(faces_[b.corner / 3])) >= least_cosine_;
     }
 
-    /// Splits each vertex by its normals, in triangle order.
+    /// Splits each vertex that has several normals, in the order of triangles.
     void splitVertices(Patches& patches, const std::vector<glm::dvec3>& sums) {
         CornerIndex split(allow_);
         for (std::size_t i = 0; i < primitive_.indices.size(); ++i)
@@ -136,7 +137,7 @@ class SmoothNormals {
         primitive_.normals.reserve(split.keys().size());
         for (const CornerIndex::Key& key : split.keys()) {
             const glm::dvec3 normal = unit(sums[key[1]]);
-            // Degenerate triangles have no normal; any will do, since they are invisible.
+            // Degenerate triangles have no normal. Any normal will do, because they are invisible.
             primitive_.normals.emplace_back(normal == glm::dvec3(0) ? glm::dvec3(0, 1, 0) : normal);
         }
     }
@@ -144,8 +145,9 @@ class SmoothNormals {
     Primitive& primitive_;
     const std::function<void(std::uint64_t bytes)>& allow_;
     double least_cosine_;
-    std::vector<std::uint32_t> position_;  ///< by vertex
-    std::vector<glm::dvec3> faces_;        ///< normals; length is twice the area
+    std::vector<std::uint32_t> position_;  ///< position number of each vertex
+    /// Normal of each triangle, with twice the area as length.
+    std::vector<glm::dvec3> faces_;
 };
 
 }  // namespace

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reader of text and binary STL (M. Burns, "Automated Fabrication", 1993, section 6.5): triangle k
-// of the file is triangle k of the only mesh. Facet normals are ignored, since they follow from the
-// corners. White space and line ends are free in text.
+// Reads text and binary STL (M. Burns, "Automated Fabrication", 1993, section 6.5). The scene has a
+// single mesh, whose triangle k is triangle k in the file. Facet normals are ignored, since they
+// follow from the corners. In text, white space and line ends are free.
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -26,15 +26,15 @@ std::uint64_t binarySize(std::string_view begin) {
     return kHeader + kFacet * facetsOf(begin);
 }
 
-/// Whether a word is this keyword; old programs write capitals.
+/// Whether a word is this keyword, in lower case or, as old programs write it, capitals.
 bool is(std::string_view word, std::string_view keyword) {
     return std::ranges::equal(word, keyword, [](char a, char b) {
         return a == b || (a >= 'A' && a <= 'Z' && a - 'A' + 'a' == b);
     });
 }
 
-/// Whether it starts as text. Some programs start a binary header the same way, but binary
-/// triangles always contain zero bytes.
+/// Whether the file is text. Some programs begin a binary header like text, but binary triangles
+/// always contain zero bytes.
 bool isText(std::string_view begin) {
     constexpr std::size_t kLooked = 4096;
     if (begin.substr(0, kLooked).find('\0') != std::string_view::npos) return false;
@@ -42,7 +42,7 @@ bool isText(std::string_view begin) {
     return is(takeWord(rest), "solid");
 }
 
-/// Takes the rest of the line, a name. A facet or another solid on the same line stays.
+/// Removes and returns a solid's name: the rest of the line, up to a facet or another solid.
 std::string_view takeName(std::string_view& text) {
     const std::string_view line = text.substr(0, text.find_first_of("\r\n"));
     std::size_t end = line.size(), solid = line.size();
@@ -99,7 +99,7 @@ class StlReader {
                        std::to_string(text_.size() - size) + ").");
         file_.allowGeometry(facets * 3 * sizeof(std::uint32_t));
         primitive_.indices.reserve(facets * 3);
-        corners_.reserve(facets / 2);  // about the distinct corners of a closed surface
+        corners_.reserve(facets / 2);  // about as many as a closed surface has
         bool has_attributes = text_.substr(0, kHeader).find("COLOR=") != std::string_view::npos;
         for (std::uint64_t facet = 0; facet < facets; ++facet) {
             const std::size_t at = kHeader + kFacet * facet;
@@ -120,19 +120,19 @@ class StlReader {
         if (has_attributes) file_.warn("The colours in triangle attributes are not read.");
     }
 
-    /// Reads text: all its solids become one mesh, named after the first.
+    /// Reads text. All solids become one mesh, which gets the name of the first.
     std::string readText() {
         std::string name;
         std::string_view rest = withoutByteOrderMark(text_);
         bool in_solid = false, named = false, in_normal = false;
-        int corners = -1;  // of the open facet
+        int corners = -1;  // number of corners in the open facet; −1 outside
         while (true) {
             const std::string_view before = rest;
             const std::string_view word = takeWord(rest);
             const std::size_t place = text_.size() - rest.size();
             if (word.empty()) break;
             if (in_normal && !is(word, "outer") && !is(word, "vertex") && !is(word, "endfacet"))
-                continue;  // programs write normals in different ways
+                continue;  // skip the numbers, since programs write normals in different ways
             in_normal = false;
             if (is(word, "vertex") && corners >= 0) {
                 if (++corners > 3) fail("a facet has more than three corners", place);
@@ -204,7 +204,7 @@ class StlReader {
                     "export the file again, or as binary STL");
     }
 
-    static constexpr std::size_t kOnce = 4096;  ///< numbers per memory request
+    static constexpr std::size_t kOnce = 4096;  ///< number of elements per memory request
 
     MeshFile file_;
     CornerIndex corners_;

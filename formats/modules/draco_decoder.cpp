@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The peeler_decode program: decodes one Draco-compressed mesh (formats/gltf/draco_mesh.cpp).
+// The program peeler_decode, which decodes one Draco-compressed mesh (formats/gltf/draco_mesh.cpp).
 #include <draco/compression/decode.h>
 #include <draco/compression/point_cloud/point_cloud_decoder.h>
 #include <draco/core/varint_decoding.h>
@@ -30,18 +30,19 @@ draco::DecoderBuffer bufferOf(std::span<const std::uint8_t> bytes) {
     return buffer;
 }
 
-// Maximum number of declared triangles per byte. A flat regular grid of 8 million triangles,
-// encoded at the slowest and smallest setting, has 13 per byte. Entropy coding has no limit of its
-// own, so a few bytes could make us allocate without end.
+// The maximum number of declared triangles per byte of data. Entropy coding has no limit of its
+// own, so without this one a few bytes could make us allocate without end. A flat regular grid of 8
+// million triangles, encoded at the slowest setting, which gives the smallest files, has 13 per
+// byte.
 constexpr std::uint64_t kMostFacesPerByte = 32;
 
-/// Sizes declared at the start of the data.
+/// The sizes that the data declares at its start.
 struct Promise {
     std::uint32_t faces = 0, points = 0;
 };
 
-/// Reads a number of the connectivity header: fixed size in old versions of the format, else a
-/// varint.
+/// Reads a number in the connectivity header: old versions of the format store it with a fixed
+/// size, others as a varint.
 std::uint32_t number(draco::DecoderBuffer& buffer, bool fixed) {
     std::uint32_t value = 0;
     if (!(fixed ? buffer.Decode(&value) : draco::DecodeVarint(&value, &buffer)))
@@ -50,7 +51,7 @@ std::uint32_t number(draco::DecoderBuffer& buffer, bool fixed) {
 }
 
 /// Reads the headers (Draco bitstream specification, §2 to §4). libdraco 1.5.5 allocates memory for
-/// the face count in an Edgebreaker header, so the count is checked first.
+/// the number of faces in an Edgebreaker header, so that number must be checked first.
 Promise promiseOf(std::span<const std::uint8_t> bytes) {
     draco::DecoderBuffer buffer = bufferOf(bytes);
     draco::DracoHeader header;
@@ -75,9 +76,10 @@ Promise promiseOf(std::span<const std::uint8_t> bytes) {
     std::uint8_t traversal = 0, attribute_data = 0;
     if (!buffer.Decode(&traversal)) failDraco("the Draco data is truncated");
     const bool fixed = version < 0x200;
-    if (version < 0x202) number(buffer, fixed);  // vertices added by splits
-    // Number of connectivity vertices. Some encoders count vertices without faces, and seams split
-    // others into several points, so this is only an estimate of the points.
+    if (version < 0x202) number(buffer, fixed);  // skips the number of vertices added by splits
+    // The number of vertices in the connectivity. It is only an estimate of the number of points:
+    // some encoders count vertices without faces, and seams split other vertices into several
+    // points.
     const std::uint64_t vertices = number(buffer, fixed);
     promise.faces = number(buffer, fixed);
     if (!buffer.Decode(&attribute_data)) failDraco("the Draco data is truncated");
@@ -135,7 +137,7 @@ std::vector<std::uint8_t> valuesOf(const draco::Mesh& mesh, const DracoAttribute
         failDraco("the attribute " + std::to_string(wanted.unique_id) + " of the Draco data has " +
                   std::to_string(attribute->num_components()) + " components, its accessor has " +
                   std::to_string(wanted.components));
-    // glTF has no such accessors, and Draco accepts any stored byte as a bool.
+    // Reject bools: glTF has no such accessors, and Draco accepts any stored byte as a bool.
     if (attribute->data_type() == draco::DT_BOOL)
         failDraco("the attribute " + std::to_string(wanted.unique_id) +
                   " of the Draco data holds booleans");
@@ -173,7 +175,7 @@ void decode(std::span<const std::uint8_t> bytes, std::span<const DracoAttribute>
             const DracoLimits& limits, SharedFile& result) {
     const std::unique_ptr<draco::Mesh> mesh = decodeMesh(bytes);
     if (mesh->num_faces() == 0) failDraco("the Draco data holds no triangle");
-    // Only now is the number of points of an Edgebreaker mesh known.
+    // The number of points in an Edgebreaker mesh is known only after decoding.
     checkPromise({mesh->num_faces(), mesh->num_points()}, limits);
     result.putOne(std::uint64_t{mesh->num_points()});
     result.put(indicesOf(*mesh));

@@ -19,14 +19,14 @@
 namespace peeler {
 namespace {
 
-// Sanitizers reserve terabytes of address space, so no limit would fit.
+// Sanitizers reserve terabytes of address space, so no useful limit is possible with them.
 #ifdef PEELER_SHADOW_MEMORY
 constexpr bool kLimitsMemory = false;
 #else
 constexpr bool kLimitsMemory = true;
 #endif
 
-std::uint64_t address_space_at_start = 0;  ///< bytes; 0 = unknown
+std::uint64_t address_space_at_start = 0;  ///< in bytes; 0 if unknown
 
 std::uint64_t addressSpace() {
     unsigned long long pages = 0;
@@ -37,7 +37,8 @@ std::uint64_t addressSpace() {
     return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// Lowers a limit; the host's may be lower already. Unless `for_good`, it can be changed later.
+/// Lowers a resource limit, unless the host's is lower already. Unless `for_good`, the limit can be
+/// changed again later.
 void limit(int resource, std::uint64_t value, bool for_good = true) {
     struct rlimit both {};
     if (getrlimit(static_cast<__rlimit_resource>(resource), &both) != 0) return;
@@ -56,7 +57,7 @@ void putText(SharedFile& file, const std::string& text) {
     file.put(std::span<const char>(text));
 }
 
-/// Replaces a partial result by an error.
+/// Replaces a partial result with an error.
 void putError(SharedFile& result, const Error& error) {
     result.seek(sizeof(HelperState));
     result.putOne(error.kind());
@@ -93,7 +94,8 @@ void helperMain(int count, char** arguments, HelperWork work) {
     openStandardStreams();
     if (count != 2) _exit(static_cast<int>(ErrorKind::kUsage));
     limit(RLIMIT_CORE, 0);
-    // The soft limit's signal means that the time is up; the hard limit's could be any kill.
+    // Set the soft limit a second lower, because its signal shows that the time is up, whereas the
+    // hard limit's signal could come from any kill.
     const std::uint64_t seconds = std::strtoull(arguments[1], nullptr, 10);
     limit(RLIMIT_CPU, seconds + 1);
     limit(RLIMIT_CPU, seconds, false);
@@ -106,7 +108,7 @@ void helperMain(int count, char** arguments, HelperWork work) {
     limit(RLIMIT_NOFILE, 0);
     limit(RLIMIT_NPROC, 0);
     prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-    limitSystemCalls();  // where unsupported, the limits above must suffice
+    limitSystemCalls();  // where this is not supported, the limits above must suffice
     try {
         SharedFile request(STDIN_FILENO), result(STDOUT_FILENO, sizeof(HelperState));
         HelperState state = HelperState::kDone;
@@ -116,11 +118,12 @@ void helperMain(int count, char** arguments, HelperWork work) {
             putError(result, error);
             state = HelperState::kFailed;
         }
-        // Last: until then there is no result, even if the process is killed.
+        // The state is written last: until then there is no valid result, even if the process is
+        // killed.
         result.seek(0);
         result.putOne(state);
     } catch (const std::exception&) {
-        _exit(1);  // no memory is left for a message
+        _exit(1);  // there is not even enough memory for a message
     }
     _exit(0);
 }

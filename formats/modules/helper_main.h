@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The main function of programs started by runHelper() (formats/file/helper_process.h).
+// The main function of the programs that runHelper() starts (formats/file/helper_process.h).
 #pragma once
 
 #include <cstdint>
@@ -8,23 +8,23 @@
 
 namespace peeler {
 
-/// Limits this process's memory to its usage at the start plus `bytes`, and its result to `bytes`.
-/// Before this call the limit is kFirstMemory plus 16 times the request's size.
+/// Limits this process's memory to what it used at the start plus `bytes`, and its result to
+/// `bytes`. Before this call, the limit is kFirstMemory plus 16 times the size of the request.
 void limitMemory(std::uint64_t bytes);
 
-/// Limits this process to `seconds` of CPU time, unless a lower limit exists.
+/// Limits this process to `seconds` of CPU time, unless there already is a lower limit.
 void limitSeconds(int seconds);
 
-/// Restricts this process to the system calls that a decoder needs, for memory and open files; any
-/// other call kills it. Returns false if the system has no such filter.
+/// Restricts this process to the system calls that a decoder needs, for memory and for files
+/// already open; any other call kills it. Returns false if the system does not support that.
 bool limitSystemCalls();
 
 using HelperWork = void (*)(SharedFile& request, SharedFile& result);
 
 inline constexpr std::uint64_t kFirstMemory = std::uint64_t{256} << 20;
 
-/// Limits this process to the seconds of CPU time in its only argument, drops its right to open or
-/// start anything, and does the work. Ends the process.
+/// Limits this process to the seconds of CPU time in its only argument, gives up the right to open
+/// files and start programs, and does the work. Ends the process.
 [[noreturn]] void helperMain(int count, char** arguments, HelperWork work);
 
 }  // namespace peeler

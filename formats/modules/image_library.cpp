@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The peeler_images module: OpenImageIO behind formats/image/image_library.h.
+// The module peeler_images: implements formats/image/image_library.h with OpenImageIO.
 #include "formats/image/image_library.h"
 
 #include <OpenImageIO/filesystem.h>
@@ -36,8 +36,8 @@ StoredImage storedImage(const OIIO::ImageSpec& spec) {
     return image;
 }
 
-/// A FILE opened through RegularFile, because the library's own plugins would block on a pipe. The
-/// JPEG plugin reads only FILEs.
+/// A FILE that is opened through RegularFile, because OpenImageIO would block on a pipe. FILE is
+/// used because the JPEG plugin can read nothing else.
 struct FileStream {
     explicit FileStream(const std::string& path) {
         const RegularFile file(path);
@@ -67,7 +67,7 @@ class Decoder final : public ImageDecoder {
             std::span<const std::uint8_t> bytes) {
         input_ = OIIO::ImageInput::create(format);
         if (!input_) {
-            OIIO::geterror();  // discards the pending message
+            OIIO::geterror();  // discards OpenImageIO's pending message
             fail("no decoder for " + format + " is installed");
         }
         OIIO::ImageSpec config;
@@ -103,8 +103,8 @@ class Decoder final : public ImageDecoder {
             check(input_->read_scanlines(0, 0, y, y + 1, 0, begin, end, type, samples));
     }
 
-    /// Rejects TIFFs for which OpenImageIO before 3.1.16 writes beyond its buffers: when it
-    /// converts CMYK to RGB in tiles or with samples that are not whole bytes (CVE-2026-67549), and
+    /// Rejects TIFFs for which OpenImageIO before 3.1.16 writes beyond its buffers: CMYK in tiles
+    /// or with samples that are not whole bytes, while converting to RGB (CVE-2026-67549), and
     /// palettes with indices of three bytes.
     static void refuseFragileTiff(const OIIO::ImageSpec& spec) {
         constexpr int kPalette = 3, kSeparated = 5;  // TIFF 6.0, sections 5 and 16
@@ -120,10 +120,10 @@ class Decoder final : public ImageDecoder {
         if (!success) fail(input_->geterror());
     }
 
-    std::unique_ptr<OIIO::Filesystem::IOProxy> proxy_;  // declared before its user
+    std::unique_ptr<OIIO::Filesystem::IOProxy> proxy_;  // declared before input_, which uses it
     std::unique_ptr<OIIO::ImageInput> input_;
-    /// Reads a TIFF row by row, because OpenImageIO's strip path before 3.1.17 unpacks data that
-    /// could not be read, and inverts more samples than exist.
+    /// Whether to read a TIFF row by row. When reading by strips, OpenImageIO before 3.1.17 unpacks
+    /// data that it could not read, and inverts more samples than exist.
     bool by_rows_ = false;
     StoredImage image_;
 };
@@ -171,11 +171,11 @@ class Encoder final : public ImageEncoder {
         type_ = image.bits == 16 ? OIIO::TypeDesc::UINT16 : OIIO::TypeDesc::UINT8;
         OIIO::ImageSpec spec(image.width, image.height, image.channels, type_);
         if (image.srgb) spec.attribute("oiio:ColorSpace", "sRGB");
-        // Alpha is already straight, so colours must not be divided again.
+        // Alpha is already straight, so OpenImageIO must not divide colours by it.
         spec.attribute("oiio:UnassociatedAlpha", 1);
         if (!image.software.empty()) spec.attribute("Software", image.software);
         if (!image.description.empty()) spec.attribute("ImageDescription", image.description);
-        // Otherwise the file would contain the time of writing.
+        // An empty date, because the file would otherwise contain the time of writing.
         if (format_ == "tiff") spec.attribute("DateTime", "");
         if (format_ == "jpeg") {
             spec.attribute("Compression", "jpeg:95");
@@ -199,14 +199,14 @@ class Encoder final : public ImageEncoder {
 
     std::string format_;
     OIIO::TypeDesc type_;
-    std::optional<Proxy> proxy_;  // declared before its user
+    std::optional<Proxy> proxy_;  // declared before output_, which uses it
     std::unique_ptr<OIIO::ImageOutput> output_;
 };
 
 class Library final : public ImageLibrary {
   public:
-    // If a TIFF is damaged, the threads that unpack its strips and tiles continue with freed memory
-    // (CVE-2023-24472, before 2.4.8.1; CVE-2026-65970, before 3.1.16).
+    // No threads for TIFF: if a file is damaged, the threads that unpack its strips and tiles go on
+    // using freed memory (CVE-2023-24472, before 2.4.8.1; CVE-2026-65970, before 3.1.16).
     Library() { OIIO::attribute("tiff:multithread", 0); }
     std::unique_ptr<ImageDecoder> decoder(const std::string& format, const std::string& path,
                                           std::span<const std::uint8_t> bytes) const override {
@@ -217,10 +217,10 @@ class Library final : public ImageLibrary {
     }
     void setThreads(int threads) const override {
 #ifdef __SANITIZE_THREAD__
-        threads = 1;  // ThreadSanitizer misses the synchronisation of OpenImageIO's threads
+        threads = 1;  // ThreadSanitizer does not see how OpenImageIO's threads are synchronised
 #endif
         OIIO::attribute("threads", threads);
-        // OpenEXR counts additional threads; −1 means none in OpenImageIO.
+        // OpenEXR counts threads besides the caller's; to OpenImageIO, −1 means none of these.
         OIIO::attribute("exr_threads", threads > 1 ? threads : -1);
     }
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// seccomp(2) filter for decoders: the table of allowed system calls, and the BPF program built from
-// it.
+// The seccomp(2) filter for decoders: the table of allowed system calls, and the BPF program that
+// is generated from it.
 #include <linux/audit.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
@@ -25,18 +25,19 @@ namespace {
 #define PEELER_AUDIT_ARCHITECTURE AUDIT_ARCH_AARCH64
 #endif
 
-// Sanitizers read /proc and more to report an error.
+// No filter with sanitizers, which read /proc and more to report an error.
 #if defined(PEELER_AUDIT_ARCHITECTURE) && !defined(PEELER_SHADOW_MEMORY)
 
-/// A call that is allowed if the low half of an argument, masked, has this value.
+/// A system call that is allowed if an argument's low 32 bits, masked, have this value.
 struct Allowed {
     std::uint32_t call;
     unsigned argument = 0;
-    std::uint32_t mask = 0;  ///< 0 = any arguments
+    std::uint32_t mask = 0;  ///< 0 allows any arguments
     std::uint32_t value = 0;
 };
 
-/// Returns the allowed calls: open files, non-executable memory, the process itself.
+/// Returns the allowed calls: for files already open, non-executable memory, and the process
+/// itself.
 std::vector<Allowed> allowedCalls() {
     constexpr std::uint32_t kAll = ~std::uint32_t{0};
     const auto self = static_cast<std::uint32_t>(getpid());
@@ -67,7 +68,7 @@ std::vector<Allowed> allowedCalls() {
         {SYS_tgkill, 0, kAll, self},  // abort()
         {SYS_prlimit64, 0, kAll, 0},  // limitMemory()
         {SYS_fcntl, 1, kAll, F_GETFD},
-        {SYS_dup},  // RLIMIT_NOFILE makes it fail
+        {SYS_dup},  // allowed, but RLIMIT_NOFILE makes it fail
     };
 }
 
@@ -83,7 +84,7 @@ std::vector<sock_filter> filterOf(const std::vector<Allowed>& allowed) {
     add(kLoad, offsetof(seccomp_data, arch));
     add(kIfEqual, PEELER_AUDIT_ARCHITECTURE, 1, 0);
     add(kReturn, SECCOMP_RET_KILL_PROCESS);
-    // x32 calls have separate numbers, which are not in the table.
+    // x32 calls have numbers of their own, which are not in the table.
     add(kLoad, offsetof(seccomp_data, nr));
     for (const Allowed& row : allowed) {
         if (row.mask == 0) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The peeler_vdb module: OpenVDB behind formats/arrays/vdb_writer.h.
+// The module peeler_vdb: implements formats/arrays/vdb_writer.h with OpenVDB.
 // https://www.openvdb.org/documentation/doxygen/
 #include "formats/arrays/vdb_writer.h"
 
@@ -16,7 +16,7 @@ namespace {
 using Grid = openvdb::FloatGrid;
 using openvdb::Coord;
 
-/// Calls visit(coordinates) for every inside cell of a block.
+/// Calls visit(coordinates) for every cell of a block that is inside.
 template <class Visit>
 void forEachInside(const VdbVoxels& voxels, const glm::ivec3& begin, const glm::ivec3& end,
                    Visit&& visit) {
@@ -33,8 +33,8 @@ void forEachInside(const VdbVoxels& voxels, const glm::ivec3& begin, const glm::
     }
 }
 
-/// Fills the grid in blocks of OpenVDB's leaf size: a full block becomes a tile, so the interior
-/// takes no memory.
+/// Fills the grid in blocks of the size of OpenVDB's leaves. A block that is full becomes a tile,
+/// so that the interior takes no memory.
 void fill(Grid& grid, const VdbVoxels& voxels) {
     constexpr int kSide = Grid::TreeType::LeafNodeType::DIM;
     Grid::Accessor accessor = grid.getAccessor();
@@ -67,7 +67,7 @@ void write(std::ostream& stream, const VdbVoxels& voxels, const std::string& cre
     grid->setTransform(transform);
     fill(*grid, voxels);
 
-    const openvdb::io::Stream archive(stream);  // uses Blosc if available
+    const openvdb::io::Stream archive(stream);  // compresses with Blosc if available
     openvdb::MetaMap metadata;
     metadata.insertMeta("creator", openvdb::StringMetadata(creator));
     archive.write(openvdb::GridCPtrVec{grid}, metadata);
@@ -80,6 +80,6 @@ void write(std::ostream& stream, const VdbVoxels& voxels, const std::string& cre
 extern "C" __attribute__((visibility("default"))) void peelerWriteVdbGrid(
     std::ostream& stream, const peeler::VdbVoxels& voxels, const std::string& creator,
     int threads) {
-    // Not with tbb::global_control, which would also limit a host program's other work.
+    // Not by tbb::global_control, which would also limit other work of a host program.
     tbb::task_arena(threads).execute([&] { peeler::write(stream, voxels, creator); });
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writer of the viewer page: packs fragments in 18 bytes each (3 more with coloured opacity, 4 with
-// object ids, 4 with material ids), as deltas that deflate well.
+// Writes the viewer page. Fragments are packed in 18 bytes each (3 more with coloured opacity, 4
+// with object ids, 4 with material ids), as differences that deflate well.
 #include "formats/page/html_view_writer.h"
 
 #include <libdeflate.h>
@@ -36,18 +36,18 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Rgba = std::array<float, 4>;
 
-/// Uncompressed bytes per fragment without its colour, and per kind of id.
+/// The bytes per fragment before compression: without its colour, and for each kind of id.
 constexpr std::size_t kPlanes = 14, kIdPlanes = 4;
-/// Memory per fragment in finish(), and the addition for possible ids.
+/// The memory per fragment in finish(), and how much more ids may take, in bytes.
 constexpr std::uint64_t kScratch = 84, kIdScratch = 2 * kIdPlanes;
 
-/// The fragments in page order: layer by layer, row by row.
+/// The fragments in the order of the page: layer by layer, row by row.
 struct LayerOrder {
     struct Place {
         std::uint32_t fragment, pixel;
     };
     std::vector<Place> places;
-    std::vector<std::uint64_t> ends;  ///< by layer
+    std::vector<std::uint64_t> ends;  ///< where each layer ends in `places`
 };
 
 LayerOrder orderByLayer(const LayeredImage& image, const PixelRays& rays) {
@@ -68,8 +68,8 @@ LayerOrder orderByLayer(const LayeredImage& image, const PixelRays& rays) {
     return order;
 }
 
-/// Returns the stored measure of depth: log2 Z, for equal relative precision near and far, or Z for
-/// an orthographic camera, where it may be 0.
+/// Returns the measure of depth that the page stores: log2 Z, for the same relative precision near
+/// and far, or, for an orthographic camera, Z itself, since that may be 0.
 double depthMeasure(const PixelRays& rays, double planar) {
     return rays.perspective() ? -std::log2(planar) : planar;
 }
@@ -81,22 +81,22 @@ struct Range {
         low = std::min(low, value);
         high = std::max(high, value);
     }
-    /// Returns a value's position in the range as a 16-bit code.
+    /// Returns the 16-bit code for a value's position in the range.
     std::uint16_t code(double value) const {
         const double share = std::clamp((value - low) / (high - low), 0.0, 1.0);
         return static_cast<std::uint16_t>(std::lround(65535 * share));
     }
-    /// Returns the range, or a slightly larger one if its length is zero.
+    /// Returns the range, slightly enlarged if its length is zero.
     Range widened() const {
         if (!(low <= high)) return {0, 1};
         return {low, high > low ? high : low + std::max(1e-6, 1e-6 * std::abs(low))};
     }
 };
 
-/// The bytes R, G, B, A, AR, AG, AB.
+/// R, G, B, A, AR, AG, AB as bytes.
 using EncodedColor = std::array<std::uint8_t, kTintedComponents>;
 
-/// A kind of fragment ids, and its key in the page.
+/// A kind of ids that fragments have, and its key in the page.
 struct IdKind {
     const char *channel, *key;
     std::vector<std::string> IdNames::*names;
@@ -104,19 +104,20 @@ struct IdKind {
 constexpr std::array<IdKind, 2> kIdKinds = {{{"id.object", "objects", &IdNames::objects},
                                              {"id.material", "materials", &IdNames::materials}}};
 
-/// A fragment as stored in the page.
+/// A fragment with the values that the page stores.
 struct PackedFragment {
-    std::uint32_t pixel = 0;                        ///< row-major in the window
+    std::uint32_t pixel = 0;                        ///< index of the pixel in the window, row-major
     std::array<std::uint16_t, kCorners> corners{};  ///< depth codes
-    std::uint16_t depth = 0;                        ///< code of its own depth
+    std::uint16_t depth = 0;                        ///< code of the fragment's own depth
     EncodedColor color{};
     std::array<std::uint32_t, kIdKinds.size()> ids{};
 };
 
-/// Packs each fragment as the difference to the previous one, in byte planes: pixel (4); upper
-/// left, lower left, rise to the upper right, additional rise of the lower right (2 each); colour
-/// (4, or 7 with opacity per channel); the code of its own depth less the mean of the corners (2);
-/// and the ids, if any (4 each). unpack() in page_drawing.js sums the differences.
+/// Packs the fragments in byte planes, each as differences from the previous one: pixel (4 bytes);
+/// the upper left corner, the lower left corner, the rise from the upper left to the upper right,
+/// and the additional rise of the lower right (2 each); colour (4, or 7 with opacity per channel);
+/// the code of the fragment's own depth less the mean of its corners (2); and the ids, if any (4
+/// each). unpack() in page_drawing.js adds the differences up.
 class Packer {
   public:
     Packer(std::size_t count, bool tinted, const std::array<bool, kIdKinds.size()>& ids)
@@ -130,8 +131,8 @@ class Packer {
     void add(const PackedFragment& fragment) {
         plane_ = 0;
         put(fragment.pixel - last_.pixel, 4);
-        // Along a surface a left corner equals the previous right corner, and the slope changes
-        // little.
+        // Along a surface, a left corner equals the right corner of the previous fragment, and the
+        // slope changes little.
         const auto& corners = fragment.corners;
         const std::uint32_t rise = corners[kUpperRight] - std::uint32_t{corners[kUpperLeft]};
         put(corners[kUpperLeft] - std::uint32_t{last_.corners[kUpperRight]}, 2);
@@ -141,7 +142,7 @@ class Packer {
         rise_ = rise;
         for (std::size_t c = 0; c < colors_; ++c)
             put(std::uint32_t{fragment.color[c]} - last_.color[c], 1);
-        std::uint32_t sum = 2;  // for rounding
+        std::uint32_t sum = 2;  // one half, for rounding
         for (const std::uint16_t corner : corners)
             sum += corner;
         put(fragment.depth - static_cast<std::uint32_t>(sum / kCorners), 2);
@@ -176,7 +177,7 @@ std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes) {
     return packed;
 }
 
-/// Returns Base64 (RFC 4648, section 4).
+/// Returns the bytes as Base64 (RFC 4648, section 4).
 std::string base64(std::span<const std::uint8_t> bytes) {
     constexpr std::string_view kDigits =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -193,7 +194,7 @@ std::string base64(std::span<const std::uint8_t> bytes) {
     return text;
 }
 
-/// Returns JSON for a <script> element, without anything that looks like a tag.
+/// Returns JSON for a <script> element; '<' is escaped so that nothing looks like a tag.
 std::string scriptText(const Json& value) {
     std::string text;
     for (const char c : dumpJson(value, -1, true)) {
@@ -205,8 +206,8 @@ std::string scriptText(const Json& value) {
     return text;
 }
 
-/// Returns the sRGB bytes of a premultiplied linear colour after the display transform,
-/// premultiplied, with its opacities.
+/// Returns the bytes of a premultiplied linear colour after the display transform: sRGB,
+/// premultiplied, followed by alpha and opacities.
 EncodedColor encodedColor(const TintedColor& color, const Display& display) {
     const Rgba shown = display.shown(untinted(color));
     const auto byte = [](float value) {
@@ -216,11 +217,11 @@ EncodedColor encodedColor(const TintedColor& color, const Display& display) {
     for (std::size_t c = 0; c < 3; ++c)
         bytes[c] = byte(encodeSrgb(shown[c]));
     for (std::size_t c = 3; c < color.size(); ++c)
-        bytes[c] = byte(color[c] > 0 ? std::min(color[c], 1.0F) : 0);  // 0 for NaN
+        bytes[c] = byte(color[c] > 0 ? std::min(color[c], 1.0F) : 0);  // NaN gives 0
     return bytes;
 }
 
-/// Returns the exposure in stops: the requested one, or the automatic one of the layers.
+/// Returns the exposure in stops: the requested one, or the one that the layers' composite needs.
 float exposureOf(const OutputOptions& options, const LayeredImage& image, const View& view) {
     if (!options.automatic_exposure || isPart(view)) return options.exposure;
     CompositeImage composite;
@@ -230,8 +231,8 @@ float exposureOf(const OutputOptions& options, const LayeredImage& image, const 
     return meter.stopsIfNeeded();
 }
 
-/// Returns the page's rotation axis: world +Y in camera space, or the picture's up direction if the
-/// camera looks along +Y.
+/// Returns the axis that the page turns the layers around: world +Y in camera space or, if the
+/// camera looks along it, the picture's up direction.
 glm::dvec3 turningAxis(const View& view) {
     const glm::dvec3 up(view.camera_to_world[0].y, view.camera_to_world[1].y,
                         view.camera_to_world[2].y);
@@ -266,12 +267,12 @@ Json describeView(const View& view, const LayeredImage& image, const LayerOrder&
             {"range", {codes.low, codes.high}},
             {"depths", {shown.low, shown.high}},
             {"distance", distance},
-            // Corners reach a little beyond samples.
+            // The corners of the drawn cells lie a little farther out than the samples.
             {"radius", 1.05 * radius + 0.01 * std::abs(distance)},
             {"layerEnds", order.ends}};
 }
 
-/// Returns the ids in use, each with its name, or null.
+/// Returns the ids in use, each with its name, or with null if it has no name.
 Json namesOf(const FragmentChannel& ids, const LayerOrder& order,
              const std::vector<std::string>& names) {
     std::set<std::uint32_t> used;

@@ -15,16 +15,17 @@ namespace peeler {
 /// Writes a self-contained HTML file: the packed cells of all fragments
 /// (core/views/surface_cells.h), and a page that draws them with WebGL 2
 /// (formats/page/view_page.html). Colours are 8-bit sRGB, premultiplied and clipped per fragment,
-/// with exposure and tone map applied (Display). An all-zero background means the page's own.
-/// Depths are 16-bit codes of log2 Z for a perspective camera: the cell corners', and the
-/// fragment's own. Object and material ids are included, with their names from `options`, if the
-/// fragments have them. Holds the picture until finish(), plus about 90 bytes per fragment.
+/// with exposure and tone map applied (Display). A background of zeros means the page's own. Each
+/// fragment has depths for the corners of its cell and for itself; they are stored in 16 bits, as
+/// log2 Z for a perspective camera. If the fragments have object or material ids, those are
+/// included, with their names from `options`. Holds the picture until finish(), which takes another
+/// 90 bytes or so per fragment.
 class HtmlViewWriter : public Sink {
   public:
     /// Throws Error (kUsage) if there is no such tone map.
     HtmlViewWriter(std::string path, OutputOptions options);
 
-    /// Throws Error (kUsage) if there are too many fragments.
+    /// Throws Error (kUsage) if the plan has too many fragments.
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
     void finish() override;
@@ -40,9 +41,9 @@ class HtmlViewWriter : public Sink {
     StageTimes times_;
 };
 
-/// Returns the viewer page, formats/page/view_page.html, embedded at build time. {{hash}} is
-/// replaced by the output hash, {{view}} by the JSON, {{fragments}} by the data, {{drawing}} and
-/// {{controls}} by the scripts.
+/// Returns the viewer page, formats/page/view_page.html, which is embedded when peeler is built.
+/// The caller replaces {{hash}} by the output hash, {{view}} by the JSON, {{fragments}} by the
+/// data, {{drawing}} and {{controls}} by the scripts.
 std::string_view viewPage();
 /// Returns the script that unpacks and draws fragments, formats/page/page_drawing.js.
 std::string_view pageDrawing();

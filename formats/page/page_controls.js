@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page's user interface: navigation, layers, channels, and the readout of the fragment under
-// the pointer. Follows page_drawing.js in one script.
+// the pointer. Follows page_drawing.js in the same script.
 function start(data) {
   const { draw, nearest } = renderer(data);
 
-  // The orbit target is a point in the captured camera's space.
+  // The target of the orbit is a point in the space of the captured camera.
   const home = [0, 0, -view.distance], state = {};
   const turned = () => times(turn(state.pitch, [1, 0, 0]), turn(-state.yaw, view.up));
   function look() {
     const back = view.perspective ? view.distance / state.zoom : view.distance;
     const camera = times(shift(0, 0, -back), times(turned(), shift(...state.target.map(c => -c))));
-    // Everything captured lies in a sphere around the initial target.
+    // All captured fragments lie in a sphere around the initial target.
     const middle = -(camera[2] * home[0] + camera[6] * home[1] + camera[10] * home[2] + camera[14]);
     const near = view.perspective ? Math.max(middle - view.radius, 1e-3 * back) : middle - view.radius;
     const to = Number(slider.value);
@@ -19,7 +19,7 @@ function start(data) {
       from: only.checked ? to - 1 : 0, to: Math.min(to, view.layerEnds.length), channel: select.value };
   }
 
-  // Drawing takes precedence over the readout.
+  // Drawing comes before the readout.
   const due = { draw: false, probe: false };
   let waiting = false;
   function soon(what) {
@@ -46,7 +46,7 @@ function start(data) {
     soon("draw");
   }
 
-  let pointed = null;  // position in the picture, 0 to 1 each way
+  let pointed = null;  // position in the picture, 0 to 1 in both directions
   function probe() {
     const i = pointed ? nearest(look(), ...pointed) : -1, line = element("probe");
     line.dataset.reading = 1 + Number(line.dataset.reading ?? 0);
@@ -108,7 +108,7 @@ function start(data) {
   }
 
   const pointers = new Map();
-  const spread = () => {  // centre of the touches, and their distance
+  const spread = () => {  // centre of the touches, and the distance between them
     const [a, b = a] = pointers.values();
     return { x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, apart: Math.hypot(a.x - b.x, a.y - b.y) };
   };

@@ -5,12 +5,12 @@ const view = JSON.parse(document.getElementById("view").textContent);
 const element = id => document.getElementById(id);
 const canvas = element("picture"), slider = element("layers"), only = element("only"), select = element("channel");
 const layers = Math.max(1, view.layerEnds.length);
-const layerEnd = k => view.layerEnds[k - 1] ?? 0;  // number of fragments in the nearest k layers
+const layerEnd = k => view.layerEnds[k - 1] ?? 0;  // number of fragments in the k nearest layers
 
 const many = n => n.toLocaleString("en");
 const rounded = z => Number(z.toPrecision(4)).toLocaleString("en", { maximumFractionDigits: 20 });
 
-// The channels. Ramps are matplotlib's inferno and viridis (CC0), in eight steps.
+// The channels. The ramps are matplotlib's inferno and viridis (CC0), in eight steps.
 const channels = {
   color: { name: "Colour" },
   alpha: { name: "Alpha", low: "0", ramp: ["000000", "ffffff"], high: "1" },
@@ -23,9 +23,9 @@ const channels = {
 };
 if (!view.objects) delete channels.object;
 
-// Unpacks the fragments, which are sorted layer by layer, front to back, row by row. The writer
-// packs them as byte planes, each value less its prediction from the previous fragment or its own
-// corners.
+// Unpacks the fragments, which are ordered by layer, front to back, then by row. The writer packs
+// them as byte planes; each value is the difference from a prediction, which is made from the
+// previous fragment or from the fragment's own corners.
 async function unpack() {
   const text = element("fragments").textContent;
   const packed = Uint8Array.from(atob(text), c => c.charCodeAt(0));
@@ -33,11 +33,11 @@ async function unpack() {
   const planes = new Uint8Array(await new Response(stream).arrayBuffer());
   const count = view.layerEnds.at(-1) ?? 0;
   const colors = view.tinted ? 7 : 4;  // R, G, B, A, and the opacity of each channel
-  const own = 12 + colors;  // plane of the fragment's own depth; ids follow
+  const own = 12 + colors;  // plane of the fragment's own depth; ids come after it
   const names = [view.objects, view.materials];
   if (planes.length !== (own + 2 + 4 * names.filter(Boolean).length) * count)
     throw new Error("the page is damaged: " + planes.length + " bytes");
-  // One texel per fragment: pixel; upper corners; lower corners; colour.
+  // Each fragment is one texel: pixel; upper corners; lower corners; colour.
   const rows = Math.max(1, Math.ceil(count / 2048));
   const texels = new Uint32Array(4 * 2048 * rows);
   const value16 = (plane, i) => planes[plane * count + i] | planes[(plane + 1) * count + i] << 8;
@@ -74,7 +74,7 @@ const zOf = code => {
   const measure = view.range[0] + code / 65535 * (view.range[1] - view.range[0]);
   return view.perspective ? 2 ** measure : measure;
 };
-// Half a depth code step; for a perspective camera relative to Z.
+// Half a step of the depth codes; for a perspective camera, relative to Z.
 const halfStep = (view.range[1] - view.range[0]) / 65535 / 2 * (view.perspective ? Math.LN2 : 1);
 
 const head = "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp usampler2D;\n" +
@@ -212,7 +212,7 @@ function turn(angle, [x, y, z]) {
     x * z * d + y * s, y * z * d - x * s, z * z * d + c, 0, 0, 0, 0, 1]);
 }
 
-// Creates the renderer. A look is { camera: a matrix, half: extents of the frustum, near, far,
+// Creates the renderer. A look is { camera: a matrix, half: half extents of the frustum, near, far,
 // from, to: range of layers, channel }.
 function renderer({ count, rows, texels, opacities, objects }) {
   const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, preserveDrawingBuffer: true });
@@ -226,7 +226,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
   if (rows > gl.getParameter(gl.MAX_TEXTURE_SIZE)) throw new Error("there are more fragments than fit a texture here");
   canvas.addEventListener("webglcontextlost", () => fail("The graphics device was lost: reload the page."));
 
-  // Creates an integer texture, which is incomplete unless unfiltered.
+  // Creates an integer texture; it must not be filtered, or it would be incomplete.
   const storage = (kind, width, height) => {
     const made = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, made);
@@ -244,8 +244,8 @@ function renderer({ count, rows, texels, opacities, objects }) {
   };
   const opacityTexture = extra(opacities), objectTexture = extra(objects);
 
-  // Opaque fragments use the depth test; the others are blended back to front, sorted for every
-  // view.
+  // Opaque fragments use the depth test. The others are blended back to front, and sorted again for
+  // every view.
   const opaque = [], clear = [];
   for (let i = 0; i < count; ++i) (texels[4 * i + 3] >>> 24 === 255 ? opaque : clear).push(i);
   const buffer = ids => {
@@ -254,7 +254,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
     gl.bufferData(gl.ARRAY_BUFFER, ids, gl.DYNAMIC_DRAW);
     return made;
   };
-  gl.vertexAttribI4ui(0, 0, 0, 0, 0);  // a fragment's id if there is no list; must be an integer
+  gl.vertexAttribI4ui(0, 0, 0, 0, 0);  // the fragment's id if there is no list; must be an integer
   const opaqueBuffer = buffer(new Uint32Array(opaque)), clearBuffer = buffer(new Uint32Array(clear));
   const centers = new Float32Array(3 * clear.length);
   clear.forEach((id, i) => {
@@ -267,7 +267,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
   });
   const depths = new Float32Array(clear.length), sorted = new Uint32Array(clear.length);
   const buckets = new Uint32Array(65537);
-  const before = (ids, end) => {  // in ascending ids: the number below end
+  const before = (ids, end) => {  // in a list of rising ids: how many are below `end`
     let low = 0, high = ids.length;
     while (low < high) {
       const middle = low + high >> 1;
@@ -284,11 +284,11 @@ function renderer({ count, rows, texels, opacities, objects }) {
       if (z > far) far = z;
     }
     const scale = 65535 / Math.max(far - near, 1e-30);
-    const key = i => 65535 - Math.trunc((depths[i] - near) * scale);  // far ones first
+    const key = i => 65535 - Math.trunc((depths[i] - near) * scale);  // the farthest get the lowest keys
     buckets.fill(0);
     for (let i = from; i < to; ++i) ++buckets[key(i) + 1];
     for (let k = 0; k < 65536; ++k) buckets[k + 1] += buckets[k];
-    // At equal depth the rear layer goes first.
+    // At equal depth, the fragment in the rear layer comes first.
     for (let i = to - 1; i >= from; --i) sorted[buckets[key(i)]++] = clear[i];
   }
 
@@ -319,7 +319,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
     target = { drawn, resolved, light, buffers };
   }
 
-  // Sets up a program for drawing the fragments; returns its uniforms.
+  // Sets up a program for drawing the fragments. Returns its uniforms.
   function use({ result, uniforms: u }, look) {
     gl.useProgram(result);
     gl.uniformMatrix4fv(u.toCamera, false, look.camera);
@@ -344,7 +344,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
     return u;
   }
 
-  // Draws all cells; at equal depth the front layer wins.
+  // Draws all cells; at equal depth, the one in the front layer wins.
   function drawNearest(u, { from, to }) {
     for (let k = from; k < to; ++k) {
       gl.uniform1f(u.layer, k / Math.max(1, layers - 1));
@@ -372,7 +372,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
     gl.depthMask(false);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    for (let c = 0; c < (opacities ? 3 : 1); ++c) {  // coloured glass has an opacity per channel
+    for (let c = 0; c < (opacities ? 3 : 1); ++c) {  // the opacity of coloured glass differs by channel
       if (opacities) {
         gl.uniform1i(u.through, c);
         gl.colorMask(c === 0, c === 1, c === 2, false);
@@ -391,7 +391,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
     const background = light ? view.background : [0, 0, 0];
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.drawn);
     gl.viewport(0, 0, canvas.width, canvas.height);
-    gl.clearColor(...(opacities && blended ? [...background, 1] : [0, 0, 0, 0]));  // with coloured opacity the background is blended here
+    gl.clearColor(...(opacities && blended ? [...background, 1] : [0, 0, 0, 0]));  // with coloured opacity, the background is blended in here
     gl.depthMask(true);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const u = use(cells, look);
@@ -414,7 +414,7 @@ function renderer({ count, rows, texels, opacities, objects }) {
     canvas.dataset.frame = 1 + Number(canvas.dataset.frame ?? 0);
   }
 
-  // A render target of one pixel for fragment ids.
+  // A render target of one pixel, which receives the id of a fragment.
   const one = gl.createFramebuffer(), oneDepth = gl.createRenderbuffer(), oneNumber = storage(gl.R32UI, 1, 1);
   gl.bindRenderbuffer(gl.RENDERBUFFER, oneDepth);
   gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT24, 1, 1);
@@ -422,8 +422,8 @@ function renderer({ count, rows, texels, opacities, objects }) {
   gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, oneNumber, 0);
   gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, oneDepth);
 
-  // Returns the nearest fragment at a position in the picture, 0 to 1 each way; -1 if there is
-  // none.
+  // Returns the index of the nearest fragment at a position in the picture (0 to 1 in both
+  // directions); -1 if there is none.
   function nearest(look, x, y) {
     gl.bindFramebuffer(gl.FRAMEBUFFER, one);
     const pixel = (at, size) => Math.min(size - 1, Math.floor(at * size + 1e-3));

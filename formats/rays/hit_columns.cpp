@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of columns, and their values for a batch of hits.
+// The table of columns, and how their values are computed for a batch of hits.
 #include "formats/rays/hit_columns.h"
 
 #include <algorithm>
@@ -10,21 +10,22 @@
 namespace peeler {
 namespace {
 
-/// Stores value(i) of every hit.
+/// Stores value(i) for every hit i.
 template <class Value>
 void putEach(const HitBatch& hits, std::byte* out, std::size_t stride, Value&& value) {
     for (std::size_t i = 0; i < hits.size; ++i)
         storeNumber(value(i), out + i * stride);
 }
 
-/// Stores a property shared by all hits of an instance.
+/// Stores, for every hit, a property that all hits of its instance share.
 void putShared(const HitBatch& hits, std::byte* out, std::size_t stride,
                std::uint32_t HitInstance::*number) {
     putEach(hits, out, stride,
             [&](std::size_t i) { return hits.instances[hits.places[i].instance].*number; });
 }
 
-/// Stores vectors that face the ray, flipped to the front side.
+/// Stores vectors that point toward the ray's origin, after flipping them to the front of the
+/// surface.
 void putOnTheFront(const HitBatch& hits, std::byte* out, std::size_t stride,
                    std::span<const glm::vec3> vectors) {
     putEach(hits, out, stride, [&](std::size_t i) { return hits.facing[i] * vectors[i]; });

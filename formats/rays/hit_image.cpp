@@ -27,10 +27,11 @@ namespace {
 
 constexpr int kHitRowsInFlight = 32;
 
-/// A deep scan-line part per bundle, with the crop as data window. Every hit of a ray is a point
-/// sample of its pixel, in list order: Z (camera Z) and the components of the extra arrays except
-/// the keys, including integers, and no colours. Compressed ZIPS. The parts are consecutive in the
-/// file. The same hits give the same bytes, independent of the bands.
+/// A deep image with a scan-line part for each bundle, whose data window is the crop. Every hit of
+/// a ray is a point sample of its pixel, in list order. A sample has Z (camera Z) and the
+/// components of the extra arrays except the keys, including integers, but no colours. Compressed
+/// by ZIPS. The parts follow each other in the file. The same hits give the same bytes, whatever
+/// the bands.
 class HitImage final : public RayOutput {
   public:
     HitImage(std::string path, const HitOptions& options)
@@ -50,7 +51,8 @@ class HitImage final : public RayOutput {
                           std::span<const std::uint64_t> hits) const override {
         const std::uint64_t hit = sizeof(float) + channelBytes(channels(), PixelType::kFloat);
         std::uint64_t bytes = hit * std::accumulate(hits.begin(), hits.end(), std::uint64_t{0}) +
-                              sizeof(std::uint32_t) * raysOf(bundles);  // number of hits per ray
+                              // The number of hits per ray is stored, too.
+                              sizeof(std::uint32_t) * raysOf(bundles);
         const std::uint64_t header = exrHeaderBytes(provenance_.ids);
         for (const Bundle& bundle : bundles) {
             const Window& crop = bundle.view.crop;
@@ -70,13 +72,14 @@ class HitImage final : public RayOutput {
         exr_->finish();
         file_->commit();
     }
-    /// Counts the rows packed before they are written. Rows count twice.
+    /// Counts the rows that are packed before they are written, halved because each row counts
+    /// twice.
     SinkMemory memory(const Bundle& bundle) const override {
         return {.rows = std::min(kHitRowsInFlight, bundle.view.crop.height()) / 2};
     }
 
   private:
-    /// A bundle; its rays are the pixels of the view.
+    /// A bundle, whose rays are the pixels of the view.
     struct Part {
         std::string name;
         View view;
@@ -91,7 +94,7 @@ class HitImage final : public RayOutput {
     Provenance provenance_;
     std::vector<Part> parts_;
     std::unique_ptr<AtomicFile> file_;
-    std::unique_ptr<ExrOutput> exr_;  ///< from the first band on, which defines the channels
+    std::unique_ptr<ExrOutput> exr_;  ///< created with the first band, which defines the channels
     std::vector<ExrChannel> channels_;
     std::vector<ExrDeepChunk> packed_;
     ExrPackerPool packers_{kDefaultZipLevel, Imf::ZIPS_COMPRESSION};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of hit formats, and the choice by extension.
+// The table of hit formats, from which the extension chooses.
 #include <string_view>
 
 #include <peeler/error.h>
@@ -10,7 +10,7 @@
 namespace peeler {
 namespace {
 
-/// A format of hits, and the factory of its output.
+/// A format for hits, and the function that makes its output.
 struct HitFormat {
     std::string_view extension;  ///< lower case
     std::unique_ptr<RayOutput> (*make)(const std::string& path, const HitOptions& options);

@@ -12,7 +12,7 @@
 namespace peeler {
 namespace {
 
-/// Array order: count, the planes of columns, then the bundles.
+/// The order of arrays: count, the planes of the columns, then the bundles.
 constexpr std::size_t kCounts = 0, kFirstPlanes = 1;
 
 std::string sizeText(const Bundle& bundle) {
@@ -21,8 +21,8 @@ std::string sizeText(const Bundle& bundle) {
            std::to_string(rays.height());
 }
 
-/// Returns the shape of the planes without layers: that of a bundle, with a leading dimension for
-/// several.
+/// Returns the shape of the planes without layers: that of a bundle, preceded by the number of
+/// bundles if there are several.
 std::vector<std::uint64_t> pixelsOf(std::span<const Bundle> bundles) {
     const Window& first = bundles.front().view.crop;
     for (const Bundle& bundle : bundles) {
@@ -86,7 +86,7 @@ class HitPlanes final : public RayOutput {
         return arrays;
     }
 
-    /// Writes the hits of a band's rays from `first` up to `last`.
+    /// Writes the hits of the rays [first, last) of a band.
     void writeRange(const Bundle& bundle, const LayeredImage& band, std::size_t first,
                     std::size_t last) {
         const std::span offsets = std::span(band.offsets).subspan(first, last - first + 1);
@@ -114,7 +114,7 @@ class HitPlanes final : public RayOutput {
     DensePlanes planes_;
     std::vector<Bundle> bundles_;
     std::optional<ArrayWriter> writer_;
-    std::uint64_t rays_ = 0;  ///< so far
+    std::uint64_t rays_ = 0;  ///< number of rays written so far
 };
 
 }  // namespace

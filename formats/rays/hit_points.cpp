@@ -21,8 +21,8 @@ class HitPoints final : public RayOutput {
           reader_(options.posed, true) {}
 
     std::vector<Channel> channels() const override { return channelsOf(columns_); }
-    /// Returns true because a point cloud may be larger than the disk. The writer itself could do
-    /// without: the header is filled in at the end.
+    /// Returns true, so that the size is known before a cloud larger than the disk is written. The
+    /// writer itself does not need the number, since the header is filled in at the end.
     bool needsHits() const override { return true; }
     SizeForecast forecast(std::span<const Bundle>,
                           std::span<const std::uint64_t> hits) const override {
@@ -67,8 +67,8 @@ class HitPoints final : public RayOutput {
         return all;
     }
 
-    /// Stores x, y and z of points of this size. Returns the position of the first point's next
-    /// number.
+    /// Stores x, y and z of points that have `size` bytes. Returns where the first point's next
+    /// number goes.
     std::byte* putPositions(const HitBatch& hits, std::byte* out, std::size_t size) const {
         const auto put_all = [&](auto&& number) {
             for (std::size_t i = 0; i < hits.size; ++i)
@@ -85,7 +85,7 @@ class HitPoints final : public RayOutput {
     HitReader reader_;
     std::vector<Bundle> bundles_;
     std::optional<PlyWriter> writer_;
-    std::uint64_t hits_ = 0;  ///< so far
+    std::uint64_t hits_ = 0;  ///< number of hits written so far
 };
 
 }  // namespace

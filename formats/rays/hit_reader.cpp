@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conversion of a band's fragments to batches of hits.
+// Converts the fragments of a band to batches of hits.
 #include <algorithm>
 #include <utility>
 
@@ -12,8 +12,8 @@
 namespace peeler {
 namespace {
 
-/// Large enough to write files in large pieces, and small enough that a batch and one of its
-/// columns stay in a core's own cache.
+/// The hits per batch: enough to write files in large pieces, but few enough that a batch and one
+/// of its columns fit into a core's own cache.
 constexpr std::size_t kHitsAtOnce = std::size_t{1} << 14;
 
 /// Returns a channel's vectors, one per fragment; empty if the band lacks the channel.
@@ -31,9 +31,9 @@ std::span<const Vector> vectorsOf(const LayeredImage& band, Channel channel) {
     return {};
 }
 
-/// Returns a material's index in the file.
+/// Returns a material's index in the file; 0xFFFFFFFF if the file does not have it.
 std::uint32_t materialIn(const Scene& scene, int material) {
-    // A scene's last material is glTF's default, which is in no file.
+    // A scene's last material is glTF's default material, which is in no file.
     const auto index = static_cast<std::size_t>(material);
     return index + 1 < scene.materials.size() ? static_cast<std::uint32_t>(index) : 0xFFFFFFFFU;
 }
@@ -83,7 +83,7 @@ void HitReader::readSome(const Bundle& bundle, const LayeredImage& band, std::si
     use(hits);
 }
 
-/// Resolves the keys.
+/// Looks up the hits' places in the scene by their keys.
 void HitReader::place(std::span<const std::uint32_t> keys, Storage& storage, HitBatch& hits) const {
     const DrawList& list = posed_.drawList();
     storage.places.resize(hits.size);
@@ -96,7 +96,7 @@ void HitReader::place(std::span<const std::uint32_t> keys, Storage& storage, Hit
     hits.places = storage.places;
 }
 
-/// Computes the distances and positions of the hits.
+/// Computes distances and, if requested, positions.
 void HitReader::measure(const Bundle& bundle, const LayeredImage& band, Storage& storage,
                         HitBatch& hits) const {
     hits.t = std::span(band.z).subspan(hits.first, hits.size);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writer of the hits next to points as arrays.
+// Writer of the hits before and after points, as arrays.
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -69,7 +69,7 @@ class NextHitOutput final : public RayOutput {
         arrays.push_back({"directions", NumberType::kDouble, {d, 3}});
         return arrays;
     }
-    /// Writes the results of the current bundle.
+    /// Writes the hits of the current bundle.
     void write() {
         for (std::size_t first = 0; first < found_.size(); first += kPointsAtOnce) {
             const auto some =
@@ -79,8 +79,8 @@ class NextHitOutput final : public RayOutput {
         }
     }
 
-    /// Writes the hits on one side to three arrays, starting with `array`. Returns the number of
-    /// hits.
+    /// Writes the hits on one side to three arrays, of which `array` is the first. Returns the
+    /// number of hits.
     std::uint64_t writeSide(std::size_t array, std::span<const PointHits> hits,
                             NextHit PointHits::*side) {
         std::uint64_t count = 0;
@@ -107,7 +107,7 @@ class NextHitOutput final : public RayOutput {
     std::vector<glm::dvec3> points_;
     std::vector<Bundle> bundles_;
     std::optional<ArrayWriter> writer_;
-    std::vector<PointHits> found_;  ///< of the current bundle
+    std::vector<PointHits> found_;  ///< hits of the current bundle
     std::uint64_t before_ = 0, after_ = 0, beside_ = 0;
     std::vector<float> t_;
     std::vector<std::uint32_t> geometry_, primitive_;

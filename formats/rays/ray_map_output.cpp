@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Evaluation of ray maps, checks of their settings, and writers to OpenEXR and arrays.
+// Evaluates ray maps, checks their settings, and writes them to OpenEXR and arrays.
 #include "formats/rays/ray_map_output.h"
 
 #include <algorithm>
@@ -21,13 +21,14 @@ namespace {
 
 constexpr std::size_t kValuesAtOnce = std::size_t{1} << 22;
 
-/// Returns the area that a parallel ray represents, scene units squared.
+/// Returns the area that a parallel ray represents, in square scene units.
 double rayArea(const View& view) {
     return 4 * view.projection.half_width * view.projection.half_height /
            (double(view.width) * view.height);
 }
 
-/// Returns the values of some rows as file bits: integers for integer maps, else floats.
+/// Returns the values of some rows as the bits that files store: integers for integer maps, else
+/// floats.
 std::span<const std::uint32_t> bitsOf(const RayMaps& maps, const Window& rows,
                                       std::span<const float> planes,
                                       std::vector<std::uint32_t>& numbers) {
@@ -43,7 +44,7 @@ std::span<const std::uint32_t> bitsOf(const RayMaps& maps, const Window& rows,
     return numbers;
 }
 
-/// Maps as OpenEXR: one part per bundle, one channel per map or material.
+/// Maps as OpenEXR: a part for each bundle, and a channel for each map or material.
 class RayMapFile : public RayMapOutput {
   public:
     RayMapFile(std::string path, const PosedScene& posed, const Solids* solids,
@@ -81,7 +82,7 @@ class RayMapFile : public RayMapOutput {
         SinkMemory memory = RayMapOutput::memory(bundle);
         const std::size_t channels = maps().channels().size();
         memory.bytes += ExrPlaneWriter::memory(bundle.view.crop.width(), channels);
-        memory.pixel_bytes += channels * sizeof(std::uint32_t);  // as in the file
+        memory.pixel_bytes += channels * sizeof(std::uint32_t);  // for numbers_
         return memory;
     }
 
@@ -97,10 +98,10 @@ class RayMapFile : public RayMapOutput {
     std::string path_;
     Provenance provenance_;
     std::unique_ptr<ExrPlaneWriter> writer_;
-    std::vector<std::uint32_t> numbers_;  ///< bits, as in the file
+    std::vector<std::uint32_t> numbers_;  ///< bits as the file stores them
 };
 
-/// Maps as arrays: one per map or material of each bundle, then the bundles.
+/// Maps as arrays: one for each map or material of each bundle, then the arrays of the bundles.
 class RayMapArrays : public RayMapOutput {
   public:
     RayMapArrays(std::string path, const PosedScene& posed, const Solids* solids,
@@ -121,7 +122,8 @@ class RayMapArrays : public RayMapOutput {
     void finish() override { writer_->finish(); }
     SinkMemory memory(const Bundle& bundle) const override {
         SinkMemory memory = RayMapOutput::memory(bundle);
-        memory.pixel_bytes += maps().channels().size() * sizeof(std::uint32_t);  // as in the file
+        // For numbers_, the rows' bits as written.
+        memory.pixel_bytes += maps().channels().size() * sizeof(std::uint32_t);
         return memory;
     }
 
@@ -154,7 +156,7 @@ class RayMapArrays : public RayMapOutput {
     ArrayTexts texts_;
     std::optional<ArrayWriter> writer_;
     std::size_t first_ = 0;               ///< first array of the current bundle
-    std::vector<std::uint32_t> numbers_;  ///< bits, as in the file
+    std::vector<std::uint32_t> numbers_;  ///< bits as the file stores them
 };
 
 bool hasMap(const RayMapSettings& settings, RayMap map) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Common base of the ray map writers: map evaluation and statistics.
+// The common base of all ray map writers: evaluates maps and collects statistics.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace peeler {
 
-/// Evaluates the maps a few rows at a time; a derived class writes them.
+/// Evaluates the maps a few rows at a time; derived classes write them.
 class RayMapOutput : public RayOutput {
   public:
     RayMapOutput(const PosedScene& posed, const Solids* solids, const RayMapSettings& settings)
@@ -24,17 +24,17 @@ class RayMapOutput : public RayOutput {
     SinkMemory memory(const Bundle& bundle) const override;
 
   protected:
-    /// Called before the first rows of a bundle.
+    /// Called before the first rows of a bundle are written.
     virtual void beginBundle(std::size_t bundle) = 0;
-    /// Called with the values of some rows of the current bundle: channel by channel, each
-    /// row-major.
+    /// Called with the values of some rows of the current bundle: channel by channel, in each row
+    /// by row.
     virtual void writeRows(const Window& rows, std::span<const float> planes) = 0;
     virtual void finishBundle() = 0;
     virtual std::string pathOf(std::size_t bundle) const = 0;
 
     const RayMaps& maps() const { return maps_; }
     const std::vector<Bundle>& bundles() const { return bundles_; }
-    /// Returns the statistics of a bundle so far, in channel order.
+    /// Returns the statistics of a bundle so far, in the order of channels.
     const std::vector<RayMapStatistics>& statistics(std::size_t bundle) const {
         return statistics_[bundle];
     }
@@ -42,11 +42,11 @@ class RayMapOutput : public RayOutput {
   private:
     RayMaps maps_;
     std::vector<Bundle> bundles_;
-    std::vector<std::vector<RayMapStatistics>> statistics_;  ///< by bundle
+    std::vector<std::vector<RayMapStatistics>> statistics_;  ///< indexed by bundle
     std::vector<float> planes_;
 };
 
-/// Returns the output of makeRayMapOutput() for PNG, JPEG and TIFF: one map, one file per bundle.
+/// Returns makeRayMapOutput()'s output for PNG, JPEG and TIFF: one map, with one file per bundle.
 std::unique_ptr<RayOutput> makeRayMapPictures(const std::string& path, const PosedScene& posed,
                                               const Solids* solids, const RayMapOptions& options);
 

@@ -14,12 +14,13 @@
 namespace peeler {
 namespace {
 
-constexpr int kRowsAtOnce = 64;  // painted per call
+constexpr int kRowsAtOnce = 64;  // number of rows painted at a time
 
 using ValueRange = std::pair<double, double>;
 
-/// Returns the colour of a transmission (0 to 1), like an X-ray film: black where all passes, white
-/// where nothing does. Perceptually uniform, so that dense parts keep their details.
+/// Returns the colour for a transmission (0 to 1), as on X-ray film: black where everything passes,
+/// white where nothing does. The scale is perceptually uniform, so that dense parts keep their
+/// details.
 std::array<float, 3> film(float transmission) {
     const float grey = linearFromSrgb(std::clamp(1 - transmission, 0.0F, 1.0F));
     return {grey, grey, grey};
@@ -31,7 +32,7 @@ Ramp rampOf(RayMap map) {
     return map == RayMap::kTransmission ? film : inferno;
 }
 
-/// Legend titles of the maps.
+/// The titles of the maps' legends.
 constexpr std::pair<RayMap, const char*> kTitles[] = {
     {RayMap::kFirst, "distance to the first hit"},
     {RayMap::kLast, "distance to the last hit"},
@@ -84,11 +85,12 @@ class RayMapPictures : public RayMapOutput {
     void finish() override {}
     SinkMemory memory(const Bundle& bundle) const override {
         SinkMemory memory = RayMapOutput::memory(bundle);
-        if (!given_) memory.bytes += bundle.rays() * sizeof(float);  // until the range is known
+        // The values are kept until the range is known.
+        if (!given_) memory.bytes += bundle.rays() * sizeof(float);
         Plan plan;
         plan.view = bundle.view;
         memory.bytes += ImageWriter(path_, output_).memory(plan).bytes;
-        // Painted rows: as one fragment per pixel, and composited.
+        // Painted rows are in memory twice: as one fragment per pixel, and composited.
         constexpr std::uint64_t kPainted = 2 * sizeof(std::uint32_t) +
                                            sizeof(std::array<float, 4>) +
                                            CompositeImage::pixelBytes(false);
@@ -132,7 +134,7 @@ class RayMapPictures : public RayMapOutput {
         throw Error(ErrorKind::kUsage, "the pictures of the bundles would have the same name",
                     path_, "put #### where the number of the bundle goes, or write .exr");
     }
-    /// Returns the number of pixels in a bundle's picture, including its legend.
+    /// Returns the number of pixels in a bundle's picture, with its legend.
     std::uint64_t pixelsOf(const Bundle& bundle) const {
         if (!legend_) return bundle.rays();
         const auto size = colorBarSize(bar({}).title, bundle.view.crop.width());
@@ -140,7 +142,8 @@ class RayMapPictures : public RayMapOutput {
                static_cast<std::uint64_t>(bundle.view.crop.height() + size.height);
     }
 
-    /// Enlarges the picture for the legend: by its height, and to its width if that is larger.
+    /// Enlarges the picture for the legend: by its height and, if the legend is wider, to its
+    /// width.
     void makeRoom(View& view) {
         size_ = colorBarSize(bar({}).title, view.crop.width());
         view.crop.x1 = view.crop.x0 + size_.width;
@@ -149,7 +152,8 @@ class RayMapPictures : public RayMapOutput {
         view.height = std::max(view.height, view.crop.y1);
     }
 
-    /// Returns the legend. Lengths are in metres, or in millimetres if all are below a metre.
+    /// Returns the legend for a range. Lengths are in metres, or in millimetres if all are below a
+    /// metre.
     ColorBar bar(const ValueRange& range) const {
         const auto title = std::ranges::find(kTitles, map_, &std::pair<RayMap, const char*>::first);
         ColorBar bar{title->second, range.first, range.second, rampOf(map_)};
@@ -173,11 +177,11 @@ class RayMapPictures : public RayMapOutput {
 
     ValueRange foundRange() const {
         const RayMapStatistics& found = statistics(bundle_).front();
-        // Without a finite value nothing is shown, at any range.
+        // If no value is finite, nothing is shown, so any range will do.
         return {isDistance(map_) ? found.least.value_or(0) : 0, found.greatest.value_or(0)};
     }
 
-    /// Paints the values that were kept until their range was known.
+    /// Paints the values that were kept until the range was known.
     void paintAll(const ValueRange& range) {
         const Window& crop = bundles()[bundle_].view.crop;
         const auto width = static_cast<std::size_t>(crop.width());
@@ -195,7 +199,7 @@ class RayMapPictures : public RayMapOutput {
         const auto wide = legend_ ? static_cast<std::size_t>(size_.width) : columns;
         const std::span<float> out =
             onePerPixel({rows.x0, rows.y0, rows.x0 + static_cast<int>(wide), rows.y1}, colors_);
-        if (wide > columns) std::ranges::fill(out, 1.0F);  // background of the legend
+        if (wide > columns) std::ranges::fill(out, 1.0F);  // white, the background of the legend
         for (std::size_t i = 0; i < values.size(); ++i) {
             const bool known = std::isfinite(values[i]);
             const double share = high > low ? (values[i] - low) / (high - low) : 0;
@@ -211,11 +215,12 @@ class RayMapPictures : public RayMapOutput {
     OutputOptions output_;
     std::optional<ValueRange> given_;
     bool legend_ = false;
-    LegendSize size_;  ///< of the legend below the current bundle
+    LegendSize size_;  ///< size of the legend of the current bundle
     RayMap map_ = RayMap::kFirst;
     std::size_t bundle_ = 0;  ///< index of the current bundle
     std::unique_ptr<Sink> picture_;
-    std::vector<float> values_;  ///< of that bundle so far, if their range is not yet known
+    /// Values of the current bundle so far, while their range is unknown.
+    std::vector<float> values_;
     LayeredImage colors_;
 };
 

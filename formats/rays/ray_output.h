@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Outputs of traced bundles: arrays, points, deep images, maps, voxels. A new kind of output is one
-// new file.
+// Outputs of traced bundles: arrays, points, deep images, maps, voxels. A new kind of output needs
+// only one new file.
 #pragma once
 
 #include <cstdint>
@@ -24,14 +24,15 @@
 
 namespace peeler {
 
-/// Statistics of one map channel of a bundle, in the units of the map.
+/// The statistics of a map channel over a bundle, in the units of the map.
 struct RayMapStatistics {
-    std::string name;                           ///< of the channel
-    std::optional<double> least{}, greatest{};  ///< finite values only
-    double sum = 0;                             ///< finite values only
-    std::optional<double> volume{};  ///< of lengths along parallel rays, scene units cubed
+    std::string name;                           ///< name of the channel
+    std::optional<double> least{}, greatest{};  ///< of the finite values
+    double sum = 0;                             ///< of the finite values
+    /// Volume that lengths along parallel rays add up to, in cubic scene units.
+    std::optional<double> volume{};
 };
-/// The maps of a bundle: its name, their file, and their channels.
+/// The maps of a bundle: the bundle's name, the maps' file, and their channels.
 struct RayMapResult {
     std::string bundle, path;
     std::vector<RayMapStatistics> channels;
@@ -39,18 +40,18 @@ struct RayMapResult {
 struct VoxelResult {
     std::string path;
     glm::ivec3 cells{0};
-    double spacing = 0;          ///< cell size, scene units
-    std::uint64_t occupied = 0;  ///< cells inside
-    std::uint64_t disputed = 0;  ///< cells on which the rays disagree
-    double volume = 0;           ///< of the cells inside, scene units cubed
+    double spacing = 0;          ///< cell size, in scene units
+    std::uint64_t occupied = 0;  ///< number of cells inside
+    std::uint64_t disputed = 0;  ///< number of cells on which the rays of the three axes disagree
+    double volume = 0;           ///< volume of the cells inside, in cubic scene units
 };
-/// Number of hits found next to points, over all directions.
+/// The number of hits found next to points, in all directions together.
 struct NextHitsResult {
     std::uint64_t points = 0, before = 0, after = 0;
-    std::uint64_t beside_bundles = 0;  ///< points that no ray of a bundle passes
+    std::uint64_t beside_bundles = 0;  ///< number of points that no ray of a bundle passes through
 };
 
-/// Results of a finished output; the kind of output decides which exist.
+/// The results of a finished output. Which exist depends on the kind of output.
 struct RayResults {
     std::vector<RayMapResult> maps;
     std::optional<VoxelResult> voxels;
@@ -60,107 +61,108 @@ struct RayResults {
 /// Returns the total number of rays in the bundles.
 std::uint64_t raysOf(std::span<const Bundle> bundles);
 
-/// Takes bundle after bundle, each band by band, top to bottom. An output destroyed before finish()
-/// leaves no file.
+/// Receives one bundle after the other, each in bands from top to bottom. If destroyed before
+/// finish(), an output leaves no file.
 class RayOutput {
   public:
     virtual ~RayOutput() = default;
-    /// Returns the channels required for every hit besides t and key, in table order.
+    /// Returns the channels that every hit must have besides t and key, in the order of the table.
     virtual std::vector<Channel> channels() const { return {}; }
-    /// Whether begin() requires the number of hits, which takes an additional count pass.
+    /// Whether begin() needs the number of hits, which takes an additional counting pass.
     virtual bool needsHits() const { return false; }
-    /// Returns the total size of all files; call it before begin(), with the same arguments.
-    /// Returns 0 for an output without a file. Throws like begin() as far as errors are known
-    /// already.
+    /// Forecasts the total size of all files; 0 for an output without a file. Call it before
+    /// begin(), with the same arguments. Throws like begin(), as far as the errors are already
+    /// known.
     virtual SizeForecast forecast(std::span<const Bundle>, std::span<const std::uint64_t>) const {
         return {};
     }
-    /// `hits[i]` is the number of hits of bundle i; empty unless needsHits(). Throws Error
-    /// (kOutput) if the file cannot be created.
+    /// `hits[i]` is the number of hits of bundle i; `hits` is empty unless needsHits(). Throws
+    /// Error (kOutput) if the file cannot be created.
     virtual void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) = 0;
-    /// Takes the hits of some rows of bundle i: z is camera Z (Bundle::tScale converts it to t),
-    /// extra[0] has the keys (kKeyChannel), followed by channels(), possibly among others.
+    /// Receives the hits of some rows of bundle i. z is camera Z (Bundle::tScale converts it to t),
+    /// extra[0] has the keys (kKeyChannel), and the others include channels().
     virtual void take(std::size_t bundle, const LayeredImage& band) = 0;
     virtual void finish() = 0;
     virtual RayResults results() const { return {}; }
-    /// Returns the memory while it takes that bundle, as in Sink::memory(); also valid before
-    /// begin().
+    /// Returns the memory needed while this bundle is received, as in Sink::memory(); valid before
+    /// begin(), too.
     virtual SinkMemory memory(const Bundle&) const { return {}; }
 };
 
 struct HitOptions {
     PosedScene posed;
-    Provenance provenance;          ///< image headers; arrays: the output hash
-    std::string comment{};          ///< point clouds: one line
-    bool double_positions = false;  ///< point clouds: 64 bits instead of 32
-    /// Arrays and point clouds: names of hitColumns() (hit_columns.h); none = all.
+    Provenance provenance;          ///< for headers of images; arrays store the output hash
+    std::string comment{};          ///< point clouds: a comment of one line
+    bool double_positions = false;  ///< point clouds: 64-bit positions instead of 32
+    /// Arrays and point clouds: names of hitColumns() (hit_columns.h); if empty, all columns.
     std::vector<std::string> columns{};
-    /// Arrays: planes instead of lists.
+    /// Arrays: if set, planes instead of lists.
     std::optional<DenseSettings> dense{};
 };
 
-/// Returns an output of every hit of every ray, chosen by extension:
+/// Returns an output that stores every hit of every ray. The extension chooses the format:
 /// - .npz, .safetensors: ray_splits, the columns of hitColumns() (hit_columns.h) and the bundles;
 ///   see formats/README.md. With planes (DensePlanes, with the number of layers in the settings)
-///   the columns are (h, w, layers, …), for several bundles (b, h, w, layers, …), and `count` ((b,)
-///   h, w; uint32) replaces ray_splits. No count pass is needed. begin() and forecast() throw Error
-///   (kUsage) if bundles have different sizes.
+///   the columns are (h, w, layers, …), or (b, h, w, layers, …) for several bundles, and `count`
+///   ((b,) h, w; uint32) replaces ray_splits. Planes need no counting pass. begin() and
+///   forecast() throw Error (kUsage) if bundles differ in size.
 /// - .ply: a binary point cloud, one point per hit: x y z, the columns, and the bundle's number.
-/// - .exr: one deep part per bundle, with views from withCommonDisplay().
+/// - .exr: a deep part for each bundle, with views from withCommonDisplay().
 /// Throws Error (kUsage) if the path has any other extension.
 std::unique_ptr<RayOutput> makeHitOutput(const std::string& path, const HitOptions& options);
-/// Throws Error (kUsage) unless makeHitOutput() knows the extension of the path.
+/// Throws Error (kUsage) if makeHitOutput() does not know the path's extension.
 void checkHitFormat(const std::string& path);
 
-/// Returns an output of the hits before and after points: arrays for d parallel bundles and n
-/// points, with `t_before`, `t_after` (d, n; float, scene units, inf = no hit),
+/// Returns an output that stores the hits before and after each point, as arrays for d parallel
+/// bundles and n points: `t_before`, `t_after` (d, n; float, scene units, inf if there is no hit),
 /// `geometry_ids_before`, `geometry_ids_after`, `primitive_ids_before`, `primitive_ids_after` (d,
-/// n; uint32, 0xFFFFFFFF = no hit, Open3D's INVALID_ID), `points` (n, 3; world space) and
-/// `directions` (d, 3; unit vectors), double. Bundles are written one by one, so it takes 32 bytes
-/// per point for any number of bundles.
+/// n; uint32, 0xFFFFFFFF if there is no hit, as Open3D's INVALID_ID), `points` (n, 3; world space)
+/// and `directions` (d, 3; unit vectors), double. Bundles are written one by one, so memory is 32
+/// bytes per point for any number of bundles.
 std::unique_ptr<RayOutput> makeNextHitOutput(std::string path, const PosedScene& posed,
                                              std::vector<glm::dvec3> points);
 
 struct RayMapOptions {
     RayMapSettings settings;
-    std::optional<std::pair<double, double>> range;  ///< pictures: black and the brightest colour
+    /// Pictures: values of black and of the brightest colour.
+    std::optional<std::pair<double, double>> range;
     Provenance provenance;
-    bool legend = false;  ///< pictures: a legend below the map
+    bool legend = false;  ///< pictures: whether a legend is drawn below the map
 };
 
-/// Returns an output of maps, which have one value per ray. EXR: one part per bundle, with its
-/// name; one channel per map, or for path-length per material. .npz, .safetensors: the same as
-/// arrays (h, w; float, count: uint32), "MAP.I" for bundle I, and bundleArrays(). PNG, JPEG, TIFF:
-/// one map, one file per bundle; for several bundles the path has a placeholder for the number
-/// ("####").
+/// Returns an output that stores maps, which have one value per ray. EXR: a part for each bundle,
+/// with the bundle's name, and a channel for each map, or, for path-length, each material. .npz,
+/// .safetensors: the same as arrays (h, w; float, but uint32 for count), called "MAP.I" for bundle
+/// I, and bundleArrays(). PNG, JPEG, TIFF: one map, with one file per bundle; if there are several
+/// bundles, the path must have a placeholder for their number ("####").
 ///
-/// Without a range the colours of a picture go from 0 (first and last: from the least value) to the
-/// greatest value of its bundle, whose values are kept until then, 4 bytes per ray. Transmission
-/// goes from 0 to 1 and looks like an X-ray film: full transmission is black, none is white. Where
-/// there is no hit, first and last are transparent. With attenuation, path lengths come with the
-/// transmission, and a picture shows the transmission.
+/// Unless a range is given, the colours of a picture go from 0 (for first and last: from the least
+/// value) to the greatest value in the bundle. The bundle's values are kept until that is known, 4
+/// bytes per ray. Transmission goes from 0 to 1 and looks like an X-ray film: full transmission is
+/// black, none is white. For first and last, rays without a hit are transparent. If there is
+/// attenuation, path-length also gives the transmission, which is what a picture shows.
 ///
 /// `solids` may be null if no map needs them (needsSolids()). All references must outlive the
-/// output. Pictures of finished bundles have their final names before finish(). Throws Error
+/// output. Pictures of finished bundles get their final names even before finish(). Throws Error
 /// (kUsage) if maps do not fit the format or lack their inputs.
 std::unique_ptr<RayOutput> makeRayMapOutput(const std::string& path, const PosedScene& posed,
                                             const Solids* solids, RayMapOptions options);
 
-/// Whether one of the maps requires nested solids.
+/// Whether any of the maps needs nested solids.
 bool needsSolids(std::span<const RayMap> maps);
 
-/// Returns an output that takes the three bundles of `lattice` and writes which cell centres lie
-/// inside a solid, by the majority of the three axes.
+/// Returns an output that receives the three bundles of `lattice` and stores which cells have their
+/// centre inside a solid, by the majority of the three axes.
 ///
 /// .npz, .safetensors: `occupancy` (uint8, 0 or 1; shape (nx, ny, nz), so that occupancy[x, y, z]
 /// is the cell at corner + (x, y, z) · spacing), `votes` (uint8, same shape: the number of axes
-/// that found the cell inside), `corner` (double, 3: least corner of the first cell, world space),
-/// `spacing` (double, scene units). .vdb: see formats/arrays/vdb_writer.h; `creator` is stored in
-/// it.
+/// along which the cell is inside), `corner` (double, 3: the least corner of the first cell, in
+/// world space) and `spacing` (double, scene units). .vdb: see formats/arrays/vdb_writer.h; the
+/// file records `creator`.
 ///
-/// Keeps three bits per cell, and for .vdb OpenVDB's memory. `solids` must outlive the output.
-/// Throws Error (kUsage) unless the path has one of these extensions, and Error (kMemory) if the
-/// cells do not fit in memory.
+/// Keeps three bits per cell and, for .vdb, OpenVDB's memory. `solids` must outlive the output.
+/// Throws Error (kUsage) if the path has none of these extensions, and Error (kMemory) if the cells
+/// do not fit into memory.
 std::unique_ptr<RayOutput> makeVoxelOutput(std::string path, const Solids& solids,
                                            AxisBundles lattice, std::string creator);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writer of voxelised solids, as arrays or an OpenVDB grid.
+// Writer of voxelised solids, as arrays or as an OpenVDB grid.
 
 #include <array>
 #include <optional>
@@ -39,7 +39,7 @@ class VoxelOutput final : public RayOutput {
     }
     void finish() override;
     RayResults results() const override;
-    /// Includes OpenVDB's grid, which is at most about as large as the file.
+    /// Counts OpenVDB's grid, too, which is hardly larger than the file.
     SinkMemory memory(const Bundle&) const override {
         return {.bytes = VoxelVotes::bytesOf(lattice_) + (is_grid_ ? forecast({}, {}).bytes : 0)};
     }
@@ -51,8 +51,8 @@ class VoxelOutput final : public RayOutput {
     std::string path_;
     AxisBundles lattice_;
     std::string creator_;
-    bool is_grid_;                    ///< .vdb
-    std::optional<AtomicFile> grid_;  ///< else arrays_
+    bool is_grid_;                    ///< whether the output is a .vdb
+    std::optional<AtomicFile> grid_;  ///< set for a .vdb; otherwise arrays_ is
     std::optional<ArrayWriter> arrays_;
     VoxelVotes votes_;
 };
@@ -67,15 +67,16 @@ std::vector<NamedArray> VoxelOutput::arrays() const {
             {"spacing", NumberType::kDouble, {}}};
 }
 
-/// Returns the file size. An OpenVDB grid has leaves of 8³ floats with two masks, and nodes of 16³
-/// and of 32³ (OpenVDB's FloatGrid), only where there is content, and compresses them.
+/// Returns the size of the file; an upper bound for OpenVDB. Its FloatGrid has leaves of 8³ floats
+/// with two masks, and nodes of 16³ and 32³; they exist only where there is content, and are
+/// compressed.
 SizeForecast VoxelOutput::forecast(std::span<const Bundle>, std::span<const std::uint64_t>) const {
     if (!is_grid_) return {ArrayWriter::fileBytes(path_, arrays())};
     constexpr std::uint64_t kFileBytes = 4096;
     SizeForecast size{kFileBytes, Certainty::kAtMost};
     struct Level {
-        int cells;            ///< of the lattice, per side of a node
-        std::uint64_t bytes;  ///< per node
+        int cells;            ///< side of a node, in cells of the lattice
+        std::uint64_t bytes;  ///< bytes per node
     };
     for (const auto& [cells, bytes] :
          {Level{8, sizeof(float) * 512 + 192}, Level{128, sizeof(float) * 4096 + 1088},
