@@ -152,7 +152,7 @@ HD = "1920x1080"
 NUMBERS = (
     Number("every fragment of 30 glass spheres, shaded; Embree: all hits, not shaded", "side-by-side",
            {"what": "capture", "scene": "spheres", "size": HD}, ""),
-    Number("every fragment of the sample model GearboxAssy; likewise", "side-by-side",
+    Number("the same for the sample model GearboxAssy", "side-by-side",
            {"what": "capture", "scene": "gearbox", "size": HD}, ""),
     Number("exact composite of 30 glass spheres", "side-by-side",
            {"what": "composite, exact", "scene": "spheres", "size": HD}, ""),
@@ -313,7 +313,7 @@ def number_row(number: Number, sections: Dict[str, str]) -> str:
 def numbers_of(results: str) -> str:
     """Returns the README's table."""
     sections = split(results)
-    lines = ["| at 1920 × 1080 | peeler | beside it | ratio |", "| --- | ---: | ---: | ---: |",
+    lines = ["| at 1920 × 1080 | peeler | other program | ratio |", "| --- | ---: | ---: | ---: |",
              *(number_row(number, sections) for number in NUMBERS)]
     return "\n".join([*lines, "", f"*{origin_of(sections)}*"])
 
