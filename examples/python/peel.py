@@ -79,7 +79,7 @@ def write_apng(path, frames):
 
 
 with peeler.Renderer() as renderer:
-    image = renderer.layers(SCENE, size=SIZE, samples=4)
+    image = renderer.layers(peeler.Scene(SCENE), size=SIZE, samples=4)
 layers = image.dense(channel="rgba").astype(np.float32)
 frames = [(composite(layers, 1), FIRST_MS)]
 for nearest in range(layers.shape[2] - 1):
