@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler bake: ambient occlusion and related quantities at the vertices or texels of a scene.
+// peeler bake: ambient occlusion and related quantities, at a scene's vertices or texels.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -46,10 +46,11 @@ struct BakeCommand : CaptureJobOptions {
     BakeOptions bake;
 };
 
-constexpr int kTextureBits = 8;  // of an occlusion texture in a .glb, which every viewer supports
+// Bits per value of an occlusion texture in a .glb. Every viewer supports 8 bits.
+constexpr int kTextureBits = 8;
 constexpr const char* kSoftware = "peeler " PEELER_VERSION;
 
-/// A run. run() lists its stages.
+/// A run of the verb; run() lists its stages.
 class Bake {
   public:
     Bake(const BakeCommand& options, Session& session)
@@ -120,8 +121,8 @@ std::vector<fs::path> Bake::inputs() const {
     return files;
 }
 
-/// Returns the outputs. Throws Error (kUsage) if an output would replace an input or another
-/// output, Error (kOutput) if one cannot be written.
+/// Returns the output files. Throws Error (kUsage) if an output would replace an input or another
+/// output, and Error (kOutput) if an output cannot be written.
 std::vector<fs::path> Bake::checkFiles(std::span<const int> materials) const {
     const std::vector<fs::path> read = inputs();
     OutputRequest output;
@@ -184,7 +185,8 @@ std::string Bake::materialName(int material) const {
     return name.empty() ? number : number + " (" + printable(name) + ")";
 }
 
-/// Names the outputs. Needs the scene, for the number of textures and the scene's files.
+/// Names the output files. Needs the scene for the number of textures and for the files it refers
+/// to.
 void Bake::nameOutputs() {
     std::vector<int> materials;
     if (texels_)
@@ -233,7 +235,7 @@ void Bake::forecast() {
 /// Forecasts the size of the scene with the baked data. Approximate: the JSON is rewritten, and
 /// base64 data and separate files move into the buffer.
 SizeForecast Bake::sceneForecast() const {
-    std::vector<fs::path> files = scene().files;  // referenced by the scene
+    std::vector<fs::path> files = scene().files;  // the files that the scene refers to
     files.push_back(options_.scene.file);
     std::uint64_t bytes = 0;
     for (const fs::path& file : files) {
@@ -252,7 +254,8 @@ SizeForecast Bake::sceneForecast() const {
     return {bytes, Certainty::kAbout};
 }
 
-/// Opens the hit source, and checks the memory for writing, which happens after it is closed.
+/// Opens the hit source. Also checks now that there will be memory for writing, which happens after
+/// the hit source is closed.
 void Bake::openHits() {
     settings_ = options_.bake.settings;
     settings_.bounces = options_.bake.bounces.value_or(settings_.bounces);
@@ -268,7 +271,8 @@ void Bake::openHits() {
     checkMemory(budget, usedBytes(budget) + written, "to write the results");
 }
 
-/// Raises the memory forecast to `bytes`, and to the peak so far, which may recur.
+/// Raises the memory forecast to `bytes`, and to the process's peak so far, which it may reach
+/// again.
 void Bake::takeMemory(std::uint64_t bytes) {
     memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()), bytes});
 }
@@ -293,7 +297,8 @@ void Bake::describe() {
     reportForecast(forecast_, reporter_, true);
 }
 
-/// The note is based on the first bundle; later ones may have more hits.
+/// Bakes the values. The note about memory is based on the first bundle's forecast; later bundles
+/// may have more hits.
 void Bake::gather() {
     bool told = false;
     const auto tell = [&](std::uint64_t bytes) {
@@ -309,13 +314,13 @@ void Bake::gather() {
             *source_, receivers(), settings_, capture_, lookup,
             [&](double share) { progress.update(share); }, tell);
     }
-    // Captures count under their own stages; the remaining time is "bake".
+    // Captures have stages of their own; "bake" gets the remaining time.
     const StageTimes captures = source_->takeTimes();
     for (const auto& [stage, milliseconds] : captures)
         job_.times()["bake"] -= milliseconds;
     add(job_.times(), captures);
     job_.releaseHits();
-    returnFreeMemory();  // for the output
+    returnFreeMemory();  // makes room for the output
 }
 
 void Bake::write() {
@@ -328,14 +333,14 @@ void Bake::write() {
         writeVertices();
 }
 
-/// Returns a writer for the input glTF, or for a glTF made from another input format.
+/// Returns a writer for the input glTF, or for a glTF made from the input's other format.
 std::unique_ptr<GlbWriter> Bake::openPackage() const {
     if (scene_->assumed()) return std::make_unique<GlbWriter>(options_.scene.file, scene());
     return std::make_unique<GlbWriter>(options_.scene.file, options_.scene.reading);
 }
 
-/// Makes the baked scene the default and applies the variant, because viewers show the default
-/// scene without a variant.
+/// Makes the baked scene the file's default and applies the baked variant, because viewers show the
+/// default scene without any variant.
 void Bake::showWhatWasBaked(GlbWriter& package) const {
     if (options_.scene.scene) setDefaultScene(package, scene_->index());
     if (const auto variant = chosenVariant(scene(), options_.appearance))
@@ -404,8 +409,8 @@ void Bake::writeTextures() {
 void Bake::report() {
     RunResult result;
     job_.finish(result);
-    // The hash is only in the result. Baked files have never contained it, and their bytes stay the
-    // same.
+    // The hash is only in the result: baked files have never contained it, and their bytes must not
+    // change.
     result.settings_hash = job_.settingsHash(capture_, bakeSettings(options_.bake));
     result.setFiles(options_.bake.output, outputs_);
     result.forecast_bytes = forecast_.size().bytes;

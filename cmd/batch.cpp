@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler batch: runs a file of jobs, each in its own process, several in parallel.
+// peeler batch: runs the jobs in a file, each in its own process, several in parallel.
 #include <poll.h>
 
 #include <algorithm>
@@ -47,10 +47,11 @@ struct BatchOptions {
     bool dry_run = false;
     int threads = 0;
     MemoryBudget memory;
-    ReportOptions report;  ///< results are always JSON
+    ReportOptions report;  ///< `json` is ignored: results are always JSON
 };
 
-/// A batch, from the job file to the last result. No job runs before the whole file is checked.
+/// A batch, from reading the job file to the last result. No job runs until the whole file has been
+/// checked.
 class Batch {
   public:
     Batch(const BatchOptions& options, Reporter& reporter)
@@ -93,15 +94,15 @@ class Batch {
     std::optional<ProgressReport> progress_;
 };
 
-/// Whether all outputs of a job exist. (A name with a number pattern counts as existing: the number
-/// of its files is unknown without frames.)
+/// Whether all outputs of a job exist. A name that still has its number pattern counts as existing,
+/// because the number of files is unknown unless the numbers are frames.
 bool outputsExist(const Job& job) {
     return std::ranges::all_of(job.outputs, [](const fs::path& output) {
         return hasFrameToken(output.string()) || fileExists(output, ErrorKind::kOutput);
     });
 }
 
-/// Thrown after a signal has ended the jobs, to end the batch.
+/// Thrown after a signal has ended the jobs, in order to end the batch.
 struct EndedBySignal {
     int number;
 };
@@ -157,7 +158,7 @@ void Batch::openReport() {
     takeEarlierResults(report_->lines());
 }
 
-/// Takes over the results of jobs done by an earlier batch, so that they do not run again. Their
+/// Adopts the results of jobs that an earlier batch has done, so that they do not run again. Their
 /// outputs must still exist.
 void Batch::takeEarlierResults(const std::vector<Json>& lines) {
     std::map<std::string, const Json*> last;
@@ -202,7 +203,7 @@ void Batch::share() {
                                               : allowedThreads().amount;
     if (jobs > 1 || options_.threads > 0)
         threads_ = static_cast<int>(std::max<std::uint64_t>(1, threads / jobs));
-    // A single job reads an inherited limit itself, and can then report its source.
+    // A single job reads an inherited limit itself, because it can then report the limit's source.
     if (jobs > 1 || options_.memory.source.empty()) memory_ = options_.memory / jobs;
     if (memory_ != 0 && memory_ < kLeastMemory) {
         throw Error(ErrorKind::kMemory,
@@ -254,7 +255,7 @@ void Batch::runJobs() {
     std::vector<Json> lines;
     for (const auto& result : results_)
         if (result) lines.push_back(*result);
-    // Results after a job skipped by --fail-fast are not printed yet.
+    // Prints the results that follow a job skipped by --fail-fast, which have not been printed yet.
     for (std::size_t i = printed_; i < results_.size(); ++i)
         if (results_[i]) reporter_.text(lineText(*results_[i]));
     if (report_) report_->finish(lines);
@@ -276,7 +277,7 @@ void Batch::wait() {
         files.push_back({running.process.outFile(), POLLIN, 0});
         files.push_back({running.process.errFile(), POLLIN, 0});
     }
-    // EINTR needs no special case: all files are read in turn anyway.
+    // EINTR needs no special case, because all files are read afterwards anyway.
     poll(files.data(), files.size(), -1);
 }
 
@@ -285,7 +286,7 @@ void Batch::takeSignals() {
         if (number != SIGCHLD) endBySignal(number);
 }
 
-/// Collects the results of ended jobs.
+/// Collects the results of jobs that have ended.
 void Batch::takeEnded() {
     for (auto running = running_.begin(); running != running_.end();) {
         running->process.read();
@@ -321,7 +322,7 @@ void Batch::endBySignal(int number) {
             std::erase_if(running_, [](Running& running) { return running.process.ended(); });
         }
     }
-    // A process that survives SIGKILL hangs in the kernel. The batch must not wait for it.
+    // A process that survives SIGKILL hangs in the kernel, and the batch must not wait for it.
     for (Running& running : running_)
         running.process.abandon();
     running_.clear();

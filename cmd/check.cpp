@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler check: printability of a scene's parts, with the faults and their places.
+// peeler check: tests whether the parts of a scene are printable, and locates their faults.
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -34,7 +34,7 @@ struct CheckOptions : CaptureJobOptions {
     OutputRequest output;
     CameraOptions camera;
     bool together = false;
-    double unit = 1;                   ///< scene unit, metres
+    double unit = 1;                   ///< metres per scene unit
     std::optional<double> least_wall;  ///< millimetres
 
     bool writesPicture() const { return !output.path.empty(); }
@@ -75,7 +75,7 @@ CompositeImage withLegend(const CompositeImage& picture, const std::vector<Legen
     return both;
 }
 
-/// A run. run() lists its stages.
+/// A run of the verb; run() lists its stages.
 class Check {
   public:
     Check(const CheckOptions& options, Session& session)
@@ -117,7 +117,8 @@ class Check {
         noteUnit();
     }
 
-    /// Notes a suspicious unit: files for printers often use millimetres but declare metres.
+    /// Notes a suspicious unit: files for printers often hold millimetres although glTF specifies
+    /// metres.
     void noteUnit() {
         constexpr double kLarge = 10;  // metres; larger than any printer
         const glm::dvec3 size = report_.bounds.max - report_.bounds.min;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler compare: differences between two pictures, by layer and by band.
+// peeler compare: differences between two pictures, per layer, computed band by band.
 #include <algorithm>
 #include <filesystem>
 #include <limits>
@@ -38,7 +38,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Size limit of a band of each file, in bytes.
+/// The maximum size of a band of either file, in bytes.
 constexpr std::uint64_t kComparedBandBytes = std::uint64_t{192} << 20;
 
 struct CompareOptions {
@@ -52,7 +52,7 @@ struct CompareOptions {
     ReportOptions report;
 };
 
-/// One of the two compared files: layered or flat, read in bands.
+/// One of the two compared files: a layered or flat picture, read in bands.
 class ComparedImage {
   public:
     /// Throws Error (kInput) if the file is not an image.
@@ -62,23 +62,24 @@ class ComparedImage {
     bool layered() const { return layered_; }
     std::size_t layers() const { return layered_ ? reader_->info().plan.layers.size() : 0; }
     Window picture() const;  ///< the display window
-    /// Returns the pixels of the picture: the crop if the camera has one.
+    /// Returns the pixels that were rendered: the crop if the camera has one, else the whole
+    /// picture.
     Window pixels() const;
-    Window stored() const;  ///< stored pixels, inside pixels()
-    /// Whether a camera specifies the rendered crop.
+    Window stored() const;  ///< the stored pixels, a part of pixels()
+    /// Whether the file has a camera, which specifies the rendered crop.
     bool isCrop() const { return reader_ && reader_->info().plan.view.known; }
-    /// Whether the file places its pixels in the display window (OpenEXR).
+    /// Whether the file format (OpenEXR) places the pixels in the display window.
     bool placed() const { return reader_ != nullptr; }
 
-    /// Sets the compared pixels; those outside pixels() have no fragment.
+    /// Sets the window of pixels to compare. Pixels in it but outside pixels() have no fragments.
     void choose(const Window& window) { window_ = window; }
     const Window& window() const { return window_; }
-    /// Returns the number of rows that read() can deliver at once in about `bytes`.
+    /// Returns the number of rows that read() can return at once within about `bytes`.
     int rowsFor(std::uint64_t bytes) const;
     /// Reads `rows` rows starting at `first`, counted from the top of window(). OpenEXR images
     /// only.
     void read(int first, int rows, LayeredImage& out);
-    /// Reads the same rows composited over nothing, from any image.
+    /// Reads the same rows as a composite without a background, from any image.
     void read(int first, int rows, CompositeImage& out);
 
   private:
@@ -163,8 +164,9 @@ void ComparedImage::read(int first, int rows, CompositeImage& out) {
                 sizes + " pixels; compare images of the same size");
 }
 
-/// Sets the compared pixels of two OpenEXR images: the stored ones if both store the same, else all
-/// of both. Throws Error (kUsage) if their sizes or their cameras' crops differ.
+/// Sets the pixels to compare in two OpenEXR images: the stored pixels if both images store the
+/// same window, else all pixels of both. Throws Error (kUsage) if the images differ in size or in
+/// their cameras' crops.
 void choosePlaced(ComparedImage& a, ComparedImage& b) {
     if (a.picture() != b.picture())
         refuseSizes(
@@ -182,13 +184,14 @@ void choosePlaced(ComparedImage& a, ComparedImage& b) {
     b.choose(window);
 }
 
-/// Sets the compared pixels of both images. Throws Error (kUsage) if their sizes differ.
+/// Sets the pixels to compare in both images. Throws Error (kUsage) if their sizes differ.
 void chooseWindows(ComparedImage& a, ComparedImage& b) {
     if (a.placed() && b.placed()) return choosePlaced(a, b);
     const auto is_like = [](const Window& one, const Window& other) {
         return one.width() == other.width() && one.height() == other.height();
     };
-    // A picture without a placement covers the display window or the stored pixels.
+    // A picture in a format without placement may correspond to the other's display window or to
+    // its stored pixels.
     for (const Window& of_a : {a.picture(), a.stored()}) {
         for (const Window& of_b : {b.picture(), b.stored()}) {
             if (!is_like(of_a, of_b)) continue;
@@ -201,7 +204,7 @@ void chooseWindows(ComparedImage& a, ComparedImage& b) {
         a, b, "they hold " + comparedSizeText(a.stored()) + " and " + comparedSizeText(b.stored()));
 }
 
-/// A comparison. run() lists its stages.
+/// A run of the verb; run() lists its stages.
 class Compare {
   public:
     Compare(const CompareOptions& options, Reporter& reporter)
@@ -226,7 +229,7 @@ class Compare {
     Reporter& reporter_;
     std::unique_ptr<ComparedImage> a_, b_;
     Comparison comparison_;
-    std::vector<float> differences_;  ///< per pixel; empty without a heat map
+    std::vector<float> differences_;  ///< per pixel; empty if no heat map is requested
     std::optional<HeatmapResult> heatmap_;
 };
 

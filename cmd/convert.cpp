@@ -29,7 +29,7 @@ struct ConvertOptions : LayeredRunOptions {
     bool cryptomatte = false;
 };
 
-/// Throws Error (kUsage) if the output format cannot hold layers.
+/// Throws Error (kUsage) if the output format does not store layers.
 void checkHoldsLayers(const ConvertOptions& options) {
     const std::string path = options.output.path.string();
     const OutputFormat& format = findOutputFormat(path, options.output.options.as);
@@ -50,9 +50,9 @@ void checkHoldsLayers(const ConvertOptions& options) {
     }
 }
 
-/// Counts the fragments of every layer, because the output's header precedes its pixels and has
-/// each layer's window. Deep input has counts; the windows in other headers may be larger than
-/// their content.
+/// Counts the fragments of every layer, because the output's header, which precedes the pixels, has
+/// the window of each layer. Deep input already has the counts; in other input, the windows in the
+/// header may be larger than the layers' content.
 void countLayers(LayeredInput& input, LayeredRun& run) {
     if (!input.info().deep.empty()) return;
     DepthComplexity complexity(run.plan.view.crop);

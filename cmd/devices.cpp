@@ -75,7 +75,7 @@ std::string toText(const gl::Device& device) {
     return text;
 }
 
-/// Returns the default threads and memory of commands.
+/// Returns the default thread count and memory budget of commands, as JSON.
 nlohmann::ordered_json machineJson() {
     const Limit threads = allowedThreads();
     nlohmann::ordered_json json;

@@ -36,21 +36,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Size limit of a band, below kBandBytes because each layer's writer also keeps a band.
+/// The maximum size of a band, in bytes. Less than kBandBytes, because the writer of each layer
+/// also keeps a band.
 constexpr std::uint64_t kExtractBandBytes = std::uint64_t{64} << 20;
 
-/// An output besides the layers: its kind in the result, its file and its sink.
+/// An output other than the layers: its kind in the result, its file and its sink.
 struct Product {
     std::string kind;
     fs::path path;
     std::unique_ptr<Sink> sink;
-    /// Returns the forecast size for a plan and bands like this one.
+    /// Returns the forecast file size for a plan whose bands have the arrays of this band.
     std::function<SizeForecast(const Plan&, const LayeredImage&)> forecast;
-    /// Returns the bytes per fragment that the sink holds besides bands like this one.
+    /// Returns the bytes per fragment that the sink needs in addition to bands with the arrays of
+    /// this band.
     std::function<std::uint64_t(const LayeredImage&)> fragment_bytes;
 };
 
-/// A run. run() lists its stages.
+/// A run of the verb; run() lists its stages.
 class Extract {
   public:
     Extract(const ExtractOptions& options, Reporter& reporter)
@@ -105,14 +107,15 @@ class Extract {
     std::unique_ptr<LayeredInput> reader_;
     Provenance provenance_;
     bool camera_known_ = false;
-    Plan whole_, chosen_;  ///< the whole picture, and the chosen layers only
+    Plan whole_, chosen_;  ///< plans for the whole picture, and for only the chosen layers
     LayerSelection selection_;
     std::optional<LayerFiles> layers_;
     std::vector<Product> products_;
-    CountMap* counts_ = nullptr;  ///< the sink of one of products_; null = no counts
-    LayeredImage sample_;         ///< the first row, for the list of channels
+    /// The sink of an entry of products_; null if counts are not requested.
+    CountMap* counts_ = nullptr;
+    LayeredImage sample_;  ///< the picture's first row, for its list of channels
     std::uint64_t band_bytes_ = 0;
-    bool counted_ = false;  ///< the plans' counts are exact
+    bool counted_ = false;  ///< whether the plans' counts are exact
     Forecast forecast_;
     std::optional<DepthComplexity> complexity_;  ///< set once fragments are counted
     std::uint64_t resident_ = 0, peak_ = 0;      ///< bytes, before the extraction
@@ -182,7 +185,7 @@ void Extract::selectLayers() {
 void Extract::addProducts() {
     const std::string scene =
         provenance_.scene.empty() ? "the scene" : printable(provenance_.scene);
-    // The last material name is glTF's default material, which hits report as no material.
+    // The last material name is that of glTF's default material. Hits report this material as none.
     const auto default_material = static_cast<std::uint32_t>(provenance_.ids.materials.size());
     if (options_.counts) {
         auto map = std::make_unique<CountMap>(options_.counts->string(),
@@ -218,14 +221,14 @@ void Extract::addProducts() {
     }
 }
 
-/// Returns a sample band with the channels that products get.
+/// Returns a band that has the channels products receive.
 LayeredImage Extract::bandLike() const {
     LayeredImage band = sample_;
     if (!products_.empty() && !findChannel(band, "layer")) addLayerIndices(band);
     return band;
 }
 
-/// Returns the plan with the bytes per fragment, which headers lack.
+/// Returns the whole picture's plan, completed by the bytes per fragment, which headers lack.
 Plan Extract::wholePlan() const {
     Plan whole = whole_;
     whole.color_type = sample_.color.type;
@@ -235,7 +238,7 @@ Plan Extract::wholePlan() const {
     return whole;
 }
 
-/// Returns the memory use of bands of `rows` rows.
+/// Returns the memory used when bands have `rows` rows.
 BandUse Extract::useOf(int rows) const {
     const LayeredImage band = bandLike();
     BandUse use = noUseOf(band);
@@ -249,17 +252,18 @@ BandUse Extract::useOf(int rows) const {
         add_memory(product.sink->memory(chosen_));
         use.made.fragment += product.fragment_bytes(band);
     }
-    // Arrays do not grow in a single band; otherwise other memory covers it.
+    // Omits growing arrays: those of a single band do not grow, and without outputs that store
+    // fragments, other memory covers their growth.
     const bool alone = rows >= whole_.view.crop.height();
     if (products_.empty() && (alone || !options_.writesFragments())) use.array_bytes = 0;
-    if (products_.size() > 1) {  // one of them gets the band itself
+    if (products_.size() > 1) {  // one sink gets the band itself, so only a single copy is needed
         use.made.fragment += use.list_bytes;
         use.made.pixel += sizeof(std::uint32_t);
     }
     return use;
 }
 
-/// Chooses the band size, smaller under a tight budget.
+/// Chooses the size of bands, which is smaller under a tight budget.
 void Extract::chooseBands() {
     const Window& crop = whole_.view.crop;
     reader_->read({crop.x0, crop.y0, crop.x1, crop.y0 + 1}, sample_);
@@ -267,7 +271,7 @@ void Extract::chooseBands() {
                                   [this](int rows) { return useOf(rows); });
 }
 
-/// Counts fragments first if an output has a header, because the header contains the count.
+/// Counts the fragments first if an output has a header, because the header contains their number.
 void Extract::count() {
     const bool partial_counts = options_.counts && !selection_.all();
     if (options_.arrays || options_.writesFragments() || partial_counts) countAll();
@@ -277,7 +281,7 @@ void Extract::countAll() {
     counted_ = true;
     DepthComplexity& complexity = complexity_.emplace(whole_.view.crop);
     forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { complexity.addBand(band); });
-    // Windows in other programs' files may be larger than the layer.
+    // In files from other programs, windows may be larger than their layers.
     const std::vector<LayerPlan> found = complexity.layers();
     chosen_.fragments_stored = 0;
     for (std::size_t layer = 0; layer < found.size(); ++layer) {
@@ -287,8 +291,8 @@ void Extract::countAll() {
     whole_.fragments_counted = std::max(whole_.fragments_counted, complexity.counted());
 }
 
-/// Forecasts all file sizes from the headers, or by counting if the output might not fit on the
-/// disk.
+/// Forecasts all file sizes, from the headers or, if the output might not fit on the disk, after
+/// counting fragments.
 void Extract::forecast() {
     forecast_ = forecastOf();
     if (counted_ || !mayExceedDisk(forecast_)) return;
@@ -296,8 +300,9 @@ void Extract::forecast() {
     forecast_ = forecastOf();
 }
 
-/// Forecasts the memory. The maximum fragments per band are known only after counting: --dry-run
-/// counts first, other runs while extracting. Memory freed after counting is reused.
+/// Forecasts the memory. Needs the maximum number of fragments per band, which is known only after
+/// counting. With --dry-run this counts fragments first; other runs count while extracting. Memory
+/// that is freed after counting is used again.
 void Extract::forecastMemory() {
     if (options_.dry_run && !knowsBands()) countAll();
     returnFreeMemory();
@@ -335,7 +340,8 @@ Forecast Extract::forecastOf() const {
     const LayeredImage band = bandLike();
     Plan plan = chosen_;
     if (!counted_) {
-        // The header's count covers all layers, and other programs may have changed the picture.
+        // The header's count cannot be trusted: it covers all layers, and other programs may have
+        // changed the picture.
         std::uint64_t most = 0;
         for (const LayerPlan& layer : chosen_.layers)
             most += layer.data_window.pixels();
@@ -372,12 +378,13 @@ void Extract::extract() {
     LayeredImage copy;
     const bool counts = !knowsBands();
     if (counts) complexity_.emplace(whole_.view.crop);
-    // The first pass serves every output; later passes only the layers that exceeded it.
+    // The first pass writes all outputs; later passes only write layers that could not be open at
+    // the same time.
     for (bool first = true; first || (layers_ && layers_->left()); first = false) {
         if (layers_) layers_->begin(whole_);
         forEachBand("extract", [&](LayeredImage& band) {
             if (counts && first) complexity_->addBand(band);
-            if (isOneBand()) returnFreeMemory();  // reused for writing
+            if (isOneBand()) returnFreeMemory();  // used again for writing
             if (layers_) layers_->write(band);
             if (!first || products_.empty()) return;
             if (!findChannel(band, "layer")) addLayerIndices(band);

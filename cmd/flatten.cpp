@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler flatten: the layers of a file composited on the CPU, band by band.
+// peeler flatten: composites the layers of a file on the CPU, band by band.
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -30,15 +30,15 @@ namespace fs = std::filesystem;
 struct FlattenOptions : LayeredRunOptions {
     fs::path input;
     ObjectOptions objects;
-    std::uint32_t max_layers = 0;  ///< nearest layers; 0 = all
-    Tail tail = Tail::kDrop;       ///< treatment of the layers behind them
+    std::uint32_t max_layers = 0;  ///< number of layers to composite, nearest first; 0 = all
+    Tail tail = Tail::kDrop;       ///< treatment of the layers behind these
     bool fxaa = false;
 
     bool blendsTail() const { return tail == Tail::kBlend; }
 };
 
-/// Limits the plan to the kept layers. The output's header contains the fragment count, so this
-/// counts fragments if the input's header lacks it.
+/// Limits the plan to the kept layers. Counts their fragments unless the input's header has the
+/// count, because the output's header contains it.
 void limitLayers(const FlattenOptions& options, LayeredInput& input, LayeredRun& run) {
     Plan& plan = run.plan;
     const bool limited = options.max_layers != 0 && options.max_layers < plan.layers.size();
@@ -64,7 +64,7 @@ void flatten(const FlattenOptions& options, Reporter& reporter) {
 
     const std::string path = run.output.path.string();
     OutputOptions output = run.outputOptions(input->info().provenance);
-    // A hash derived from the input's would not cover --layers and --fxaa.
+    // An output hash derived from the input's hash would not cover --layers and --fxaa.
     if (options.max_layers == 0 && !options.fxaa)
         output.provenance.output_hash = outputHashFrom(input->info(), run.plan.view, path, output);
     auto sink = makeSink(path, output);

@@ -22,7 +22,7 @@ namespace {
 
 extern "C" void endBySignal(int number) {
     peeler::removeTemporaryFiles();
-    // Not exit(): destructors and the GL driver's atexit handlers are not safe here.
+    // Not exit(): destructors and the GL driver's atexit handlers are not safe in a signal handler.
     _exit(128 + number);
 }
 
@@ -37,8 +37,9 @@ void catchUnlessIgnored(int number) {
 }
 
 /// Installs the signal actions. SIGINT, SIGTERM and SIGHUP remove the temporary files and end the
-/// process with 128 + n, unless they were ignored at its start. SIGPIPE and SIGXFSZ are ignored:
-/// the write itself fails and is reported, and a closed stderr does not stop a render.
+/// process with 128 + n, unless the signal was ignored when the process started. SIGPIPE and
+/// SIGXFSZ are ignored, so that the write itself fails and is reported, and a closed stderr does
+/// not stop a render.
 void installSignalActions() {
     for (const int number : {SIGINT, SIGTERM, SIGHUP})
         catchUnlessIgnored(number);
@@ -46,7 +47,7 @@ void installSignalActions() {
         std::signal(number, SIG_IGN);
 }
 
-/// Ends the process if no exception can, without allocating, from any thread.
+/// Ends the process when throwing is impossible. Does not allocate. May be called from any thread.
 [[noreturn]] void endAtOnce(peeler::ErrorKind kind, std::string_view line) {
     peeler::removeTemporaryFiles();
     [[maybe_unused]] const auto written = write(STDERR_FILENO, line.data(), line.size());
@@ -59,18 +60,18 @@ void installSignalActions() {
               "peeler: hint: use a smaller --size, or fewer --threads; or raise the limit\n");
 }
 
-/// Handles a failed allocation. It throws if enough memory is left to unwind and report, else it
-/// ends the process: destructors (nlohmann::json's), the standard library and drivers allocate in
-/// noexcept code, and streams would silently drop data.
+/// Handles a failed allocation. Throws if enough memory is left to unwind and report the error.
+/// Otherwise ends the process, because destructors (nlohmann::json's), the standard library and
+/// drivers allocate in noexcept code, and streams would silently drop data.
 void takeFailedAllocation() {
     constexpr std::size_t kRoom = std::size_t{64} << 10U;
-    void* const volatile room = std::malloc(kRoom);  // volatile, so that it is not optimised away
+    void* const volatile room = std::malloc(kRoom);  // volatile, or it would be optimised away
     if (!room) endWithoutMemory();
     std::free(room);
     throw std::bad_alloc();
 }
 
-/// Handles std::terminate: an exception escaped from noexcept code.
+/// Handles std::terminate, which is called when an exception escapes from noexcept code.
 [[noreturn]] void takeTermination() {
     try {
         if (std::current_exception()) throw;
@@ -84,7 +85,7 @@ void takeFailedAllocation() {
         "peeler: hint: this is a bug in peeler; please report it with the command that shows it\n");
 }
 
-/// Whether to use colours, per no-color.org and the terminal type.
+/// Whether to use colours, by the rules of no-color.org and the terminal type.
 bool wantsColors() {
     const char* const refused = std::getenv("NO_COLOR");
     const char* const kind = std::getenv("TERM");
@@ -95,7 +96,7 @@ bool wantsColors() {
 
 int main(int argc, char** argv) {
     peeler::openStandardStreams();
-    // Number formats must not depend on a locale that a library sets.
+    // Number formats must not depend on the locale that a library may set.
     std::setlocale(LC_ALL, "C");
     installSignalActions();
     std::set_new_handler(takeFailedAllocation);

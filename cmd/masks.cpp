@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler masks: full and visible masks of every object, from one capture per view.
+// peeler masks: full and visible masks of every object, from a single capture per view.
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -67,7 +67,7 @@ struct MasksOptions : CaptureJobOptions {
     bool no_clobber = false, no_mkdir = false;
 };
 
-/// The masks of all views of a scene, one capture per view.
+/// A run of the verb: masks of all views of a scene, from a single capture per view.
 class Masks {
   public:
     Masks(const MasksOptions& options, Session& session)
@@ -78,9 +78,9 @@ class Masks {
           results_(views_.asked() ? "view" : "", session.reporter()),
           capture_(options.capture) {
         capture_.channels = {Channel::kId};
-        // Opacity depends on the material, not on light.
+        // Light does not change the opacity.
         capture_.shading = Shading::kUnlit;
-        // A half would round 0.1 to below 0.1.
+        // As a half, 0.1 would be rounded down.
         if (options.see_through > 0) capture_.color_type = PixelType::kFloat;
     }
 
@@ -88,7 +88,7 @@ class Masks {
     int run();
 
   private:
-    /// Hashes of everything that determines a view's picture, and its files.
+    /// Hashes of everything that determines a view's picture and its files.
     struct ViewHashes {
         std::string settings, output;
     };
@@ -110,12 +110,12 @@ class Masks {
     Reporter& reporter_;
     CaptureJob job_;
     ViewList views_;
-    std::size_t first_ = 0, end_ = 1;  ///< this run's views
+    std::size_t first_ = 0, end_ = 1;  ///< range of the views that this run makes
     SequenceResults results_;
     CaptureSettings capture_;
-    const OpenedScene* scene_ = nullptr;        ///< the job's
-    std::vector<View> seen_;                    ///< of all views
-    std::map<std::size_t, ViewHashes> hashes_;  ///< of requested views
+    const OpenedScene* scene_ = nullptr;        ///< owned by job_
+    std::vector<View> seen_;                    ///< cameras of all views
+    std::map<std::size_t, ViewHashes> hashes_;  ///< of the requested views
     SceneObjects objects_;
     std::optional<MaskFolder> folder_;
     std::optional<ProgressReport> progress_;
@@ -159,7 +159,7 @@ void Masks::checkOptions() {
     job_.checkOptions();
 }
 
-/// Throws if an output would replace an input or a file that must stay.
+/// Throws if an output would replace an input, the report, or a file that must not be replaced.
 void Masks::checkOutput(const OpenedScene& scene) const {
     std::vector<fs::path> inputs = scene.scene().files;
     inputs.push_back(options_.scene.file);
@@ -262,7 +262,8 @@ void Masks::ofView(std::size_t view) {
     const View canvas = canvasOf(seen_[view], options_.canvas, masks.picture);
     masks.see_through = static_cast<float>(options_.see_through);
     masks.layers = options_.formats.ids;
-    // Each thread writes one picture and holds its pixels and the encoder's memory.
+    // Each thread writes one picture at a time, for which it needs the pixels and the encoder's
+    // memory.
     constexpr std::uint64_t kEncoderBytes = std::uint64_t{24} << 20;
     const std::uint64_t pixels = seen_[view].crop.pixels();
     masks.more_bytes =
@@ -310,7 +311,8 @@ void Masks::ofView(std::size_t view) {
            countText(there, "object") + ", " + groupedText(visible) + " seen");
 }
 
-/// Writes the files shared by all views if every view exists with this request; reports if not.
+/// Writes the files shared by all views if every view has been made with this request. Otherwise
+/// reports the missing views and returns false.
 bool Masks::writeShared() {
     std::size_t missing = 0;
     for (std::size_t view = 0; view < views_.size(); ++view)

@@ -34,7 +34,7 @@ struct MergeOptions : LayeredRunOptions {
     bool allow_gaps = false;
 };
 
-/// A run: joins the tiles of a picture band by band.
+/// A run of the verb: joins the tiles of a picture band by band.
 class Merge {
   public:
     Merge(const MergeOptions& options, Reporter& reporter)
@@ -91,8 +91,8 @@ void Merge::open() {
     });
 }
 
-/// Chooses the output kind: the tiles' kind unless another is requested. Composites are merged
-/// unchanged.
+/// Chooses the kind of the output: that of the tiles, unless another is requested. Composites are
+/// joined unchanged.
 void Merge::chooseKind() {
     OutputRequest& output = run_.output;
     std::string& as = output.options.as;
@@ -100,7 +100,7 @@ void Merge::chooseKind() {
         findOutputFormat(path(), "").holds(OutputContent::kLayers))
         as = "deep";
     if (composites() && as.empty()) as = "composite";
-    checkFormat(output);  // options for layered files may not fit the chosen kind
+    checkFormat(output);  // again, because options for layered files may not fit the chosen kind
     if (!composites()) return;
     if (output.isGiven("--background")) {
         throw Error(ErrorKind::kUsage, "composites are merged with the backgrounds they have",
@@ -137,7 +137,7 @@ void Merge::plan() {
     for (const PictureTile& tile : tiles_->all()) {
         const Plan& part = tile.info().plan;
         complete = complete && part.complete();
-        // Other programs' files lack the counted fragments.
+        // Files from other programs lack the number of counted fragments.
         plan.fragments_counted += std::max(part.fragments_counted, part.fragments_stored);
         plan.fragments_stored += part.fragments_stored;
         plan.fragments_blended += part.fragments_blended;
@@ -173,7 +173,8 @@ void Merge::plan() {
     plan.fragments_counted = plan.fragments_stored;
 }
 
-/// Counts layers and fragments of the joined tiles; the headers are not enough if tiles overlap.
+/// Counts the layers and fragments of the joined tiles, because the headers are not enough if tiles
+/// overlap.
 void Merge::countLayers() {
     DepthComplexity complexity(run_.plan.view.crop);
     forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { complexity.addBand(band); });

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Override of pthread_mutex_destroy() that works around a race in Mesa's llvmpipe.
+// Override of pthread_mutex_destroy() that works around a race condition in Mesa's llvmpipe.
 //
 // lp_fence_signal() (lp_fence.c, Mesa 22.3.6 to 25.0.7 at least) increments the count in a
 // rasteriser thread under the fence's mutex. lp_fence_signalled() reads the count without the
 // mutex. At each framebuffer change lp_setup_get_empty_scene() destroys and frees a signalled
-// fence. The rasteriser thread may not have unlocked the mutex yet, and then writes to freed memory
-// ("corrupted unsorted chunks", or SIGSEGV in a later malloc). Locking the mutex before it is
-// destroyed waits for that thread; Mesa's util_queue_fence_destroy() does the same.
+// fence. The rasteriser thread may not have unlocked the mutex yet; when it does, it writes to
+// freed memory ("corrupted unsorted chunks", or SIGSEGV in a later malloc). Locking the mutex
+// before it is destroyed waits for that thread; Mesa's util_queue_fence_destroy() does the same.
 //
-// The program's definition overrides the C library's for every library of the process
-// (CMakeLists.txt exports it). The peeler library does not define it; its host decides
-// (examples/guide/library.md, "Threads and contexts").
+// Defined in the program and exported (CMakeLists.txt), this function overrides the C library's for
+// every library in the process. The peeler library does not define it, because that is up to its
+// host (examples/guide/library.md, "Threads and contexts").
 #include <dlfcn.h>
 #include <pthread.h>
 
@@ -22,7 +22,8 @@ extern "C" [[gnu::visibility("default")]] int pthread_mutex_destroy(
     using Function = int (*)(pthread_mutex_t*);
     static const auto destroy =
         reinterpret_cast<Function>(dlsym(RTLD_NEXT, "pthread_mutex_destroy"));
-    // Bounded, because a mutex may stay locked by the caller or by an ended thread.
+    // With a time limit, because the mutex may remain locked by the caller or by a thread that has
+    // ended.
     timespec latest{};
     clock_gettime(CLOCK_REALTIME, &latest);
     ++latest.tv_sec;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler rays: all hits of bundles of rays, and outputs derived from them.
+// peeler rays: all hits of bundles of rays, and outputs made from them.
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A run: assigns bundles to outputs.
+/// A run of the verb: traces bundles for one or more outputs.
 class Rays {
   public:
     Rays(const RaysOptions& options, Session& session)
@@ -47,7 +47,7 @@ class Rays {
     }
 
   private:
-    /// Whether every view has an output of its own.
+    /// Whether each view has its own output file.
     bool eachAlone() const { return views_.asked() && hasViewToken(options_.output.path.string()); }
     void checkOptions();
     void checkFiles() const;
@@ -64,7 +64,7 @@ class Rays {
     Reporter& reporter_;
     CaptureJob job_;
     ViewList views_;
-    std::size_t first_ = 0, end_ = 1;     ///< this run's views
+    std::size_t first_ = 0, end_ = 1;     ///< range of the views that this run makes
     const OpenedScene* scene_ = nullptr;  ///< owned by job_
     SequenceResults results_;
     RayTracer tracer_;
@@ -84,7 +84,7 @@ fs::path Rays::outputOf(std::size_t view) const {
     return viewPath(options_.output.path.string(), static_cast<int>(view));
 }
 
-/// Returns the output names known before the bundles.
+/// Returns the names of outputs that are known before the bundles are.
 std::vector<fs::path> Rays::outputs() const {
     std::vector<fs::path> files;
     if (eachAlone()) {
@@ -114,7 +114,7 @@ void Rays::checkFiles() const {
 
 void Rays::openScene() {
     scene_ = &job_.openScene();
-    // The scene's files are known only now.
+    // Only now is it known which files the scene refers to.
     job_.checkOutputs(eachAlone() ? outputs() : std::vector<fs::path>());
     tracer_.setScene(*scene_, job_.pose());
     if (!views_.asked()) return;
@@ -164,7 +164,7 @@ int Rays::makeAll() {
 
 int Rays::makeViewFiles() {
     int code = 0;
-    job_.chooseEngine();  // hashes include the engine
+    job_.chooseEngine();  // chosen now, because hashes include the engine
     try {
         makeEachView(
             first_, end_, options_.sequence, results_,

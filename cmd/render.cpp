@@ -40,19 +40,19 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// A picture in progress.
+/// A picture that is being made.
 struct Picture {
     PictureRequest asked{};
     Clock::time_point start{};
     CapturePlan plan{};
     PictureResult result{};
     std::unique_ptr<Sink> writer{};
-    OutputOptions written{};               ///< the writer's options
-    BackgroundSink* background = nullptr;  ///< the writer if it has its own thread, else null
+    OutputOptions written{};               ///< the options that the writer was created with
+    BackgroundSink* background = nullptr;  ///< the writer if it has its own thread; else null
 };
 
-/// A run of one request. All pictures share scene, shaders and context. A picture is captured while
-/// the previous one is being written.
+/// A run of one request. Its pictures share the scene, the shaders and the context. Each picture is
+/// captured while the previous one is still being written.
 class Render {
   public:
     Render(const RenderOptions& options, Session& session)
@@ -62,8 +62,8 @@ class Render {
           request_(options, job_, session.reporter()),
           results_(request_.pictureKind(), session.reporter()) {}
 
-    /// Returns the exit code. `result` is the result as JSON, or the plan under --dry-run; null if
-    /// there is neither.
+    /// Returns the exit code. `result` receives the result as JSON, or the plan under --dry-run;
+    /// null if there is neither.
     int run(Json& result) {
         request_.openScene();
         if (options_.sequence.dry_run) {
@@ -87,7 +87,7 @@ class Render {
         } catch (...) {
             code = reportError(reporter_, currentError());
         }
-        // Report the finished frames even if others failed.
+        // Finished frames are reported even if others failed.
         if (!results_.empty() || (code == 0 && request_.isSequence())) result = results_.json();
         results_.reportFailures();
         return std::max(code, results_.worst());
@@ -118,13 +118,13 @@ class Render {
     Reporter& reporter_;
     CaptureJob job_;
     RenderRequest request_;
-    std::optional<float> exposure_;   // metered, for all pictures
-    bool noted_ = false;              // the display transform was noted
-    std::optional<Picture> pending_;  // captured, possibly still being written
+    std::optional<float> exposure_;   // metered before the first picture, for all
+    bool noted_ = false;              // the note about the display transform was printed
+    std::optional<Picture> pending_;  // the previous one, possibly still being written
     SequenceResults results_;
     std::optional<ProgressReport> progress_;
     std::optional<UsedCameras> cameras_;  ///< for --cameras-out
-    bool size_told_ = false;              ///< the forecast size was reported
+    bool size_told_ = false;              ///< whether the forecast of the size was reported
     std::uint64_t memory_forecast_ = 0;   ///< bytes
 };
 
@@ -135,7 +135,7 @@ void Render::renderAll() {
             render(i);
     } catch (...) {
         const Error error = currentError();
-        endPending(true);  // the previous picture is not at fault
+        endPending(true);  // finish the previous picture, which is not at fault
         throw error;
     }
     endPending();
@@ -164,7 +164,8 @@ void Render::render(std::size_t index) {
     if (!pending_->background) endPending();
 }
 
-/// Captures a picture and begins to write it. Returns false if its file already existed.
+/// Captures a picture and begins to write it. Returns false if the picture's file is already up to
+/// date.
 bool Render::make(Picture& picture, std::size_t index) {
     pose(picture, index);
     if (request_.isSequence()) {
@@ -189,7 +190,7 @@ bool Render::make(Picture& picture, std::size_t index) {
         if (error.kind() != ErrorKind::kDevice || !job_.hasContext()) throw;
         reporter_.warning(error.whatText() + "; trying once more.");
     }
-    // A lost context invalidates everything in it.
+    // When a context is lost, everything in it is invalid.
     picture.writer.reset();
     job_.closeContext();
     pose(picture, index);
@@ -209,7 +210,7 @@ void Render::pose(Picture& picture, std::size_t index) {
     picture.result.normalized = request_.normalized();
 }
 
-/// Runs the count pass, and creates the writer without starting it.
+/// Runs the count pass and creates the writer, but does not start it.
 void Render::prepare(Picture& picture) {
     PictureRequest& asked = picture.asked;
     if (job_.renderer())
@@ -239,15 +240,16 @@ void Render::capture(Picture& picture) {
     picture.writer->finish();
 }
 
-/// Forecasts the memory of the whole run so far; pictures reuse memory.
+/// Forecasts the memory of the run up to this picture. This is a maximum, because pictures reuse
+/// memory.
 void Render::forecastMemory(const Picture& picture) {
     memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()),
                                  job_.renderer()->forecastMemory(picture.plan, *picture.writer)});
     reporter_.detail("uses at most " + bytesText(memory_forecast_) + " of memory");
 }
 
-/// Adds to a dry run's result the forecast of the first picture to render. Null if there is no such
-/// picture, or no device to count its fragments.
+/// Adds the forecast for the first picture to render to the result of a dry run. The forecast is
+/// null if there is no such picture, or no device to count its fragments.
 void Render::forecast(Json& result) {
     const std::optional<std::size_t> first = RenderRequest::firstOf(result);
     for (const char* const unknown : {"forecastBytes", "forecastMemory"})
@@ -267,7 +269,7 @@ void Render::forecast(Json& result) {
     reportMemory(memory_forecast_, reporter_);
 }
 
-/// Meters the exposure of all pictures before the first one.
+/// Meters the exposure before the first picture, for all pictures.
 void Render::meterExposure(const PictureRequest& asked) {
     if (!request_.metersExposure() || exposure_) return;
     exposure_ = job_.meterExposure(asked.capture, request_.views().cameras());
@@ -276,7 +278,7 @@ void Render::meterExposure(const PictureRequest& asked) {
 
 void Render::plan(Picture& picture) {
     const CaptureSettings& capture = picture.asked.capture;
-    // Two pictures overlap only if there is plenty of memory for both.
+    // Waits for the previous picture unless there is plenty of memory for both.
     if (pending_ && capture.memory != 0 && usedBytes(capture.memory) > capture.memory / 4)
         endPending();
     picture.plan = job_.renderer()->plan(picture.asked.view, capture, progressOf(picture));
@@ -299,7 +301,7 @@ void Render::makeWriter(Picture& picture) {
     OutputOptions output = request_.writerOptions(picture.asked);
     if (exposure_) {
         output.exposure = *exposure_;
-        output.automatic_exposure = false;  // now resolved
+        output.automatic_exposure = false;  // `exposure` now holds the metered value
     }
     picture.written = output;
     reportSize(picture, output);
@@ -314,14 +316,15 @@ void Render::makeWriter(Picture& picture) {
     if (cameras_) picture.writer = cameras_->watched(std::move(picture.writer));
 }
 
-/// Writes the cameras of all views, including those this run does not render.
+/// Writes the cameras of all views, including those that this run does not render.
 void Render::writeCameras() {
     for (std::size_t view = 0; view < request_.views().size(); ++view)
         cameras_->add(request_.firstView(view), request_.firstFile(view));
     cameras_->write();
 }
 
-/// Reports the forecast size, once per sequence, as if all remaining pictures were like this one.
+/// Reports the forecast of the file size. In a sequence, does so once, and assumes that the
+/// remaining pictures are like this one.
 void Render::reportSize(Picture& picture, const OutputOptions& output) {
     const std::filesystem::path& path = picture.asked.output.path;
     Forecast forecast;
@@ -334,17 +337,18 @@ void Render::reportSize(Picture& picture, const OutputOptions& output) {
     reportForecast(forecast, reporter_, options_.sequence.dry_run);
 }
 
-/// The last hundredth is for the work after the capture.
+/// Returns the progress callback for a capture. The last hundredth of the progress is for the work
+/// after it.
 Progress Render::progressOf(const Picture& picture) {
-    if (!progress_) return {};  // a dry run
+    if (!progress_) return {};  // in a dry run
     const auto index = static_cast<double>(picture.asked.index);
     return [this, index](double share) {
         progress_->update((index + 0.99 * share) / static_cast<double>(request_.pictures()));
     };
 }
 
-/// Finishes the last captured picture, if pending. Throws its failure, or lists it if the run
-/// continues.
+/// Finishes the previous picture if it is still pending. If that failed, throws, or with
+/// `keep_going` adds the failure to the results.
 void Render::endPending(bool keep_going) {
     if (!pending_) return;
     Picture picture = std::move(*pending_);
@@ -389,7 +393,7 @@ void Render::addResult(const PictureResult& result) {
     results_.add(toJson(result), summary(result));
 }
 
-/// Prints and stores the result as requested. Returns the exit code.
+/// Prints and stores the result as the options request. Returns the exit code.
 int report(const RenderOptions& options, const Json& result, Reporter& reporter) {
     return runReported(reporter, [&] {
         if (options.sequence.dry_run)
@@ -408,7 +412,7 @@ int renderOne(const RenderOptions& options, Session& session) {
     return std::max(code, report(options, result, reporter));
 }
 
-/// Renders the scenes one by one; `scenes` has the options of each. Reports {"scenes": [one result
+/// Renders the scenes one by one; `scenes` has the options for each. Reports {"scenes": [one result
 /// per scene]} and, if any failed, "failed".
 int renderEach(const RenderOptions& options, const std::vector<RenderOptions>& scenes,
                Session& session) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler sheet: the composite and the layers of a picture side by side, labelled.
+// peeler sheet: the composite and the layers of a picture, side by side with labels.
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -52,14 +52,14 @@ constexpr Choice<SheetMethods> kMethodChoices[] = {
 struct SheetOptions {
     SheetRequest request;
     std::optional<int> shadow_size;
-    int columns = 0;  ///< 0 = near-square
+    int columns = 0;  ///< 0 = chosen for a nearly square page
     OutputRequest output;
-    std::set<std::string> given;  ///< scene options on the command line
+    std::set<std::string> given;  ///< options on the command line that apply only to scenes
 };
 
 constexpr const char* kOutputHelp = "the file to write: .png, .jpg, .jpeg, .tif, .tiff";
 
-/// The sheet of a file, or of each view of a scene.
+/// A run of the verb: makes the sheet of a file, or of each view of a scene.
 class Sheets {
   public:
     Sheets(const SheetOptions& options, Session& session)
@@ -92,7 +92,7 @@ class Sheets {
     Reporter& reporter_;
     CaptureJob job_;
     ViewList views_;
-    std::size_t first_ = 0, end_ = 1;  ///< this run's views
+    std::size_t first_ = 0, end_ = 1;  ///< range of the views that this run makes
     SequenceResults results_;
 };
 
@@ -205,7 +205,7 @@ void Sheets::ofView(SceneSheet& sheet, const OpenedScene& scene, std::size_t vie
     }
     if (options_.output.no_clobber) checkNotThere(path);
     SheetContent content = sheet.make(view);
-    writeSheet(content, path, views_.asked() ? hash : "");  // a single one is like that of a file
+    writeSheet(content, path, views_.asked() ? hash : "");  // without --views: no hash
     report(content, view);
 }
 
@@ -237,21 +237,21 @@ void Sheets::writeSheet(SheetContent& content, const fs::path& path,
     style.columns = options_.columns;
     const OutputOptions& asked = options_.output.options;
     if (options_.output.isGiven("--background")) style.background = asked.background;
-    // Grey encodes depth, so the background is not grey.
+    // Depths are shown in grey, so the background must not be grey.
     constexpr std::array<float, 4> kBehindDepth{0.42F, 0.55F, 0.74F, 1};
     const bool depth = request_.cells.show == SheetShow::kDepth;
     if (depth && !style.background) style.background = kBehindDepth;
     style.exposure = content.exposure.value_or(asked.exposure);
     if (options_.output.isGiven("--tone-map"))
         style.tone_map = asked.tone_map;
-    else if (!depth)  // greys that encode depth are not exposed
+    else if (!depth)  // greys that show depth are not tone-mapped
         style.tone_map = toneMaps().front().name;
     content.result.display = {style.tone_map, style.exposure, content.exposure.has_value(), 0};
     const CompositeImage page = layOut(content.cells, style);
     content.result.width = page.window.width();
     content.result.height = page.window.height();
     const StageTimer timer(content.result.milliseconds, "encode");
-    OutputOptions output;  // the page is final: no exposure or tone map
+    OutputOptions output;  // the page is finished, so no exposure or tone map applies
     output.provenance.version = PEELER_VERSION;
     output.provenance.output_hash = hash;
     writePicture(path.string(), page, output);

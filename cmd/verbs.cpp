@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rows of the table of verbs.
+// The table of verbs.
 #include "cmd/verbs.h"
 
 namespace peeler::cmd {

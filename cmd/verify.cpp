@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler verify: integrity of files, and consistency of sequences.
+// peeler verify: checks the integrity of files and the consistency of sequences.
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -38,7 +38,7 @@ bool isOurs(const VerifiedFile& file) {
     return file.kind == VerifiedKind::kLayered || file.kind == VerifiedKind::kFlat;
 }
 
-/// Checks that the files of a sequence share scene, settings and size; the camera may move.
+/// Checks that the files of a sequence agree in scene, settings and size. The camera may move.
 void checkSettings(std::vector<VerifiedFile>& files) {
     const auto first = std::ranges::find_if(files, isOurs);
     for (VerifiedFile& file : files) {
@@ -54,9 +54,10 @@ void checkSettings(std::vector<VerifiedFile>& files) {
     }
 }
 
-/// Returns the missing frames between the first and the last, at the common step of all files.
+/// Returns the frames missing between the first and the last, given the largest step that all
+/// frames share.
 std::vector<int> missingFrames(const std::vector<VerifiedFile>& files) {
-    constexpr std::int64_t kMost = 1000000;  // the limit of --frames
+    constexpr std::int64_t kMost = 1000000;  // the maximum number of frames in --frames
     std::set<std::int64_t> frames;
     for (const VerifiedFile& file : files) {
         if (isOurs(file)) frames.insert(file.provenance.frame);
@@ -73,7 +74,7 @@ std::vector<int> missingFrames(const std::vector<VerifiedFile>& files) {
     return missing;
 }
 
-/// Returns "3, 5-8, 11".
+/// Returns a list of frames as text: "3, 5-8, 11".
 std::string framesText(const std::vector<int>& frames) {
     std::string text;
     for (std::size_t i = 0; i < frames.size();) {
@@ -121,7 +122,7 @@ std::string toText(const VerifiedFile& file) {
     text += file.kind == VerifiedKind::kFlat ? "good, without layers"
                                              : "good, " + countText(file.layers, "layer") + ", " +
                                                    countText(file.fragments, "fragment");
-    // Without the hash, changes to pixels cannot be detected.
+    // Without that hash, a change to the pixels cannot be detected.
     return text + (proven ? "\n" : std::string("; without ") + kPixelHash + '\n');
 }
 

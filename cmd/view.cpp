@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler view: reprojects the layers of a file to another camera, or writes an interactive page.
+// peeler view: reprojects the layers of a file to another camera, or makes an interactive page of
+// them.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -42,10 +43,10 @@ namespace fs = std::filesystem;
 
 constexpr const char* kMethod = "reprojection";
 
-/// The camera of the picture: the file's own, moved, or a new one.
+/// The camera of the picture: the file's camera, possibly moved, or a new one.
 struct ViewCameraOptions {
     std::optional<glm::dvec3> eye, target, up;
-    std::optional<glm::dvec2> orbit;     ///< to the right and upwards, degrees
+    std::optional<glm::dvec2> orbit;     ///< angles to the right and upwards, degrees
     std::optional<double> fov;           ///< vertical, degrees
     std::optional<double> ortho_height;  ///< scene units
     std::optional<Size> size;
@@ -59,8 +60,8 @@ struct ViewCameraOptions {
 struct ViewOptions : LayeredRunOptions {
     fs::path input;
     ObjectOptions objects;
-    std::uint32_t max_layers = 0;                ///< nearest layers; 0 = all
-    std::optional<std::uint64_t> max_fragments;  ///< for a page; 0 = no limit, none = the default
+    std::uint32_t max_layers = 0;                ///< layers to use, nearest first; 0 = all
+    std::optional<std::uint64_t> max_fragments;  ///< of a page; 0 = no limit, none = the default
     ViewCameraOptions camera;
 };
 
@@ -69,8 +70,8 @@ glm::dvec2 parseAngles(std::string_view text) {
     return {numbers[0], numbers[1]};
 }
 
-/// Returns a camera orbited about a point: to the right about `up`, then upwards about its own
-/// right axis.
+/// Returns a camera moved on a sphere around a point: first to the right, about `up`, then upwards,
+/// about the moved camera's right axis.
 glm::dmat4 orbited(const glm::dmat4& camera, const glm::dvec3& center, const glm::dvec3& up,
                    const glm::dvec2& degrees) {
     const auto about = [&](double angle, const glm::dvec3& axis) {
@@ -82,8 +83,8 @@ glm::dmat4 orbited(const glm::dmat4& camera, const glm::dvec3& center, const glm
     return about(-degrees.y, glm::dvec3(yawed[0])) * yawed;
 }
 
-/// Returns an upper limit of the distance from the camera of `view` to the file's content, in scene
-/// units.
+/// Returns an upper limit for the distance between the camera of `view` and the file's content, in
+/// scene units.
 double farthest(const LayeredImage& image, const View& own, const View& view) {
     const double depth = image.z.empty() ? 1 : *std::max_element(image.z.begin(), image.z.end());
     const double scale = own.projection.perspective ? depth : 1;
@@ -93,8 +94,8 @@ double farthest(const LayeredImage& image, const View& own, const View& view) {
            glm::length(glm::dvec3(view.camera_to_world[3] - own.camera_to_world[3]));
 }
 
-/// Declares --eye, --target, --up, --orbit, --fov, --ortho-height, --size and --crop. `options`
-/// must outlive the parse.
+/// Declares the options in ViewCameraOptions: --eye, --target, --up, --orbit, --fov,
+/// --ortho-height, --size and --crop. `options` must outlive the parse.
 void addViewCameraOptions(VerbOptions& verb, ViewCameraOptions& options) {
     const auto add = [&](const char* name, const char* value, auto& target, auto parse,
                          const std::string& help, const char* group) {
@@ -138,16 +139,16 @@ void checkViewCameraOptions(const ViewCameraOptions& options) {
                "--eye, --target", "move one of them");
 }
 
-/// Returns the centre of interest in world space: the point on the viewing axis at medianDepth(),
-/// or at 1 if there are no fragments.
+/// Returns the centre of interest in world space: the point on the viewing axis at the depth
+/// medianDepth(), or at 1 if there are no fragments.
 glm::dvec3 centerOfInterest(const LayeredImage& image, const View& view) {
     const glm::dmat4& place = view.camera_to_world;
     return glm::dvec3(place[3]) - glm::dvec3(place[2]) * medianDepth(image, view).value_or(1);
 }
 
-/// Returns the file's camera `own` with the options applied, and near and far planes that clip none
-/// of the file's content. Keeps the file's crop only if camera and size are unchanged. Throws Error
-/// (kUsage) if the camera is invalid.
+/// Returns the file's camera `own` with the options applied. If the camera is moved, its near and
+/// far planes do not clip the file's content. Keeps the file's crop only if camera and size are
+/// unchanged. Throws Error (kUsage) if the camera is invalid.
 View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOptions& options) {
     View view = own;
     Projection& projection = view.projection;
@@ -189,7 +190,8 @@ View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOption
                        projection.perspective != own.projection.perspective;
     if (moved) {
         view.camera_name.clear();
-        // The content is already clipped at the file's planes; moved planes would clip it again.
+        // The content has already been clipped at the planes of the file's camera. Those planes,
+        // moved with the camera, would clip it again.
         const double distance = glm::length(target - glm::dvec3(view.camera_to_world[3]));
         projection.near = projection.perspective ? 1e-4 * distance : 0;
         projection.far = projection.perspective ? std::numeric_limits<double>::infinity()
@@ -205,8 +207,8 @@ View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOption
     return view;
 }
 
-/// Chooses the output kind. Returns whether it is a page. Throws Error (kUsage) if options do not
-/// apply to it.
+/// Chooses the output kind and returns whether it is a page. Throws Error (kUsage) if options do
+/// not apply to that kind.
 bool chooseKind(const ViewOptions& options, OutputRequest& output) {
     const OutputFormat& format = findOutputFormat(output.path.string(), "");
     const bool page = format.holds(OutputContent::kPage);
@@ -222,7 +224,8 @@ bool chooseKind(const ViewOptions& options, OutputRequest& output) {
     return page;
 }
 
-/// Returns all fragments of the input, or the nearest layers, and sets the plan accordingly.
+/// Returns all fragments of the input, or those of the nearest layers, and updates the plan
+/// accordingly.
 LayeredImage load(const ViewOptions& options, LayeredInput& input, Plan& plan) {
     if (!input.info().attributes().contains("peeler:cameraJson")) {
         throw Error(ErrorKind::kInput, "the file has no camera", options.input.string(),
@@ -235,12 +238,12 @@ LayeredImage load(const ViewOptions& options, LayeredInput& input, Plan& plan) {
         plan.layers.resize(std::min<std::size_t>(plan.layers.size(), options.max_layers));
     }
     plan.fragments_stored = image.fragments();
-    // Other programs' files lack the counted fragments.
+    // Files from other programs lack the number of counted fragments.
     plan.fragments_counted = std::max(plan.fragments_counted, plan.fragments_stored);
     return image;
 }
 
-/// Reprojects an image from its own view to the plan's view, band by band.
+/// Reprojects an image from its own view to that of the run's plan, band by band.
 void reprojectInto(Sink& sink, const LayeredImage& image, const View& own, LayeredRun& run,
                    Reporter& reporter) {
     ProgressReport progress(reporter, "view");
@@ -253,7 +256,7 @@ void reprojectInto(Sink& sink, const LayeredImage& image, const View& own, Layer
             progress.update(share);
         });
     });
-    // The sink's times overlap the capture: bands were written in between.
+    // Subtracts the sink's times, because bands were written during the capture.
     for (const auto& [stage, milliseconds] : sink.times())
         run.result.milliseconds["capture"] -= milliseconds;
 }
@@ -273,7 +276,7 @@ void view(const ViewOptions& options, Reporter& reporter) {
     const std::string path = run.output.path.string();
     Provenance provenance = info.provenance;
     provenance.method = kMethod;
-    provenance.settings_hash.clear();  // it belongs to the input's settings
+    provenance.settings_hash.clear();  // they describe the input, not this picture
     provenance.settings.clear();
     OutputOptions output = run.outputOptions(provenance);
     if (page && options.max_layers == 0) {
@@ -293,7 +296,7 @@ void view(const ViewOptions& options, Reporter& reporter) {
         else
             reprojectInto(*sink, image, own, run, reporter);
     });
-    run.plan.samples = 1;  // per pixel of the view; the file has the input's samples
+    run.plan.samples = 1;  // per pixel of this view; the file keeps the input's number
     run.report(output, provenance);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Baked values as arrays, with their locations.
+// Arrays of baked values and their locations.
 #pragma once
 
 #include <cstddef>
@@ -14,18 +14,18 @@
 namespace peeler::cmd {
 
 /// Returns the arrays of writeVertexArrays(): `values` (n, components), `positions` and `normals`
-/// (n, 3; world space), float, and `ranges` (r, 5; int64): node, instance (index into
-/// PosedScene::meshes()), primitive, first receiver, count.
+/// (n, 3; world space), float, and `ranges` (r, 5; int64), which have the columns node, instance
+/// (index into PosedScene::meshes()), primitive, first receiver, count.
 std::vector<NamedArray> vertexArrays(const VertexReceivers& vertices, std::size_t components);
-/// Throws Error (kOutput) if writing fails.
+/// Writes vertexArrays() with the values. Throws Error (kOutput) if writing fails.
 void writeVertexArrays(const std::string& path, const PosedScene& posed,
                        const VertexReceivers& vertices, std::span<const float> values,
                        std::size_t components);
 
-/// Returns the arrays of writeTexelArrays(): `material_M` (size, size, components; float, v = 0
-/// first) for every atlas.
+/// Returns the arrays of writeTexelArrays(): for every atlas, `material_M` (size, size, components;
+/// float; the first row has v = 0).
 std::vector<NamedArray> texelArrays(const TexelReceivers& texels, std::size_t components);
-/// Throws Error (kOutput) if writing fails.
+/// Writes texelArrays() with the values. Throws Error (kOutput) if writing fails.
 void writeTexelArrays(const std::string& path, const TexelReceivers& texels,
                       std::span<const float> values, std::size_t components, int padding);
 

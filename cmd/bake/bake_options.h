@@ -22,7 +22,7 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-// The default comes first.
+// The quantities by name. The first is the default.
 inline constexpr Choice<BakeQuantity> kBakeQuantities[] = {
     {"ao", BakeQuantity::kAmbientOcclusion,
      "ambient occlusion: cosine-weighted unoccluded share of the hemisphere"},
@@ -36,17 +36,17 @@ inline constexpr Choice<BakeQuantity> kBakeQuantities[] = {
 
 enum class BakeTarget { kVertices, kTexture };
 
-/// The output file kinds, by extension.
+/// The kinds of output file, determined by the extension.
 enum class BakeFile { kGltf, kExr, kPng, kArrays };
 
 struct BakeOptions {
     std::filesystem::path output;
     bool no_clobber = false, no_mkdir = false;
     bool dry_run = false;
-    bool values_alone = false;  ///< a .glb that shows the values without materials
+    bool values_alone = false;  ///< a .glb in which viewers show only the values
     BakeSettings settings;
     std::optional<BakeTarget> target;  ///< none = texture for .exr and .png
-    /// The UV set, texels per side, texels of padding, and light bounces; none = the default.
+    /// The UV set, texels per side, padding in texels, and light bounces; none = the default.
     std::optional<int> uv_set, size, padding, bounces;
     Faces faces = Faces::kBoth;
 
@@ -65,13 +65,14 @@ void checkBakeOptions(const BakeOptions& options, const AppearanceOptions& appea
 /// Returns the command-line name of a target: "vertices".
 std::string_view targetName(BakeTarget target);
 
-/// Returns the options that change values or their textures, for the settings hash.
+/// Returns the options that change the values or their textures, for the settings hash.
 nlohmann::json bakeSettings(const BakeOptions& options);
 
 /// Throws Error (kUsage) if the scene has no light source for irradiance.
 void checkBakedLight(const PosedScene& posed);
 
-/// Whether the quantity darkens surfaces and fits a material's occlusion texture.
+/// Whether the quantity is a kind of occlusion, which darkens surfaces and fits a material's
+/// occlusion texture.
 bool isOcclusion(BakeQuantity quantity);
 
 }  // namespace peeler::cmd

@@ -13,16 +13,16 @@
 
 namespace peeler::cmd {
 
-/// The minimum, mean and maximum component of values; all 0 if there are no values.
+/// The minimum, mean and maximum over all components of all values; 0 if there are no values.
 struct ValueRange {
     double least = 0, mean = 0, greatest = 0;
 };
 
 ValueRange rangeOf(std::span<const float> values);
 
-/// A map from values to display values, 0 to 1: ao and sky visibility unchanged, bent normals as n
-/// / 2 + 1 / 2, thickness as a share of the maximum, irradiance as the radiance that a white
-/// diffuse surface reflects, E / π (clipped at 1 when stored).
+/// A mapping from values to display values, 0 to 1. Ambient occlusion and sky visibility are
+/// unchanged, bent normals become n / 2 + 1 / 2, thickness a share of the maximum, and irradiance E
+/// / π, the radiance that a white diffuse surface reflects (clipped at 1 when stored).
 class ShownValues {
   public:
     ShownValues(BakeQuantity quantity, const ValueRange& range);
@@ -32,12 +32,12 @@ class ShownValues {
     float scale_ = 1, offset_ = 0;
 };
 
-/// Returns the vertex attribute name of the values: "_AO".
+/// Returns the name of the vertex attribute for the values: "_AO".
 std::string attributeOf(BakeQuantity quantity);
 
-/// Returns the values of the receivers `vertices`, per primitive of every node. COLOR_0 holds the
-/// linear display value; occlusion multiplies an existing colour. Instances of one node
-/// (EXT_mesh_gpu_instancing) get their mean.
+/// Returns the values of the receivers `vertices`, grouped by node and primitive. COLOR_0 holds the
+/// linear display value; occlusion is multiplied into an existing colour. Instances of the same
+/// node (EXT_mesh_gpu_instancing) share the mean of their values.
 std::vector<BakedPrimitive> bakedPrimitives(const PosedScene& posed,
                                             const VertexReceivers& vertices,
                                             std::span<const float> values, BakeQuantity quantity,

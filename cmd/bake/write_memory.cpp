@@ -12,28 +12,28 @@ namespace peeler::cmd {
 
 namespace {
 
-// The file's buffer, and code pages first touched while writing.
+// Bytes for the file's buffer, and for code pages first touched while writing.
 constexpr std::uint64_t kWritingBytes = std::uint64_t{4} << 20;
 
-/// Memory for textures of `texels` texels and `components` components, with `kept` textures in
+/// The memory for textures of `texels` texels and `components` components, of which `kept` are in
 /// memory at a time.
 struct Textures {
     std::uint64_t texels, components, kept;
 
     std::uint64_t numbers() const { return texels * components * sizeof(float); }
-    /// Returns the bytes while filling a texture (TexelReceivers::pixels()): per texel a flag, and
-    /// the distance and index of the nearest filled texel in its column.
+    /// Returns the bytes needed while filling a texture (TexelReceivers::pixels()): per texel a
+    /// flag, and the distance and index of the nearest filled texel in its column.
     std::uint64_t filling() const {
         return kept * numbers() + texels * (1 + 2 * sizeof(std::int32_t));
     }
-    /// Returns the bytes while encoding a PNG with `bytes` bytes per value: the values, the rows,
-    /// and the compressed data while its buffer grows and is copied.
+    /// Returns the bytes needed while encoding a PNG with `bytes` bytes per value: the values, the
+    /// rows, and the compressed data, which is in memory twice while its buffer grows.
     std::uint64_t png(std::uint64_t bytes) const {
         const std::uint64_t picture = texels * components * bytes;
         return numbers() + 3 * picture + imageEncoderBytes("png", picture);
     }
-    /// Returns the bytes while writing an EXR: a texture's compressed chunks, and the chunks in
-    /// progress.
+    /// Returns the bytes needed while writing an EXR: a texture's compressed chunks, and the chunks
+    /// being compressed.
     std::uint64_t exr(std::uint64_t side) const {
         const std::uint64_t chunk = side * kExrRowsPerChunk * components * sizeof(float);
         return (kept + 1) * numbers() + 2 * chunk * static_cast<std::uint64_t>(threadCount());
@@ -53,7 +53,7 @@ std::uint64_t writeMemory(const BakeOptions& bake, const SceneOptions& options,
                       : GlbWriter::memory(options.file, options.reading, scene.scene().files);
     if (!texels && bake.file() == BakeFile::kArrays) return bytes;
     if (!texels) {
-        // COLOR_0 and the values, when made and when added to the file.
+        // COLOR_0 and the values are in memory twice: as made, and as added to the file.
         constexpr std::uint64_t kColorBytes = 4 * sizeof(std::uint16_t);
         return bytes + package + 2 * receivers * (kColorBytes + components * sizeof(float));
     }

@@ -10,8 +10,9 @@
 
 namespace peeler::cmd {
 
-/// Returns the maximum bytes needed to write the values of `receivers` receivers, besides the
-/// values. `texels`: null for vertices. May read the scene's file. Throws like GlbWriter.
+/// Returns the maximum bytes needed to write the values of `receivers` receivers, in addition to
+/// the values themselves. `texels` is null for a bake to vertices. May read the scene file. Throws
+/// like GlbWriter.
 std::uint64_t writeMemory(const BakeOptions& bake, const SceneOptions& options,
                           const OpenedScene& scene, std::uint64_t receivers,
                           const TexelReceivers* texels);

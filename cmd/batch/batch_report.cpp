@@ -39,7 +39,7 @@ bool isResult(const Json& line) {
            code->is_number_integer();
 }
 
-/// Returns the lines of a job's stderr that begin with "peeler: WORD: ", without that prefix.
+/// Returns the lines in a job's stderr that begin with "peeler: WORD: ", without that prefix.
 std::vector<std::string> messagesOf(const std::string& err, const std::string& word) {
     std::vector<std::string> lines;
     std::istringstream stream(err);
@@ -96,7 +96,7 @@ std::vector<Json> readBatchReport(const fs::path& path, std::size_t* whole) {
     const std::string text = readRegularText(path);
     std::vector<Json> lines;
     std::size_t at = 0;
-    // Text without a line end is a partial line from a killed batch.
+    // Stops before a partial last line, which has no line end and was left by a killed batch.
     for (std::size_t end; (end = text.find('\n', at)) != std::string::npos; at = end + 1) {
         Json line = parseOrderedJsonOrNull(std::string_view(text).substr(at, end - at));
         if (!isResult(line)) {
@@ -107,7 +107,7 @@ std::vector<Json> readBatchReport(const fs::path& path, std::size_t* whole) {
         }
         lines.push_back(std::move(line));
     }
-    // A truncated result has this prefix; anything else is another kind of file.
+    // A truncated result begins like this; any other text means another kind of file.
     if (at < text.size() && lines.empty() && !text.starts_with("{\"job\":")) {
         throw Error(ErrorKind::kUsage, "this file contains no batch results",
                     "--report " + path.string(), "choose another name for the report");
@@ -141,7 +141,8 @@ void BatchReport::open() {
             throw Error(ErrorKind::kOutput, "another batch is writing this report", path_.string(),
                         "wait for it, or choose another name");
         }
-        // A batch that just ended may have replaced this file.
+        // Tries again if the name now refers to a different file, because a batch that just ended
+        // may have replaced it.
     } while (fstat(file_, &locked) == 0 && stat(path_.c_str(), &named) == 0 &&
              locked.st_ino != named.st_ino);
 }

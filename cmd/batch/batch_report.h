@@ -18,31 +18,31 @@ namespace peeler::cmd {
 ///     {"job": 1, "id": "front", "verb": "render", "hash": …, "exitCode": 0, "milliseconds": 812,
 ///      "warnings": […], "result": the verb's --json output}
 ///
-/// or, if the exit code is not 0 (128 + n for signal n), "error": {"what": …, "hint": …} instead
-/// of the result. `number` counts from 1.
+/// or, if the exit code is not 0 (128 + n for signal n), with "error": {"what": …, "hint": …}
+/// instead of the result. `number` is the job's number, from 1.
 nlohmann::ordered_json resultLine(std::size_t number, const Job& job, const ChildProcess& process);
 
-/// A file of result lines that survives any end of the batch. Lines are appended as jobs end;
-/// finish() sorts them into job order. Lines of other jobs stay. Only one batch at a time can open
-/// it.
+/// A file of result lines that stays valid however the batch ends. Lines are appended as jobs end;
+/// finish() sorts them into job order. Lines for jobs of other batches stay. Only one batch at a
+/// time can open it.
 class BatchReport {
   public:
-    /// Opens or creates the file and reads it. Truncates a partial last line left by a killed
-    /// batch. Throws Error (kUsage) if the file holds anything but results, and leaves it
-    /// unchanged; Error (kOutput) if it cannot be opened or another batch has it open.
+    /// Opens or creates the file and reads it. Removes the partial last line that a killed batch
+    /// may have left. Throws Error (kUsage), without changing the file, if it holds anything but
+    /// results. Throws Error (kOutput) if the file cannot be opened or another batch has it open.
     explicit BatchReport(std::filesystem::path path);
     ~BatchReport();
     BatchReport(const BatchReport&) = delete;
     BatchReport& operator=(const BatchReport&) = delete;
 
-    /// Returns the results that were in the file.
+    /// Returns the results that the file held when it was opened.
     const std::vector<nlohmann::ordered_json>& lines() const { return lines_; }
 
     /// Writes a line immediately. Throws Error (kOutput) if writing fails.
     void add(const nlohmann::ordered_json& line);
 
-    /// Replaces the file's content by the lines of other jobs and `lines`. Throws Error (kOutput)
-    /// if writing fails.
+    /// Replaces the file's content with the lines of other batches' jobs, then `lines`. Throws
+    /// Error (kOutput) if writing fails.
     void finish(const std::vector<nlohmann::ordered_json>& lines);
 
   private:
@@ -59,7 +59,7 @@ std::string lineText(const nlohmann::ordered_json& line);
 
 /// Reads the results of an earlier batch; empty if the file does not exist. `whole`, unless null,
 /// receives the number of bytes in complete lines. Throws Error (kUsage) if the file holds anything
-/// else.
+/// but results.
 std::vector<nlohmann::ordered_json> readBatchReport(const std::filesystem::path& path,
                                                     std::size_t* whole = nullptr);
 

@@ -14,10 +14,11 @@ namespace peeler::cmd {
 
 namespace {
 
-/// The maximum number of places listed and marked per fault kind.
+/// The maximum number of places that are listed and marked per kind of fault.
 constexpr std::size_t kPlaces = 100;
 
-/// Returns the progress of a stage within the whole.
+/// Returns a progress callback for a stage that covers the range from `begin` to `end` of the
+/// whole.
 Progress between(const Progress& progress, double begin, double end) {
     return [=](double share) { progress(begin + (end - begin) * share); };
 }
@@ -55,8 +56,8 @@ class PartChecker {
             unionVolume(tree, topology, report_.crossings, between(progress_, 0.3, 0.6));
     }
 
-    /// Finds the thinnest wall. With too many crossings to determine the union, the wall is
-    /// undetermined too.
+    /// Finds the thinnest wall. If there are too many crossings to determine the union, the wall is
+    /// uncertain, too.
     void findWall(const TriangleTree& tree) {
         FoundWall& found = report_.found_wall;
         found.certain = !report_.crossings.more && (report_.union_volume || !report_.volume);
@@ -87,7 +88,7 @@ class PartChecker {
             middles.push_back(report_.mesh.middle(t));
         return middles;
     }
-    /// Returns one triangle of each shell on this side.
+    /// Returns one triangle from each shell on this side.
     std::vector<std::uint32_t> shellsOf(ShellSide side) const {
         std::vector<std::uint32_t> found;
         for (std::size_t i = 0; i < report_.sides.size(); ++i)
@@ -114,14 +115,15 @@ class PartChecker {
 
     void addWall() {
         const std::optional<Wall>& wall = report_.wall();
-        // kWallTolerance is the relative uncertainty of the thickness.
+        // kWallTolerance is the relative error of the thickness.
         if (wall && wall->thickness < *least_wall_ * (1 - kWallTolerance))
             add(PartProblem::kThinWall, 1, {wall->from});
         else if (!report_.found_wall.certain)
             add(PartProblem::kUncertainWall, 1, {});
     }
 
-    /// Adds the crossings: self-intersections of a shell, and overlaps between shells.
+    /// Adds the problems found as crossings: self-intersections of a shell, and overlaps between
+    /// shells.
     void addCrossings() {
         std::vector<std::uint32_t> own, others = shellsOf(ShellSide::kInside);
         std::uint64_t own_pairs = 0, overlapping = others.size();
@@ -147,7 +149,7 @@ class PartChecker {
     const Progress& progress_;
 };
 
-/// Returns the first triangle of each part in their joined mesh.
+/// Returns, for each part, the index of its first triangle in the mesh that joins all parts.
 std::vector<std::size_t> firstTriangles(const std::vector<PartReport>& parts) {
     std::vector<std::size_t> first{0};
     for (const PartReport& part : parts)
@@ -155,7 +157,7 @@ std::vector<std::size_t> firstTriangles(const std::vector<PartReport>& parts) {
     return first;
 }
 
-/// Returns the joint topology of separate parts, as far as unionVolume() needs it.
+/// Returns the topology of the mesh that joins all parts, as far as unionVolume() needs it.
 PartTopology sideBySide(const std::vector<PartReport>& parts) {
     PartTopology all;
     for (const PartReport& part : parts) {
@@ -244,7 +246,7 @@ CheckReport checkParts(const PosedScene& posed, const CheckSettings& settings,
         part.node = instance.node;
         part.instance = ordinals[i];
         part.mesh = partMesh(posed, instance);
-        // Lines and points are not parts.
+        // Meshes of lines and points only are not parts.
         if (!part.mesh.triangles.empty() || part.mesh.degenerate > 0)
             parts.push_back(std::move(part));
     }
@@ -275,7 +277,8 @@ CheckReport checkParts(const PosedScene& posed, const CheckSettings& settings,
         report.bounds.min = glm::min(report.bounds.min, box.min);
         report.bounds.max = glm::max(report.bounds.max, box.max);
     }
-    // Work units: the parts one by one, then all their triangles together.
+    // Progress is measured in triangles: those of the parts one by one, then all of them once more
+    // for the union.
     const double all = static_cast<double>(triangles + 1) * (report.parts.size() > 1 ? 2 : 1);
     for (PartReport& part : report.parts) {
         const double begin = static_cast<double>(done) / all;

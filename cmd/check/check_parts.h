@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Part checks.
+// Printability checks of a scene's parts.
 #pragma once
 
 #include <functional>
@@ -12,11 +12,11 @@ namespace peeler::cmd {
 
 struct CheckSettings {
     bool together = false;             ///< weld all parts into one
-    double metres = 1;                 ///< per scene unit
+    double metres = 1;                 ///< metres per scene unit
     std::optional<double> least_wall;  ///< scene units
 };
 
-/// Checks the shown parts of a scene. Calls `progress` with the share done.
+/// Checks the visible parts of a scene. Calls `progress` with the share of work done.
 CheckReport checkParts(const PosedScene& posed, const CheckSettings& settings,
                        const std::function<void(double)>& progress);
 

@@ -14,12 +14,12 @@ namespace peeler::cmd {
 
 namespace {
 
-/// The maximum number of parts and problems listed; JSON has all.
+/// The maximum number of parts, and of problems, that the text lists; JSON lists all.
 constexpr std::size_t kNamedParts = 10;
-/// The maximum number of places per problem in JSON.
+/// The maximum number of places that JSON lists per problem.
 constexpr std::size_t kToldPlaces = 8;
 
-/// The wording of a problem: "3 edges are open, around 1 hole".
+/// The wording for a kind of problem: "3 edges are open, around 1 hole".
 struct ProblemWords {
     PartProblem kind;
     const char* key;
@@ -100,7 +100,7 @@ std::string number(double value, const char* format) {
     return text.data();
 }
 
-/// Formatting of quantities in manufacturing units and in glTF's.
+/// Formatting of quantities in the units of manufacturing and of glTF.
 class Units {
   public:
     explicit Units(double metres) : metres_(metres) {}
@@ -129,7 +129,7 @@ class Units {
         const double cubic = metres_ * metres_ * metres_ * volume;
         return number(1e9 * cubic, "%.6g") + " mm3 (" + number(cubic, "%.6g") + " m3)";
     }
-    /// Returns a place in scene units, as other programs show it.
+    /// Returns the coordinates of a place in scene units, as other programs show them.
     static std::string place(const glm::dvec3& p) {
         const auto coordinate = [](double x) {
             return number(std::abs(x) < 1e-12 ? 0 : x, "%.6g");
@@ -188,7 +188,7 @@ std::string wallText(const PartReport& part, const Units& units) {
            (part.wall_crossed ? ", where surfaces cross" : "");
 }
 
-/// Returns the volume, and the union's if it differs.
+/// Returns the volume, and that of the union if they differ.
 std::string volumeText(const PartReport& part, const Units& units) {
     std::string sum = units.volume(*part.volume);
     if (part.union_volume &&
@@ -337,7 +337,7 @@ std::string toText(const CheckReport& report, const std::string& file) {
     const Units units(report.metres);
     std::string text = printable(file, kMostOfLine) + ": " + verdictText(report) + '\n';
     const bool several = report.parts.size() > 1;
-    // List only faulty parts if there are many, else all.
+    // If there are many parts, only the faulty ones are listed; else all.
     std::size_t named = 0;
     for (const PartReport& part : report.parts) {
         if (report.parts.size() > kNamedParts && part.good()) continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Check findings, per part and for the whole scene.
+// The findings of peeler check, per part and for the whole scene.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@
 
 namespace peeler::cmd {
 
-/// The faults of a part; the table in check_text.cpp names each.
+/// The possible faults of a part. The table in check_text.cpp has their names.
 enum class PartProblem : std::uint8_t {
     kEmpty,
     kOpenEdges,
@@ -39,25 +39,25 @@ enum class PartProblem : std::uint8_t {
 struct FoundProblem {
     PartProblem kind = PartProblem::kEmpty;
     std::uint64_t count = 0;
-    std::vector<glm::dvec3> places{};  ///< world space; the first few only
-    bool more = false;                 ///< `count` is a lower bound
+    std::vector<glm::dvec3> places{};  ///< world space; only the first few
+    bool more = false;                 ///< whether `count` is only a lower bound
 };
 
-/// The findings for a part, or for all parts as one.
+/// The findings for a part, or for all parts joined.
 struct PartReport {
-    std::string name;            ///< of its node
-    int node = -1;               ///< index; -1 = all parts together
-    std::uint32_t instance = 0;  ///< index among its node's instances
-    PartMesh mesh;               ///< unchanged
-    PartMesh turned;             ///< oriented outwards
+    std::string name;            ///< name of the part's node
+    int node = -1;               ///< index; −1 = all parts joined
+    std::uint32_t instance = 0;  ///< index among the node's instances
+    PartMesh mesh;               ///< as in the scene
+    PartMesh turned;             ///< with triangles oriented outwards
     PartTopology topology;
     std::vector<ShellSide> sides;
     Crossings crossings;
     double area = 0;
-    std::optional<double> volume, union_volume;  ///< for closed parts
+    std::optional<double> volume, union_volume;  ///< closed parts only; cubic scene units
     FoundWall found_wall;
     bool wall_crossed = false;    ///< a surface crosses a face of the wall
-    std::vector<PartEdge> sharp;  ///< edges below kWallAngle
+    std::vector<PartEdge> sharp;  ///< edges with an angle below kWallAngle
     std::vector<FoundProblem> problems;
 
     bool good() const { return problems.empty(); }
@@ -69,19 +69,19 @@ struct PartReport {
 /// Two parts whose surfaces intersect.
 struct PartOverlap {
     std::size_t a = 0, b = 0;  ///< indices into CheckReport::parts
-    std::uint64_t pairs = 0;   ///< triangle pairs; a lower bound if CheckReport::more
+    std::uint64_t pairs = 0;   ///< intersecting triangles; a lower bound if CheckReport::more
     glm::dvec3 place{0};
 };
 
 /// The findings for the whole scene.
 struct CheckReport {
     std::vector<PartReport> parts;
-    double metres = 1;                 ///< per scene unit
-    std::optional<double> least_wall;  ///< requested, scene units
-    /// Between parts.
+    double metres = 1;                 ///< metres per scene unit
+    std::optional<double> least_wall;  ///< required thickness, scene units
+    /// Overlaps between parts.
     std::vector<PartOverlap> overlaps;
-    bool more = false;                           ///< `overlaps` is incomplete
-    std::optional<double> volume, union_volume;  ///< if all are closed
+    bool more = false;                           ///< whether `overlaps` is incomplete
+    std::optional<double> volume, union_volume;  ///< if all parts are closed
     Bounds bounds;
 
     std::size_t faulty() const;

@@ -15,7 +15,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// A kind of mark, with its colour and legend text.
+/// The colour and legend text of a kind of mark.
 struct Mark {
     const char* text;
     std::array<float, 3> color;  ///< linear
@@ -40,7 +40,7 @@ const Mark& markOf(PartProblem kind) {
     return std::ranges::find(kMarks, kind, &std::pair<PartProblem, Mark>::first)->second;
 }
 
-/// A builder of scenes from single-colour primitives.
+/// A builder of a scene from primitives of one colour each.
 class PlacesScene {
   public:
     PlacesScene() {
@@ -51,7 +51,7 @@ class PlacesScene {
         scene_.meshes.resize(1);
     }
 
-    /// Adds a primitive with a new material. The reference is valid until the next call.
+    /// Adds a primitive with a new material. The returned reference is valid until the next call.
     Primitive& add(const std::array<float, 3>& color, float alpha, Topology topology) {
         Material material;
         material.base_color = {color[0], color[1], color[2], alpha};
@@ -121,13 +121,13 @@ void addPart(PlacesScene& scene, const PartReport& part, double ball) {
     Primitive& crossed = scene.add(kCrossingMark.color, 1, Topology::kTriangles);
     for (const std::uint32_t t : crossing)
         addTriangle(crossed, mesh, t);
-    // The rest of the part, translucent.
+    // The remaining triangles of the part, translucent.
     Primitive& body = scene.add({0.3F, 0.34F, 0.4F}, 0.25F, Topology::kTriangles);
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
         if (!crossing.contains(t) && !std::ranges::binary_search(part.topology.turned, t))
             addTriangle(body, mesh, t);
     for (const FoundProblem& problem : part.problems) {
-        if (problem.kind == PartProblem::kThinWall) continue;  // always marked
+        if (problem.kind == PartProblem::kThinWall) continue;  // it is marked in any case
         Primitive& balls = scene.add(markOf(problem.kind).color, 1, Topology::kTriangles);
         for (const glm::dvec3& place : problem.places)
             addBall(balls, place, ball);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Visualisation of faulty places.
+// A scene that shows faulty places.
 #pragma once
 
 #include <vector>
@@ -10,10 +10,10 @@
 
 namespace peeler::cmd {
 
-/// Returns a new scene with the parts in pale and all faulty places in bright colours.
+/// Returns a new scene that shows the parts in pale colours and all faulty places in bright ones.
 Scene placesScene(const CheckReport& report);
 
-/// Returns the legend of placesScene().
+/// Returns the legend for placesScene().
 std::vector<LegendLine> placesLegend(const CheckReport& report);
 
 }  // namespace peeler::cmd

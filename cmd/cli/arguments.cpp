@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wrapper around CLI11 that converts its errors.
+// Wrapper around CLI11, which converts CLI11's errors.
 #include "cmd/cli/arguments.h"
 
 #include <CLI/CLI.hpp>
@@ -18,7 +18,7 @@ namespace {
 
 using Texts = std::vector<std::string>;
 
-/// Returns an option's help in lines. Choices without a summary share one line.
+/// Returns an option's help, line by line. Choices without a summary share one line.
 std::string helpLines(const OptionDescription& option) {
     std::string text = option.help;
     const char* between = "\n";
@@ -45,13 +45,14 @@ void complete(OptionDescription& description, const CLI::Option& option) {
     if (description.help.empty()) description.help = option.get_description();
 }
 
-/// Throws Error (kUsage) for an empty value, which scripts pass if a variable is unset.
+/// Throws Error (kUsage) because of an empty value, which scripts pass if a variable is unset.
 void refuseEmpty(const std::string& name, bool is_file) {
     refuse(is_file ? "the name is empty" : "the value is empty", name,
            "give one; a variable of the script may be unset");
 }
 
-/// Returns a hint for an existing file whose name looks like an option; "" if there is none.
+/// Returns a hint if an argument that looks like an option is the name of an existing file; else
+/// "".
 std::string dashHint(const Texts& arguments) {
     for (const std::string& argument : arguments)
         if (argument.size() > 1 && argument.starts_with('-') && isSeen(argument))
@@ -59,7 +60,8 @@ std::string dashHint(const Texts& arguments) {
     return "";
 }
 
-/// Returns an error for the arguments CLI11 did not recognise, with the nearest name.
+/// Returns an error for the first argument that CLI11 did not recognise, with the nearest known
+/// name.
 Error unplaced(const CLI::App& app, std::string hint) {
     const auto chosen = app.get_subcommands();
     const CLI::App& verb = chosen.empty() ? app : *chosen.front();
@@ -87,7 +89,7 @@ Error unplaced(const CLI::App& app, std::string hint) {
     return Error(ErrorKind::kUsage, what, argument, hint);
 }
 
-/// Removes the "all" behind --help. Returns whether it was there.
+/// Removes the "all" that follows --help. Returns whether it was present.
 bool takeAll(Texts& arguments) {
     for (std::size_t i = 0; i + 1 < arguments.size(); ++i) {
         if (arguments[i] != "--help" && arguments[i] != "-h") continue;
@@ -98,7 +100,7 @@ bool takeAll(Texts& arguments) {
     return false;
 }
 
-/// Leaves only these options in a verb's help.
+/// Hides all options in a verb's help except those in `common`.
 void showOnly(CLI::App& verb, const std::string& common) {
     std::istringstream words(common);
     const Texts names(std::istream_iterator<std::string>(words), {});
@@ -188,7 +190,7 @@ Option VerbOptions::described(CLI::Option& option, const std::string& help) cons
 
 Option VerbOptions::addText(const std::string& name, const std::string& value_name,
                             const Take& take, const std::string& help) {
-    // "-o,--output" is shown as --output, "SCENE" unchanged.
+    // Messages show "-o,--output" as --output, and "SCENE" unchanged.
     const std::size_t long_name = name.find("--");
     const std::string shown = long_name == std::string::npos ? name : name.substr(long_name);
     const Take assign = [take, shown, verb = *this](const std::string& text) {
@@ -200,7 +202,7 @@ Option VerbOptions::addText(const std::string& name, const std::string& value_na
         }
     };
     return described(*app_->add_option_function<std::string>(name, assign)
-                          ->option_text(value_name.empty() ? " " : value_name)  // "": CLI11's own
+                          ->option_text(value_name.empty() ? " " : value_name)  // else CLI11's own
                           ->take_last(),
                      help);
 }
@@ -296,7 +298,7 @@ ArgumentParser::~ArgumentParser() = default;
 VerbOptions ArgumentParser::addVerb(const std::string& name, VerbHelp help) {
     CLI::App* verb = app_->add_subcommand(name, help.summary);
     verb->group(help.purpose);
-    verb->footer("");  // CLI11 passes on the program's
+    verb->footer("");  // else CLI11 would use the program's footer
     helps_[name] = std::move(help);
     return {*verb, descriptions_};
 }
@@ -304,7 +306,7 @@ VerbOptions ArgumentParser::addVerb(const std::string& name, VerbHelp help) {
 Asked ArgumentParser::parse(const std::vector<std::string>& given) {
     Texts arguments = given;
     help_of_all_ = takeAll(arguments);
-    // CLI11 would take the next argument as the value of "--report=".
+    // Refused here, because CLI11 would use the next argument as the value of "--report=".
     for (const std::string& argument : arguments)
         if (argument.starts_with("--") && argument.find('=') == argument.size() - 1)
             refuseEmpty(argument.substr(0, argument.size() - 1), false);

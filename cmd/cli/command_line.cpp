@@ -11,7 +11,7 @@
 #include "cmd/cli/errors.h"
 
 #ifndef PEELER_COMMIT
-#define PEELER_COMMIT ""  // the sources are no clone
+#define PEELER_COMMIT ""  // the sources are not a git clone
 #endif
 
 namespace peeler::cmd {
@@ -54,7 +54,7 @@ std::vector<std::string> withoutHelpVerb(std::vector<std::string> arguments) {
     return arguments;
 }
 
-/// Runs `work`; a usage error without a hint gets one to the verb's help.
+/// Runs `work`. Adds a hint that refers to the verb's help to usage errors without a hint.
 template <class Work>
 auto hintingAt(const ArgumentParser& parser, const Work& work) {
     try {
@@ -74,7 +74,8 @@ int dispatch(const std::vector<std::string>& given, Console& console) {
     for (const Verb& verb : verbs()) {
         const std::string name(verb.name);
         VerbOptions options = addTo(parser, verb);
-        // Declare only the options of named verbs: declaring all takes longer than some verbs run.
+        // Declares only the options of verbs that occur in the arguments, because declaring all
+        // options takes longer than some verbs run.
         if (std::ranges::find(arguments, name) != arguments.end())
             actions[name] = verb.declare(options);
     }
@@ -96,8 +97,8 @@ int dispatch(const std::vector<std::string>& given, Console& console) {
     return hintingAt(parser, [&] { return actions.at(parser.verb())(session); });
 }
 
-/// Whether a scheduler reads stderr (--progress openjd). Determined before parsing, because it must
-/// also get errors in arguments.
+/// Whether a scheduler reads stderr (--progress openjd). Searches the unparsed arguments, because
+/// the scheduler must also get errors in the arguments.
 bool schedulerReads(const std::vector<std::string>& arguments) {
     constexpr std::string_view kTwoWords[] = {"--progress", "openjd"};
     const auto end = arguments.end();
@@ -109,7 +110,7 @@ bool schedulerReads(const std::vector<std::string>& arguments) {
 
 CommandDescription describeCommandLine() {
     ArgumentParser parser(programHelp(), programFooter());
-    std::vector<VerbAction> actions;  // own the options' storage
+    std::vector<VerbAction> actions;  // they own the options' storage
     for (const Verb& verb : verbs()) {
         VerbOptions options = addTo(parser, verb);
         actions.push_back(verb.declare(options));

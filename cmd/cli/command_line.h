@@ -16,18 +16,18 @@ namespace peeler::cmd {
 class VerbOptions;
 struct CommandDescription;
 
-/// A verb's action, called once its options are read. Returns the exit code.
+/// A verb's action, called once its options have been parsed. Returns the exit code.
 using VerbAction = std::function<int(Session&)>;
 
 struct Verb {
     std::string_view name;
-    std::string_view purpose;  ///< heading of `peeler --help`
+    std::string_view purpose;  ///< heading above the verb in `peeler --help`
     std::string_view summary;  ///< one line for --help
     /// Three example commands for --help, one per line.
     std::string_view examples;
-    /// Options of the short help, separated by spaces: "output size"; empty = all.
+    /// The options that the short help lists, separated by spaces: "output size"; empty = all.
     std::string_view common;
-    /// Declares the verb's options. The action owns their storage.
+    /// Declares the verb's options and returns the action, which owns the storage of the options.
     VerbAction (*declare)(VerbOptions&);
 };
 

@@ -80,7 +80,7 @@ void Console::message(Severity severity, const Text& said) {
     if (!shows(severity)) return;
     const std::string text = inOptions(said);
     clearBar();
-    // The colour is an SGR parameter (ECMA-48, 8.3.117).
+    // The colours are SGR parameters (ECMA-48, 8.3.117).
     if (severity == Severity::kHint) return sayHint(text);
     if (severity == Severity::kError)
         say(line("error: ", text, "1;31"));
@@ -101,8 +101,8 @@ std::string Console::line(std::string_view word, std::string_view text,
 }
 
 void Console::say(const std::string& text) {
-    // A single write, so that lines of several processes do not mix in one log.
-    err_.clear();  // an earlier write error must not suppress later messages
+    // Writes with a single call, so that lines of several processes do not mix in one log.
+    err_.clear();  // so that an earlier write error does not suppress later messages
     err_ << text << std::flush;
 }
 

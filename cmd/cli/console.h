@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The console: the result on stdout, messages as whole lines on stderr.
+// The console: the result goes to stdout, messages go to stderr as whole lines.
 #pragma once
 
 #include <iosfwd>
@@ -13,12 +13,12 @@
 namespace peeler::cmd {
 
 /// The Reporter of the command line. Every message is one line that begins with "peeler: " and the
-/// severity. Text is made printable() and cut, because file names may contain anything, even line
-/// feeds. Only a hint may have several lines; each begins with the same prefix.
+/// severity. Text is made printable() and shortened, because file names may contain anything, even
+/// line feeds. Only a hint may have several lines; each begins with the same prefix.
 class Console final : public Reporter {
   public:
-    /// The streams must outlive the Console. `terminal`: `err` is a terminal, so a bar may be
-    /// drawn. `colors`: the severity may be coloured.
+    /// The streams must outlive the Console. `terminal`: whether `err` is a terminal, on which a
+    /// progress bar may be drawn. `colors`: whether the severity may be coloured.
     Console(std::ostream& out, std::ostream& err, bool terminal, bool colors = false);
     ~Console() override;
 
@@ -26,12 +26,12 @@ class Console final : public Reporter {
 
     /// Prints an error and its hint on stderr.
     void failure(const Error& error) override;
-    /// Writes the result to stdout at once, as jsonText(). Throws like text().
+    /// Writes the result to stdout immediately, formatted by jsonText(). Throws like text().
     void result(const Json& result) override;
     /// Writes the text to stdout. Throws ReaderGone if stdout is a pipe without a reader, Error
     /// (kOutput) if writing fails for another reason.
     void text(std::string_view text) override;
-    /// Writes a line for programs to stderr verbatim, even if quiet.
+    /// Writes a line for programs to stderr, verbatim, even if quiet.
     void machineLine(std::string_view line);
 
     void beginStage(const RunProgress& progress) override { progress_.begin(progress); }
@@ -41,11 +41,12 @@ class Console final : public Reporter {
     void setProgress(ProgressStyle style) override { progress_.setStyle(style); }
     ProgressLines& progressLines() { return progress_; }
 
-    /// Sets a prefix under which every error is written a second time, for a scheduler; "" = off.
+    /// Sets a prefix; every error is then also written as a line with that prefix, for a scheduler.
+    /// "" = off.
     void setFailurePrefix(std::string prefix) { failure_prefix_ = std::move(prefix); }
 
-    /// Draws `text` over the previous bar. Does nothing unless `err` is a terminal. Any message
-    /// clears the bar first.
+    /// Draws `text` as a progress bar over the previous bar. Does nothing unless `err` is a
+    /// terminal. Any message clears the bar first.
     void bar(std::string_view text);
     void clearBar();
 
@@ -63,7 +64,7 @@ class Console final : public Reporter {
     ProgressLines progress_{*this};
 };
 
-/// Thrown by Console::text: stdout is a pipe without a reader.
+/// Thrown by Console::text() if stdout is a pipe without a reader.
 struct ReaderGone {};
 
 }  // namespace peeler::cmd

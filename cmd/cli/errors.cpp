@@ -15,7 +15,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// The fallback hint for errors without their own.
+/// The hint for errors of a kind that have no hint of their own.
 struct DefaultHint {
     ErrorKind kind;
     const char* hint;

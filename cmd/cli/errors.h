@@ -23,19 +23,19 @@ std::span<const ExitCode> exitCodes();
 /// "internal".
 std::string_view kindName(ErrorKind kind);
 
-/// Throws Error (kUsage).
+/// Throws an Error (kUsage) with these texts.
 [[noreturn]] void refuse(const Text& what, const Text& where = {}, const Text& hint = {});
 
-/// Runs `work` and returns its result as the exit code. Prints exceptions on stderr and returns
-/// their exit code: an Error's kind, 33 for std::bad_alloc, 141 for ReaderGone (as for SIGPIPE;
-/// prints nothing), 1 for anything else.
+/// Runs `work` and returns the exit code: the result of `work` or, if it throws, an Error's kind,
+/// 33 for std::bad_alloc, 141 for ReaderGone (as for SIGPIPE), and 1 for anything else. Prints
+/// exceptions other than ReaderGone on stderr.
 int runReported(Reporter& reporter, const std::function<int()>& work);
 
-/// Returns the exception being handled as an Error that names options. Must be called in a catch
+/// Returns the current exception as an Error that refers to options. Must be called in a catch
 /// block. Rethrows ReaderGone.
 Error currentError();
 
-/// Reports an error, with a hint, on stderr. Returns its exit code.
+/// Reports an error, always with a hint, on stderr. Returns the error's exit code.
 int reportError(Reporter& reporter, const Error& error);
 
 }  // namespace peeler::cmd

@@ -19,9 +19,9 @@ namespace peeler::cmd {
 /// name without dashes: a string or number is the value, true gives the option without a value,
 /// false omits it, an array repeats it.
 struct JobLine {
-    /// Parses a line. The object may also have `more_keys`, which the caller reads. `help` is the
-    /// hint of errors. Throws Error (kUsage) if the text is not a JSON object or a key is unknown,
-    /// missing, duplicate or of the wrong type.
+    /// Parses a line. The object may also have the keys in `more_keys`, which the caller reads.
+    /// Errors have `help` as their hint. Throws Error (kUsage) if the text is not a JSON object or
+    /// a key is unknown, missing, duplicate or of the wrong type.
     JobLine(const std::string& line, std::span<const std::string_view> more_keys,
             const std::string& help);
 

@@ -13,7 +13,7 @@ struct OptionName {
     std::string_view option;
 };
 
-/// In the order of Parameter.
+/// Option names by parameter, in the order of the enumeration.
 constexpr OptionName kOptionNames[] = {
     {Parameter::kAllowOutside, "--allow-outside"},
     {Parameter::kAnimations, "--animation"},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options and verbs of the command line for the parameters that messages name.
+// The options and verbs of the command line that correspond to the parameters in messages.
 #pragma once
 
 #include <string>
@@ -10,10 +10,10 @@
 
 namespace peeler::cmd {
 
-/// Returns the option or verb: "--layers", "--as composite", "peeler devices".
+/// Returns the option or verb for a parameter: "--layers", "--as composite", "peeler devices".
 std::string_view optionOf(Parameter parameter);
 
-/// Returns a text with options in place of parameters.
+/// Returns a text or error in which options replace the parameters.
 std::string inOptions(const Text& text);
 Error inOptions(const Error& error);
 

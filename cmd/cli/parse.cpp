@@ -17,10 +17,10 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Parses all of `text` as a T, or returns nothing.
+/// Parses all of `text` as a T; returns nothing if that fails.
 template <class T>
 std::optional<T> readAll(std::string_view text) {
-    // from_chars accepts only a minus sign.
+    // Skips a plus sign, because from_chars accepts only a minus sign.
     if (text.starts_with('+')) {
         text.remove_prefix(1);
         if (text.starts_with('-')) return std::nullopt;
@@ -185,7 +185,7 @@ std::uint64_t parseBytes(std::string_view text) {
     for (const SizeUnit& unit : kSizeUnits) {
         if (!number || !equalIgnoringCase(text.substr(digits), unit.suffix)) continue;
         const double bytes = *number * unit.bytes;
-        // 2^60 is more than any machine has, and exact in every type used here.
+        // The limit is 2^60: more than any machine has, and exact in every type used here.
         if (!(bytes >= 1 && bytes <= 0x1p60))
             refuse("expected an amount of memory from 1 byte to 1024 PiB");
         return static_cast<std::uint64_t>(bytes);
@@ -203,7 +203,7 @@ std::array<float, 4> parseColor(std::string_view text) {
     std::array<float, 4> color{0, 0, 0, 1};
     for (std::size_t i = 0; i < parts.size(); ++i) {
         const double value = parseNumber(parts[i]);
-        // Colours may be brighter than white; 65504 is the maximum half.
+        // Colours may be brighter than white, up to 65504, the largest half.
         if (value < 0 || value > (i == 3 ? 1.0 : 65504.0)) {
             refuse(i == 3 ? "alpha must be from 0 to 1" : "a colour must be from 0 to 65504");
         }

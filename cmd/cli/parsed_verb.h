@@ -13,7 +13,7 @@ namespace peeler::cmd {
 /// Returns the verb with this name. Throws Error (kUsage), with the nearest name, if it is unknown.
 const Verb& verbNamed(const std::string& name);
 
-/// A verb and its arguments, parsed as on the command line.
+/// A verb whose arguments are parsed as on the command line.
 class ParsedVerb {
   public:
     /// Declares the verb's options.
@@ -23,15 +23,17 @@ class ParsedVerb {
     ParsedVerb(const ParsedVerb&) = delete;
     ParsedVerb& operator=(const ParsedVerb&) = delete;
 
-    /// Parses the arguments. Must be called once. Throws Error (kUsage) if the arguments are
-    /// malformed or contain --help, which leaves nothing to run. Does not access files.
+    /// Parses the arguments. Must be called only once. Throws Error (kUsage) if the arguments are
+    /// malformed, or if they contain --help, which would leave nothing to run. Does not access
+    /// files.
     void parse(std::vector<std::string> arguments);
 
     const std::string& name() const { return name_; }
-    /// Returns the verb's options; after parse(), also which are given.
+    /// Returns the verb's options and, after parse(), which ones were given.
     const VerbOptions& options() const { return options_; }
 
-    /// Runs the verb. May be called once. Returns its exit code; passes on its exceptions.
+    /// Runs the verb. May be called only once. Returns the verb's exit code and passes on its
+    /// exceptions.
     int run(Session& session) const { return action_(session); }
 
   private:

@@ -60,7 +60,7 @@ void ProgressLines::bar(const RunProgress& progress) {
                        std::string(static_cast<std::size_t>(full), '#') +
                        std::string(static_cast<std::size_t>(kCells - full), '.') + "] " +
                        std::to_string(percent) + " %";
-    // Estimate the rest only after two seconds.
+    // Estimates the remaining time only after two seconds.
     const double spent = secondsSince(start_);
     if (share > 0 && share < 1 && spent > 2) {
         text += ", " + std::to_string(std::lround(spent / share * (1 - share))) + " s left";
@@ -72,7 +72,7 @@ void ProgressLines::bar(const RunProgress& progress) {
 
 void ProgressLines::plain(const RunProgress& progress) {
     const double share = progress.of_stage;
-    // The next output shows the end of the stage.
+    // At the end of a stage, the next output shows that it has ended.
     if (share >= 1 || secondsSince(last_) < kPlainSeconds ||
         share - last_share_ < kPlainShare - 1e-9)
         return;

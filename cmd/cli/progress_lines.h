@@ -15,7 +15,7 @@ namespace peeler::cmd {
 
 class Console;
 
-/// The default comes first.
+/// The progress styles by name. The first is the default.
 inline constexpr Choice<ProgressStyle> kProgressStyles[] = {
     {"auto", ProgressStyle::kAuto, "bar on a terminal, else plain"},
     {"none", ProgressStyle::kNone, "nothing"},
@@ -26,12 +26,12 @@ inline constexpr Choice<ProgressStyle> kProgressStyles[] = {
     {"json", ProgressStyle::kJson, "JSON lines with the stage"},
 };
 
-/// The progress of successive stages on a Console's stderr.
-/// - bar (auto on a terminal): redrawn at most 20 times a second, cleared at the end
-/// - plain: a line at most every 10 % and every second, so a short stage prints nothing
-/// - json: {"stage":…,"progress":0–1,"seconds":…}: the first (0), the last (1), and between them
-///   at most 10 a second
-/// - alf: "ALF_PROGRESS 42%", a line for every per cent (Pixar's Tractor; CGRU's Afanasy reads it)
+/// Shows the progress of successive stages on a Console's stderr:
+/// - bar (auto on a terminal): redrawn at most 20 times per second, cleared at the end
+/// - plain: at most one line per 10 % and per second, so a short stage prints nothing
+/// - json: {"stage":…,"progress":0–1,"seconds":…}: the first (0), the last (1), and between them at
+///   most 10 per second
+/// - alf: "ALF_PROGRESS 42%", one line per percent (read by Pixar's Tractor and CGRU's Afanasy)
 /// - openjd: "openjd_progress: 42.0" and "openjd_status: …" (Open Job Description, "How Jobs Are
 ///   Run", Stdout/Stderr Messages), at most 10 a second
 /// The last two show the whole run and never decrease.
@@ -46,7 +46,7 @@ class ProgressLines {
 
     void begin(const RunProgress& progress);
     void update(const RunProgress& progress);
-    /// Shows the current activity in styles that support it.
+    /// Shows the current activity, in styles that have such a line.
     void status(std::string_view text);
 
   private:
@@ -61,9 +61,9 @@ class ProgressLines {
     ProgressStyle style_ = ProgressStyle::kAuto;
     Clock clock_ = std::chrono::steady_clock::now;
     std::chrono::steady_clock::time_point start_, last_;
-    bool shown_ = false;     ///< whether a line of the stage has been shown
-    double last_share_ = 0;  ///< share of the stage in the last line
-    double shown_run_ = -1;  ///< share of the run last shown to a scheduler; negative: none
+    bool shown_ = false;     ///< whether a line has been shown for this stage
+    double last_share_ = 0;  ///< share of the stage that the last line showed
+    double shown_run_ = -1;  ///< share of the run shown to a scheduler; negative = none yet
 };
 
 }  // namespace peeler::cmd

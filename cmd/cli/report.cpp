@@ -19,7 +19,8 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Stages in the order of the pipeline. A verb's own stages follow, then the total.
+/// The stages of the pipeline, in order. Results list a verb's own stages after them, then the
+/// total.
 constexpr const char* kStages[] = {"load", "context",   "upload", "count", "capture",
                                    "sort", "composite", "encode", "write"};
 constexpr const char* kTotal = "total";
@@ -42,12 +43,12 @@ Json stagesJson(const StageTimes& times) {
     return json;
 }
 
-/// Returns the shortest decimal that rounds to the same float: −1.4, not −1.399999976.
+/// Returns stops as the shortest decimal that rounds to the same float: −1.4, not −1.399999976.
 double stopsJson(float stops) {
     return std::stod(stopsText(stops));
 }
 
-/// Returns the inputs, the written files and the forecasts.
+/// Returns the inputs, the written files and the forecasts as JSON.
 Json filesJson(const RunResult& run) {
     Json json;
     if (run.inputs.size() == 1) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Comparison results against thresholds, as a table and as JSON.
+// Comparison results, judged against thresholds, as a table and as JSON.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,16 @@
 
 namespace peeler::cmd {
 
-/// The allowed differences between two pictures. Without any of the three colour limits, colours
-/// must be identical; otherwise only the given limits apply.
+/// The allowed differences between two pictures. If none of the three colour limits is given,
+/// colours must be identical; otherwise only the given limits apply.
 struct Thresholds {
-    std::uint64_t max_count = 0;  ///< pixels whose fragment counts may differ
+    std::uint64_t max_count = 0;  ///< number of pixels whose fragment counts may differ
     double max_depth = 0;         ///< scene units
-    /// For linear premultiplied colour; min_psnr in dB.
+    /// Limits for linear premultiplied colour; min_psnr is in dB.
     std::optional<double> max_color, max_rmse, min_psnr;
 };
 
-/// An applicable threshold and the measured value.
+/// A threshold that applies, and the value measured.
 struct ThresholdResult {
     std::string option, what;
     double limit = 0, found = 0;
@@ -30,8 +30,8 @@ struct ThresholdResult {
 
 struct HeatmapResult {
     std::string path;
-    double color = 0;         ///< colour difference at the top of the ramp
-    std::uint32_t count = 0;  ///< largest difference in fragment counts
+    double color = 0;         ///< the colour difference at the top of the colour ramp
+    std::uint32_t count = 0;  ///< the largest difference in fragment counts
 };
 
 struct ComparedFile {
@@ -42,18 +42,18 @@ struct ComparedFile {
 
 struct Comparison {
     ComparedFile a, b;
-    int width = 0, height = 0;     ///< pixels compared
-    bool by_layer = false;         ///< compares fragments; else composites
-    LayeredDifference difference;  ///< only `pixels` and `composite` unless by_layer
+    int width = 0, height = 0;     ///< size of the compared window, pixels
+    bool by_layer = false;         ///< whether fragments are compared; else composites
+    LayeredDifference difference;  ///< unless by_layer, only `pixels` and `composite` are set
 
-    /// Returns the colour statistics that thresholds apply to.
+    /// Returns the statistics of colour differences to which the thresholds apply.
     const DifferenceStatistics& color() const {
         return by_layer ? difference.all.color : difference.composite;
     }
     bool identical() const;
 };
 
-/// Returns every threshold that applies to the comparison.
+/// Returns the result for every threshold that applies to the comparison.
 std::vector<ThresholdResult> judge(const Comparison& comparison, const Thresholds& thresholds);
 
 /// Returns the comparison as human-readable lines.
@@ -65,7 +65,7 @@ nlohmann::ordered_json toJson(const Comparison& comparison,
                               const std::vector<ThresholdResult>& thresholds,
                               const std::optional<HeatmapResult>& heatmap);
 
-/// Returns "beyond --max-color 0.01: the largest difference of colour is 0.5".
+/// Returns a result as text: "beyond --max-color 0.01: the largest difference of colour is 0.5".
 std::string toText(const ThresholdResult& result);
 
 }  // namespace peeler::cmd

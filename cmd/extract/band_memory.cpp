@@ -11,7 +11,7 @@ namespace peeler::cmd {
 
 namespace {
 
-// Code and tables first touched while bands are read and written.
+// Bytes for code and tables first touched while bands are read and written.
 constexpr std::uint64_t kExtractingBytes = std::uint64_t{4} << 20;
 
 }  // namespace
@@ -37,12 +37,13 @@ std::uint64_t bandMemory(const LayeredInput& input, int rows, const BandUseOf& u
         counted ? std::min(read.fragments, counted->mostFragments(rows)) : read.fragments;
     const auto pixels = static_cast<std::uint64_t>(crop.width()) *
                         static_cast<std::uint64_t>(std::min(rows, crop.height()));
-    // Growing arrays leave holes in the heap that other arrays fill.
+    // Counts one array twice, because growing arrays leave holes in the heap, which other arrays
+    // then fill.
     const std::uint64_t lists =
         fragments * (of_band.list_bytes + of_band.array_bytes) + pixels * sizeof(std::uint32_t);
     const std::uint64_t chosen = std::min(fragments, pixels * of_band.layers);
     const std::uint64_t made = of_band.made.of(pixels, chosen);
-    // A band's products are still in memory while the next band is read.
+    // While the next band is read, the arrays made from the previous one are still in memory.
     const bool alone = rows >= crop.height();
     return kExtractingBytes + of_band.made.fixed + lists +
            (alone ? std::max(read.bytes, made) : read.bytes + made);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory use of an extract, by band size.
+// Memory that an extraction needs, by band size.
 #pragma once
 
 #include <cstdint>
@@ -13,22 +13,24 @@
 
 namespace peeler::cmd {
 
-/// Bytes used by bands and the arrays made from them.
+/// The bytes needed for bands and for the arrays made from them.
 struct BandUse {
-    std::uint64_t list_bytes = 0;   ///< per fragment in the lists
-    std::uint64_t array_bytes = 0;  ///< per fragment in the widest array
+    std::uint64_t list_bytes = 0;   ///< per fragment, in the fragment lists
+    std::uint64_t array_bytes = 0;  ///< per fragment, in the array with the largest records
     MemoryUse made{};
-    std::uint64_t layers = 0;  ///< layers used
+    std::uint64_t layers = 0;  ///< number of layers that the outputs use
 };
 
-/// Returns the use of bands like this one if nothing is made from them.
+/// Returns the memory for bands that have the same arrays as `band`, without anything made from
+/// them.
 BandUse noUseOf(const LayeredImage& band);
 
-/// The memory use for bands of `rows` rows.
+/// A function that returns the memory used when bands have `rows` rows.
 using BandUseOf = std::function<BandUse(int rows)>;
 
-/// Returns the maximum bytes for reading `input` in bands of `rows` rows, besides those already
-/// resident. `counted`: the picture's fragments, null if they have not been counted.
+/// Returns the maximum bytes for reading `input` in bands of `rows` rows, in addition to those
+/// already resident. `counted` has the picture's fragment counts; null if they have not been
+/// counted.
 std::uint64_t bandMemory(const LayeredInput& input, int rows, const BandUseOf& use,
                          const DepthComplexity* counted = nullptr);
 

@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Adds layers from a list with the syntax of --frames. Throws Error (kUsage) if it is malformed or
-/// has negative numbers.
+/// Adds the layers in a list with the syntax of --frames. Throws Error (kUsage) if the list is
+/// malformed or contains negative numbers.
 void takeLayers(const std::string& text, std::vector<int>& layers) {
     std::vector<int> more;
     try {
@@ -38,7 +38,7 @@ void takeLayers(const std::string& text, std::vector<int>& layers) {
     layers.insert(layers.end(), more.begin(), more.end());
 }
 
-/// Returns the output request for a file besides the layers.
+/// Returns the output request for a file other than the layers.
 OutputRequest requestFor(const ExtractOptions& options, const fs::path& path) {
     OutputRequest output;
     output.path = path;
@@ -47,8 +47,8 @@ OutputRequest requestFor(const ExtractOptions& options, const fs::path& path) {
     return output;
 }
 
-/// Throws Error (kUsage) if the extension does not fit, Error (kOutput) if the file cannot be
-/// written.
+/// Throws Error (kUsage) if the path's extension does not fit, Error (kOutput) if the file cannot
+/// be written.
 void checkFile(const ExtractOptions& options, const fs::path& path, bool fits,
                const char* extensions) {
     if (!fits) {

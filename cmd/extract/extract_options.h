@@ -20,11 +20,11 @@ class VerbOptions;
 struct ExtractOptions {
     std::filesystem::path input;
     LayeredReadOptions reading;
-    OutputRequest output;  ///< for layers; empty path = none
+    OutputRequest output;  ///< the request for layers; no layers are written if its path is empty
     std::optional<std::filesystem::path> counts, points, arrays;
     ObjectOptions objects;
-    std::vector<int> layers;       ///< empty = all
-    std::uint32_t max_layers = 0;  ///< nearest layers; 0 = all
+    std::vector<int> layers;       ///< indices of layers to extract; empty = all
+    std::uint32_t max_layers = 0;  ///< number of layers to extract, nearest first; 0 = all
     bool double_points = false;
     bool dry_run = false;
     int threads = 0;

@@ -75,7 +75,8 @@ SinkMemory LayerFiles::memory(const Plan& whole, int rows, std::uint64_t fragmen
         shared = sharedEncoderBytes(std::string(format->name), picture);
     }
     const std::uint64_t pixel = fragment_bytes + sizeof(std::uint32_t);
-    // A display picture holds its composite: RGBA and Z, and the opacities of R, G and B if tinted.
+    // The writer of a display picture keeps its composite: RGBA and Z, and if tinted the opacities
+    // of R, G and B.
     const std::uint64_t composite = (whole.tinted ? 8 : 5) * sizeof(float);
     SinkMemory most;
     for (std::size_t first = 0; first < layers_.size(); first += kOpenAtOnce) {
@@ -84,7 +85,7 @@ SinkMemory LayerFiles::memory(const Plan& whole, int rows, std::uint64_t fragmen
         for (std::size_t i = first; i < end; ++i) {
             Plan plan = planOf(whole, layers_[i]);
             // At most one band's rows are compressed at a time, and empty pixels compress to almost
-            // nothing. So assume that all fragments are in full rows.
+            // nothing. So this assumes that all fragments lie in full rows.
             Window& window = plan.layers.front().data_window;
             const std::uint64_t pixels = plan.layers.front().pixels;  // 0 = not counted yet
             const auto width = static_cast<std::uint64_t>(window.width());
@@ -102,7 +103,7 @@ SinkMemory LayerFiles::memory(const Plan& whole, int rows, std::uint64_t fragmen
         most.bytes = std::max(most.bytes, open.bytes + shared);
         most.pixel_bytes = std::max(most.pixel_bytes, open.pixel_bytes);
     }
-    // The current layer, and its fragment indices while their list grows.
+    // The layer being written, and the indices of its fragments while that list grows.
     most.pixel_bytes += pixel + 3 * sizeof(std::uint32_t);
     return most;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layer files: one file per layer.
+// Layers as files, one per layer.
 #pragma once
 
 #include <cstddef>
@@ -13,25 +13,26 @@
 
 namespace peeler::cmd {
 
-/// A writer of selected layers. An .exr is a layered file of one layer with all its channels,
-/// cropped to the layer; a .png, .jpg or .tif covers the crop of the picture. Each open file keeps
-/// rows in memory, so many layers need several passes over the picture.
+/// A writer of selected layers. An .exr is a layered file that holds one layer with all channels,
+/// cropped to the layer's pixels. A .png, .jpg or .tif covers the picture's crop. Each open file
+/// keeps rows in memory, so many layers need several passes over the picture.
 class LayerFiles {
   public:
-    /// `output.path` is a name, possibly with a pattern for the layer's number. Throws Error
-    /// (kUsage) if two layers would share a name, and like checkOutput().
+    /// `output.path` is a name that may contain a pattern for the layer's number. Throws Error
+    /// (kUsage) if two layers would share a name; otherwise throws like checkOutput().
     LayerFiles(const OutputRequest& output, const Provenance& provenance,
                std::vector<std::size_t> layers, const std::filesystem::path& input);
 
-    /// Whether begin() needs the fragment count of each layer.
+    /// Whether begin() needs the number of fragments in each layer.
     static bool needCounts(const OutputRequest& output);
 
-    /// Whether begin() has layers left to open.
+    /// Whether there are layers left for begin() to open.
     bool left() const { return next_ < layers_.size(); }
-    /// Opens the next files. `whole` is the plan of the picture, with LayerPlan::pixels if counts
-    /// are needed. Throws Error (kOutput) if a file cannot be opened.
+    /// Opens files for the next layers, as many as may be open at a time. `whole` is the plan of
+    /// the picture, with LayerPlan::pixels if counts are needed. Throws Error (kOutput) if a file
+    /// cannot be opened.
     void begin(const Plan& whole);
-    /// Consumes a band with all layers, like a Sink.
+    /// Consumes a band that contains all layers, like Sink::write().
     void write(const LayeredImage& band);
     /// Finishes the open files and adds their times to `times`. Throws Error (kOutput) if writing
     /// fails.
@@ -40,8 +41,9 @@ class LayerFiles {
     /// Returns the forecast size of a layer's file.
     SizeForecast forecast(const Plan& whole, std::size_t layer) const;
 
-    /// Returns the maximum memory of the files open at one time, besides the band, and their bytes
-    /// per pixel of a band (`pixel_bytes`). Bands have `rows` rows, fragments `fragment_bytes`.
+    /// Returns the maximum memory of the files open at the same time, in addition to the band;
+    /// `pixel_bytes` is per pixel of a band. Bands have `rows` rows and `fragment_bytes` per
+    /// fragment.
     SinkMemory memory(const Plan& whole, int rows, std::uint64_t fragment_bytes) const;
 
     std::filesystem::path path(std::size_t layer) const;

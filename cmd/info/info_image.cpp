@@ -28,24 +28,24 @@ namespace {
 
 constexpr const char* kPixelTypes[] = {"half", "float", "uint"};
 
-/// The headers' data, and the findings from reading the layers.
+/// The data in the headers, and the findings from reading the layers.
 struct ImageFacts {
     ExrInfo info;
     bool layered = false;
-    std::vector<LayerPlan> layers;         ///< windows from the file
-    std::vector<std::uint64_t> histogram;  ///< pixels by their number of fragments
+    std::vector<LayerPlan> layers;         ///< their windows are those in the file
+    std::vector<std::uint64_t> histogram;  ///< number of pixels by their number of fragments
     std::uint64_t fragments = 0;
     std::optional<PointStatistics> points;  ///< if the camera is known
 
     bool countsKnown() const { return info.attributes().contains("peeler:fragmentsStored"); }
     bool cameraKnown() const { return info.attributes().contains("peeler:cameraJson"); }
-    /// Whether the fragment count matches the header.
+    /// Whether the number of fragments matches the header.
     bool agrees() const {
         return !layered || !countsKnown() || fragments == info.plan.fragments_stored;
     }
 };
 
-/// Reads every layer, so that damage is found here and not in later work.
+/// Reads every layer, so that damage to the file is reported here rather than by a later command.
 void readLayers(OpenedPicture opened, ImageFacts& facts, Reporter& reporter) {
     const std::unique_ptr<LayeredInput> reader = openInput(std::move(opened), reporter);
     facts.info = reader->info();
@@ -59,7 +59,7 @@ void readLayers(OpenedPicture opened, ImageFacts& facts, Reporter& reporter) {
     facts.fragments = complexity.counted();
     facts.histogram = complexity.histogram();
     facts.layers = complexity.layers();
-    // Layers without pixels count too.
+    // Includes layers that have no pixels.
     facts.layers.resize(std::max(facts.layers.size(), facts.info.plan.layers.size()));
     for (std::size_t k = 0; k < facts.info.plan.layers.size(); ++k)
         facts.layers[k].data_window = facts.info.plan.layers[k].data_window;
@@ -170,8 +170,8 @@ std::string layersText(const ImageFacts& facts) {
     return text;
 }
 
-/// Returns the statistics of fragment positions. The programs in examples/readers print the same
-/// three lines.
+/// Returns the statistics of the fragments' positions as text. The programs in examples/readers
+/// print the same three lines.
 std::string pointsText(const PointStatistics& points) {
     std::string text = "points: " + std::to_string(points.points) + '\n';
     if (points.empty()) return text;

@@ -7,8 +7,8 @@
 
 namespace peeler::cmd {
 
-/// Prints windows, layers with their pixels, completeness and provenance. Throws Error (kInput) if
-/// the file is damaged.
+/// Prints the windows, the layers with their pixel counts, completeness and provenance. Throws
+/// Error (kInput) if the file is damaged.
 void printImageInfo(const InfoOptions& options, Reporter& reporter);
 
 }  // namespace peeler::cmd

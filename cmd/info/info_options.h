@@ -12,9 +12,9 @@ namespace peeler::cmd {
 struct InfoOptions {
     std::filesystem::path file;
     bool json = false;
-    SceneOptions scene;  ///< scene selection and reading
+    SceneOptions scene;  ///< options for a scene
     AppearanceOptions appearance;
-    LayeredReadOptions image;  ///< for an image; `strict` is in `scene`
+    LayeredReadOptions image;  ///< options for an image, except `strict`, which is in `scene`
 };
 
 }  // namespace peeler::cmd

@@ -27,7 +27,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// The number of drawn elements of each kind.
+/// The number of drawn elements of each type.
 struct Elements {
     std::uint64_t triangles = 0, lines = 0, points = 0;
 
@@ -39,7 +39,7 @@ struct Elements {
     }
 };
 
-/// The number of elements in a primitive of n vertices, in the order of Topology.
+/// The number of elements that a primitive of n vertices has. Rows are in the order of Topology.
 struct TopologyRow {
     std::uint64_t Elements::*kind;
     std::uint64_t (*count)(std::uint64_t vertices);
@@ -69,7 +69,7 @@ constexpr std::array<const char*, 3> kAlphaModes = {"OPAQUE", "MASK", "BLEND"};
 
 std::array<std::uint64_t, 3> materialsByAlphaMode(const Scene& scene) {
     std::array<std::uint64_t, 3> counts{};
-    // The last one is glTF's default material, which the file does not list.
+    // The last material is glTF's default material, which the file does not contain.
     for (std::size_t i = 0; i + 1 < scene.materials.size(); ++i) {
         ++counts[static_cast<std::size_t>(scene.materials[i].alpha_mode)];
     }
@@ -98,13 +98,13 @@ std::vector<ExtensionUse> extensionsOf(const Scene& scene) {
     return uses;
 }
 
-/// Facts about a scene that the Scene does not hold.
+/// Facts about a scene, some of which Scene does not contain.
 struct SceneFacts {
     Scene scene;
     std::optional<Assumed> assumed;
     Elements elements;
     std::optional<Bounds> box;
-    std::vector<CameraInstance> cameras;  ///< of the default scene, like the rest
+    std::vector<CameraInstance> cameras;  ///< all lists are for the default scene
     std::vector<std::string> camera_names;
     std::vector<PlacedLight> lights;  ///< without the built-in light
     std::vector<ExtensionUse> extensions;
@@ -118,7 +118,8 @@ SceneFacts gather(const InfoOptions& options) {
     request.appearance = options.appearance;
     request.memory = inheritedBudget();
     request.scene.file = options.file;
-    // The output does not depend on texture content, so undecodable textures are ignored.
+    // The output does not depend on the content of textures, so textures that cannot be decoded are
+    // ignored.
     std::vector<std::string>& ignored = request.scene.reading.ignored_extensions;
     for (const std::string& extension : undecodedImageExtensions())
         ignored.push_back(extension);
@@ -310,7 +311,7 @@ std::string elementsText(const Elements& elements) {
 /// arbitrarily deep.
 std::string treeText(const Scene& scene) {
     std::string text;
-    std::vector<std::pair<int, std::size_t>> open;  // node and depth, next one last
+    std::vector<std::pair<int, std::size_t>> open;  // a stack of nodes and depths
     const auto push = [&](const std::vector<int>& nodes, std::size_t depth) {
         for (auto node = nodes.rbegin(); node != nodes.rend(); ++node)
             open.emplace_back(*node, depth);

@@ -10,11 +10,12 @@
 
 namespace peeler::cmd {
 
-/// Prints the node tree, drawn primitives, materials, cameras, bounds, extensions, warnings. Throws
-/// Error (kInput) like readSceneFile().
+/// Prints the node tree, the number of drawn elements, materials, cameras, bounds, extensions and
+/// warnings. Throws Error (kInput) like readSceneFile().
 void printSceneInfo(const InfoOptions& options, Reporter& reporter);
 
-/// Returns six significant digits, so that programs which sum in another order print the same.
+/// Returns the components with six significant digits, so that programs which sum in a different
+/// order print the same text.
 std::string vectorText(const glm::dvec3& v);
 
 Json vectorJson(const glm::dvec3& v);

@@ -67,7 +67,7 @@ View viewOf(const Shown& shown, const CameraChoice& camera) {
     checkCamera(camera);
     const PosedScene scene = posed(shown);
     if (shown.animations.empty()) return makeView(scene, SceneExtent(scene), camera);
-    // An animated scene is framed once for all times.
+    // An animated scene is framed once, for all times.
     return makeView(scene, SceneExtent(*shown.scene, indexOf(shown), shown.animations), camera);
 }
 
@@ -80,7 +80,7 @@ CaptureSettings raySettings() {
     return settings;
 }
 
-/// The state owned by the worker thread.
+/// The state of a Renderer, owned by its worker thread.
 struct Renderer::State {
     explicit State(const RendererOptions& wanted)
         : options(wanted), gl(std::in_place, wanted.adopt), worker(!wanted.adopt) {}
@@ -88,19 +88,20 @@ struct Renderer::State {
         worker.run([this](const Progress&) { gl.reset(); }, {});
     }
 
-    /// Returns the options as a context request. Throws Error (kUsage) if the device name has no
-    /// known form.
+    /// Returns the options as a context request. Throws Error (kUsage) if the device name has an
+    /// unknown form.
     gl::ContextRequest request() const;
     GlRenderer& openRenderer(const Shown& shown, const PosedScene& posed);
     HitSource& openHits(const Shown& shown, const PosedScene& posed, RayEngine engine);
-    /// Runs the work. After an exception, discards the scene's GL objects, whose state is unknown.
+    /// Runs the work. If it throws, discards the scene's GL objects, because their state is
+    /// unknown.
     void run(const Worker::Work& work, const Progress& progress);
     void capture(HitSource& source, const View& view, CaptureSettings settings, Sink& sink,
                  Plan& plan, const Progress& progress) const;
 
     RendererOptions options;
     std::optional<GlSession> gl;
-    std::unique_ptr<HitRasterizer> rasterizer;  ///< of the current call
+    std::unique_ptr<HitRasterizer> rasterizer;  ///< the CPU rasteriser of the current call
     Worker worker;                              // last, so that it is destroyed first
 };
 

@@ -13,7 +13,8 @@ namespace {
 /// The interval between calls of a progress function.
 constexpr std::chrono::milliseconds kBetween{30};
 
-/// Thrown by a cancelled job. The caller rethrows its own exception instead.
+/// Thrown inside a cancelled job. The caller gets the exception from its own progress function
+/// instead.
 struct GivenUp {};
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Renderer's worker thread. Its GL context is current here, so the caller's is never touched.
+// The Renderer's worker thread. The Renderer's GL context is current on it, so the context of the
+// caller's thread is never touched.
 #pragma once
 
 #include <condition_variable>
@@ -13,21 +14,23 @@
 
 namespace peeler {
 
-/// A worker that runs jobs one after another, from any thread. Each caller waits for its own job.
+/// A worker that runs jobs one after another. Any thread may submit a job; it then waits until the
+/// job is done.
 class Worker {
   public:
-    /// A job. It reports progress through the argument, which throws if the job was cancelled.
+    /// A job. It reports progress through its argument, which throws if the job has been cancelled.
     using Work = std::function<void(const Progress&)>;
 
-    /// `own_thread`: false = jobs run on the calling thread.
+    /// `own_thread`: whether jobs run on a thread of the worker; else they run on the calling
+    /// thread.
     explicit Worker(bool own_thread);
     ~Worker();
     Worker(const Worker&) = delete;
     Worker& operator=(const Worker&) = delete;
 
     /// Runs the job and waits for it. Calls `progress` on the calling thread, every few hundredths
-    /// of a second; an exception it throws cancels the job. Rethrows exceptions of `progress` and
-    /// of the job.
+    /// of a second; an exception from `progress` cancels the job. Rethrows exceptions from
+    /// `progress` and from the job.
     void run(const Work& work, const Progress& progress);
 
   private:
@@ -36,7 +39,7 @@ class Worker {
     std::mutex one_at_a_time_;
     std::mutex mutex_;
     std::condition_variable changed_;
-    const Work* work_ = nullptr;  ///< pending or running job
+    const Work* work_ = nullptr;  ///< the pending or running job
     double share_ = 0;
     bool given_up_ = false, end_ = false;
     std::exception_ptr failure_;

@@ -55,7 +55,8 @@ sigset_t watchedSignals() {
     return set;
 }
 
-/// Runs in the child between fork and exec: only async-signal-safe calls; does not return.
+/// Becomes this program in the child process, between fork and exec. Calls only async-signal-safe
+/// functions; does not return.
 [[noreturn]] void becomeProgram(char* const* arguments, pid_t parent, int out, int err) {
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) _exit(128 + SIGTERM);  // the parent ended before prctl()
@@ -113,7 +114,7 @@ ChildProcess::~ChildProcess() {
     out_.close();
     err_.close();
     if (process_ <= 0) return;
-    // Gives it time to remove its temporary files.
+    // SIGTERM first gives the process time to remove its temporary files.
     kill(process_, SIGTERM);
     for (int i = 0; i < 50; ++i) {
         if (waitpid(process_, nullptr, WNOHANG) == process_) return;
@@ -143,11 +144,11 @@ bool ChildProcess::ended() {
     if (process_ < 0) return true;
     int status = 0;
     pid_t found = 0;
-    do  // SIGCHLD was already consumed and will not come again
+    do  // retries, because SIGCHLD has been consumed and will not come again
         found = waitpid(process_, &status, WNOHANG);
     while (found < 0 && errno == EINTR);
     if (found == 0) return false;
-    // Another waiter has reaped it, so its status is unknown.
+    // Other code has already waited for the process, so its status is unknown.
     if (found < 0) status = static_cast<int>(ErrorKind::kInternal) << 8;
     process_ = -1;
     const std::chrono::duration<double, std::milli> passed =
@@ -170,7 +171,7 @@ void ChildProcess::signal(int number) const {
 }
 
 SignalFile::SignalFile() {
-    // The parent may have left SIGCHLD ignored; it would then never arrive.
+    // The parent may have left SIGCHLD ignored, in which case it would never arrive.
     std::signal(SIGCHLD, SIG_DFL);
     const sigset_t set = watchedSignals();
     file_ = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Child processes of this program, and signals for polling.
+// Child processes that run this program, and signals that can be polled.
 #pragma once
 
 #include <sys/types.h>
@@ -10,45 +10,45 @@
 
 namespace peeler::cmd {
 
-/// A run of this program with other arguments, an empty stdin, and both output streams read here.
-/// It gets a SIGTERM when this process ends for any reason. The destructor ends it if it is still
-/// running.
+/// A child process that runs this program with other arguments and an empty stdin. Both of its
+/// output streams are read here. The child gets a SIGTERM when this process ends for any reason.
+/// The destructor ends the child if it is still running.
 class ChildProcess {
   public:
-    /// Throws Error (kInternal) if the system has no process or pipe left.
+    /// Throws Error (kInternal) if the system cannot create another process or pipe.
     explicit ChildProcess(const std::vector<std::string>& arguments);
     ~ChildProcess();
     ChildProcess(ChildProcess&& other) noexcept;
     ChildProcess& operator=(ChildProcess&&) = delete;
 
-    /// Reads available output without blocking.
+    /// Reads the available output without blocking.
     void read();
-    /// Whether it has ended; all its output has then been read.
+    /// Whether the process has ended and all its output has been read.
     bool ended();
     /// Sends a signal; does nothing once the process has ended.
     void signal(int number) const;
-    /// Detaches the process: it is neither awaited nor ended.
+    /// Detaches the process, so that the destructor neither waits for it nor ends it.
     void abandon();
 
     /// Return file descriptors to poll for input; −1 at end of file.
     int outFile() const { return out_.file; }
     int errFile() const { return err_.file; }
 
-    /// Returns the exit code after the end; 128 + n if signal n ended it.
+    /// Returns the exit code once the process has ended; 128 + n if signal n ended it.
     int exitCode() const { return exit_code_; }
-    /// Returns the signal that ended it; 0 if it exited.
+    /// Returns the signal that ended the process; 0 if it exited by itself.
     int endingSignal() const { return ending_signal_; }
     const std::string& out() const { return out_.text; }
-    /// Returns the last 64 KiB of its stderr.
+    /// Returns the last 64 KiB of the process's stderr.
     const std::string& err() const { return err_.text; }
-    /// Returns its running time.
+    /// Returns the running time of the process.
     double milliseconds() const { return milliseconds_; }
 
   private:
     struct Stream {
         int file = -1;
         std::string text;
-        std::size_t most = 0;  ///< bytes to keep; 0 = all
+        std::size_t most = 0;  ///< maximum number of bytes to keep, the last ones; 0 = all
         void read();
         void close();
     };
@@ -61,9 +61,9 @@ class ChildProcess {
     int ending_signal_ = 0;
 };
 
-/// A pollable file of signals: SIGCHLD, and SIGINT, SIGTERM and SIGHUP unless ignored. They have no
-/// other effect during its lifetime. The constructor throws Error (kInternal) if the system has no
-/// file descriptor left.
+/// A pollable file that receives signals: SIGCHLD, and SIGINT, SIGTERM and SIGHUP unless they are
+/// ignored. During the object's lifetime these signals have no other effect. The constructor throws
+/// Error (kInternal) if the system has no file descriptor left.
 class SignalFile {
   public:
     SignalFile();

@@ -29,7 +29,7 @@ bool lists(std::string_view list, std::string_view word) {
     }
 }
 
-/// Decodes mountinfo escapes: blanks and backslashes are \040 and \134.
+/// Decodes the octal escapes in mountinfo: a space is \040, a backslash \134.
 std::string unescaped(const std::string& text) {
     std::string out;
     const auto octal = [&](std::size_t at) {
@@ -48,7 +48,8 @@ std::string unescaped(const std::string& text) {
     return out;
 }
 
-/// Returns a group's path below the mounted group; "/" if the mount does not contain it.
+/// Returns the path of the group `path` below the mounted group `top`; "/" if the mount does not
+/// contain it.
 fs::path below(const std::string& top, const std::string& path) {
     const fs::path relative = fs::path(path).lexically_normal().lexically_relative(top);
     if (relative.empty() || relative == "." || *relative.begin() == "..") return "/";
@@ -57,10 +58,11 @@ fs::path below(const std::string& top, const std::string& path) {
 
 constexpr std::uint64_t kKibi = 1024, kMebi = kKibi * 1024;
 
-/// Values from here on mean no limit: version 1 then reports the largest whole page below 2^63.
+/// From here on, a number of bytes means "no limit". Cgroup version 1 then reports the largest
+/// multiple of the page size below 2^63.
 constexpr std::uint64_t kNoLimit = std::uint64_t{1} << 62;
 
-/// Parses a positive integer; nothing for "max", −1 and non-numbers.
+/// Parses a positive integer. Returns nothing for "max", −1 and text that is not a number.
 std::optional<std::uint64_t> positive(std::string_view text) {
     std::uint64_t value = 0;
     const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -69,7 +71,7 @@ std::optional<std::uint64_t> positive(std::string_view text) {
     return value;
 }
 
-/// Returns the words of a file's first line; empty if it cannot be read.
+/// Returns the words in a file's first line; empty if the file cannot be read.
 std::vector<std::string> wordsOf(const fs::path& path) {
     std::ifstream file(path);
     std::string line;
@@ -93,7 +95,7 @@ std::optional<std::uint64_t> roundedUp(std::optional<std::uint64_t> quota,
     return *quota / *period + (*quota % *period != 0 ? 1 : 0);
 }
 
-// Readers, one per kind of file; `folder` is a cgroup's.
+// One reader per kind of file. `folder` is that of a cgroup.
 std::optional<std::uint64_t> bytesIn(const fs::path& folder, const char* file) {
     const auto bytes = numberIn(wordsOf(folder / file), 0);
     return bytes && *bytes < kNoLimit ? bytes : std::nullopt;
@@ -111,12 +113,12 @@ std::optional<std::uint64_t> quotaIn(const fs::path& folder, const char* file) {
 }
 
 struct LimitFile {
-    const char* controller;  ///< of version 1; "" = version 2
+    const char* controller;  ///< a version 1 controller; "" = version 2
     const char* name;
     std::optional<std::uint64_t> (*read)(const fs::path& folder, const char* file);
 };
 
-// Linux, Documentation/admin-guide/cgroup-v2.rst and cgroup-v1/memory.rst,
+// Sources: Linux, Documentation/admin-guide/cgroup-v2.rst and cgroup-v1/memory.rst,
 // Documentation/scheduler/sched-bwc.rst.
 constexpr LimitFile kProcessorFiles[] = {
     {"", "cpu.max", quotaAndPeriodIn},
@@ -130,15 +132,16 @@ constexpr LimitFile kMemoryFiles[] = {
 
 struct LimitVariable {
     const char* name;
-    /// The unit of the value, in processors or bytes.
+    /// The number of processors or bytes that the value 1 stands for.
     std::uint64_t unit;
-    /// Multiplies the limit by the first of these variables that is set; empty = once.
+    /// The limit is multiplied by the first of these variables that is set; empty = not multiplied.
     std::span<const char* const> times;
 };
 
 constexpr const char* kCpusOfTask[] = {"SLURM_CPUS_PER_TASK", "SLURM_CPUS_ON_NODE"};
 
-// sbatch(1), "OUTPUT ENVIRONMENT VARIABLES"; OpenCue's dispatcher (DispatchSupportService).
+// Sources: sbatch(1), "OUTPUT ENVIRONMENT VARIABLES"; OpenCue's dispatcher
+// (DispatchSupportService).
 constexpr LimitVariable kProcessorVariables[] = {
     {"SLURM_CPUS_PER_TASK", 1, {}},
     {"CUE_THREADS", 1, {}},
@@ -190,7 +193,8 @@ Cgroups::Cgroups(fs::path root) : root_(std::move(root)) {
         if (auto mount = mountIn(line)) mounts_.push_back(std::move(*mount));
 }
 
-/// A line has number, controllers and path, separated by colons; the path may contain colons.
+/// A line of the process's cgroup file has a hierarchy number, a list of controllers and a path,
+/// separated by colons; the path may contain colons.
 std::optional<Cgroups::Membership> Cgroups::membershipIn(const std::string& line) {
     const std::size_t first = line.find(':');
     if (first == std::string::npos) return std::nullopt;
@@ -199,8 +203,8 @@ std::optional<Cgroups::Membership> Cgroups::membershipIn(const std::string& line
     return Membership{line.substr(first + 1, second - first - 1), line.substr(second + 1)};
 }
 
-/// A line has four fields, the mount point, its options, any number of other fields, "-", type,
-/// source and the options of the file system.
+/// A line of mountinfo has four fields, the mount point, its options, any number of optional
+/// fields, "-", then the type, source and options of the file system.
 std::optional<Cgroups::Mount> Cgroups::mountIn(const std::string& line) {
     std::istringstream stream(line);
     const std::vector<std::string> words{std::istream_iterator<std::string>(stream), {}};

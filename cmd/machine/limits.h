@@ -12,31 +12,32 @@
 namespace peeler::cmd {
 
 struct Cgroup {
-    std::string name;              ///< below its mount: "/", "/slurm/job_7"
-    std::filesystem::path folder;  ///< folder of its files
+    std::string name;              ///< path below the mount: "/", "/slurm/job_7"
+    std::filesystem::path folder;  ///< folder with the group's files
 };
 
-/// The cgroups of this process at construction; their limits may change later. (cgroups(7),
-/// proc(5): mountinfo.)
+/// The cgroups that this process was in at construction; the limits in their files may change
+/// later. See cgroups(7), and proc(5) for mountinfo.
 class Cgroups {
   public:
-    /// Reads the groups of this process and their mount points below `root`/proc/self.
+    /// Reads from `root`/proc/self the groups of this process and their mount points.
     explicit Cgroups(std::filesystem::path root);
 
-    /// Returns the process's group and its mounted ancestors, its own first. `controller` is a
-    /// version 1 controller ("memory"), or "" for the version 2 hierarchy. Empty if that is not
-    /// mounted. A container may see its own group as the root; limits above it are then invisible.
+    /// Returns the process's own group, then its ancestors as far as they are mounted. `controller`
+    /// is a version 1 controller ("memory"), or "" for the version 2 hierarchy. Empty if the
+    /// hierarchy is not mounted. In a container, the container's own group may look like the root;
+    /// limits above it are then invisible.
     std::vector<Cgroup> of(const std::string& controller) const;
 
   private:
-    // Controllers are a comma-separated list; "" is the version 2 hierarchy.
+    // `controllers` is a comma-separated list; "" is the version 2 hierarchy.
     struct Membership {
         std::string controllers;
-        std::string name;  ///< the process's group
+        std::string name;  ///< of the process's group
     };
     struct Mount {
-        std::string controllers;  ///< among other mount options
-        std::string top;          ///< the mounted group
+        std::string controllers;  ///< comma-separated, among other mount options
+        std::string top;          ///< the group that is mounted
         std::string point;        ///< the mount point
     };
     static std::optional<Membership> membershipIn(const std::string& line);
@@ -47,7 +48,7 @@ class Cgroups {
     std::vector<Mount> mounts_;
 };
 
-/// A limit in processors or bytes, and its source: "the cgroup /job_7 (memory.max)",
+/// A limit, in processors or bytes, and its source: "the cgroup /job_7 (memory.max)",
 /// "SLURM_CPUS_PER_TASK".
 struct Limit {
     std::uint64_t amount = 0;
@@ -58,11 +59,11 @@ struct Limit {
 /// The sources of limits: system files and environment variables. Tests supply their own.
 struct LimitSources {
     Cgroups cgroups;
-    /// Returns the value of an environment variable, null if it is not set.
+    /// Returns the value of an environment variable; null if it is not set.
     std::function<const char*(const char* name)> variable;
 };
 
-/// Returns the files and variables of this process.
+/// Returns the system files and environment variables of this process.
 const LimitSources& processLimitSources();
 
 /// Returns every processor limit except CPU affinity:
@@ -73,13 +74,13 @@ const LimitSources& processLimitSources();
 std::vector<Limit> processorLimits(const LimitSources& sources);
 
 /// Returns every memory limit, in bytes:
-/// - of the process's cgroup and its ancestors: memory.max and memory.high (v2),
-///   memory.limit_in_bytes (v1)
+/// - memory.max and memory.high (v2), memory.limit_in_bytes (v1) of the process's cgroup and its
+///   ancestors
 /// - SLURM_MEM_PER_NODE (MiB; sbatch --mem), SLURM_MEM_PER_CPU times SLURM_CPUS_PER_TASK (or
 ///   SLURM_CPUS_ON_NODE), CUE_MEMORY (KiB; OpenCue's reservation)
 std::vector<Limit> memoryLimits(const LimitSources& sources);
 
-/// Returns the smallest limit, the first of equal ones; nothing if the list is empty.
+/// Returns the smallest limit; if several are equal, the first. Nothing if the list is empty.
 std::optional<Limit> least(const std::vector<Limit>& limits);
 
 }  // namespace peeler::cmd

@@ -18,7 +18,7 @@
 namespace peeler::cmd {
 
 Limit allowedThreads() {
-    // Affinity comes first, so that it is named if another limit is equal.
+    // Affinity comes first, so that among equal limits it is the one reported.
     std::vector<Limit> limits{{static_cast<std::uint64_t>(affinityCount()), "CPU affinity"}};
     for (const Limit& limit : processorLimits(processLimitSources()))
         limits.push_back(limit);
@@ -41,11 +41,11 @@ MemoryBudget inheritedBudget() {
 
 namespace {
 
-/// Returns `wanted`, or the number of threads that every pool can start. Loops use one less, the
-/// image libraries and the rasteriser use that many, and writing and the driver's cache use one
-/// each.
+/// Returns the number of threads, at most `wanted`, that all thread pools together can start. For n
+/// threads, peeler's loops start n − 1, the image libraries and the rasteriser n each, and writing
+/// and the driver's cache one each.
 int startable(int wanted) {
-    static int started = 0;  // known to be startable
+    static int started = 0;  // a number known to be startable; 0 = none yet
     if (wanted == started) return wanted;
     constexpr int kPlaces = 3, kOthers = 2;
     const int all = kPlaces * wanted - 1 + kOthers;
@@ -59,14 +59,14 @@ int startable(int wanted) {
 void setThreads(int threads) {
     setThreadCount(startable(threads > 0 ? threads : static_cast<int>(allowedThreads().amount)));
     setLibraryThreads(threadCount());
-    // OpenImageIO creates its pool at first use, with the thread count of CUE_THREADS even if that
-    // is not a number. Its own variable takes precedence.
+    // At first use, OpenImageIO creates a pool with the thread count in CUE_THREADS, even if that
+    // is not a number. OPENIMAGEIO_THREADS takes precedence.
     setenv("OPENIMAGEIO_THREADS", std::to_string(threadCount()).c_str(), 1);
-    // llvmpipe: 0 rasterises in the calling thread, 1 would add a worker thread. By default it
-    // counts the machine's processors, not those available to the process.
+    // LP_NUM_THREADS = 0 rasterises in the calling thread; 1 would add a worker thread. By default
+    // llvmpipe counts the machine's processors, not those available to the process.
 #ifdef __SANITIZE_THREAD__
-    // ThreadSanitizer cannot see llvmpipe's synchronisation, and would report its race, which such
-    // builds do not work around (cmd/mutex_destroy.cpp).
+    // ThreadSanitizer cannot see llvmpipe's synchronisation. It would also report llvmpipe's race,
+    // which builds with sanitizers do not work around (cmd/mutex_destroy.cpp).
     const int workers = 0;
 #else
     const int workers = threadCount() == 1 ? 0 : threadCount();

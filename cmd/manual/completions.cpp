@@ -12,7 +12,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// The first line of every file.
+/// The first line of every completion file.
 constexpr const char* kHead = "# Generated from the options of peeler, like peeler --help.\n";
 
 constexpr const char* kBashBegin = R"(
@@ -63,7 +63,7 @@ std::string joined(const std::vector<std::string>& words, const char* between) {
     return text;
 }
 
-/// Returns `text` with a backslash before each of these characters.
+/// Returns `text` with a backslash before each character that is in `characters`.
 std::string escaped(const std::string& text, std::string_view characters) {
     std::string out;
     for (const char c : text) {
@@ -73,7 +73,7 @@ std::string escaped(const std::string& text, std::string_view characters) {
     return out;
 }
 
-/// Returns the beginning of a help text, for a line in a list.
+/// Returns the beginning of a help text, short enough for one line of a list.
 std::string brief(const std::string& help) {
     std::size_t end = help.size();
     for (const char* mark : {"; ", ": ", " (default", ". It "})
@@ -92,7 +92,7 @@ bool isNamed(const OptionDescription& option) {
     return !option.names.empty();
 }
 
-/// Returns the bash lines that complete an option's value.
+/// Returns bash assignments that describe how to complete an option's value.
 std::string bashValue(const OptionDescription& option) {
     std::string text;
     if (const auto words = namesOf(valuesOf(option)); !words.empty())
@@ -104,7 +104,8 @@ std::string bashValue(const OptionDescription& option) {
 
 std::string bashCase(const CommandDescription& command, const std::vector<std::string>& verbs) {
     std::vector<std::string> options;
-    std::map<std::string, std::string> names;  // option names by completion
+    // Patterns of option names, by the assignments from bashValue().
+    std::map<std::string, std::string> names;
     std::string arguments = verbs.empty() ? "" : " words='" + joined(verbs, " ") + '\'';
     for (const OptionDescription& option : command.options) {
         options.insert(options.end(), option.names.begin(), option.names.end());
@@ -131,7 +132,7 @@ std::string shellQuoted(const std::string& text) {
     return out + '\'';
 }
 
-/// Returns zsh's _arguments spec of a value or positional argument: ":message:action".
+/// Returns zsh's _arguments spec for an option's value or a positional argument: ":message:action".
 std::string zshValue(const OptionDescription& option) {
     const std::vector<ChoiceDescription> values = valuesOf(option);
     std::vector<std::string> patterns;
@@ -168,7 +169,8 @@ std::string zshOption(const OptionDescription& option) {
     }
     const std::string before = option.repeated ? "*" : "";
     if (names.size() == 1) return shellQuoted(before + names.front() + text);
-    // By default zsh would still offer the other name after one is given.
+    // Excludes all names of the option once one of them is given; by default, zsh would still offer
+    // the others.
     const std::string once = option.repeated ? "*" : '(' + joined(option.names, " ") + ')';
     return shellQuoted(once) + '{' + joined(names, ",") + '}' + shellQuoted(text);
 }
@@ -180,12 +182,12 @@ std::string zshArguments(const CommandDescription& command) {
     return text;
 }
 
-/// Returns the text in fish's single quotes, where a backslash escapes.
+/// Returns the text in fish's single quotes, in which a backslash escapes.
 std::string fishQuoted(const std::string& text) {
     return '\'' + escaped(text, "\\'") + '\'';
 }
 
-/// Returns the arguments of fish's `complete` for a value.
+/// Returns the arguments of fish's `complete` command for an option's value.
 std::string fishValue(const OptionDescription& option) {
     if (option.is_file && option.endings.empty()) return " -F";
     std::string words;

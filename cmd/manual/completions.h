@@ -8,7 +8,7 @@
 
 namespace peeler::cmd {
 
-// Return the completion file of a shell.
+// Return the completion file for a shell.
 std::string bashCompletions(const CommandDescription& program);
 
 std::string zshCompletions(const CommandDescription& program);

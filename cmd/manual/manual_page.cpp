@@ -49,8 +49,8 @@ std::string italic(std::string_view text) {
     return "\\fI" + roffText(text) + "\\fR";
 }
 
-/// Returns escaped text on lines of its own. A line that begins with a dot would be a request; one
-/// that ends with a dot would end a sentence, after which roff adds space.
+/// Returns escaped text, wrapped, on separate lines. Protects dots with \&: at the start of a line,
+/// a dot would make it a request; at the end, it would end a sentence, after which roff adds space.
 std::string filled(const std::string& roff) {
     std::string text;
     std::istringstream lines(wrapped(roff, 76));
@@ -115,7 +115,7 @@ std::string synopsis(const CommandDescription& program, const CommandDescription
     return text;
 }
 
-/// Returns the options under the headings of --help, in the same order.
+/// Returns the options as sections with the headings and order of --help.
 std::string optionSections(const CommandDescription& command) {
     std::string arguments, text;
     std::vector<std::string> groups;
@@ -133,8 +133,9 @@ std::string optionSections(const CommandDescription& command) {
     return (arguments.empty() ? "" : ".SH ARGUMENTS\n" + arguments) + text;
 }
 
-/// Returns the end of the help: paragraphs, and lines that begin with spaces. These are rows of a
-/// term and its meaning separated by two spaces, or are kept verbatim.
+/// Returns the end of the help as roff. It consists of paragraphs and of lines that begin with
+/// spaces. Such a line is either a term and its meaning, separated by two spaces, or is kept
+/// verbatim.
 std::string notes(const std::string& footer) {
     std::string text, paragraph, row, meaning, fixed;
     const auto flush = [&] {
@@ -202,7 +203,7 @@ std::string roffText(std::string_view text) {
         } else if (byte < 0x80) {
             roff += text[i];
         } else {
-            // UTF-8: non-ASCII characters become \[u....].
+            // Decodes UTF-8: a non-ASCII character becomes \[u....].
             const int more = byte >= 0xF0 ? 3 : byte >= 0xE0 ? 2 : 1;
             std::uint32_t code = byte & (0x3FU >> more);
             for (int k = 0; k < more && i + 1 < text.size(); ++k)

@@ -18,18 +18,18 @@ struct EnvironmentVariable {
 };
 std::span<const EnvironmentVariable> environmentVariables();
 
-/// Returns the name of a page: "peeler" or "peeler-VERB".
+/// Returns the name of a manual page: "peeler" or "peeler-VERB".
 std::string pageName(const CommandDescription& program, const CommandDescription& command);
 
-/// Returns a man(7) page of a verb or of the program; `date` may be empty.
+/// Returns the man(7) page for a verb or for the program; `date` may be empty.
 std::string manualPage(const CommandDescription& program, const CommandDescription& command,
                        const std::string& date);
 
-/// Returns `text` escaped for roff, including a leading control character.
+/// Returns `text` escaped for roff, including a control character at the start.
 std::string roffText(std::string_view text);
 
-/// Returns the literal values of an option: its choices, and the lower-case alternatives of
-/// "N|all".
+/// Returns the literal values that an option accepts: its choices, or the lower-case alternatives
+/// in a value name such as "N|all".
 std::vector<ChoiceDescription> valuesOf(const OptionDescription& option);
 
 }  // namespace peeler::cmd

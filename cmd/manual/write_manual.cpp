@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Build tool that writes the installed manual, shell completions and JSON options: write_manual
-// SHARE.
+// Build tool that writes the manual pages, the shell completions and the options as JSON, for
+// installation: write_manual SHARE.
 #include <array>
 #include <cstdlib>
 #include <ctime>
@@ -27,8 +27,8 @@ void write(const fs::path& path, const std::string& text) {
     if (!file) throw std::runtime_error("cannot write " + path.string());
 }
 
-/// Returns the date of SOURCE_DATE_EPOCH, if set, so that builds are reproducible
-/// (reproducible-builds.org/specs/source-date-epoch).
+/// Returns the date in SOURCE_DATE_EPOCH, which makes builds reproducible
+/// (reproducible-builds.org/specs/source-date-epoch); "" if it is not set.
 std::string buildDate() {
     const char* const variable = std::getenv("SOURCE_DATE_EPOCH");
     if (!variable || !*variable) return "";

@@ -57,7 +57,7 @@ void takeObjects(std::string_view text, ObjectsRequest& request) {
     request.by = row->value;
 }
 
-/// Adds an object; returns its number.
+/// Adds an object and returns its number, from 1.
 std::uint32_t addObject(std::string name, SceneObjects& found) {
     found.objects.push_back({std::move(name)});
     return static_cast<std::uint32_t>(found.objects.size());
@@ -66,7 +66,7 @@ std::uint32_t addObject(std::string name, SceneObjects& found) {
 void findNodes(const PosedScene& posed, const ObjectsRequest& /*request*/, SceneObjects& found) {
     const Scene& scene = posed.scene();
     found.table.instances_apart = true;
-    std::map<int, int> instances;  // per node, so far
+    std::map<int, int> instances;  // number of instances so far, per node
     for (const MeshInstance& mesh : posed.meshes()) {
         const auto node = static_cast<std::size_t>(mesh.node);
         const int ordinal = instances[mesh.node]++;
@@ -103,7 +103,7 @@ void findGlobs(const PosedScene& posed, const ObjectsRequest& request, SceneObje
     }
 }
 
-/// Returns the value of a key in a node's extras.
+/// Returns the value of a key in a node's extras; null if the node lacks it.
 const std::string* extraOf(const Node& node, const std::string& key) {
     for (const auto& [name, value] : node.extras)
         if (name == key) return &value;
@@ -124,12 +124,12 @@ const std::string* extraOf(const Node& node, const std::string& key) {
 
 void findExtras(const PosedScene& posed, const ObjectsRequest& request, SceneObjects& found) {
     const Scene& scene = posed.scene();
-    std::map<std::string, std::uint32_t> numbers;  // by value
+    std::map<std::string, std::uint32_t> numbers;  // object numbers by value
     struct Visit {
         int node = 0;
         std::uint32_t inherited = 0;
     };
-    std::vector<Visit> ahead;  // a stack: depth first, in draw order
+    std::vector<Visit> ahead;  // a stack; visits nodes depth first, in draw order
     const std::vector<int> roots = rootsOf(scene.nodes);
     for (auto root = roots.rbegin(); root != roots.rend(); ++root)
         ahead.push_back({*root, 0});
@@ -149,7 +149,7 @@ void findExtras(const PosedScene& posed, const ObjectsRequest& request, SceneObj
     if (numbers.empty()) refuseKey(scene, request.key);
 }
 
-/// In the order of the enumeration.
+/// The functions that find objects, in the order of ObjectsBy.
 constexpr void (*kFind[])(const PosedScene&, const ObjectsRequest&, SceneObjects&) = {
     findNodes, findMaterials, findGlobs, findExtras};
 
@@ -195,7 +195,7 @@ std::vector<glm::dmat4> placesOf(const PosedScene& posed, const SceneObjects& ob
         const bool alone = ++meshes[number - 1] == 1;
         places[number - 1] = alone ? mesh.world : glm::dmat4(1);
     };
-    std::map<int, std::uint32_t> instances;  // per node, so far
+    std::map<int, std::uint32_t> instances;  // number of instances so far, per node
     for (const MeshInstance& mesh : posed.meshes()) {
         const std::uint32_t ordinal = instances[mesh.node]++;
         if (!table.by_material) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Objects of a scene for masks.
+// The objects of a scene for which masks are made.
 #pragma once
 
 #include <string>
@@ -15,14 +15,14 @@ class VerbOptions;
 
 enum class ObjectsBy { kNode, kMaterial, kGlob, kExtras };
 
-/// --by.
+/// The objects requested by --by.
 struct ObjectsRequest {
     ObjectsBy by = ObjectsBy::kNode;
-    std::vector<std::string> globs{};  ///< for kGlob: one object each
+    std::vector<std::string> globs{};  ///< for kGlob; each defines one object
     std::string key{};                 ///< for kExtras
     bool given = false;
 
-    /// Returns the command-line form: "node", "glob:a,b", "extras:class".
+    /// Returns the request as on the command line: "node", "glob:a,b", "extras:class".
     std::string text() const;
 };
 
@@ -35,12 +35,12 @@ struct SceneObjects {
     ObjectTable table;
 };
 
-/// Finds the objects in the shown scene. Throws Error (kUsage) if no node matches a glob or has the
-/// key.
+/// Finds the objects in the visible scene. Throws Error (kUsage) if no node matches a glob or has
+/// the key.
 SceneObjects objectsOf(const PosedScene& posed, const ObjectsRequest& request);
 
-/// Returns the objects' transforms in a pose: the matrix of an object that is one mesh at one
-/// place, the identity for any other.
+/// Returns the objects' transforms in a pose: the mesh's matrix for an object that consists of a
+/// single mesh instance, the identity for others.
 std::vector<glm::dmat4> placesOf(const PosedScene& posed, const SceneObjects& objects);
 
 }  // namespace peeler::cmd

@@ -29,7 +29,7 @@ std::string channelsText(const LayeredImage& image) {
     return text.empty() ? "none" : text.substr(0, text.size() - 2);
 }
 
-/// A header property besides scene, settings and camera, as text.
+/// A property in the header other than scene, settings and camera, as text.
 struct CommonAttribute {
     const char* name;
     std::string (*text)(const ExrInfo& info);
@@ -46,7 +46,7 @@ constexpr CommonAttribute kPrecision{
         return std::string(i.plan.color_type == PixelType::kHalf ? "half" : "float");
     }};
 
-/// Properties that the tiles of a picture share.
+/// The properties that all tiles of a picture must share.
 constexpr CommonAttribute kOfTiles[] = {
     kFrame,
     kTime,
@@ -58,20 +58,21 @@ constexpr CommonAttribute kOfTiles[] = {
     {"--deep-merge", [](const ExrInfo& i) { return i.provenance.deep_merge; }},
 };
 
-/// Properties that the elements of a picture share.
+/// The properties that all elements of a picture must share.
 constexpr CommonAttribute kOfElements[] = {kPrecision};
 
-/// Properties that may differ between tiles, with a warning; the first tile's is kept.
+/// The properties in which tiles may differ, with a warning. The first tile's values are kept.
 constexpr CommonAttribute kLesserOfTiles[] = {
     {"method", [](const ExrInfo& i) { return i.provenance.method; }},
     {"renderer", [](const ExrInfo& i) { return i.provenance.renderer; }},
     {"version", [](const ExrInfo& i) { return i.provenance.version; }},
 };
 
-/// Properties that may differ between elements, which often, but not always, share one moment.
+/// The properties in which elements may differ, with a warning: elements often, but not always,
+/// show the same moment.
 constexpr CommonAttribute kLesserOfElements[] = {kFrame, kTime, kSamples};
 
-/// Returns the differences between two headers in these properties.
+/// Returns the differences between two headers in the given properties.
 std::vector<Difference> attributeDifferences(std::span<const CommonAttribute> attributes,
                                              const ExrInfo& here, const ExrInfo& there) {
     const auto orNone = [](const std::string& text) { return text.empty() ? "none" : text; };
@@ -83,7 +84,7 @@ std::vector<Difference> attributeDifferences(std::span<const CommonAttribute> at
     return found;
 }
 
-/// Returns the differences between two headers of one picture, without duplicates.
+/// Returns the differences between the headers of two tiles, without duplicates.
 std::vector<Difference> pictureDifferences(const ExrInfo& here, const ExrInfo& there) {
     std::vector<Difference> found = sceneDifferences(here.provenance, there.provenance);
     const auto add = [&](const std::vector<Difference>& more) {
@@ -99,7 +100,7 @@ std::vector<Difference> pictureDifferences(const ExrInfo& here, const ExrInfo& t
     return found;
 }
 
-/// Returns the differences between two elements of one picture.
+/// Returns the differences between two elements that prevent a merge.
 std::vector<Difference> elementDifferences(const ExrInfo& here, const ExrInfo& there) {
     const View &a = here.plan.view, &b = there.plan.view;
     std::vector<Difference> found = sizeDifferences(a, b);
@@ -109,7 +110,8 @@ std::vector<Difference> elementDifferences(const ExrInfo& here, const ExrInfo& t
     return found;
 }
 
-/// Returns "the frame" or "the frame and --channels" or "a, b and c".
+/// Returns the names of the differences as text: "the frame", "the frame and --channels", "a, b and
+/// c".
 std::string namesText(const std::vector<Difference>& differences) {
     std::string text;
     for (std::size_t i = 0; i < differences.size(); ++i)
@@ -117,7 +119,7 @@ std::string namesText(const std::vector<Difference>& differences) {
     return text;
 }
 
-/// Adds `first` to the ids of a channel, except 0.
+/// Adds `first` to the ids in a channel, except to 0, which means none.
 void addToIds(LayeredImage& image, const std::string& channel, std::uint32_t first) {
     if (first == 0) return;
     for (FragmentArray& array : image.extra) {
@@ -131,7 +133,7 @@ void addToIds(LayeredImage& image, const std::string& channel, std::uint32_t fir
     }
 }
 
-/// Adds channel opacities equal to A to colours.
+/// Adds channel opacities to colours, all equal to A.
 void addOpacities(LayeredImage& image) {
     FragmentArray colors{colorNames(true), image.color.type, {}};
     colors.data.resize(image.fragments() * colors.stride());
@@ -140,8 +142,8 @@ void addOpacities(LayeredImage& image) {
     image.color = std::move(colors);
 }
 
-/// Whether to merge the tiles as composites: all have one and none has layers. If all are empty
-/// layered files, only if composites are wanted.
+/// Whether to merge the tiles as composites: all have a composite and none has layers. If all are
+/// layered files without fragments, they are merged as composites only if `wanted`.
 bool areComposites(const std::vector<OpenedPicture>& opened, bool wanted) {
     const auto flat = [](const OpenedPicture& tile) {
         return tile.info().composite >= 0 && tile.info().layers.empty() && tile.info().deep.empty();
@@ -166,7 +168,7 @@ void PictureTiles::open(const std::vector<fs::path>& paths, const LayeredReadOpt
     std::vector<OpenedPicture> opened;
     for (const fs::path& path : paths)
         opened.emplace_back(path.string(), reading);
-    // Layers in arrays are not deep samples.
+    // Layers stored as arrays are not deep samples.
     const auto deep = [](const OpenedPicture& tile) {
         return !tile.info().deep.empty() && !tile.isOfArrays();
     };
@@ -235,15 +237,15 @@ void PictureTiles::checkCommon(Reporter& reporter) {
         if (a != b) differ(*with_layers, tile, {{"channels", b, a}});
     }
     arrays_ = with_layers ? with_layers->arrays : LayeredImage();
-    // Elements with and without coloured opacity may be mixed.
+    // Elements with and without coloured opacity may be combined.
     const bool tinted = std::ranges::any_of(
         tiles_, [](const PictureTile& tile) { return tile.info().plan.tinted; });
     arrays_.color.channels = colorNames(tinted);
     arrays_.color.type = first.info().plan.color_type;
 }
 
-/// Joins the id names of all elements, equal lists only once, and sets the id offsets of each
-/// element.
+/// Joins the provenance of all elements. Joins their id names, adding equal lists only once, and
+/// sets each element's id offsets.
 void PictureTiles::joinProvenance() {
     provenance_ = info().provenance;
     if (parts_ == Parts::kTiles) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tiles of a picture, one file each.
+// The tiles or elements of a picture, one file each.
 #pragma once
 
 #include <filesystem>
@@ -14,12 +14,13 @@
 
 namespace peeler::cmd {
 
-/// An open file with a part of the picture.
+/// An open file that contains a part of the picture.
 struct PictureTile {
     std::string path;
     std::unique_ptr<LayeredInput> input{};
-    LayeredImage arrays{};  ///< the first row, for names and types of the arrays
-    /// Offsets added to its object and material ids to make them unique among elements.
+    LayeredImage arrays{};  ///< the first row, for its arrays' names and types
+    /// The offsets added to the file's object and material ids, which make ids unique among
+    /// elements.
     std::uint32_t first_object = 0, first_material = 0;
 
     const ExrInfo& info() const { return input->info(); }
@@ -30,43 +31,45 @@ struct PictureTile {
 /// The files that a picture is merged from.
 class PictureTiles {
   public:
-    /// The content of the files. Composites are read as pixels (openComposite()).
+    /// The content of the files. Composites are read as flat pictures (openComposite()).
     enum class Kind { kLayered, kDeep, kComposite };
-    /// The division of the picture: by pixels or by fragments.
+    /// Whether the picture is divided by pixels or by fragments.
     enum class Parts { kTiles, kElements };
 
-    /// Opens the files. Tiles without fragments count as composites or layers like the others, or,
-    /// if all are empty, per `composites_wanted`. Throws Error (kInput) if a file is not a tile
-    /// written by peeler, or the tiles do not belong to one picture; warns about lesser
-    /// differences. Elements may come from different scenes, settings and programs, but may not be
-    /// composites. They must share size, precision, channels and, if known, the camera. Their ids
-    /// are renumbered for provenance().
+    /// Opens the files. Tiles without fragments count as composites or as layers, like the other
+    /// tiles; if all tiles are empty, `composites_wanted` decides. Throws Error (kInput) if a file
+    /// is not a tile written by peeler, or the tiles do not belong to one picture; warns about
+    /// lesser differences. Elements may come from different scenes, settings and programs, but may
+    /// not be composites. They must share size, precision, channels and, if known, the camera.
+    /// Their ids are renumbered for provenance().
     PictureTiles(const std::vector<std::filesystem::path>& paths, Parts parts,
                  const LayeredReadOptions& reading, bool composites_wanted, Reporter& reporter);
 
     Kind kind() const { return kind_; }
     const std::vector<PictureTile>& all() const { return tiles_; }
-    /// Returns the headers of the first tile, representative of all.
+    /// Returns the headers of the first tile, which represent those of all tiles.
     const ExrInfo& info() const { return tiles_.front().info(); }
-    /// Returns the joint provenance: fields that may differ only if all agree, and all id names.
+    /// Returns the provenance of the joined picture. Fields that may differ are kept only if all
+    /// files agree; the names of ids are those of all files.
     const Provenance& provenance() const { return provenance_; }
     const Window& window() const { return window_; }  ///< bounding window of all tiles
-    /// Whether opacity is coloured; for elements, in any of them.
+    /// Whether opacity is coloured; for elements, in at least one of them.
     bool tinted() const { return arrays_.tinted(); }
     /// Whether two tiles share a pixel.
     bool overlap() const;
     /// Returns a rectangle of the window that no tile covers, if any.
     std::optional<Window> gap() const;
-    /// Returns the first missing strip "--tile I/N" if all tiles are strips of the same N; "" =
-    /// none. (The window does not reveal a missing strip at the top or bottom.) Throws Error
-    /// (kInput) if an attribute peeler:tile is not a strip.
+    /// If all tiles are strips (--tile I/N) with the same N, returns the first missing one; "" =
+    /// none. Needed because the window does not reveal that a strip is missing at the top or
+    /// bottom. Throws Error (kInput) if an attribute peeler:tile is not a strip.
     std::string missingStrip() const;
 
-    /// Returns the number of rows to read at once within `bytes`, for any arrangement of tiles.
+    /// Returns the number of rows that can be read at once within `bytes`, however the tiles are
+    /// arranged.
     int rowsFor(std::uint64_t bytes) const;
-    /// Reads the pixels of a window, with the arrays of the first tile that has layers. Returns a
-    /// pixel where tiles disagree, if any; `band` is then invalid. Elements never disagree: their
-    /// fragments are merged by Z. Throws Error (kInput) if a file is damaged.
+    /// Reads the pixels of a window; `band` gets the arrays of the first tile that has layers. If
+    /// tiles disagree, returns a pixel where they do, and `band` is invalid. Elements never
+    /// disagree: their fragments are merged by Z. Throws Error (kInput) if a file is damaged.
     std::optional<Window> read(const Window& window, LayeredImage& band);
 
   private:
@@ -81,8 +84,8 @@ class PictureTiles {
     std::vector<Window> windows_;
     Window window_;
     Provenance provenance_;
-    LayeredImage arrays_;               ///< names and types, from tiles with layers
-    std::vector<LayeredImage> images_;  ///< the tiles' parts of a band
+    LayeredImage arrays_;               ///< names and types of the arrays of tiles that have layers
+    std::vector<LayeredImage> images_;  ///< the tiles' parts of the current band
 };
 
 }  // namespace peeler::cmd

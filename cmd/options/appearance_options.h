@@ -8,7 +8,7 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// Declares --variant alone.
+/// Declares --variant, without the other appearance options.
 void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance);
 /// Declares --variant, --transmission, --environment and --environment-rotation.
 void addAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance);

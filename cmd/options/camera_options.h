@@ -19,16 +19,17 @@ namespace peeler::cmd {
 class VerbOptions;
 
 struct CameraOptions : CameraChoice {
-    bool size_given = false;      ///< --size is given
-    std::optional<Shard> tile{};  ///< a strip of the crop's rows, or of the picture's
+    bool size_given = false;  ///< whether --size is given
+    /// A strip of the crop's rows or, without a crop, of the picture's.
+    std::optional<Shard> tile{};
 };
 
-/// Declares --camera, --eye, … --crop. If the verb reads a scene, --up may also be an axis of the
-/// scene's file, stored in `reading`. All arguments must outlive the parse.
+/// Declares --camera, --eye, … --crop. If the verb reads a scene, --up may also name an axis of the
+/// scene file, which is stored in `reading`. All arguments must outlive the parse.
 void addCameraOptions(VerbOptions& verb, CameraOptions& options,
                       SceneReadOptions* reading = nullptr);
 
-/// Returns the view like the other makeView(), cropped to the tile.
+/// Returns the view like the overload for CameraChoice, then crops it to the tile.
 View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraOptions& options);
 
 }  // namespace peeler::cmd

@@ -24,7 +24,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// A sink that meters the exposure.
+/// A sink that meters the exposure of a picture.
 struct MeterSink : Sink {
     ExposureMeter meter;
 
@@ -61,7 +61,7 @@ View small(View view) {
     return view;
 }
 
-/// Whether the user chose this device, by options or by Mesa's environment variables.
+/// Whether the user has chosen the device, by options or by Mesa's environment variables.
 bool isChosen(const gl::ContextRequest& request) {
     if (request.backend != "auto" || request.device.given()) return true;
     constexpr const char* kMesas[] = {"LIBGL_ALWAYS_SOFTWARE", "GALLIUM_DRIVER"};
@@ -149,7 +149,8 @@ GlRenderer& CaptureJob::openRenderer(const PosedScene& posed) {
         const StageTimer timer(times_, "context");
         session_.context(options_.device);
     }
-    // A scene other than the opened one, such as the places of `check`, belongs to this run only.
+    // A different scene, such as the one `check` makes of the faulty places, belongs to this run
+    // only, so the session must not keep it.
     const bool is_opened = scene_ && &posed.scene() == &scene_->scene();
     renderer_ = &session_.renderer(options_.device, is_opened ? scene_ : nullptr, posed);
     device_ = session_.context(options_.device).device();

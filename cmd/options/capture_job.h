@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Capture job: scene, device, timing and report of a verb that captures a scene.
+// Capture job: the scene, device, timing and report of a verb that captures a scene.
 #pragma once
 
 #include <chrono>
@@ -24,12 +24,12 @@
 
 namespace peeler::cmd {
 
-/// Options common to verbs that capture a scene.
+/// Options that all verbs which capture a scene have.
 struct CaptureJobOptions {
     SceneOptions scene;
     AnimationOptions animation;
     AppearanceOptions appearance;
-    CaptureSettings capture;  ///< from the options; a verb adjusts a copy
+    CaptureSettings capture;  ///< as given by the options; each verb adjusts a copy
     gl::ContextRequest device;
     RayEngine engine = RayEngine::kAuto;  ///< for verbs that trace rays
     int threads = 0;
@@ -37,8 +37,8 @@ struct CaptureJobOptions {
 };
 
 /// Sets defaults for display pictures that the command line does not override: larger points, and
-/// the studio if the scene has no light. Shadows and cameras at lights need the built-in light
-/// instead.
+/// the studio if the scene has no light. The studio is not used with shadows and cameras at lights,
+/// which need the built-in light.
 void chooseForEyes(const VerbOptions& verb, const CameraOptions& camera,
                    CaptureJobOptions& options);
 
@@ -46,89 +46,92 @@ void chooseForEyes(const VerbOptions& verb, const CameraOptions& camera,
 void addSceneArgument(VerbOptions& verb, CaptureJobOptions& options);
 /// Declares the options of addSceneOptions() and addTimeOptions().
 void addShownOptions(VerbOptions& verb, CaptureJobOptions& options);
-/// Declares the options of addMachineOptions() and addReportOptions(); `memory` describes how the
-/// verb stays within --memory.
+/// Declares the options of addMachineOptions() and addReportOptions(); `memory` is
+/// addMemoryOption()'s `remark`.
 void addRunOptions(VerbOptions& verb, CaptureJobOptions& options,
                    const std::string& memory = "the picture is rendered in bands that fit");
 
-/// A run over one scene, in stages: checkOptions(), openScene(), checkOutputs(), openRenderer() or
-/// openHits(), finish().
+/// A run with one scene. Its stages are, in this order: checkOptions(), openScene(),
+/// checkOutputs(), openRenderer() or openHits(), finish().
 class CaptureJob {
   public:
     using Clock = std::chrono::steady_clock;
 
-    /// Begins the run and sets the reporter's verbosity. Options and session must outlive the job.
+    /// Begins the run and applies the report options to the reporter. The options and the session
+    /// must outlive the job.
     CaptureJob(const CaptureJobOptions& options, Session& session);
     ~CaptureJob();
     CaptureJob(const CaptureJob&) = delete;
     CaptureJob& operator=(const CaptureJob&) = delete;
 
-    /// Sets the threads. Throws Error (kUsage) if the options contradict each other, regardless of
-    /// the scene.
+    /// Sets the number of threads. Throws Error (kUsage) if the options contradict each other,
+    /// regardless of the scene.
     void checkOptions() const;
 
-    /// Reads the scene like OpenedScene(). It lives as long as the job.
+    /// Reads the scene like OpenedScene(). The returned scene lives as long as the job.
     const OpenedScene& openScene();
-    /// Throws like checkSceneFiles() if `outputs`, or the report, would replace a file of the
-    /// scene.
+    /// Throws like checkSceneFiles() if one of `outputs`, or the report, would replace a file of
+    /// the scene.
     void checkOutputs(std::vector<std::filesystem::path> outputs) const;
     /// Returns the scene at the requested time.
     PosedScene pose();
 
-    /// Opens a context and uploads the scene unless the session has both. Throws like
+    /// Opens a context and uploads the scene, unless the session already has them. Throws like
     /// gl::createContext(). Notes software rendering once, unless it was requested.
     GlRenderer& openRenderer(const PosedScene& posed);
-    /// Releases the renderer; closes everything the session does not keep.
+    /// Releases the renderer. Closes everything that the session does not keep.
     void releaseRenderer();
-    /// Closes the context, possibly lost, and everything in it.
+    /// Closes the context, even one that was lost, and everything in it.
     void closeContext();
-    /// Returns the open GlRenderer, or null. There may be a context without a renderer if the scene
-    /// did not fit.
+    /// Returns the open GlRenderer, or null. If the scene did not fit, there may be a context
+    /// without a renderer.
     GlRenderer* renderer() { return renderer_; }
     bool hasContext() const { return session_.hasContext(); }
-    const gl::Device& device() const { return *device_; }  ///< of the GlRenderer opened last
+    const gl::Device& device() const { return *device_; }  ///< device of the GlRenderer opened last
 
-    /// Returns this run's ray engine, kCpu or kGl: the requested one, or the choice of `auto`,
-    /// which is made once and reported as a detail.
+    /// Returns the ray engine of this run, kCpu or kGl. If the engine was not requested, chooses it
+    /// once and reports the choice as a detail.
     RayEngine chooseEngine();
-    /// Opens the hit source of that engine: the CPU rasteriser, without any GL, or openRenderer().
-    /// Throws like openRenderer(). Reuses an open source.
+    /// Opens the hit source of the engine that chooseEngine() returns: the CPU rasteriser, without
+    /// any GL, or openRenderer(). If one is already open, returns it. Throws like openRenderer().
     HitSource& openHits(const PosedScene& posed);
-    /// Releases the hit source of either engine, like releaseRenderer().
+    /// Releases the hit source, of either engine, like releaseRenderer().
     void releaseHits();
-    /// Discards state that a failure may have corrupted, and times that belong to no result.
+    /// After a failure, discards the state that it may have corrupted, and the times, which belong
+    /// to no result.
     void discard();
 
     /// Meters the exposure in stops (ExposureMeter) with the open GlRenderer. Uses a small picture
-    /// of the whole view, regardless of crop and tile, with one sample per pixel and the first
-    /// method, so that tiles and crops agree. Meters an animated scene at the beginning, middle and
-    /// end of its animations, regardless of the requested frames, so that frames agree. Meters a
-    /// list of cameras at the first, middle and last. Leaves the GlRenderer in another pose. Throws
-    /// like GlRenderer::capture().
+    /// of the whole view, regardless of crop and tile, so that tiles and crops get the same
+    /// exposure. That picture has one sample per pixel and is made with the first method. For a
+    /// sequence, meters the beginning, middle and end of the animations, regardless of the
+    /// requested frames, so that all frames get the same exposure. Of several cameras, uses the
+    /// first, middle and last. Leaves the GlRenderer in a different pose. Throws like
+    /// GlRenderer::capture().
     float meterExposure(const CaptureSettings& capture, std::span<const CameraOptions> cameras);
 
     Clock::time_point start() const { return start_; }
-    /// Starts the time of the next result.
+    /// Restarts the clock for the next result's total time.
     void restartClock() { start_ = Clock::now(); }
-    /// Returns the stage times in milliseconds; a verb adds its own.
+    /// Returns the stage times in milliseconds, to which a verb adds its own.
     StageTimes& times() { return times_; }
-    /// Returns times(), including those of the open sources, since the last call.
+    /// Returns times() and the times of the open sources since the last call.
     StageTimes takeTimes();
 
     /// Returns wantsTint() for the options.
     bool wantsTint(const PosedScene& posed) const;
 
-    /// Returns settingsText() for the opened scene, its appearance and, once chosen, a ray engine
-    /// other than GL, because engines differ at edges. `crop` and `frames_per_second` are as in
-    /// ShownScene.
+    /// Returns settingsText() for the opened scene and its appearance. Includes the ray engine,
+    /// once it is chosen, if it is not GL, because the hits of engines differ at edges. `crop` and
+    /// `frames_per_second` are as in ShownScene.
     std::string settingsText(const CaptureSettings& capture, nlohmann::json more,
                              const Window& crop = {}, double frames_per_second = 0) const;
-    /// Returns the settingsHash() of the same.
+    /// Returns settingsHash() with the same arguments.
     std::string settingsHash(const CaptureSettings& capture, nlohmann::json more,
                              const Window& crop = {}) const;
 
-    /// Fills in the results common to all verbs: input, engine, device if any, memory, and
-    /// takeTimes() with the run's total, which ends here.
+    /// Fills in the results common to all verbs: input, engine, device if any, memory, takeTimes(),
+    /// and the total time, measured up to this call.
     void finish(RunResult& result);
 
   private:
@@ -139,7 +142,7 @@ class CaptureJob {
     StageTimes times_;
     SharedScene scene_;
     std::optional<gl::Device> device_;
-    GlRenderer* renderer_ = nullptr;   ///< the session's
+    GlRenderer* renderer_ = nullptr;   ///< owned by the session
     std::optional<RayEngine> engine_;  ///< kCpu or kGl, once it is chosen
     std::unique_ptr<HitSource> rasterizer_;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Layers, Light and Machine options.
+// The options under the headings Layers, Light and Machine.
 #include "cmd/options/capture_options.h"
 
 #include <algorithm>

@@ -20,25 +20,25 @@ class VerbOptions;
 /// --shading, --point-size and --precision.
 void addLayerOptions(VerbOptions& verb, CaptureSettings& capture);
 
-/// Declares only --method, --faces and --point-size, for verbs that capture all layers.
+/// Declares only --method, --faces and --point-size, for verbs that always capture all layers.
 void addAllLayersOptions(VerbOptions& verb, CaptureSettings& capture);
 
-/// Declares --faces for rays; none = the default, which depends on the verb's other options.
+/// Declares --faces for rays. No value = the default, which depends on the verb's other options.
 void addRayFacesOption(VerbOptions& verb, std::optional<Faces>& faces);
 
 /// Declares --shadows and --shadow-size (texels per side; none = not given).
 void addLightOptions(VerbOptions& verb, CaptureSettings& capture, std::optional<int>& shadow_size);
 
-/// Sets the size of shadow maps if it is given. Throws Error (kUsage) if a size is given without
+/// Sets the size of shadow maps if a size is given. Throws Error (kUsage) if it is given without
 /// shadows.
 void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_size);
 
-/// Declares --memory (bytes), whose default is inheritedBudget() (cmd/machine/resources.h);
-/// `remark` describes how the verb stays within it.
+/// Declares --memory (bytes). The default is inheritedBudget() (cmd/machine/resources.h). `remark`
+/// is the part of the help that says how the verb stays within the budget.
 void addMemoryOption(VerbOptions& verb, MemoryBudget& budget, const std::string& remark);
 
-/// Declares --backend, --device, --require-gpu, --threads and --memory; `memory` describes how the
-/// verb stays within --memory.
+/// Declares --backend, --device, --require-gpu, --threads and --memory; `memory` is
+/// addMemoryOption()'s `remark`.
 void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threads,
                        CaptureSettings& capture, const std::string& memory);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Clipping options, and the resulting clip volume.
+// The options under the heading Clipping, and the resulting clip volume.
 #pragma once
 
 #include <string>
@@ -12,11 +12,11 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// --clip-box, --clip-plane, --clip-mesh and --clip.
+/// The values of --clip-box, --clip-plane, --clip-mesh and --clip.
 struct ClipOptions {
-    ClipVolume volume;                ///< without nodes
+    ClipVolume volume;                ///< `nodes` is empty
     std::vector<std::string> meshes;  ///< names or indices of nodes
-    bool side_given = false;          ///< --clip is given
+    bool side_given = false;          ///< whether --clip is given
 };
 
 /// Declares the options; `options` must outlive the parse.
@@ -25,8 +25,8 @@ void addClipOptions(VerbOptions& verb, ClipOptions& options);
 /// Throws Error (kUsage) if the options contradict each other, regardless of the scene.
 void checkClipOptions(const ClipOptions& options);
 
-/// Returns the volume, with the named nodes and their visible descendants. Throws Error (kUsage) if
-/// a node does not exist (with the list) or has no triangles.
+/// Returns the clip volume, which includes the named nodes and their visible descendants. Throws
+/// Error (kUsage) if a node does not exist (the message lists those that do) or has no triangles.
 ClipVolume clipVolume(const ClipOptions& options, const PosedScene& posed);
 
 }  // namespace peeler::cmd

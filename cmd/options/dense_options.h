@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dense-array options: planes in place of fragment lists.
+// Options for dense arrays, which hold planes in place of fragment lists.
 #pragma once
 
 #include "cmd/options/output_options.h"
 
 namespace peeler::cmd {
 
-/// Declares --dense, --fill and --dense-type. --dense also selects the kind "dense" unless --as is
-/// given.
+/// Declares --dense, --fill and --dense-type. --dense also selects the output kind "dense" unless
+/// --as is given.
 void addDenseOptions(VerbOptions& verb, OutputRequest& output);
 
-/// Throws Error (kUsage) if one of them is given and the output has no planes.
+/// Throws Error (kUsage) if one of these options is given but the output has no planes.
 void checkDenseOptions(const OutputRequest& output, bool has_planes);
 
 }  // namespace peeler::cmd

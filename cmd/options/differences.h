@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Differences between two pictures' headers, in command-line terms.
+// Differences between the headers of two pictures, worded in terms of the command line.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -11,35 +11,35 @@
 
 namespace peeler::cmd {
 
-/// A difference between two pictures.
+/// A difference between the headers of two pictures.
 struct Difference {
-    std::string what;         ///< an option ("--channels"), or a phrase ("the camera")
-    std::string here, there;  ///< this picture's value, the other's; both "" if `what` suffices
+    std::string what;         ///< an option ("--channels") or a phrase ("the camera")
+    std::string here, there;  ///< this picture's value and the other's; both "" if `what` suffices
 
-    /// Returns "--channels: normal, not none".
+    /// Returns the difference as text: "--channels: normal, not none".
     std::string text() const;
 };
 
-/// Returns all texts, joined by semicolons.
+/// Returns the texts of all differences, joined by semicolons.
 std::string differencesText(const std::vector<Difference>& differences);
 
-/// Returns the difference between the scene files, by name or by content; at most one entry.
+/// Returns the difference between the scene files, in name or in content; at most one entry.
 std::vector<Difference> sceneDifferences(const Provenance& here, const Provenance& there);
 
-/// Returns the options in which Provenance::settings differ, key by key. If only the hashes are
-/// known to differ, returns one entry for that.
+/// Returns the differences between Provenance::settings, one entry per key. If the settings are
+/// unknown but their hashes differ, returns a single entry.
 std::vector<Difference> settingsDifferences(const Provenance& here, const Provenance& there);
 
-/// Returns the difference in the size of the whole picture; at most one entry.
+/// Returns the difference between the sizes of the whole pictures; at most one entry.
 std::vector<Difference> sizeDifferences(const View& here, const View& there);
-/// Returns the differences of the cameras: name, projection and pose.
+/// Returns the differences between the cameras: name, projection and pose.
 std::vector<Difference> cameraDifferences(const View& here, const View& there);
 
-/// Returns Provenance::settings as an object, null if it is not one. Drops nesting deeper than
-/// settings have, which could overflow the stack of recursive code.
+/// Returns Provenance::settings as a JSON object, null if it is not one. Drops anything nested
+/// deeper than real settings, because it could overflow the stack of recursive code.
 nlohmann::json settingsJson(const Provenance& provenance);
 
-/// Returns the option of peeler render for a key of Provenance::settings.
+/// Returns the option of peeler render that sets this key of Provenance::settings.
 std::string optionOfSetting(const std::string& key);
 
 }  // namespace peeler::cmd

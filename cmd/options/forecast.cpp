@@ -25,18 +25,18 @@ std::string sizeText(const SizeForecast& size) {
     return std::string(kCertainties[static_cast<std::size_t>(size.certainty)]) + ' ' + bytes;
 }
 
-/// The files that go to one disk.
+/// The files that will be written to the same disk.
 struct DiskShare {
     DiskSpace disk;
     SizeForecast size{};
     std::uint64_t certain = 0;  ///< bytes of the files whose size is exact
-    std::string names{};        ///< "out.ply", "out.ply and 2 more files"
-    std::string contents{};     ///< of a single file
+    std::string names{};        ///< names for messages: "out.ply", "out.ply and 2 more files"
+    std::string contents{};     ///< ForecastFile::contents, if there is only one file
 };
 
 std::vector<DiskShare> sharesOf(const Forecast& forecast, const DiskSpaceOf& disk_of) {
     std::vector<DiskShare> shares;
-    std::vector<std::uint64_t> files;  // per share
+    std::vector<std::uint64_t> files;  // number of files, per share
     for (const ForecastFile& file : forecast.files) {
         const std::optional<DiskSpace> disk = disk_of(file.path);
         if (!disk) continue;
@@ -82,7 +82,7 @@ void reportShare(const DiskShare& share, std::uint64_t times, Reporter& reporter
                     share.names, "free some space, write elsewhere, or reduce the output");
     }
     SizeForecast all = share.size;
-    // A product over 64 bits exceeds any disk.
+    // A product that overflows 64 bits is larger than any disk.
     all.bytes = all.bytes > UINT64_MAX / times ? UINT64_MAX : all.bytes * times;
     if (times > 1 && all.certainty == Certainty::kExact) all.certainty = Certainty::kAbout;
     const std::string who =

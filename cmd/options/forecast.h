@@ -15,42 +15,42 @@
 
 namespace peeler::cmd {
 
-/// A file to be written, or all files of a numbered name.
+/// A file to be written, or all files that share a name with a number pattern.
 struct ForecastFile {
     std::filesystem::path path;
     SizeForecast size{};
-    /// The reason for its size, if known: "1,234 hits of 64 bytes".
+    /// The explanation of the size, if known: "1,234 hits of 64 bytes".
     std::string contents{};
-    std::string kind{};  ///< for verbs that write several files, as in WrittenFile
+    std::string kind{};  ///< as in WrittenFile, for verbs that write several kinds of files
 };
 
-/// The files of a run, or of its next picture.
+/// The files that a run, or its next picture, will write.
 struct Forecast {
     std::vector<ForecastFile> files;
-    /// The factor for the rest of the run: the remaining pictures of a sequence.
+    /// The number of times that such files will be written: the remaining pictures of a sequence.
     std::uint64_t times = 1;
 
-    /// Returns the size of all files, without `times`.
+    /// Returns the total size of the files, not multiplied by `times`.
     SizeForecast size() const;
 };
 
 using DiskSpaceOf = std::function<std::optional<DiskSpace>(const std::filesystem::path&)>;
 
-/// Compares the forecast with the free space, per disk. Warns if it exceeds a tenth of the free
-/// space; notes it from 1 GB or a hundredth of the free space on, or if `always`. Throws Error
-/// (kOutput) if the certain size exceeds the free space; nothing has been written yet. The certain
-/// size does not include `times`, since later pictures may be smaller. Skips disks whose free space
-/// is unknown.
+/// Compares the forecast with the free space, separately for each disk. Warns if it exceeds a tenth
+/// of the free space; otherwise prints a note if it is at least 1 GB or exceeds a hundredth of the
+/// free space, or if `always`. Throws Error (kOutput), before anything is written, if the files
+/// whose size is known exactly do not fit; this ignores `times`, since later pictures may be
+/// smaller. Skips disks whose free space is unknown.
 void reportForecast(const Forecast& forecast, Reporter& reporter, bool always = false,
                     const DiskSpaceOf& disk = diskSpaceOf);
 
-/// Returns an upper estimate of the peak memory of a repeated run that had `peak` bytes this time:
-/// thread scheduling varies, and with it the buffers in use.
+/// Returns an upper estimate of the peak memory of an identical run, given the peak of this one.
+/// The two may differ, because thread scheduling and hence the number of buffers in use vary.
 std::uint64_t repeatedPeak(std::uint64_t peak);
-/// Reports the maximum resident bytes of a run.
+/// Reports the forecast of a run's maximum resident bytes.
 void reportMemory(std::uint64_t bytes, Reporter& reporter);
 
-/// Whether some disk has less free space than its files may need.
+/// Whether the files may need more than the free space of some disk.
 bool mayExceedDisk(const Forecast& forecast, const DiskSpaceOf& disk = diskSpaceOf);
 
 /// Returns the files as --dry-run lists them (cmd/README.md, "JSON"): `output` (and `kind`),

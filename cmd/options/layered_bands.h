@@ -12,7 +12,8 @@
 
 namespace peeler::cmd {
 
-/// Size limit of a band in bytes: enough for wide chunks of many layers, small next to a render.
+/// The maximum size of a band, in bytes: enough for wide chunks with many layers, yet small
+/// compared to a render's memory.
 inline constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
 
 /// Reads the picture from top to bottom in bands of about `band_bytes` and passes each to `take`,
@@ -28,8 +29,8 @@ void forEachBand(LayeredInput& reader, std::uint64_t band_bytes, Take&& take) {
     }
 }
 
-/// Iterates over a picture from top to bottom, with progress. `read(window, band)` fills each band,
-/// timed as "load" in `times`; `take(band)` may move from it.
+/// Iterates over the bands of a picture from top to bottom and reports progress. `read(window,
+/// band)` fills each band and is timed as "load" in `times`; `take(band)` may move from it.
 template <class Read, class Take>
 void forEachBand(const Window& crop, int rows, StageTimes& times, ProgressReport& progress,
                  Read&& read, Take&& take) {
@@ -42,7 +43,8 @@ void forEachBand(const Window& crop, int rows, StageTimes& times, ProgressReport
     }
 }
 
-/// Iterates over a file: the nearest `max_layers` fragments of every pixel (0 = all).
+/// Iterates over the bands of a file, with only the nearest `max_layers` fragments of every pixel
+/// (0 = all).
 template <class Take>
 void forEachBand(LayeredInput& reader, std::uint32_t max_layers, StageTimes& times,
                  ProgressReport& progress, Take&& take, std::uint64_t band_bytes = kBandBytes) {

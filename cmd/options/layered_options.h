@@ -14,20 +14,22 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// Declares --part and --view, and --strict unless the verb has it. `options` must outlive the
-/// parse.
+/// Declares --part and --view, and --strict unless the verb already has it. `options` must outlive
+/// the parse.
 void addLayeredOptions(VerbOptions& verb, LayeredReadOptions& options);
 
-/// Throws Error (kUsage) if a part or view is chosen but the input is a scene.
+/// Throws Error (kUsage) if a part or view is chosen, for verbs whose input turned out to be a
+/// scene.
 void refusePictureChoice(const LayeredReadOptions& options);
 
-/// Returns the reading options for a picture written to these files: pixels_only unless all are
-/// OpenEXR or .safetensors, which have a header and a data window. Skips empty paths.
+/// Returns the options for reading a picture that will be written to these files. Sets pixels_only
+/// unless all files are OpenEXR or .safetensors, which have a header and a data window. Skips empty
+/// paths.
 LayeredReadOptions readingFor(const LayeredReadOptions& options,
                               std::span<const std::filesystem::path> outputs);
 
-/// Calls openLayered() and reports its warnings as they occur. The reporter must outlive the
-/// returned input.
+/// Calls openLayered(), and reports warnings of the input as they occur. The reporter must outlive
+/// the returned input.
 std::unique_ptr<LayeredInput> openInput(const std::string& path, const LayeredReadOptions& options,
                                         Reporter& reporter);
 std::unique_ptr<LayeredInput> openInput(OpenedPicture opened, Reporter& reporter);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Run of a verb that makes one picture from layered files.
+// A run of a verb that makes one picture from layered files.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +18,7 @@
 
 namespace peeler::cmd {
 
-/// Options of every such verb, besides its inputs.
+/// The options that all these verbs share; each has its own inputs.
 struct LayeredRunOptions {
     LayeredReadOptions reading{};
     int threads = 0;
@@ -26,34 +26,36 @@ struct LayeredRunOptions {
     ReportOptions report{};
 };
 
-/// The state of a run, with the common part of each stage. A verb calls, in this order:
+/// The state of a run, and the common parts of its stages. A verb calls, in this order:
 /// checkFiles(), open() or openInput(), forEachBand(), write(), report().
 class LayeredRun {
   public:
-    /// Applies the report options and starts the total time. `options` must outlive the run.
+    /// Applies the report options and starts measuring the total time. `options` must outlive the
+    /// run.
     LayeredRun(const LayeredRunOptions& options, std::vector<std::filesystem::path> inputs,
                Reporter& reporter);
 
-    /// Checks the names of output files, and sets the threads. Throws Error (kUsage) like
-    /// checkOutput() and checkReport().
+    /// Checks the names of the output files, and sets the number of threads. Throws Error (kUsage)
+    /// like checkOutput() and checkReport().
     void checkFiles() const;
 
-    /// Calls `open_input(LayeredReadOptions)` with options for the output, and returns its result.
+    /// Calls `open_input(LayeredReadOptions)` with the options that suit the output, and returns
+    /// the result.
     template <class OpenInput>
     auto open(OpenInput&& open_input) {
         return timed(result.milliseconds, "load",
                      [&] { return open_input(readingFor(options_.reading, {{output.path}})); });
     }
-    /// Opens the only input, restricted to these objects. Sets `plan` to its plan.
+    /// Opens the only input, restricted to the chosen objects. Sets `plan` to the input's plan.
     std::unique_ptr<LayeredInput> openInput(const ObjectOptions& objects);
 
-    /// Iterates over `plan`, like forEachBand() of layered_bands.h.
+    /// Iterates over the bands of `plan`, like forEachBand() in layered_bands.h.
     template <class Read, class Take>
     void forEachBand(const Stage& stage, int rows, Read&& read, Take&& take) {
         ProgressReport progress(reporter_, stage);
         cmd::forEachBand(plan.view.crop, rows, result.milliseconds, progress, read, take);
     }
-    /// Iterates over the nearest `max_layers` layers of an input, 0 = all.
+    /// Iterates over the bands of an input, with only the nearest `max_layers` layers; 0 = all.
     template <class Take>
     void forEachBand(const Stage& stage, LayeredInput& input, std::uint32_t max_layers,
                      Take&& take) {
@@ -61,7 +63,8 @@ class LayeredRun {
         cmd::forEachBand(input, max_layers, result.milliseconds, progress, take);
     }
 
-    /// Returns the output options for an input with this provenance, with this version of peeler.
+    /// Returns the options of an output made from an input with this provenance; the version
+    /// recorded is that of this peeler.
     OutputOptions outputOptions(Provenance provenance) const;
     /// Writes `plan` to a sink; `fill()` writes the bands.
     template <class Fill>
@@ -72,11 +75,12 @@ class LayeredRun {
         add(result.milliseconds, sink.times());
     }
 
-    /// Stops the total time and reports the picture. Throws Error (kOutput) if a file is missing.
+    /// Stops measuring the total time and reports the picture. Throws Error (kOutput) if a file is
+    /// missing.
     void report(const OutputOptions& written, const Provenance& provenance);
 
-    OutputRequest output;  ///< the request, with the verb's own choices
-    Plan plan;             ///< of the output
+    OutputRequest output;  ///< the request, adjusted by the verb
+    Plan plan;             ///< plan of the output
     PictureResult result;
 
   private:

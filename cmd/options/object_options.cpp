@@ -21,7 +21,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// A layered file restricted to chosen fragments.
+/// A layered file restricted to the fragments of chosen objects.
 class ChosenObjects final : public LayeredInput {
   public:
     ChosenObjects(std::unique_ptr<LayeredInput> input, ObjectSelection selection)
@@ -29,7 +29,8 @@ class ChosenObjects final : public LayeredInput {
         DepthComplexity complexity(info_.plan.view.crop);
         forEachBand(*this, kBandBytes, [&](const LayeredImage& band) { complexity.addBand(band); });
         Plan& plan = info_.plan;
-        // Fragments missing from the file may belong to any of its objects.
+        // Assumes that fragments missing from the file belong to the chosen objects, because they
+        // may belong to any.
         const std::uint64_t lacking =
             std::max(plan.fragments_counted, plan.fragments_stored) - plan.fragments_stored;
         plan.layers = complexity.layers();
@@ -63,7 +64,7 @@ class ChosenObjects final : public LayeredInput {
     ExrInfo info_;
 };
 
-/// A kind of id: its channel, its names, and their noun in messages.
+/// A kind of id: its channel, the names of its values, and the nouns for it in messages.
 struct IdKind {
     const char* channel;
     const std::vector<std::string>& names;
@@ -84,7 +85,7 @@ void sortUnique(std::vector<std::uint32_t>& ids) {
     ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
 }
 
-/// Returns the ids whose names match the globs, and ids given as numbers that are not names.
+/// Returns the ids whose names match the globs. A number that matches no name is an id itself.
 std::vector<std::uint32_t> idsLike(const std::vector<std::string>& globs, const IdKind& kind,
                                    const char* option, const std::string& path) {
     std::vector<std::uint32_t> ids;
@@ -112,7 +113,7 @@ std::vector<std::uint32_t> idsLike(const std::vector<std::string>& globs, const 
     return ids;
 }
 
-/// Adds all descendants of the ids, if the file has parents.
+/// Adds the ids of all descendants, if the file has the ids' parents.
 void addBelow(const std::vector<std::uint32_t>& parents, std::vector<std::uint32_t>& ids) {
     std::vector<char> known(parents.size() + 1, 0), inside(parents.size() + 1, 0);
     known[0] = 1;
@@ -120,7 +121,8 @@ void addBelow(const std::vector<std::uint32_t>& parents, std::vector<std::uint32
         if (id < inside.size()) known[id] = inside[id] = 1;
     std::vector<std::uint32_t> way;
     for (std::uint32_t id = 1; id < known.size(); ++id) {
-        // Walks up to an ancestor with a known answer; a cycle in a damaged file counts as outside.
+        // Walks up to an ancestor whose answer is known. If a damaged file has a cycle, its ids
+        // count as outside.
         for (std::uint32_t at = id; at < known.size() && !known[at]; at = parents[at - 1]) {
             known[at] = 1;
             way.push_back(at);
@@ -197,7 +199,7 @@ std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredR
 
     auto chosen = std::make_unique<ChosenObjects>(std::move(input), std::move(selection));
     ExrInfo& chosen_info = chosen->info();
-    // The result no longer corresponds to a single render or its settings.
+    // The result is no longer that of a single render with certain settings.
     chosen_info.parts.front().attributes.erase("peeler:outputHash");
     Provenance& provenance = chosen_info.provenance;
     nlohmann::json settings = settingsJson(provenance);
@@ -208,7 +210,7 @@ std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredR
         provenance.settings_hash = hashText(provenance.settings_hash + dumpJson(selected));
     } else {
         nlohmann::json& all = settings["selected"];
-        if (!all.is_array()) all = nlohmann::json::array();  // the file's value may be anything
+        if (!all.is_array()) all = nlohmann::json::array();  // a damaged file may have anything
         all.push_back(selected);
         provenance.settings = dumpJson(settings);
         provenance.settings_hash = hashText(provenance.settings);

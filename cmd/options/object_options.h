@@ -13,7 +13,7 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// Name globs, or ids as numbers.
+/// The chosen objects and materials: globs of names, or ids as numbers.
 struct ObjectOptions {
     std::vector<std::string> include{}, exclude{};  ///< objects: nodes of the scene
     std::vector<std::string> materials{};
@@ -25,12 +25,12 @@ struct ObjectOptions {
 void addObjectOptions(VerbOptions& verb, ObjectOptions& options);
 
 /// Returns the file restricted to fragments of the chosen objects, as if nothing else had been
-/// rendered. Keeps objects that match `include` (all if it is empty) or are below such a node,
-/// except those that match `exclude` or are below such a node; then only the given materials, if
-/// any. Recounts layers, which reads the file once, and drops the composite. Without any of the
-/// options, same as openInput(). Throws like openInput() and LayeredInput::read(). Throws Error
-/// (kInput) if fragments have no ids, or the ids have no names where names are given; Error
-/// (kUsage) if nothing has a given name.
+/// rendered. Keeps objects that match `include`, or all if `include` is empty, but not those that
+/// match `exclude`; an object also matches if a node above it does. Of their fragments, keeps those
+/// with a material in `materials`, if any are given. Counts the layers again, which reads the file
+/// once, and drops the composite. If no option is given, this is openInput(). Throws like
+/// openInput() and LayeredInput::read(). Throws Error (kInput) if fragments have no ids, or if
+/// names are given but the ids have none. Throws Error (kUsage) if nothing has a given name.
 std::unique_ptr<LayeredInput> openChosen(const std::string& path, const LayeredReadOptions& reading,
                                          const ObjectOptions& options, Reporter& reporter);
 

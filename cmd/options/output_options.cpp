@@ -31,7 +31,7 @@ float parseExposure(const std::string& text) {
     return static_cast<float>(stops);
 }
 
-/// Parses a background to premultiplied colour, as in OutputOptions.
+/// Parses a background colour and premultiplies it, as OutputOptions requires.
 std::array<float, 4> parseBackground(const std::string& text) {
     std::array<float, 4> color = parseColor(text);
     for (std::size_t i = 0; i < 3; ++i)
@@ -46,7 +46,7 @@ constexpr Choice<DeepMerge> kDeepMerges[] = {
     {"by-z", DeepMerge::kByZ, "merge samples within --deep-z-tolerance"},
 };
 
-/// Like addValue(), for an option that only some formats use; records that it is given.
+/// Like addValue(), for an option that applies only to some formats; records that it was given.
 template <class T, class Parse>
 Option addGiven(VerbOptions& verb, OutputRequest& output, const char* name, const char* value_name,
                 T& target, Parse parse, const std::string& help) {
@@ -59,7 +59,8 @@ Option addGiven(VerbOptions& verb, OutputRequest& output, const char* name, cons
         help);
 }
 
-/// Like addGiven(), for a table with `name` and `summary` in each row; the help lists it.
+/// Like addGiven(), for an option whose value is a `name` in a table. The help lists the names with
+/// their summaries.
 template <class Row>
 Option addNamed(VerbOptions& verb, OutputRequest& output, const char* option, std::string& target,
                 std::span<const Row> rows, const std::string& kind, const std::string& help,
@@ -259,7 +260,7 @@ void noteDisplay(const PictureResult& result, Reporter& reporter) {
         reporter.note(file + "exposed by " + stopsText(display.exposure) +
                       " stops, found by metering; set --exposure to change it");
     }
-    // A few isolated pixels are not worth a note.
+    // Isolated pixels are not worth a note.
     const auto pixels =
         static_cast<std::uint64_t>(result.width) * static_cast<std::uint64_t>(result.height);
     if (display.alpha_raised_pixels > pixels / 100) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Scene options: scene, nodes, reading.
+// The options under the heading Scene: scene, nodes, reading.
 #pragma once
 
 #include "cmd/session/scene_request.h"
@@ -11,28 +11,28 @@ class VerbOptions;
 /// Declares --scene, --include, --exclude, --allow-outside, --strict, --ignore-extension,
 /// --smooth-normals and, unless the verb has its own, --unit. `options` must outlive the parse.
 void addSceneOptions(VerbOptions& verb, SceneOptions& options);
-/// Declares --up for verbs without a camera. The camera's --up accepts axes too
+/// Declares --up for verbs that have no camera. In other verbs, the camera's --up also accepts axes
 /// (addCameraOptions()).
 void addUpOption(VerbOptions& verb, SceneReadOptions& reading);
 /// Declares --unit.
 void addUnitOption(VerbOptions& verb, SceneReadOptions& reading);
 inline constexpr const char* kUpHelp =
     "x, y or z: up axis of a PLY, STL or OBJ, which becomes +Y of the scene (default: y)";
-/// Declares --allow-outside alone.
+/// Declares --allow-outside, without the other scene options.
 void addSandboxOption(VerbOptions& verb, bool& allow_outside);
-/// Declares --strict: reading warnings become errors.
+/// Declares --strict, which turns warnings of readers into errors.
 void addStrictOption(VerbOptions& verb, bool& strict);
 /// Declares --normalize.
 void addNormalizeOption(VerbOptions& verb, SceneOptions& options);
 
-/// Named units, in metres.
+/// Units of length by name, in metres.
 inline constexpr Choice<double> kLengthUnits[] = {
     {"m", 1, "metres, as in glTF"}, {"mm", 1e-3, "millimetres, as some exporters write"},
     {"cm", 1e-2, "centimetres"},    {"inch", 0.0254, "inches"},
     {"in", 0.0254, "inches"},
 };
 
-/// Returns the length of a unit in metres, from one of these names or a number.
+/// Returns the length of a unit in metres. The text is a name from kLengthUnits or a number.
 double parseLengthUnit(const std::string& text);
 
 }  // namespace peeler::cmd

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs over many frames or views: existing files, failures, results.
+// Runs that make several frames or views: handling of existing files, failures and results.
 #pragma once
 
 #include <filesystem>
@@ -19,46 +19,46 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// Options for existing files and failures in a run over many pictures.
+/// The options of a run over several pictures: treatment of existing files and of failures.
 struct SequenceOptions {
     bool skip_existing = false;
     bool keep_going = false;
     bool dry_run = false;
-    std::optional<Shard> chunk{};  ///< of all pictures
+    std::optional<Shard> chunk{};  ///< the share of all pictures that this run makes
 };
 
 /// Declares --chunk, --skip-existing and --keep-going. `options` must outlive the parse.
 void addSequenceOptions(VerbOptions& verb, SequenceOptions& options);
 
-/// The frame and view of a picture.
+/// The number of a picture: its frame, its view, or both.
 struct PictureNumber {
-    std::optional<int> frame{};  ///< in a sequence
-    std::optional<int> view{};   ///< index among many views, from 0
+    std::optional<int> frame{};  ///< if the picture is part of a sequence
+    std::optional<int> view{};   ///< index of the view if there are several, from 0
 
     /// Returns "frame 12, view 3"; "" for a single picture.
     std::string text() const;
 };
 
-/// The results of a run's pictures, reported one by one and together at the end.
+/// The results of a run's pictures, each reported when it is made, and all together at the end.
 class SequenceResults {
   public:
-    /// `pictures`: the noun for one of several, "frame" or "view"; "" = a single picture. The
+    /// `pictures` is the noun for the pictures, "frame" or "view"; "" = there is only one. The
     /// reporter must outlive this object.
     SequenceResults(std::string pictures, Reporter& reporter)
         : pictures_(std::move(pictures)), reporter_(reporter) {}
 
-    /// Adds a result; `line` is its summary.
+    /// Adds the result for a picture; `line` is its summary.
     void add(Json result, const std::string& line);
-    /// Reports the failure of a picture; the run continues.
+    /// Reports that a picture failed while the run continues.
     void addFailure(const std::filesystem::path& output, const PictureNumber& number,
                     const Error& error);
 
     bool empty() const { return finished_.empty() && failed_.empty(); }
     int worst() const { return worst_; }  ///< the greatest exit code of a failure; 0 = none
-    /// Returns {"frames": [one result per frame]}, or "views", and "failed" if any failed; for a
-    /// single picture, its result.
+    /// Returns {"frames": [one result per frame]}, or the same with "views", and "failed" if any
+    /// failed. For a single picture, returns only its result.
     Json json() const;
-    /// Reports the number of failed pictures, if any.
+    /// Reports the number of failed pictures, unless it is 0.
     void reportFailures() const;
 
   private:
@@ -68,10 +68,10 @@ class SequenceResults {
     int worst_ = 0;
 };
 
-/// Calls `make` for each view in [first, end). Under --keep-going a failure is added to `results`
-/// and the run continues, unless the whole request is at fault (kUsage); otherwise it is rethrown.
-/// Calls `discard` first: it discards state that the failure may have corrupted, and returns the
-/// missing file.
+/// Calls `make` for each view in [first, end). If `make` throws under --keep-going, calls
+/// `discard`, adds the failure to `results` and continues. `discard` discards the state that the
+/// failure may have corrupted and returns the file that is missing. Rethrows errors of kind kUsage,
+/// because then the whole request is at fault, and without --keep-going all errors.
 void makeEachView(std::size_t first, std::size_t end, const SequenceOptions& options,
                   SequenceResults& results, const std::function<void(std::size_t)>& make,
                   const std::function<std::filesystem::path(std::size_t)>& discard);

@@ -23,7 +23,7 @@ namespace {
 
 constexpr const char* kViewsGroup = "Views";
 
-/// Returns the object id in a node's name: 12 for "obj_000012" and "12".
+/// Returns the object id that a node's name contains: 12 for "obj_000012" and "12".
 std::optional<int> objectId(std::string_view name) {
     if (name.starts_with("obj_")) name.remove_prefix(4);
     int id = 0;
@@ -32,7 +32,7 @@ std::optional<int> objectId(std::string_view name) {
     return whole && id >= 0 ? std::optional(id) : std::nullopt;
 }
 
-/// Throws Error (kUsage) if options are given that only a single camera has.
+/// Throws Error (kUsage) if options are given that apply only to a single camera.
 void refuseLoneCamera(const CameraOptions& camera, const std::string& views) {
     const std::pair<bool, const char*> lone[] = {
         {camera.camera.has_value(), "--camera"},
@@ -49,7 +49,8 @@ void refuseLoneCamera(const CameraOptions& camera, const std::string& views) {
                    "leave one of them out");
 }
 
-/// Throws Error (kUsage) if the options contradict each other, regardless of the scene.
+/// Throws Error (kUsage) if the view options contradict each other or the camera's, regardless of
+/// the scene.
 void checkViewOptions(const ViewListOptions& options, const CameraOptions& camera) {
     if (options.file && options.count)
         refuse("views come either from a file or from around the scene", "--cameras, --views",
@@ -77,7 +78,8 @@ void checkViewOptions(const ViewListOptions& options, const CameraOptions& camer
                "--size " + std::to_string(camera.size.width), "give the height too: --size WxH");
 }
 
-/// Returns the camera options of a view: its own choice and the settings common to all.
+/// Returns the camera options of a view: the view's own camera, with the settings that all views
+/// share.
 CameraOptions cameraOf(const CameraChoice& view, const CameraOptions& camera) {
     CameraOptions result;
     static_cast<CameraChoice&>(result) = view;
@@ -201,7 +203,7 @@ void ViewList::place(const OpenedScene& scene) {
 void ViewList::placeObjects(const Scene& scene) {
     if (std::ranges::all_of(listed_, [](const FileCamera& view) { return view.objects.empty(); }))
         return;
-    std::map<int, int> nodes;  // by object id
+    std::map<int, int> nodes;  // node index by object id
     for (std::size_t i = 0; i < scene.nodes.size(); ++i)
         if (const auto id = objectId(scene.nodes[i].name)) nodes.emplace(*id, static_cast<int>(i));
     std::set<int> ever_placed;
@@ -227,7 +229,7 @@ void ViewList::placeObjects(const Scene& scene) {
     warnOfUnplaced(ever_placed.size());
 }
 
-/// Warns about views that place fewer than `objects` objects.
+/// Warns if some views place fewer than `objects` objects.
 void ViewList::warnOfUnplaced(std::size_t objects) const {
     const auto lacks = [&](const auto& placed) { return placed.size() < objects; };
     const auto first = std::ranges::find_if(placed_, lacks);
@@ -242,7 +244,7 @@ void ViewList::warnOfUnplaced(std::size_t objects) const {
 
 void ViewList::addSettings(std::size_t index, nlohmann::json& settings) const {
     for (const PlacedNode& placed : placed(index)) {
-        std::array<double, 16> numbers{};  // column by column
+        std::array<double, 16> numbers{};  // matrix in column order
         for (int i = 0; i < 16; ++i)
             numbers[static_cast<std::size_t>(i)] = placed.to_world[i / 4][i % 4];
         settings["placed"].push_back({placed.node, numbers});

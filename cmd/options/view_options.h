@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// View lists: many cameras for one scene, from a file or around the scene.
+// View lists: many cameras for one scene, read from a file or placed around the scene.
 #pragma once
 
 #include <filesystem>
@@ -28,7 +28,7 @@ inline constexpr Choice<Around> kArounds[] = {
     {"random", Around::kRandom, "at random on all sides, the same for the same --seed"},
 };
 
-/// --cameras, --views and related options.
+/// The values of --cameras, --views and related options.
 struct ViewListOptions {
     std::optional<std::filesystem::path> file;
     std::optional<CameraConvention> convention;
@@ -39,54 +39,57 @@ struct ViewListOptions {
     std::optional<std::filesystem::path> cameras_out;
     bool through_corners = false;  ///< ViewsAround::through_corners, set by presets
 
-    /// Whether a list of views is requested, even of one view.
+    /// Whether a list of views is requested, even if it has only one view.
     bool asked() const { return file || count; }
 };
 
-/// Declares the options; `options` must outlive the parse.
+/// Declares the options in ViewListOptions. `options` must outlive the parse.
 void addViewOptions(VerbOptions& verb, ViewListOptions& options);
 
-/// The views of a run: from a file, around the scene, or the single one of the camera options.
+/// The views of a run: those in a file, those placed around the scene, or the single view of the
+/// camera options.
 class ViewList {
   public:
     /// Checks the options and reads the file. `camera` holds the settings common to all views. All
     /// arguments must outlive the list. Throws Error (kUsage) if the options contradict each other,
-    /// regardless of the scene, and like readCameras(). Reports its warnings, which are errors if
-    /// `strict`.
+    /// regardless of the scene, and like readCameras(). Reports warnings about the file, which are
+    /// errors if `strict`.
     ViewList(const ViewListOptions& options, const CameraOptions& camera, bool strict,
              Reporter& reporter);
 
     bool asked() const { return options_.asked(); }
     std::size_t size() const;  ///< at least 1
-    /// Returns the half-open range of this run's views. Throws Error (kUsage) if there is a chunk
-    /// of a single view.
+    /// Returns the half-open range of views that this run makes. Throws Error (kUsage) if a chunk
+    /// of a single view is requested.
     std::pair<std::size_t, std::size_t> part(const std::optional<Shard>& chunk) const;
 
-    /// Throws Error (kUsage) if the views would all have this name.
+    /// Throws Error (kUsage) if the name has no number pattern, so that all views would have the
+    /// same name.
     void checkName(const std::filesystem::path& output) const;
 
-    /// Places cameras around the scene and resolves the objects that a file places. Call before the
-    /// functions below. Throws Error (kUsage) if a camera cannot be placed, Error (kInput) if the
-    /// scene lacks an object.
+    /// Places cameras around the scene, and finds the nodes of the objects that the camera file
+    /// places. Must be called before the functions below. Throws Error (kUsage) if a camera cannot
+    /// be placed, Error (kInput) if the scene lacks an object.
     void place(const OpenedScene& scene);
 
     /// Returns the cameras of all views.
     const std::vector<CameraOptions>& cameras() const { return cameras_; }
-    /// Returns a view's name: from its file, else its number; "" for a single view.
+    /// Returns a view's name: the name in the camera file or, if it has none, the number; "" for a
+    /// single view.
     std::string name(std::size_t index) const { return asked() ? names_[index] : ""; }
-    /// Whether some view moves nodes of the scene.
+    /// Whether any view moves nodes of the scene.
     bool placesObjects() const { return !placed_.empty(); }
-    /// Returns a view's moved nodes and their poses.
+    /// Returns the nodes that a view moves, and their poses.
     std::span<const PlacedNode> placed(std::size_t index) const {
         return placed_.empty() ? std::span<const PlacedNode>() : placed_[index];
     }
-    /// Adds the moved nodes of a view, if any, to its settings as "placed".
+    /// Adds the nodes that a view moves, if any, to the view's settings as "placed".
     void addSettings(std::size_t index, nlohmann::json& settings) const;
-    /// Returns the scene posed for a view.
+    /// Returns the scene in the pose for a view.
     PosedScene pose(const OpenedScene& scene, double time, std::size_t index) const {
         return scene.at(time, placed(index));
     }
-    /// Returns the View, with the view's name. Throws like makeView().
+    /// Returns the View, which has the view's name. Throws like makeView().
     View view(const OpenedScene& scene, const PosedScene& posed, std::size_t index) const;
 
   private:
@@ -98,10 +101,10 @@ class ViewList {
     const CameraOptions& camera_;
     bool strict_;
     Reporter& reporter_;
-    std::vector<FileCamera> listed_;               ///< of the file
+    std::vector<FileCamera> listed_;               ///< cameras from the file
     std::vector<std::string> names_;               ///< empty for a single view
     std::vector<CameraOptions> cameras_;           ///< set by place()
-    std::vector<std::vector<PlacedNode>> placed_;  ///< per view; empty if no view has any
+    std::vector<std::vector<PlacedNode>> placed_;  ///< per view; empty if no view moves any node
 };
 
 }  // namespace peeler::cmd

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bundle options.
+// Options for bundles of rays.
 #pragma once
 
 #include <filesystem>
@@ -18,19 +18,19 @@ class VerbOptions;
 
 /// The requested bundles of rays.
 struct BundleOptions {
-    std::vector<glm::dvec3> directions;  ///< unit vectors
-    std::optional<int> count;            ///< number of further directions, evenly over the sphere
-    bool hemisphere = false;             ///< those on the upper hemisphere only
-    std::optional<std::filesystem::path> file;  ///< a text file of further directions
-    bool axes = false;                          ///< along X, Y and Z, on one lattice
-    CameraOptions camera;                       ///< if any option is given: rays through its pixels
-    ViewListOptions views;                      ///< the same for many cameras, one bundle each
-    /// Rays along the longer side of a bundle, or scene units between rays.
+    std::vector<glm::dvec3> directions;         ///< unit vectors
+    std::optional<int> count;                   ///< further directions, evenly over the sphere
+    bool hemisphere = false;                    ///< these only over the upper hemisphere
+    std::optional<std::filesystem::path> file;  ///< text file with further directions
+    bool axes = false;                          ///< along X, Y and Z, on a common lattice
+    CameraOptions camera;                       ///< if any option is given: one ray per pixel
+    ViewListOptions views;                      ///< several cameras, one bundle each
+    /// The density: rays along the longer side of a bundle, or scene units between rays.
     std::optional<int> resolution;
     std::optional<double> spacing;
-    std::optional<Bounds> bounds;  ///< the box that bundles cover; none = the scene's
+    std::optional<Bounds> bounds;  ///< the box that bundles cover; none = the scene's bounds
 
-    /// Whether any rays are requested.
+    /// Whether the options request any rays.
     bool asksForRays() const {
         return usesCamera() || axes || count || file || !directions.empty();
     }
@@ -46,17 +46,18 @@ struct BundleOptions {
 void addBundleOptions(VerbOptions& verb, BundleOptions& options,
                       SceneReadOptions* reading = nullptr);
 
-/// Throws Error (kUsage) if the options contradict each other, regardless of the scene, or if there
-/// is nothing to trace.
+/// Throws Error (kUsage) if the options contradict each other, regardless of the scene, or request
+/// no rays.
 void checkBundleOptions(const BundleOptions& options);
 
-/// Reads directions from a text file as unit vectors. Each line has three numbers, separated by
-/// blanks or commas, of any length but 0. Skips empty lines and comments after #. Throws Error
-/// (kInput), with the line, if a line is invalid.
+/// Reads directions from a text file and normalises them. Each line has three numbers, separated by
+/// blanks or commas; the length may be anything but 0. Skips empty lines and comments after #.
+/// Throws Error (kInput), with the line, if a line is invalid.
 std::vector<glm::dvec3> readDirections(const std::filesystem::path& file);
 
-/// Returns all bundles except the cameras', in the order of the options, axes last. `scene` bounds
-/// everything that can be hit. Throws like parallelBundle() and readDirections().
+/// Returns all bundles except those of cameras, in the order of the options, with the axes last.
+/// `scene` is the bounding box of everything that can be hit. Throws like parallelBundle() and
+/// readDirections().
 std::vector<Bundle> parallelBundles(const BundleOptions& options, const Bounds& scene);
 
 }  // namespace peeler::cmd

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ray map options.
+// Options for ray maps.
 #pragma once
 
 #include <optional>
@@ -17,8 +17,8 @@ class VerbOptions;
 
 /// The requested ray maps and their parameters.
 struct RayMapFlags {
-    std::vector<RayMap> maps;  ///< empty = write hits
-    /// Attenuation of materials per scene unit, by name glob or index.
+    std::vector<RayMap> maps;  ///< empty = no maps; hits are written
+    /// Attenuation per scene unit of materials, given by name glob or index.
     std::vector<std::pair<std::string, double>> attenuation;
     std::vector<std::string> parts;  ///< globs of node names
     std::optional<std::pair<double, double>> range;
@@ -31,8 +31,8 @@ void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags);
 /// Throws Error (kUsage) if the flags contradict each other, regardless of the scene.
 void checkRayMapFlags(const RayMapFlags& flags);
 
-/// Returns the map options for this scene. Throws Error (kUsage) if the scene lacks a material or
-/// node.
+/// Returns the map options for a scene. Throws Error (kUsage) if the scene lacks a given material
+/// or node.
 RayMapOptions rayMapOptions(const RayMapFlags& flags, const Scene& scene);
 
 }  // namespace peeler::cmd

@@ -12,7 +12,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// The maximum number of solids named in messages; JSON has all.
+/// The maximum number of solids that messages name; JSON lists all.
 constexpr std::size_t kNamed = 10;
 
 /// Returns the direction of a ray in world space, a unit vector.
@@ -22,7 +22,8 @@ glm::dvec3 directionOf(const Bundle& bundle, const OddRay& ray) {
     return glm::normalize(worldPosition(bundle.view, at.x, at.y, 1) - bundle.origin());
 }
 
-/// Returns the unmatched hit of the ray (an entry without exit, or the reverse), world space.
+/// Returns the position, in world space, of the ray's unmatched hit: an entry without an exit, or
+/// an exit without an entry.
 glm::dvec3 placeOf(const Bundle& bundle, const OddRay& ray) {
     const glm::dvec2 at = glm::dvec2(ray.x, ray.y) + bundle.view.sample;
     return worldPosition(bundle.view, at.x, at.y, ray.z);
@@ -34,7 +35,7 @@ void RayParity::begin(std::span<const Bundle> bundles, std::span<const std::uint
     bundles_.assign(bundles.begin(), bundles.end());
 }
 
-/// Returns "Lid", or "Lid, primitives 0, 2" if the mesh has further solids.
+/// Returns a solid's name: "Lid", or "Lid, primitives 0, 2" if the mesh has further solids.
 std::string RayParity::name(const Solid& solid) const {
     std::string text = nodeName(scene_, static_cast<std::size_t>(solid.node));
     const int mesh = scene_.nodes[static_cast<std::size_t>(solid.node)].mesh;

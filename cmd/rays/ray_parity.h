@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ray parity of solids (--parity).
+// Check that rays leave every solid as often as they enter it (--parity).
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -12,8 +12,9 @@
 
 namespace peeler::cmd {
 
-/// A counter of ray hits per solid. finish() warns about solids that some ray hits an odd number of
-/// times, and notes whether all are closed. Writes no file. All arguments must outlive it.
+/// A counter of each ray's hits per solid. finish() warns about solids that a ray hits an odd
+/// number of times, and notes whether all solids are closed. Writes no file. All arguments must
+/// outlive this object.
 class RayParity : public RayOutput {
   public:
     RayParity(const Scene& scene, const Solids& solids, Reporter& reporter)
@@ -23,9 +24,10 @@ class RayParity : public RayOutput {
     void take(std::size_t bundle, const LayeredImage& band) override { parity_.add(bundle, band); }
     void finish() override;
     bool holds() const { return parity_.holds(); }
-    /// Throws Error (kInput) with the violated parity.
+    /// Throws the Error (kInput) for solids that are not closed.
     [[noreturn]] void fail() const;
-    /// Adds "parity" to a result, with an entry for each hit solid (cmd/README.md, "JSON").
+    /// Adds "parity" to a result, with an entry for each solid that was hit (cmd/README.md,
+    /// "JSON").
     void addTo(nlohmann::ordered_json& result) const;
 
   private:

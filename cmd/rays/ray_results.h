@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// JSON results of ray outputs.
+// Results of ray outputs as JSON.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,7 +8,7 @@
 
 namespace peeler::cmd {
 
-/// Adds "maps", "voxels" and "points" to a result if present (cmd/README.md, "JSON").
+/// Adds "maps", "voxels" and "points" to a result if the run has them (cmd/README.md, "JSON").
 void addRayResults(const RayResults& results, nlohmann::ordered_json& json);
 
 }  // namespace peeler::cmd

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ray tracer: from bundles to output files and their report.
+// Ray tracer: traces bundles, writes the output files and reports them.
 #pragma once
 
 #include <filesystem>
@@ -20,41 +20,44 @@
 
 namespace peeler::cmd {
 
-/// The bundles of one output, and their results.
+/// The bundles for one output, and the results.
 struct RayTrace {
     OutputRequest output;
-    std::optional<std::size_t> view{};  ///< with one output per view; names the bundle
+    std::optional<std::size_t> view{};  ///< if each has its own output; names the bundle
     std::vector<Bundle> bundles{};
-    nlohmann::json settings = nlohmann::json::object();  ///< that change hits, besides options
+    /// The settings, other than the options, that change hits.
+    nlohmann::json settings = nlohmann::json::object();
     std::vector<std::unique_ptr<RayOutput>> outputs{};
-    const RayParity* parity = nullptr;           ///< one of outputs; null without --parity
-    std::vector<std::filesystem::path> files{};  ///< written files
+    const RayParity* parity = nullptr;           ///< an entry of `outputs`; null without --parity
+    std::vector<std::filesystem::path> files{};  ///< names of the files to write
     std::vector<CapturePlan> plans{};   ///< per bundle; empty unless an output needs them first
     std::vector<std::uint64_t> hits{};  ///< per bundle; empty unless an output needs them first
     Forecast forecast{};
     std::uint64_t hits_found = 0;
     double largest_correction = 0;
-    bool failed = false;  ///< --parity fail found an odd count: no file is written
+    /// Under --parity fail, some ray has an odd number of hits, so no file is written.
+    bool failed = false;
 };
 
-/// A tracer of successive outputs; the scene may change between them. make() lists the stages.
+/// A tracer of one output after another; the scene may change in between. make() lists the stages.
 class RayTracer {
   public:
-    /// All arguments must outlive it.
+    /// All arguments must outlive the tracer.
     RayTracer(const RaysOptions& options, CaptureJob& job, SequenceResults& results,
               Reporter& reporter);
 
     /// Sets the scene for the following outputs. `scene` must outlive the tracer.
     void setScene(const OpenedScene& scene, const PosedScene& posed);
     const PosedScene& posed() const { return *posed_; }
-    /// Sets the lattice of the bundles, for --voxels.
+    /// Sets the lattice that the bundles are on, for --voxels.
     void setLattice(const AxisBundles& lattice) { lattice_ = lattice; }
 
     /// Returns the hash of everything that determines the content of a view's file.
     std::string hashOf(const RayTrace& trace) const;
-    /// Writes and reports the output, or under --dry-run only reports it. Throws Error.
+    /// Traces the bundles, and writes and reports the output. Under --dry-run, only reports the
+    /// plan. Throws Error.
     void make(RayTrace& trace);
-    /// Discards state that a failure may have corrupted.
+    /// Discards the state that a failure may have corrupted.
     void discard();
 
   private:
@@ -83,8 +86,8 @@ class RayTracer {
     std::optional<PosedScene> posed_;
     std::optional<AxisBundles> lattice_;
     std::unique_ptr<Solids> solids_;     ///< created on demand
-    HitSource* source_ = nullptr;        ///< owned by job_; null before the first output
-    std::uint64_t memory_forecast_ = 0;  ///< bytes, for the run so far
+    HitSource* source_ = nullptr;        ///< owned by job_; null until the first output
+    std::uint64_t memory_forecast_ = 0;  ///< bytes, the maximum so far
 };
 
 }  // namespace peeler::cmd

@@ -25,33 +25,35 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// The reaction to solids that rays enter but do not leave.
+/// The reaction if a ray does not leave a solid as often as it enters it.
 enum class ParityUse : std::uint8_t { kReport, kFail };
 
-/// All options of peeler rays. `appearance` uses only the variant.
+/// All options of peeler rays. Only the variant in `appearance` is used.
 struct RaysOptions : CaptureJobOptions {
     BundleOptions bundles;
     std::optional<Faces> faces;  ///< none = chosenFaces()
     bool refine = true;
     bool double_points = false;
-    std::vector<std::string> columns;  ///< hit columns, in the order of hitColumns(); empty = all
-    /// A file of query points. Requests their next hits instead of all hits.
+    /// Columns of the hit table, in the order of hitColumns(); empty = all.
+    std::vector<std::string> columns;
+    /// A file of query points. If given, the output has the nearest hits before and after each
+    /// point along every direction, instead of all hits.
     std::optional<std::filesystem::path> points;
-    /// Cells along the longest side of a lattice.
+    /// The number of cells along the longest side of the lattice.
     std::optional<int> voxels;
     std::optional<ParityUse> parity;
     RayMapFlags maps;
     OutputRequest output;
     SequenceOptions sequence;
 
-    /// Whether an output needs the interior of solids.
+    /// Whether an output needs to know the interior of solids.
     bool asksForInside() const;
-    /// Returns the given faces, else both; for a camera's pixels, the default of pictures, so that
-    /// the hits match a picture from the same camera.
+    /// Returns the faces given or, by default, both. For rays through a camera's pixels, the
+    /// default is that of pictures, so that the hits match a picture from the same camera.
     Faces chosenFaces() const;
     bool writesFile() const { return !output.path.empty(); }
     bool writesPictures() const { return !maps.maps.empty(); }
-    /// Returns the input files besides the scene's.
+    /// Returns the input files other than the scene's.
     std::vector<std::filesystem::path> inputs() const;
 };
 
@@ -61,12 +63,12 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options);
 /// Throws Error (kUsage) if the options contradict each other, regardless of the scene.
 void checkRaysOptions(const RaysOptions& options);
 
-/// Returns the options that change hits or their outputs, for the settings hash. `bundles` are the
-/// traced bundles, whichever options they come from. The content of the --points file counts as
-/// input, like the scene.
+/// Returns the options that change hits or their outputs, for the settings hash. `bundles` are all
+/// traced bundles, whichever options request them. Omits the content of the --points file, which is
+/// an input, like the scene.
 nlohmann::json raySettings(const RaysOptions& options, std::span<const Bundle> bundles);
 
-/// Throws Error (kMemory) if the data kept for a lattice's cells exceed the budget.
+/// Throws Error (kMemory) if the data kept for the cells of a lattice exceeds the budget.
 void checkVoxelMemory(const AxisBundles& lattice, const MemoryBudget& memory);
 
 }  // namespace peeler::cmd

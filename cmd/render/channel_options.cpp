@@ -15,7 +15,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Parses "normal,id" or "all". Returns the order of the table.
+/// Parses a list such as "normal,id", or "all". Returns the channels in the order of the table.
 std::vector<Channel> parseChannels(const std::string& text) {
     std::vector<std::string_view> names;
     for (const ChannelInfo& info : channelTable())

@@ -18,7 +18,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Returns the extensions of all picture formats, without duplicates.
+/// Returns the file extensions of all picture formats, separated by spaces, without duplicates.
 std::string outputEndings() {
     std::string endings;
     for (const OutputFormat& format : outputFormats()) {
@@ -30,7 +30,7 @@ std::string outputEndings() {
     return endings;
 }
 
-/// Restricts the capture to shadow casters, for an output that shows only these. Throws Error
+/// Restricts the capture to shadow casters, for an output that shows only them. Throws Error
 /// (kUsage) if options request other fragments.
 void chooseCasters(CaptureSettings& capture) {
     const CaptureSettings usual;
@@ -47,8 +47,8 @@ void chooseCasters(CaptureSettings& capture) {
     capture.shading = Shading::kUnlit;
 }
 
-/// Chooses the channels to capture. The writer makes a composite with channels from layers. Throws
-/// Error (kUsage) if the output cannot have channels.
+/// Chooses the channels to capture. If a composite needs channels, the writer makes it from layers.
+/// Throws Error (kUsage) if the output cannot have channels.
 void chooseChannels(const RenderOptions& options, CaptureSettings& capture) {
     checkChannelOptions(options.channels, options.output);
     capture.channels = capturedChannels(options.channels);

@@ -21,20 +21,20 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// All options of peeler render; captureSettings() adapts `capture` to the output.
+/// All options of peeler render. captureSettings() adapts `capture` to the output.
 struct RenderOptions : CaptureJobOptions {
-    std::vector<std::filesystem::path> scenes;  ///< files, folders and globs of files
-    CameraOptions camera;                       ///< with many views, the settings common to all
+    std::vector<std::filesystem::path> scenes;  ///< files, folders, and globs of files
+    CameraOptions camera;                       ///< with several views: their common settings
     ViewListOptions views;
     ChannelOptions channels;
     ClipOptions clip;
     std::optional<int> shadow_size;
     bool fxaa = false;
-    bool samples_given = false;  ///< --samples is on the command line
+    bool samples_given = false;  ///< whether --samples is on the command line
     std::optional<std::string> preset;
     OutputRequest output;
     ShardOptions shard;
-    std::shared_ptr<SampleShards> shards;  ///< if the output is a shard; shared by all scenes
+    std::shared_ptr<SampleShards> shards;  ///< null without shards; shared by all scenes
     SequenceOptions sequence;
 
     /// Whether `scenes` is a single file, not a folder or glob.
@@ -44,12 +44,12 @@ struct RenderOptions : CaptureJobOptions {
 /// Declares all options of the verb. `options` must outlive the parse.
 void addRenderOptions(VerbOptions& verb, RenderOptions& options);
 
-/// Samples per pixel of display composites.
+/// The default number of samples per pixel of display composites.
 inline constexpr int kDisplaySamples = 4;
 
 /// Returns the capture settings for the requested output. Display composites get kDisplaySamples
-/// unless --samples is given or FXAA smooths the edges. Throws Error (kUsage) if the options
-/// contradict each other, regardless of the scene.
+/// unless --samples is given or FXAA is used, which smooths the edges instead. Throws Error
+/// (kUsage) if the options contradict each other, regardless of the scene.
 CaptureSettings captureSettings(const RenderOptions& options);
 
 }  // namespace peeler::cmd

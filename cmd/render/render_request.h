@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The requested pictures of peeler render, prepared without a GL context.
+// The pictures that peeler render is asked for, prepared without a GL context.
 #pragma once
 
 #include <filesystem>
@@ -17,70 +17,72 @@
 
 namespace peeler::cmd {
 
-/// A requested picture.
+/// A picture to render.
 struct PictureRequest {
-    std::size_t index = 0;  ///< among all requested pictures
+    std::size_t index = 0;  ///< index among all pictures, including those of other chunks
     PictureNumber number{};
     double time = 0;  ///< seconds
     OutputRequest output{};
     std::optional<PosedScene> posed{};
-    std::optional<NextFrame> next{};  ///< if motion is requested
+    std::optional<NextFrame> next{};  ///< if the motion channel is requested
     View view{};
     CaptureSettings capture{};
-    Provenance provenance{};  ///< without renderer
+    Provenance provenance{};  ///< `renderer` is not set
 };
 
 /// All pictures of a run, in order: every view of each frame.
 class RenderRequest {
   public:
-    /// Checks the options. All arguments must outlive it. Throws Error (kUsage) if the options are
-    /// invalid, Error (kOutput) if an output cannot be written or would replace a file that must
-    /// stay.
+    /// Checks the options. All arguments must outlive this object. Throws Error (kUsage) if the
+    /// options are invalid, Error (kOutput) if an output cannot be written or would replace a file
+    /// that must not be replaced.
     RenderRequest(const RenderOptions& options, CaptureJob& job, Reporter& reporter);
 
     /// Opens the job's scene and places the cameras in it. Checks that no output replaces an input.
-    /// Must be called first. Throws Error (kUsage), (kInput), (kOutput).
+    /// Must be called before the functions below. Throws Error (kUsage), (kInput), (kOutput).
     void openScene();
 
     const Scene& scene() const { return scene_->scene(); }
     bool hasFrames() const { return options_.animation.frames.has_value(); }
     bool hasViews() const { return views_.asked(); }
     bool isSequence() const { return hasFrames() || hasViews(); }
-    /// Returns the noun for one of several pictures; "" for a single one.
+    /// Returns what each picture of a sequence is called ("view" or "frame"); "" if it is not a
+    /// sequence.
     const char* pictureKind() const { return hasViews() ? "view" : hasFrames() ? "frame" : ""; }
-    std::size_t pictures() const { return end_ - first_; }  ///< may be 0 for a small chunk
+    std::size_t pictures() const { return end_ - first_; }  ///< 0 if there are too many chunks
 
     PictureNumber number(std::size_t index) const;
-    /// Return the view and file of a view's first picture, even if this run does not render it.
+    /// Return the view and the file of a view's first picture, even if this run does not render it.
     View firstView(std::size_t view) const;
     std::filesystem::path firstFile(std::size_t view) const;
-    /// Returns the file of a picture, or the name of its shards.
+    /// Returns the file of a picture or, if pictures go into shards, the common name of the shards.
     std::filesystem::path outputFile(std::size_t index) const {
         return options_.shards ? options_.shards->name() : outputOf(index).path;
     }
     const std::optional<Normalizing>& normalized() const { return scene_->normalized(); }
-    /// Returns the cameras of all views, including those this run does not render.
+    /// Returns the cameras of all views, including those that this run does not render.
     const ViewList& views() const { return views_; }
     /// Returns the picture with this index, with the scene posed at its time. Throws Error (kUsage)
     /// and (kInput) like ViewList::view().
     PictureRequest picture(std::size_t index) const;
-    /// Whether to meter the exposure: for display pictures lit by the scene's own lights, unless it
-    /// is given.
+    /// Whether to meter the exposure. True for display pictures of a scene with lights of its own,
+    /// if no exposure is given.
     bool metersExposure() const { return meters_exposure_; }
-    /// Returns a picture's writer options, including provenance; without the exposure if it is
-    /// metered.
+    /// Returns the options for a picture's writer, including the provenance. If the exposure is
+    /// metered, it is not set.
     OutputOptions writerOptions(const PictureRequest& picture) const;
-    /// Whether the picture's file exists, is whole, and has the same request. Always false under
-    /// --strict if it may be incomplete, which only counting shows.
+    /// Whether the picture's file exists, is complete, and was made by the same request. Under
+    /// --strict, always false if layers are limited, because only counting shows whether the
+    /// picture is complete.
     bool isUpToDate(const PictureRequest& picture) const;
 
-    /// Returns the known differences between an outdated file and the picture: clauses joined by
-    /// semicolons, in command-line terms.
+    /// Returns the known differences between an outdated file and the picture, worded in terms of
+    /// the command line: clauses joined by semicolons.
     std::string differenceOf(const PictureRequest& picture) const;
 
     /// Returns the plan for --dry-run (cmd/README.md, "JSON").
     nlohmann::ordered_json plan() const;
-    /// Returns the first picture that such a plan would render, if any.
+    /// Returns the index of the first picture that such a plan would render, if any.
     static std::optional<std::size_t> firstOf(const nlohmann::ordered_json& plan);
 
   private:
@@ -97,7 +99,7 @@ class RenderRequest {
     const RenderOptions& options_;
     std::vector<Moment> moments_;
     ViewList views_;
-    std::size_t first_ = 0, end_ = 0;  ///< this run's pictures
+    std::size_t first_ = 0, end_ = 0;  ///< range of the pictures that this run makes
     CaptureSettings capture_;
     CaptureJob& job_;
     const OpenedScene* scene_ = nullptr;  ///< owned by job_

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tar shards of samples, for -o OUT-%06d.tar.
+// Tar shards of samples: the output -o OUT-%06d.tar.
 #pragma once
 
 #include <cstdint>
@@ -18,38 +18,39 @@ class VerbOptions;
 struct PictureRequest;
 struct RenderOptions;
 
-/// --shard-member, --shard-count and --shard-size.
+/// The values of --shard-member, --shard-count and --shard-size.
 struct ShardOptions {
-    std::optional<std::string> sample;  ///< "EXT", or "NAME.EXT" with {stem} and {folder}
+    std::optional<std::string> sample;  ///< "EXT", or "NAME.EXT", possibly with {stem} and {folder}
     std::optional<std::uint64_t> samples, bytes;
 };
 
-/// Declares the options; `options` must outlive the parse.
+/// Declares the options in ShardOptions. `options` must outlive the parse.
 void addShardOptions(VerbOptions& verb, ShardOptions& options);
 
-/// The shards of a run, shared by all its scenes. A sample's files are first written like those of
-/// any picture, to a scratch folder beside the shards, and then moved into a shard.
+/// The shards of a run, shared by all scenes. The files of a sample are written as for any picture,
+/// to a scratch folder beside the shards, and then moved into a shard.
 class SampleShards {
   public:
-    /// `options` must request shards. Changes their output to the file of a sample, with the
-    /// patterns for {stem}, {folder}, frame and view numbers. Creates nothing under --dry-run.
-    /// Notes existing shards that cannot be kept. Throws Error (kUsage) if the options are invalid,
-    /// Error (kOutput) if the shards cannot be written.
+    /// `options` must request shards. Changes the output in `options` to the file of a sample,
+    /// whose name contains {stem}, {folder} and the patterns for frame and view numbers. Creates
+    /// nothing under --dry-run. Notes existing shards that cannot be kept. Throws Error (kUsage) if
+    /// the options are invalid, Error (kOutput) if the shards cannot be written.
     SampleShards(RenderOptions& options, Reporter& reporter);
 
-    /// Returns the name of all shards, with the pattern for their number.
+    /// Returns the common name of the shards, with the pattern for their number.
     const std::filesystem::path& name() const { return name_; }
-    /// Returns the key of a sample, from its file.
+    /// Returns the key of a sample, which is part of its file's name.
     static std::string key(const std::filesystem::path& sample) { return sample.stem().string(); }
     bool contains(const PictureRequest& picture) const;
-    /// Whether the sample exists from an earlier run with the same request.
+    /// Whether an earlier run has made the sample, with the same request.
     bool isUpToDate(const PictureRequest& picture) const;
 
-    /// Keeps an existing sample. Fills in its location and bytes.
+    /// Keeps an existing sample. Fills in the sample's shard and size in `result`.
     void keep(const PictureRequest& picture, PictureResult& result);
-    /// Moves a sample's files into a shard. Fills in its location and bytes.
+    /// Moves a sample's files into a shard. Fills in the sample's shard and size in `result`.
     void add(const PictureRequest& picture, PictureResult& result);
-    /// Finishes the last shard. `all`: the run was not aborted, so no sample is missing.
+    /// Finishes the last shard. `all`: whether all samples were added, that is, the run was not
+    /// aborted.
     void finish(bool all, Reporter& reporter);
 
   private:
@@ -58,14 +59,14 @@ class SampleShards {
     std::optional<TarShards> shards_;
 };
 
-/// Finishes the shards of a run, if any, before the report. `all`: the run was not aborted, so no
-/// sample is missing. Returns the exit code.
+/// Finishes the shards of a run, if any, before the result is reported. `all`: whether all samples
+/// were added, that is, the run was not aborted. Returns the exit code.
 int endShards(const RenderOptions& options, bool all, Reporter& reporter);
 
-/// Throws Error (kUsage) if one of the options is given. For outputs without shards.
+/// Throws Error (kUsage) if an option in ShardOptions is given, for outputs that are not shards.
 void refuseShardOptions(const VerbOptions& verb);
 
-/// Whether an output's name is that of shards.
+/// Whether the name of an output is that of shards.
 bool namesShards(const std::filesystem::path& output);
 
 }  // namespace peeler::cmd

@@ -95,10 +95,10 @@ bool RenderOptions::isOneScene() const {
 
 std::vector<RenderOptions> eachScene(const RenderOptions& options) {
     std::vector<RenderOptions> each;
-    std::map<fs::path, fs::path> scene_of;  // scene by output
+    std::map<fs::path, fs::path> scene_of;  // the scene that writes an output
     const auto take = [&](const fs::path& file, const fs::path& scene, const std::string& option) {
         const auto [other, is_new] = scene_of.emplace(file, scene);
-        if (is_new || other->second == scene) return;  // within a scene: checked later
+        if (is_new || other->second == scene) return;  // conflicts within one scene are found later
         refuse("the files of " + other->second.string() + " and " + scene.string() +
                    " would have the same file name",
                option, "put {stem} (the scene's name) or {folder} (its folder's name) into it");
@@ -119,7 +119,7 @@ std::vector<RenderOptions> eachScene(const RenderOptions& options) {
                 cameras = named(*cameras, scene);
                 take(*cameras, scene, "--cameras-out " + options.views.cameras_out->string());
             }
-            if (!options.isOneScene()) {  // one report for all scenes
+            if (!options.isOneScene()) {  // because all scenes share one report
                 one.report.json = false;
                 one.report.file.reset();
             }

@@ -12,21 +12,21 @@
 
 namespace peeler::cmd {
 
-/// The maximum number of points of a model, shared equally by the pictures of a run.
+/// The maximum number of points in a model; each picture of the run contributes an equal share.
 inline constexpr std::size_t kMostScenePoints = 100'000;
 
-/// A collector of cameras and of points from the fragments of their pictures.
+/// A collector of the views' cameras, and of points from the pictures' fragments.
 class UsedCameras {
   public:
-    /// Throws like checkCameraOutput(). `pictures`: the number of pictures.
+    /// `pictures` is the number of pictures in the run. Throws like checkCameraOutput().
     UsedCameras(std::filesystem::path path, std::size_t pictures);
 
-    /// Adds a view and the file of its picture.
+    /// Adds a view, and the file of its picture.
     void add(const View& view, const std::filesystem::path& picture);
-    /// Returns a sink that collects points and forwards to `sink`, or `sink` itself if the format
-    /// has no points. This object must outlive it.
+    /// Returns a sink that collects points and forwards the bands to `sink`; just `sink` if the
+    /// camera format has no points. This object must outlive the returned sink.
     std::unique_ptr<Sink> watched(std::unique_ptr<Sink> sink);
-    /// Throws like writeCameras().
+    /// Writes the camera file. Throws like writeCameras().
     void write() const;
 
   private:

@@ -10,7 +10,7 @@
 
 namespace peeler::cmd {
 
-// The default of each comes first.
+// In each table, the first row is the default.
 inline constexpr Choice<Surfaces> kSurfaces[] = {
     {"all", Surfaces::kAll, "every surface, even behind opaque ones"},
     {"visible", Surfaces::kVisible, "surfaces up to the nearest opaque one"},
@@ -26,7 +26,7 @@ inline constexpr Choice<Faces> kFaces[] = {
     {"back", Faces::kBack, "back faces only"},
     {"both", Faces::kBoth, "both faces, regardless of the material"},
 };
-/// The same choices, with the default for rays first.
+/// The choices of kFaces, with the default for rays first.
 inline constexpr Choice<Faces> kRayFaces[] = {kFaces[3], kFaces[0], kFaces[1], kFaces[2]};
 inline constexpr Choice<Shading> kShading[] = {
     {"pbr", Shading::kPbr, "metallic-roughness under the scene's lights, or the built-in one"},
@@ -46,7 +46,7 @@ inline constexpr Choice<RayEngine> kEngines[] = {
      "GL device that renders pictures; hits are the fragments of peeler render"},
 };
 
-/// Side of a point in display pictures, in pixels.
+/// The default side of points in display pictures, in pixels.
 inline constexpr int kDisplayPointSize = 3;
 
 }  // namespace peeler::cmd

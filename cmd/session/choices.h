@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables of named choices, and the error for an unknown name.
+// Tables of named choices, and the error for a name that is not in a table.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@
 
 namespace peeler::cmd {
 
-/// A row: the name on the command line, its value, a few words for --help.
+/// A row of a table: the name on the command line, the value, and a few words for --help.
 template <class T>
 struct Choice {
     std::string_view name;
@@ -29,17 +29,17 @@ std::vector<std::string_view> choiceNames(std::span<const Choice<T>> choices) {
     return names;
 }
 
-/// Throws Error (kUsage) for a name that is not among `names`. `kind` is the noun in the message:
+/// Throws Error (kUsage) because `text` is not among `names`. `kind` is the noun in the message:
 /// "method".
 [[noreturn]] void refuseName(const std::string& kind, std::string_view text,
                              std::span<const std::string_view> names);
 
-/// Returns the names of a comma-separated list, in its order. Throws like refuseName() if one is
-/// not among `names`.
+/// Returns the names in a comma-separated list, in the list's order. Throws like refuseName() if
+/// one is not among `names`.
 std::vector<std::string_view> listedNames(const std::string& kind, std::string_view list,
                                           std::span<const std::string_view> names);
 
-/// Returns the value with this name. Throws like refuseName() if the name is unknown.
+/// Returns the value that a name stands for. Throws like refuseName() if the name is unknown.
 template <class T>
 T choose(const std::string& kind, std::span<const Choice<T>> choices, std::string_view text) {
     for (const auto& choice : choices) {
@@ -48,7 +48,7 @@ T choose(const std::string& kind, std::span<const Choice<T>> choices, std::strin
     refuseName(kind, text, choiceNames(choices));
 }
 
-/// Returns the name of this value. Throws Error (kInternal) if the table lacks it.
+/// Returns the name of a value. Throws Error (kInternal) if the table lacks the value.
 template <class T>
 std::string_view nameOf(std::span<const Choice<T>> choices, T value) {
     for (const auto& choice : choices) {

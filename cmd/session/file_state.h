@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// File state, to detect changes.
+// The state of a file, which reveals whether the file has changed.
 #pragma once
 
 #include <cstdint>
@@ -7,13 +7,13 @@
 
 namespace peeler::cmd {
 
-/// A file's metadata.
+/// The metadata of a file or folder.
 struct FileState {
     std::filesystem::path path;
     bool exists = false;
     std::uint64_t device = 0, inode = 0, size = 0;
     std::int64_t modified = 0;  ///< nanoseconds of mtime
-    std::int64_t changed = 0;   ///< nanoseconds of ctime, which programs cannot set
+    std::int64_t changed = 0;   ///< nanoseconds of ctime, which programs cannot choose
 
     bool operator==(const FileState&) const = default;
 };

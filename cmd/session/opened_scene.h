@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene read per request.
+// A scene that was read for a request.
 #pragma once
 
 #include <optional>
@@ -15,31 +15,32 @@
 
 namespace peeler::cmd {
 
-/// A scene read once and posed at any time.
+/// A scene that is read once and can be posed at any time.
 class OpenedScene {
   public:
-    /// Reads the file, selects the scene, nodes and animations, and reports the readers' warnings.
-    /// Throws like loadScene(), chooseScene(), selectNodes() and chooseAnimations().
+    /// Reads the file; selects the scene, the nodes and the animations; reports the reader's
+    /// warnings. Throws like loadScene(), chooseScene(), selectNodes() and chooseAnimations().
     OpenedScene(const SceneRequest& request, Reporter& reporter);
 
     const Scene& scene() const { return scene_; }
-    /// Returns the index of the shown scene.
+    /// Returns the index of the selected scene.
     int index() const { return index_; }
-    /// Returns the indices of the playing animations.
+    /// Returns the indices of the animations that play.
     const std::vector<int>& animations() const { return playing_; }
     /// Returns the transform of --normalize, if requested.
     const std::optional<Normalizing>& normalized() const { return normalized_; }
-    /// Returns the values assumed for properties that the file's format does not specify.
+    /// Returns the values assumed for properties that the file's format does not specify; nothing
+    /// if it specifies all.
     const std::optional<Assumed>& assumed() const { return assumed_; }
 
-    /// Returns the scene at a time in seconds; caches the latest. This object must outlive it. Not
-    /// thread-safe.
+    /// Returns the scene at a time, in seconds. Keeps the latest result for reuse. This object must
+    /// outlive the returned one. Not thread-safe.
     PosedScene at(double time) const;
-    /// Returns the same with some nodes placed elsewhere. Throws like placeNodes().
+    /// Returns the scene at a time, with some nodes placed elsewhere. Throws like placeNodes().
     PosedScene at(double time, std::span<const PlacedNode> placed) const;
 
-    /// Returns the extent framed by a camera without a pose: over all times if the scene is
-    /// animated. Not thread-safe.
+    /// Returns the extent that a camera without a pose frames. For animated scenes, it covers all
+    /// times. Not thread-safe.
     const SceneExtent& extent() const;
 
   private:
@@ -49,7 +50,7 @@ class OpenedScene {
     std::optional<Normalizing> normalized_;
     std::optional<Assumed> assumed_;
     mutable std::optional<SceneExtent> extent_;                  ///< computed on first use
-    mutable std::optional<std::pair<double, PosedScene>> last_;  ///< the latest at()
+    mutable std::optional<std::pair<double, PosedScene>> last_;  ///< the latest result of at()
 };
 
 }  // namespace peeler::cmd

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stage progress reports.
+// Progress reports of stages.
 #pragma once
 
 #include <string>
@@ -15,17 +15,17 @@ struct Stage {
     Stage(const char* stage_name) : Stage(std::string(stage_name)) {}
 
     std::string name;
-    double end;  ///< share of the run that is done after it; 1 = all
+    double end;  ///< the share of the run that is done after this stage; 1 = all
 };
 
-/// The share of a run that a preceding count pass takes.
+/// The share of a run that is allotted to a count pass before the main pass.
 inline constexpr double kCountEnd = 0.3;
 
-/// A report of one stage, from construction to destruction. Each stage continues from the end of
-/// the previous one.
+/// A progress report for one stage, which begins at construction and ends at destruction. Each
+/// stage starts at the share of the run where the previous one ended.
 class ProgressReport {
   public:
-    /// The reporter must outlive the report.
+    /// The reporter must outlive this object.
     ProgressReport(Reporter& reporter, Stage stage);
     ~ProgressReport();
     ProgressReport(const ProgressReport&) = delete;
@@ -38,7 +38,7 @@ class ProgressReport {
   private:
     Reporter& reporter_;
     Stage stage_;
-    double begin_;  ///< share of the run that was done before
+    double begin_;  ///< the share of the run that was done before this stage
 };
 
 }  // namespace peeler::cmd

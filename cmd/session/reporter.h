@@ -16,25 +16,25 @@ namespace peeler::cmd {
 using Json = nlohmann::ordered_json;
 
 enum class Severity : std::uint8_t {
-    kDetail,   ///< course of the work, for --verbose
-    kNote,     ///< of interest to a person, not to a script
-    kHint,     ///< advice, possibly of several lines
+    kDetail,   ///< progress of the work, for --verbose
+    kNote,     ///< interesting to a person, but not to a script
+    kHint,     ///< advice, possibly in several lines
     kWarning,  ///< a result may differ from the user's expectation
-    kError,    ///< the run fails, or this part of it
+    kError,    ///< the run, or this part of it, fails
 };
 
 /// The style of progress output.
 enum class ProgressStyle : std::uint8_t { kAuto, kNone, kPlain, kAlf, kOpenJd, kJson };
 
-/// The share of a run that is done.
+/// The progress of a run.
 struct RunProgress {
     std::string_view stage;  ///< "render", "trace"
     double of_stage = 0;     ///< 0 to 1
     double of_run = 0;       ///< 0 to 1, never decreasing
 };
 
-/// The receiver of everything a run reports. The command line prints it; the worker forwards it.
-/// Belongs to one thread.
+/// The receiver of everything that a run reports. The command line prints it; the worker forwards
+/// it. Each Reporter must be used by only one thread.
 class Reporter {
   public:
     Reporter() = default;
@@ -47,20 +47,20 @@ class Reporter {
     void hint(const Text& text) { message(Severity::kHint, text); }
     void warning(const Text& text) { message(Severity::kWarning, text); }
     void error(const Text& text) { message(Severity::kError, text); }
-    /// Reports a note about the whole run; the same text only once.
+    /// Reports a note about the whole run. Repeated calls with the same text do nothing.
     void noteOnce(const std::string& text) {
         if (noted_.insert(text).second) note(text);
     }
 
-    /// Reports an error that ends the run or one of its pictures, with its hint.
+    /// Reports an error that ends the run or one of its pictures, and the error's hint.
     virtual void failure(const Error& error) = 0;
     /// Reports the requested result as JSON. Throws Error (kOutput) if it cannot be written.
     virtual void result(const Json& result) = 0;
-    void result(std::string_view) = delete;  // would convert to a JSON string
+    void result(std::string_view) = delete;  // because the text would be converted to a JSON string
     /// Reports the result as human-readable text. Throws like result().
     virtual void text(std::string_view text) = 0;
 
-    /// Begins a stage; progress() then refers to it until it ends. An exception from progress()
+    /// Begins a stage, to which progress() refers until endStage(). An exception from progress()
     /// cancels the work.
     virtual void beginStage(const RunProgress& /*progress*/) {}
     virtual void progress(const RunProgress& /*progress*/) {}
@@ -81,7 +81,7 @@ class Reporter {
     friend class ProgressReport;
 
     virtual void message(Severity severity, const Text& text) = 0;
-    /// Whether messages of this severity are enabled.
+    /// Whether messages of this severity are shown.
     bool shows(Severity severity) const {
         if (severity >= Severity::kHint) return true;
         return !quiet_ && (severity == Severity::kNote || verbose_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Session: opens scenes and GL contexts for runs, and caches both.
+// Session: opens scenes and GL contexts for successive runs, and keeps them for reuse.
 #pragma once
 
 #include <cstdint>
@@ -20,53 +20,53 @@ namespace peeler::cmd {
 
 using SharedScene = std::shared_ptr<const OpenedScene>;
 
-/// Throws Error (kUsage) if the engine does not use GL but a GL device is chosen.
+/// Throws Error (kUsage) if a GL device is chosen although the engine does not use GL.
 void checkEngine(RayEngine engine, const gl::ContextRequest& device);
 
 /// A cache of scenes and contexts for successive runs. A run with an equal request reuses the
-/// scene, still uploaded, if the file is unchanged and had not been written just before it was
-/// read. Belongs to one thread, where its contexts are current.
+/// scene, which is still uploaded, if the file is unchanged and had not been written just before it
+/// was read. A Session must be used by only one thread, on which its contexts are current.
 class Session {
   public:
-    /// `keep`: limit on the bytes of scenes and their uploads kept between runs; 0 = keep nothing,
-    /// contexts included. The reporter must outlive the session or be replaced.
+    /// `keep` is the maximum number of bytes, in scenes and their uploads, to keep between runs; 0
+    /// = keep nothing, not even contexts. The reporter must outlive the session or be replaced.
     explicit Session(Reporter& reporter, std::uint64_t keep = 0);
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
 
     Reporter& reporter() const { return *reporter_; }
-    /// Sets the reporter of the following runs.
+    /// Sets the reporter for the following runs.
     void setReporter(Reporter& reporter) { reporter_ = &reporter; }
 
-    /// Returns the scene, read or cached. Reports its readers' warnings in both cases. Throws like
-    /// OpenedScene().
+    /// Returns the scene, which is read or taken from the cache. Reports the reader's warnings in
+    /// both cases. Throws like OpenedScene().
     SharedScene open(const SceneRequest& request);
 
-    /// Returns the context for a device, like GlSession::context().
+    /// Returns the context for a device. Throws like GlSession::context().
     gl::Context& context(const gl::ContextRequest& device) { return gl_.context(device); }
     bool hasContext() const { return gl_.hasContext(); }
     bool findGpu(std::string& reasons) { return gl_.findGpu(reasons); }
 
-    /// Returns a renderer with the scene uploaded to the device's context, in a pose of that scene.
-    /// If `scene` is null, the session does not own the scene, which must outlive the run. Throws
-    /// like GlSession::renderer().
+    /// Returns a renderer in the device's context, with the scene of `posed` uploaded and in that
+    /// pose. If `scene` is null, the session does not own the scene, which must then outlive the
+    /// run. Throws like GlSession::renderer().
     GlRenderer& renderer(const gl::ContextRequest& device, const SharedScene& scene,
                          const PosedScene& posed);
 
-    /// Ends a run's use of its renderer; closes everything that is not cached.
+    /// Ends the current run's use of the renderer. Closes everything that is not kept.
     void release();
-    /// Closes the context and its uploads. For a lost context, and after a failed run, which may
-    /// leave GL objects in any state.
+    /// Closes the context and everything uploaded to it. Needed after a context was lost, and after
+    /// a failed run, which may leave GL objects in any state.
     void close() { gl_.close(); }
-    /// Empties the cache. Returns whether it held anything.
+    /// Closes all scenes and contexts that are kept. Returns whether there were any.
     bool forget();
 
   private:
     struct KeptScene {
         SceneRequest request;
         SharedScene scene;
-        std::vector<FileState> files;  ///< state when they were read
-        std::uint64_t bytes = 0;       ///< resident, roughly
+        std::vector<FileState> files;  ///< states of the files when they were read
+        std::uint64_t bytes = 0;       ///< approximate resident size
     };
 
     void evict();

@@ -22,7 +22,7 @@ nlohmann::json clipJson(const ClipVolume& clip) {
 
 std::string settingsText(const ShownScene& shown, const CaptureSettings& capture,
                          const nlohmann::json& more) {
-    // nlohmann::json sorts keys and prints the shortest round-trip digits, so the text is
+    // nlohmann::json sorts keys and prints the fewest digits that round-trip, so the text is
     // canonical.
     nlohmann::json settings = {
         {"scene", shown.scene},
@@ -32,7 +32,8 @@ std::string settingsText(const ShownScene& shown, const CaptureSettings& capture
         {"shading", nameOf<Shading>(kShading, capture.shading)},
         {"precision", nameOf<PixelType>(kPrecisions, capture.color_type)},
     };
-    // Added only if set, so that a picture without them keeps its hash.
+    // These are added only if set, so that pictures without them keep the hashes they had before
+    // the settings existed.
     if (!shown.animations.empty()) settings["animations"] = shown.animations;
     if (!shown.include.empty()) settings["include"] = shown.include;
     if (!shown.exclude.empty()) settings["exclude"] = shown.exclude;

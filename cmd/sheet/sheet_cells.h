@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Contact sheet cells, downsampled as bands arrive.
+// The cells of a contact sheet, downsampled as bands arrive.
 #pragma once
 
 #include <cstdint>
@@ -18,44 +18,44 @@
 
 namespace peeler::cmd {
 
-/// The content of layer cells.
+/// The quantity that layer cells show.
 enum class SheetShow {
     kColor,
-    kDepth  ///< grey, near = white
+    kDepth  ///< in grey; near is white
 };
 
 /// A picture with its label.
 struct SheetCell {
-    std::string label, detail;  ///< one line each
-    CompositeImage picture;     ///< linear, premultiplied; window from (0, 0)
-    /// The error of an approximate composite against the exact one.
+    std::string label, detail;  ///< two lines of text
+    CompositeImage picture;     ///< linear, premultiplied; the window starts at (0, 0)
+    /// The error of an approximate composite, compared with the exact one.
     DifferenceStatistics error;
     bool has_error = false;
-    int passes = 0;  ///< geometry passes of a method's cell; else 0
+    int passes = 0;  ///< geometry passes, if the cell shows a method; else 0
 };
 
 struct SheetSettings {
     SheetShow show = SheetShow::kColor;
-    bool progression = false;  ///< composites of the nearest layers, not the layers
+    bool progression = false;  ///< composites of the nearest 1, 2, … layers instead of the layers
     int most_cells = 24;
-    int cell_width = 320;  ///< pixels; smaller pictures are not scaled
-    bool meters = false;   ///< meter the exposure
+    int cell_width = 320;  ///< pixels; smaller pictures keep their size
+    bool meters = false;   ///< whether to meter the exposure
 };
 
-/// Returns the width and height in pixels of a cell for this crop.
+/// Returns the width and height, in pixels, of a cell that shows this crop.
 std::pair<int, int> cellSize(const Window& crop, int cell_width);
 
-/// Returns "RMSE 0.0123, 38.2 dB".
+/// Returns an error as text: "RMSE 0.0123, 38.2 dB".
 std::string errorText(const DifferenceStatistics& error);
 
-/// Adds a band's rows to a filter.
+/// Adds all rows of a band to a filter.
 void addRows(const CompositeImage& band, BoxFilter& filter);
-/// Sets the colours of a picture, whose window is set, from filtered pixels.
+/// Sets the colours of a picture, whose window must be set, to the filtered pixels.
 void setColors(const std::vector<BoxFilter::Pixel>& pixels, CompositeImage& picture);
 
 /// A sink that makes cells from layers: the composite and every layer, front to back; or the
-/// composites of the nearest 1, 2, … layers. Omits cells over the limit: the deepest layers, or, in
-/// a progression, those before the last.
+/// composites of the nearest 1, 2, … layers. If there are more cells than the limit, omits the
+/// deepest layers or, in a progression, the cells before the last.
 class SheetCells : public Sink {
   public:
     explicit SheetCells(const SheetSettings& settings) : settings_(settings) {}
@@ -66,25 +66,25 @@ class SheetCells : public Sink {
     SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override { return times_; }
 
-    /// Returns the cells; valid after finish().
+    /// Returns the cells. Valid after finish().
     std::vector<SheetCell>& cells() { return finished_; }
-    std::uint32_t omitted() const { return omitted_; }  ///< cells over the limit
-    /// Returns the meter of the composite, if the settings request it.
+    std::uint32_t omitted() const { return omitted_; }  ///< number of cells over the limit
+    /// Returns the meter, which has metered the composite if the settings request it.
     const ExposureMeter& meter() const { return meter_; }
 
   private:
     /// A cell in progress.
     struct Pending {
-        std::uint32_t layer = 0;  ///< layer index; for composites, the number of nearest layers
+        std::uint32_t layer = 0;  ///< layer index; if `composites`, the number of nearest layers
         bool composites = false;
-        std::uint64_t fragments = 0;  ///< fragments shown
+        std::uint64_t fragments = 0;  ///< number of fragments that the cell shows
         BoxFilter filter;
         DifferenceStatistics error;
     };
 
     void addCell(std::uint32_t layer, bool composites);
     bool hasComposite(const Plan& plan) const;
-    /// Returns the number of cells without the limit.
+    /// Returns the number of cells that there would be without the limit.
     std::uint32_t cellsOf(const Plan& plan) const;
     void addComposite(const LayeredImage& band, Pending& cell);
     void addLayer(const LayeredImage& band, Pending& cell) const;
@@ -94,12 +94,12 @@ class SheetCells : public Sink {
 
     SheetSettings settings_;
     Window crop_;
-    int width_ = 0, height_ = 0;  ///< of a cell
+    int width_ = 0, height_ = 0;  ///< size of a cell, pixels
     std::uint32_t layers_ = 0, omitted_ = 0;
-    float nearest_ = 0, farthest_ = 0;  ///< Z of all fragments
+    float nearest_ = 0, farthest_ = 0;  ///< range of Z over all fragments
     bool has_range_ = false;
     std::vector<Pending> pending_;
-    CompositeImage exact_, shown_;  ///< of a band
+    CompositeImage exact_, shown_;  ///< of the current band
     ExposureMeter meter_;
     std::vector<SheetCell> finished_;
     StageTimes times_;

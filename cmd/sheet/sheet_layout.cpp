@@ -19,7 +19,7 @@ namespace {
 
 using Pixel = std::array<float, 4>;
 
-/// Returns opaque linear grey from an sRGB byte.
+/// Returns the opaque linear grey for an sRGB byte.
 Pixel grey(int byte) {
     const float value = linearFromSrgb(static_cast<float>(byte) / 255);
     return {value, value, value, 1};
@@ -28,7 +28,7 @@ Pixel grey(int byte) {
 const Pixel kPage = grey(255), kLabel = grey(20), kDetail = grey(100);
 const Pixel kLightSquare = grey(238), kDarkSquare = grey(218);
 
-/// Distances on the page, in pixels.
+/// The dimensions of a page, in pixels.
 struct Layout {
     int columns = 1, rows = 1;
     int cell_width = 0, cell_height = 0;
@@ -56,9 +56,11 @@ Layout plan(const std::vector<SheetCell>& cells, int columns) {
     layout.rows = (count + layout.columns - 1) / layout.columns;
     layout.cell_width = cells.front().picture.window.width();
     layout.cell_height = cells.front().picture.window.height();
-    // About 27 characters per line; smaller for longer lines, but never illegible.
+    // A line has room for about 27 characters. For longer lines the text is smaller, but never
+    // illegible.
     const int dots = static_cast<int>(longestLine(cells)) * kTextAdvance;
-    layout.scale = std::clamp(std::min(layout.cell_width / 160, layout.cell_width / dots), 1, kMostTextScale);
+    layout.scale =
+        std::clamp(std::min(layout.cell_width / 160, layout.cell_width / dots), 1, kMostTextScale);
     layout.gap = 4 * std::max(1, layout.cell_width / 160);
     layout.caption = (2 * kTextHeight + 7) * layout.scale;
     return layout;
@@ -87,7 +89,7 @@ void drawPicture(const SheetCell& cell, const SheetStyle& style, const Window& p
     });
 }
 
-/// Returns `text`, cut to the width of the cell.
+/// Returns the beginning of `text` that fits into the width of a cell.
 std::string_view fitting(std::string_view text, const Layout& layout) {
     const int room = layout.cell_width / (kTextAdvance * layout.scale);
     return text.substr(0, static_cast<std::size_t>(std::max(0, room)));

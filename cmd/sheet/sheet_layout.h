@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Contact sheet layout.
+// The layout of a contact sheet.
 #pragma once
 
 #include <array>
@@ -12,16 +12,16 @@
 
 namespace peeler::cmd {
 
-/// The style of a page.
+/// The style of a contact sheet.
 struct SheetStyle {
-    int columns = 0;                                 ///< 0 = equal to the rows, or one more
+    int columns = 0;                                 ///< 0 = as the number of rows, or one more
     std::optional<std::array<float, 4>> background;  ///< straight linear; none = a checkerboard
-    float exposure = 0;                              ///< stops; of the cells
+    float exposure = 0;                              ///< exposure of the cells, stops
     std::string tone_map = "none";
 };
 
-/// Returns the page: linear, opaque, window from (0, 0). The cells have one size. Throws Error
-/// (kUsage) if the page would exceed the maximum picture size.
+/// Returns the page as a linear, opaque picture whose window starts at (0, 0). All cells must have
+/// the same size. Throws Error (kUsage) if the page would exceed the maximum picture size.
 CompositeImage layOut(const std::vector<SheetCell>& cells, const SheetStyle& style);
 
 }  // namespace peeler::cmd

@@ -19,11 +19,11 @@ namespace peeler::cmd {
 
 namespace {
 
-/// A sink that forwards bands and keeps their composite at full size, 20 bytes per pixel, or 32
+/// A sink that forwards bands and keeps their composite at full size: 20 bytes per pixel, or 32
 /// with coloured opacity.
 class CompositeKeeper : public Sink {
   public:
-    /// Composite and sink must outlive it.
+    /// The composite and the sink must outlive this object.
     CompositeKeeper(CompositeImage& composite, Sink& next) : composite_(composite), next_(next) {}
 
     void begin(const Plan& plan) override;
@@ -35,14 +35,16 @@ class CompositeKeeper : public Sink {
   private:
     CompositeImage& composite_;
     Sink& next_;
-    bool tinted_ = false;  ///< opacity is coloured
+    bool tinted_ = false;  ///< whether opacity is coloured
     CompositeImage band_;
 };
 
-/// A sink that makes a cell from composited bands, with its error against the exact composite.
+/// A sink that makes a cell from composited bands and measures its error compared with the exact
+/// composite.
 class CompositeCell : public Sink {
   public:
-    /// `exact` must outlive the cell. If it is empty when a band arrives, the error is unknown.
+    /// `exact` must outlive the cell. If it is empty when a band arrives, the error is not
+    /// measured.
     CompositeCell(int cell_width, const CompositeImage& exact)
         : cell_width_(cell_width), exact_(exact) {}
 
@@ -51,13 +53,13 @@ class CompositeCell : public Sink {
     void finish() override;
     StageTimes times() const override { return times_; }
 
-    /// Returns the cell, without labels; valid after finish().
+    /// Returns the cell, without labels. Valid after finish().
     SheetCell& cell() { return cell_; }
 
   private:
     int cell_width_;
     const CompositeImage& exact_;
-    std::optional<BoxFilter> filter_;  ///< from begin() to finish()
+    std::optional<BoxFilter> filter_;  ///< exists from begin() to finish()
     CompositeImage band_, exact_band_;
     SheetCell cell_;
     StageTimes times_;
@@ -107,8 +109,8 @@ void CompositeCell::finish() {
     filter_.reset();
 }
 
-/// Captures the composite of a method into `sink`, which is the cell or forwards to it. The labels
-/// are the method's name, geometry passes and error.
+/// Captures the composite of a method into `sink`, which is `cell` or forwards to it. The labels of
+/// the returned cell are the method's name, its geometry passes and its error.
 SheetCell captureMethod(GlRenderer& renderer, const View& view, CaptureSettings settings,
                         const MethodInfo& method, CompositeCell& cell, Sink& sink,
                         const Progress& progress) {
@@ -175,7 +177,7 @@ SheetContent SceneSheet::make(std::size_t view) {
     return std::move(content_);
 }
 
-/// Opens the renderer for the first view, which meters the exposure for all views.
+/// Opens the renderer. For the first view, also meters the exposure, which is used for all views.
 void SceneSheet::openRenderer() {
     renderer_ = job_.renderer();
     if (renderer_) return renderer_->setPose(posed_);
@@ -186,8 +188,8 @@ void SceneSheet::openRenderer() {
     renderer_->setPose(posed_);
 }
 
-/// Whether to show a cell of unsorted blending. It blends all fragments in colour, so it only fits
-/// beside the colour composite of all layers.
+/// Whether to show a cell of unsorted blending. That blends the colours of all fragments, so it is
+/// only comparable to the colour composite of all layers.
 bool SceneSheet::showsUnsorted() const {
     return request_.methods == SheetMethods::kUnsorted && capture_.max_layers == 0 &&
            !(capture_.occlusion_ratio > 0) && request_.cells.show == SheetShow::kColor &&
@@ -205,7 +207,7 @@ void SceneSheet::describePlan(const Plan& plan, int passes) {
 
 void SceneSheet::showLayers() {
     SheetSettings settings = request_.cells;
-    settings.meters = false;  // already metered
+    settings.meters = false;  // because the exposure is already metered
     const bool unsorted = showsUnsorted();
     if (unsorted) --settings.most_cells;
     SheetCells cells(settings);
@@ -246,17 +248,17 @@ void SceneSheet::compareMethods() {
     }
 }
 
-/// Captures the cell of a method. If `exact`, keeps its composite as the reference; else measures
-/// the error against the reference.
+/// Captures the cell of a method. If `exact`, keeps the method's composite as the reference; else
+/// measures the error compared with the reference.
 SheetCell SceneSheet::capture(const MethodInfo& method, bool exact) {
     const CompositeImage nothing;
     CompositeCell cell(request_.cells.cell_width, exact ? nothing : exact_);
     CompositeKeeper keeper(exact_, cell);
     Sink& sink = exact ? static_cast<Sink&>(keeper) : cell;
     CaptureSettings settings = capture_;
-    // 32-bit colours, so that differences come from the methods, not from rounding.
+    // With 32-bit colours, so that differences are due to the methods, not to rounding.
     if (request_.methods == SheetMethods::kAll) settings.color_type = PixelType::kFloat;
-    // `cells` counts finished cells including this one, `all` the total.
+    // `cells` is the number of finished cells including this one, `all` the total.
     const auto cells = static_cast<double>(content_.cells.size() + 1);
     const bool last = request_.methods != SheetMethods::kAll;
     const auto all = static_cast<double>(peelMethods().size() - content_.omitted);

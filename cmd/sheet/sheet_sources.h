@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sources of contact sheet cells: scenes and layered files.
+// Sources of the cells of a contact sheet: scenes and layered files.
 #pragma once
 
 #include <filesystem>
@@ -21,16 +21,16 @@
 
 namespace peeler::cmd {
 
-/// The method composites on a scene's sheet.
+/// The methods whose composites the sheet of a scene shows.
 enum class SheetMethods {
-    kUnsorted,  ///< blending in draw order, beside the composite of all layers if there is one
-    kAll,       ///< every method, and nothing else
+    kUnsorted,  ///< blending in draw order, beside the composite of all layers if it is shown
+    kAll,       ///< every method, and no layers
     kNone
 };
 
-/// The request for a sheet. A layered file uses only the name in `scene`, `file`,
-/// `capture.max_layers` and `cells`; a scene uses all but `file`. The clip volume is in `clip`, not
-/// in `capture`.
+/// The request for a sheet. For a layered file, only `scene.file`, `file`, `capture.max_layers` and
+/// `cells` are used; for a scene, everything except `file`. The clip volume is in `clip`, not in
+/// `capture`.
 struct SheetRequest : CaptureJobOptions {
     LayeredReadOptions file;
     CameraOptions camera;
@@ -43,23 +43,24 @@ struct SheetRequest : CaptureJobOptions {
 
 struct SheetContent {
     std::vector<SheetCell> cells;
-    std::size_t omitted = 0;        ///< cells over the limit
+    std::size_t omitted = 0;        ///< number of cells over the limit
     std::optional<float> exposure;  ///< stops; none = not metered
-    PictureResult result;           ///< source and settings of the cells
+    PictureResult result;           ///< the source and the settings of the cells
 };
 
-/// The sheets of a scene, view by view.
+/// A maker of the sheets for a scene, one per view.
 class SceneSheet {
   public:
-    /// `views` must be placed. All arguments must outlive it.
+    /// The cameras of `views` must have been placed. All arguments must outlive this object.
     SceneSheet(const SheetRequest& request, CaptureJob& job, const OpenedScene& scene,
                const ViewList& views, Reporter& reporter);
 
-    /// Return a view, and the hash of its settings, before it is captured. Throw like
+    /// Return a view and the hash of its settings, before the view is captured. Throw like
     /// ViewList::view() and clipVolume().
     View view(std::size_t index) const;
     std::string settingsHash(std::size_t view) const;
-    /// Captures a view. Throws like view(), CaptureJob::openRenderer() and GlRenderer::capture().
+    /// Captures a view and returns its sheet. Throws like view(), CaptureJob::openRenderer() and
+    /// GlRenderer::capture().
     SheetContent make(std::size_t view);
 
   private:
@@ -79,15 +80,15 @@ class SceneSheet {
     CaptureSettings capture_;
     const OpenedScene& scene_;
     PosedScene posed_;
-    View view_;                       ///< being captured
-    GlRenderer* renderer_ = nullptr;  ///< the job's
-    std::optional<float> exposure_;   ///< metered, for all views
+    View view_;                       ///< the view being captured
+    GlRenderer* renderer_ = nullptr;  ///< owned by the job
+    std::optional<float> exposure_;   ///< metered for the first view, used for all
     CompositeImage exact_;
     SheetContent content_;
 };
 
-/// Makes the sheet of a layered file; `job` keeps the times. Throws Error (kInput) like
-/// openLayered().
+/// Makes the sheet of a layered file. The times are added to those of `job`. Throws Error (kInput)
+/// like openLayered().
 SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Reporter& reporter);
 
 }  // namespace peeler::cmd

@@ -21,7 +21,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Size limit of a band; its composite is read in addition.
+/// The maximum size of a band, in bytes. The stored composite of the band is read in addition.
 constexpr std::uint64_t kVerifiedBytes = std::uint64_t{128} << 20;
 
 std::string at(const std::map<std::string, std::string>& attributes, const std::string& name) {
@@ -38,7 +38,8 @@ void checkFragments(LayeredInput& input, VerifiedFile& file) {
     if (info.composite >= 0) {
         const ExrInputPart& part = info.parts[static_cast<std::size_t>(info.composite)];
         if (const auto* red = part.channel("R")) composite_type = red->type;
-        // Files converted from other programs' may have had a smaller data window.
+        // In files converted from other programs' files, the composite may have had a smaller data
+        // window.
         if (part.data_window != crop && info.plan.view.known) {
             file.blame(Verdict::kBad, "the composite does not cover the pixels of the picture");
         }
@@ -65,7 +66,8 @@ void checkFragments(LayeredInput& input, VerifiedFile& file) {
 
 void checkCompleteness(const ExrInfo& info, VerifiedFile& file) {
     const Plan& plan = info.plan;
-    // A per-layer file has the counts of the whole picture; the other fragments are in other files.
+    // A per-layer file has the counts of the whole picture, but other files contain the remaining
+    // fragments.
     if (at(info.attributes(), "peeler:layout") == kPerFileLayout &&
         !at(info.attributes(), "peeler:layer").empty())
         return;
@@ -83,13 +85,14 @@ void checkCompleteness(const ExrInfo& info, VerifiedFile& file) {
                                          " of " + countText(plan.fragments_counted, "fragment"));
 }
 
-/// Returns a problem with its location, unless that is just the file.
+/// Returns a problem with its location, unless the location is just the file's name.
 std::string sentence(const Text& problem, const Text& where, const VerifiedFile& file) {
     return inOptions(problem +
                      (where == file.path ? Text() : ": " + printableText(where, kMostOfName)));
 }
 
-/// Checks the bytes of OpenEXR files only: arrays have neither hashes nor redundant counts.
+/// Checks the bytes of a file against its hashes, and its headers for contradictions. For OpenEXR
+/// files only, since files of arrays have neither hashes nor redundant counts.
 void checkBytes(VerifiedFile& file) {
     const ExrIntegrity proof = exrIntegrity(file.path);
     file.proof = proof.state;
@@ -99,7 +102,7 @@ void checkBytes(VerifiedFile& file) {
         file.blame(Verdict::kBad, problem);
 }
 
-/// Reads arrays of another program, or of a composite.
+/// Reads a file that another program has written, or a lone composite, to the end.
 void readToEnd(OpenedPicture opened, VerifiedFile& file) {
     const bool composite = isLoneComposite(opened.info());
     const std::unique_ptr<LayeredInput> input =

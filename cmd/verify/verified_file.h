@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Verification of an OpenEXR file against silent faults.
+// Verification of an OpenEXR file, for damage that readers do not notice.
 #pragma once
 
 #include <cstdint>
@@ -14,15 +14,15 @@
 
 namespace peeler::cmd {
 
-/// The extent of the checks for a file.
+/// The kind of a file, which determines the checks.
 enum class VerifiedKind {
     kUnknown,  ///< cannot be opened
     kForeign,  ///< not written by peeler: chunks must decode
-    kFlat,     ///< written by peeler, without layers: chunks and completeness
+    kFlat,     ///< written by peeler, without layers: all chunks are present and decode
     kLayered,  ///< written by peeler, with layers: all checks
 };
 
-/// The result of the checks, worst last.
+/// The result of the checks, ordered from best to worst.
 enum class Verdict { kGood, kIncomplete, kBad };
 
 struct VerifiedFile {
@@ -30,24 +30,25 @@ struct VerifiedFile {
     VerifiedKind kind = VerifiedKind::kUnknown;
     Verdict verdict = Verdict::kGood;
     std::vector<std::string> problems;         ///< one sentence each
-    std::optional<ExrIntegrity::State> proof;  ///< nothing if not determined
-    Provenance provenance;                     ///< peeler files only
-    View view;                                 ///< peeler files only
+    std::optional<ExrIntegrity::State> proof;  ///< nothing if the hashes could not be checked
+    Provenance provenance;                     ///< only for files written by peeler
+    View view;                                 ///< only for files written by peeler
     std::size_t layers = 0;
-    std::uint64_t fragments = 0;  ///< number found
+    std::uint64_t fragments = 0;  ///< number of fragments in the layers
 
-    /// Adds a problem; raises the verdict to `found` if that is worse.
+    /// Adds a problem. Raises the verdict to `found` if that is worse.
     void blame(Verdict found, const std::string& problem);
-    /// Adds a kBad problem with these pixels. Does nothing if no pixel is broken.
+    /// Adds a kBad problem that names these pixels. Does nothing if no pixel is broken.
     void blame(const BrokenPixels& broken, const std::string& what);
 };
 
-/// Reads and checks the whole file. Its bytes match its hashes. If they match or there are none,
-/// OpenEXR's classes can open it and its camera is consistent. Then, band by band, its layers are
-/// checked: Z is a number for every fragment and never decreases within a pixel; no pixel skips a
-/// layer; pixels without a fragment are 0 (for layers in separate parts); the fragment count
-/// matches the header; the part `composite` equals the composited layers bit for bit. Throws Error
-/// only for causes outside the file (kMemory, kInternal).
+/// Reads the whole file and checks the following. The bytes match the file's hashes. If they do or
+/// there are no hashes: OpenEXR's classes can open the file, and its camera attributes are
+/// consistent. Then, for the layers, band by band: Z is a number for every fragment and never
+/// decreases within a pixel; no pixel skips a layer; pixels without a fragment are 0 (for layers in
+/// separate parts); the fragment count matches the header; the part `composite` equals the
+/// composited layers bit for bit. Throws Error only for causes outside the file (kMemory,
+/// kInternal).
 VerifiedFile verifyFile(const std::string& path);
 
 }  // namespace peeler::cmd

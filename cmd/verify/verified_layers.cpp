@@ -16,20 +16,20 @@ namespace {
 
 constexpr int kRowsAtOnce = 128;
 
-/// Some rows of a layer, all channels.
+/// Some rows of a layer, with all channels.
 class PartRows {
   public:
-    /// Reads a window. `prefix` is the prefix of the layer's channels in the part.
+    /// Reads a window of the layer whose channel names begin with `prefix`.
     void read(const ExrInput& input, std::size_t part, const std::string& prefix,
               const Window& window);
 
     const Window& window() const { return window_; }
     bool hasFragment(std::size_t pixel) const { return depth(pixel) < kNone; }
-    /// Whether Z is bitwise +infinity, as required in a pixel without a fragment.
+    /// Whether Z is exactly +infinity, as is required where a pixel has no fragment.
     bool hasNoDepth(std::size_t pixel) const {
         return std::bit_cast<std::uint32_t>(depth(pixel)) == std::bit_cast<std::uint32_t>(kNone);
     }
-    /// Whether any channel except Z has a bit set.
+    /// Whether any channel except Z has a bit that is not 0.
     bool hasColor(std::size_t pixel) const;
 
   private:
@@ -46,7 +46,7 @@ class PartRows {
 
     Window window_;
     std::vector<Plane> planes_;  ///< in the order of the part's channels
-    std::size_t depth_ = 0;      ///< index of Z
+    std::size_t depth_ = 0;      ///< index of the plane of Z
 };
 
 void PartRows::read(const ExrInput& input, std::size_t part, const std::string& prefix,
@@ -54,7 +54,7 @@ void PartRows::read(const ExrInput& input, std::size_t part, const std::string& 
     const ExrInputPart& info = input.parts()[part];
     window_ = window;
     if (window.empty()) return;
-    planes_.resize(info.channels.size());  // channels of other layers stay empty
+    planes_.resize(info.channels.size());  // planes of other layers' channels stay empty
     std::vector<ExrTarget> targets;
     for (std::size_t c = 0; c < info.channels.size(); ++c) {
         Plane& plane = planes_[c];
@@ -85,14 +85,14 @@ bool PartRows::hasColor(std::size_t pixel) const {
     return false;
 }
 
-/// Pixels without a fragment whose Z is not +infinity or that have colour, and fragments without
-/// one in the previous layer.
+/// Pixels without a fragment whose Z is not +infinity, or that have colour; and pixels with a
+/// fragment but without one in the previous layer.
 struct LayerFindings {
     BrokenPixels no_number, colored, orphaned;
 };
 
-/// Checks rows of a layer. `before` and `now` hold per pixel of the band whether the previous layer
-/// and this one have a fragment.
+/// Checks rows of a layer. `before` and `now` have a flag per pixel of the band: whether the
+/// previous layer and this layer have a fragment there.
 void checkRows(const PartRows& rows, const Window& band, const std::vector<bool>& before,
                std::vector<bool>& now, LayerFindings& findings) {
     const Window& window = rows.window();
@@ -114,8 +114,8 @@ void checkRows(const PartRows& rows, const Window& band, const std::vector<bool>
     }
 }
 
-/// Whether every layer is a scan-line part of this file. Deep layers have no pixels without a
-/// fragment; layers in other files are not checked.
+/// Whether every layer is stored in scan-line parts of this file. Others are not checked: deep
+/// layers have no pixels without a fragment, and layers may be in other files.
 bool hasPartsOfLayers(const ExrInput& input, const ExrInfo& info) {
     for (std::size_t k = 0; k < info.layers.size(); ++k) {
         if (info.layers[k] >= input.parts().size()) return false;

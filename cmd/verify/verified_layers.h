@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of layers in separate parts.
+// Checks of layers that are stored in separate parts.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace peeler::cmd {
 
-/// Checks layers in separate parts for faults that fragment lists hide: pixels without a fragment
-/// that are not 0 (Z: +inf), and pixels that skip a layer. Does nothing for other layouts. Throws
-/// Error (kInput) if a chunk is damaged.
+/// Checks layers in separate parts for faults that are lost when the layers are read as fragment
+/// lists: pixels without a fragment that are not 0 (Z: +inf), and pixels that skip a layer. Does
+/// nothing for other layouts. Throws Error (kInput) if a chunk is damaged.
 void checkLayerParts(const std::string& path, const ExrInfo& info, VerifiedFile& file);
 
 }  // namespace peeler::cmd

@@ -27,11 +27,12 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kLongestLine = std::size_t{4} << 20;
-/// Limit on waiting jobs of all clients; nothing is read beyond it.
+/// The maximum number of waiting jobs of all clients. Once it is reached, no more lines are read.
 constexpr std::size_t kMostWaiting = 10'000;
-/// Limit on a client's unsent bytes. Beyond it, its lines are not read and no progress is sent.
+/// The maximum number of unsent bytes per client. While it is exceeded, the client's lines are not
+/// read and no progress is sent.
 constexpr std::size_t kMostUnsent = std::size_t{8} << 20;
-/// Deadline for answering a cancelled job, even if its process is still freeing memory.
+/// The time within which a cancelled job is answered, even if its process is still freeing memory.
 constexpr std::chrono::milliseconds kAnswered{75};
 
 [[noreturn]] void fail(const std::string& what, const std::filesystem::path& path) {
@@ -49,7 +50,7 @@ sockaddr_un addressOf(const std::filesystem::path& path) {
     return address;
 }
 
-/// Whether a worker listens on the address.
+/// Whether a worker is listening on this address.
 bool isAnswered(const sockaddr_un& address) {
     const int probe = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
     const bool answered =
@@ -111,12 +112,13 @@ void Dispatcher::listen() {
             throw Error(ErrorKind::kOutput, "another worker is listening on this socket",
                         path.string(), "connect to it, or choose another name");
     }
-    // Renamed only once it listens, because a client may connect as soon as the name exists.
+    // The socket gets its final name only once it listens, because a client may connect as soon as
+    // the name exists.
     const std::filesystem::path unnamed = path.string() + "~";
     const sockaddr_un address = addressOf(unnamed);
     unlink(unnamed.c_str());
     listening_ = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    const mode_t mask = umask(0177);  // accessible only to its user from the start
+    const mode_t mask = umask(0177);  // so that from the start only its user has access
     const int bound = bind(listening_, reinterpret_cast<const sockaddr*>(&address), sizeof address);
     umask(mask);
     if (bound != 0 || ::listen(listening_, 64) != 0 ||
@@ -153,7 +155,8 @@ bool Dispatcher::isDone() const {
     return listening_ < 0 && clients_.empty();
 }
 
-/// Waits for events and handles them. Returns the signal that ends the worker, if one arrived.
+/// Waits for events and handles them. Returns the signal that ends the worker if one has arrived,
+/// else 0.
 int Dispatcher::wait() {
     std::vector<pollfd> files{{signals_.file(), POLLIN, 0}, {listening_, POLLIN, 0}};
     for (const Slot& slot : slots_)
@@ -162,7 +165,7 @@ int Dispatcher::wait() {
         const bool listens =
             client.reads && waiting_.size() < kMostWaiting && client.unsent.size() < kMostUnsent;
         files.push_back({listens ? client.in : -1, POLLIN, 0});
-        // Even without a requested event, poll() reports a closed reader.
+        // poll() reports that the reader has closed even if no event is requested.
         const short wanted = client.unsent.empty() ? 0 : POLLOUT;
         files.push_back({client.out, wanted, 0});
     }
@@ -190,7 +193,8 @@ int Dispatcher::wait() {
     return 0;
 }
 
-/// Returns the milliseconds until a cancelled job must be answered; −1 if there is no such job.
+/// Returns the number of milliseconds until the next cancelled job must be answered; −1 if there is
+/// none.
 int Dispatcher::untilDeadline() const {
     int least = -1;
     for (const Slot& slot : slots_) {
@@ -211,7 +215,8 @@ void Dispatcher::receive(Client& client) {
         client.reads = false;
         if (!client.received.empty() && !client.skips_line) take(client, client.received);
         client.received.clear();
-        // A closed socket is closed in both directions; stdout of a pipe client may still be read.
+        // The end of a socket's input means that the client is gone. With pipes, stdout may still
+        // be read after stdin has ended.
         if (client.in == client.out) client.gone = true;
         return;
     }
@@ -242,7 +247,8 @@ void Dispatcher::take(Client& client, const std::string& line) {
                                return slot.job && same(*slot.job);
                            });
         if (known) {
-            // The id belongs to the running job, so this failure's line must not use it.
+            // The id belongs to the unfinished job, so the line about this failure must not contain
+            // it.
             sendTo(client, failedLine(nullptr, Error(ErrorKind::kUsage,
                                                      "a job with this id has not finished yet",
                                                      dumpJson(request.id), "choose another")));
@@ -271,7 +277,7 @@ void Dispatcher::cancel(Client& client, const nlohmann::json& id) {
         slot.cancelled_at = Clock::now();
         slot.process->cancel();
     }
-    // A finished job already has its result, so there is no answer.
+    // The result of a finished job has already been sent, so there is nothing to answer.
 }
 
 void Dispatcher::startJobs() {
@@ -318,7 +324,7 @@ void Dispatcher::readProcess(Slot& slot) {
     slot.scene.clear();
 }
 
-/// Returns the result line of a job whose process ended prematurely.
+/// Returns the result line for a job whose process ended before the job did.
 std::string Dispatcher::brokenLine(const Slot& slot) const {
     if (slot.cancelled) return cancelledLine(slot.job->id);
     WorkerResult result;
@@ -358,7 +364,7 @@ void Dispatcher::answerLateJobs() {
     }
 }
 
-/// Terminates the slot's process; it is reaped later.
+/// Terminates the slot's process without waiting until it has ended.
 void Dispatcher::giveUp(Slot& slot) {
     slot.process->terminate();
     ending_.push_back(std::move(slot.process));
@@ -373,7 +379,8 @@ void Dispatcher::sendTo(Client& client, std::string_view text) {
 
 void Dispatcher::flush(Client& client) {
     while (!client.unsent.empty()) {
-        // A pipe on stdout may block. If poll() reports it writable, PIPE_BUF bytes fit.
+        // Writes at most PIPE_BUF bytes at a time, because a pipe on stdout may block: when poll()
+        // reports it writable, only that many bytes are sure to fit.
         pollfd room{client.out, POLLOUT, 0};
         if (poll(&room, 1, 0) <= 0 || (room.revents & POLLOUT) == 0) {
             client.gone = client.gone || (room.revents & (POLLERR | POLLNVAL)) != 0;
@@ -390,7 +397,7 @@ void Dispatcher::flush(Client& client) {
     }
 }
 
-/// Drops the client's jobs.
+/// Drops all jobs of a client.
 void Dispatcher::leave(Client& client) {
     std::erase_if(waiting_, [&](const Waiting& job) { return job.client == &client; });
     for (Slot& slot : slots_) {

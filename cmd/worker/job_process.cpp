@@ -31,12 +31,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// The line type, the first character of each line from a process.
+/// The first character of each line from a process, which gives the line's type.
 constexpr char kProgress = 'p', kEnd = 'e';
 
 /// The minimum interval between progress lines.
 constexpr std::chrono::milliseconds kBetween{100};
-/// The time for a cancelled job to end by itself before its process ends.
+/// How long a cancelled job may take to stop by itself before its process is ended by force.
 constexpr suseconds_t kPatience = 60'000;  // microseconds
 
 volatile std::sig_atomic_t running = 0, cancelled = 0;
@@ -65,12 +65,12 @@ void send(int file, std::string_view text) {
     while (!text.empty()) {
         const ssize_t count = ::send(file, text.data(), text.size(), MSG_NOSIGNAL);
         if (count < 0 && errno == EINTR) continue;
-        if (count < 0) endProcess(0);  // the worker is gone
+        if (count < 0) endProcess(0);  // because the worker is gone
         text.remove_prefix(static_cast<std::size_t>(count));
     }
 }
 
-/// A reporter that collects a job's messages and sends its progress.
+/// A reporter that collects a job's messages and sends the job's progress.
 class JobReporter final : public Reporter {
   public:
     JobReporter(int file, WorkerRequest request) : file_(file), request_(std::move(request)) {}
@@ -102,8 +102,8 @@ class JobReporter final : public Reporter {
     Clock::time_point last_{};
 };
 
-/// Returns the worker's defaults (JSON results, threads, memory) followed by the job's arguments.
-/// The last value of a repeated option wins.
+/// Returns the worker's defaults (JSON results, threads, memory), then the job's arguments. The
+/// job's take precedence, because the last value of a repeated option wins.
 std::vector<std::string> completed(const WorkerRequest& request, const VerbOptions& options,
                                    const JobLimits& limits) {
     std::vector<std::string> arguments;
@@ -128,14 +128,14 @@ void checkOutput(const VerbOptions& options) {
                     "--output -", "name a file");
 }
 
-/// A verb with declared options, prepared for the next job.
+/// A verb whose options are declared in advance, for the next job.
 using DeclaredVerb = std::unique_ptr<ParsedVerb>;
 
 DeclaredVerb declaredLike(const std::string& verb) {
     try {
         return std::make_unique<ParsedVerb>(verbNamed(verb));
     } catch (const Error&) {
-        return nullptr;  // unknown verb
+        return nullptr;  // the verb is unknown
     }
 }
 
@@ -150,7 +150,7 @@ int runJob(const WorkerRequest& request, const JobLimits& limits, Session& sessi
     return parsed->run(session);
 }
 
-/// Runs a job once. `found` receives the result.
+/// Runs a job once and stores the result in `found`.
 void tryJob(const WorkerRequest& request, const JobLimits& limits, Session& session,
             DeclaredVerb& declared, WorkerResult& found) {
     const auto start = Clock::now();
@@ -180,7 +180,8 @@ std::string finished(int file, const WorkerRequest& request, const JobLimits& li
         session.setReporter(reporter);
         tryJob(request, limits, session, declared, reporter.found);
         if (mayHaveBroken(reporter.found)) session.close();
-        // Cached data of other jobs may have caused the lack of memory.
+        // Data kept from other jobs may have caused the lack of memory, so the job runs again
+        // without it.
         const bool full = reporter.found.error &&
                           reporter.found.error->kind() == ErrorKind::kMemory &&
                           reporter.found.error_kind.empty();
@@ -194,7 +195,7 @@ std::string finished(int file, const WorkerRequest& request, const JobLimits& li
 void JobProcess::serve(int file, const JobLimits& limits, pid_t parent) {
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) _exit(128 + SIGTERM);  // the worker ended before prctl()
-    // Keeps only stderr of the worker's files.
+    // Closes all of the worker's file descriptors except stderr.
     const int nothing = open("/dev/null", O_RDWR);
     dup2(nothing, STDIN_FILENO);
     dup2(STDERR_FILENO, STDOUT_FILENO);
@@ -205,7 +206,7 @@ void JobProcess::serve(int file, const JobLimits& limits, pid_t parent) {
     act(SIGUSR1, cancelRunningJob);
     act(SIGALRM, endProcess);
     act(SIGTERM, endProcess);
-    for (const int number : {SIGINT, SIGHUP})  // the worker passes them on
+    for (const int number : {SIGINT, SIGHUP})  // because the worker handles these signals
         std::signal(number, SIG_IGN);
     sigset_t none;
     sigemptyset(&none);
@@ -232,7 +233,8 @@ void JobProcess::serve(int file, const JobLimits& limits, pid_t parent) {
             setitimer(ITIMER_REAL, &kNever, nullptr);
             session.setReporter(idle);
             send(kOwn, kEnd + line);
-            // Prepares the next job, usually of the same verb, while the client reads the result.
+            // Declares the options for the next job, usually one of the same verb, while the client
+            // reads the result.
             declared = declaredLike(request.verb);
         }
     }
@@ -273,7 +275,7 @@ JobProcess::~JobProcess() {
 }
 
 void JobProcess::start(const std::string& line) {
-    // An idle process is always reading, so this blocks only while it reads.
+    // An idle process is always ready to read, so a full socket is drained quickly.
     std::string_view rest = line;
     while (!rest.empty()) {
         const ssize_t count = ::send(file_, rest.data(), rest.size(), MSG_NOSIGNAL);
@@ -282,7 +284,7 @@ void JobProcess::start(const std::string& line) {
         } else if (errno == EAGAIN) {
             usleep(100);
         } else if (errno != EINTR) {
-            return;  // it has ended; read() detects that
+            return;  // the process has ended, which read() will detect
         }
     }
 }

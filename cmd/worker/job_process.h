@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Job process: runs a worker's jobs one by one.
+// A process that runs a worker's jobs one by one.
 #pragma once
 
 #include <sys/types.h>
@@ -11,37 +11,38 @@
 
 namespace peeler::cmd {
 
-/// The limits of each of a worker's processes.
+/// The limits for each process of a worker.
 struct JobLimits {
-    int threads = 0;           ///< default for jobs; 0 = the jobs choose
-    std::uint64_t memory = 0;  ///< bytes, default for jobs; 0 = the jobs choose
-    std::uint64_t keep = 0;    ///< limit on the bytes of scenes kept open between jobs
+    int threads = 0;           ///< default number of threads of a job; 0 = the job chooses
+    std::uint64_t memory = 0;  ///< default memory budget of a job, bytes; 0 = the job chooses
+    std::uint64_t keep = 0;    ///< maximum number of bytes of scenes kept open between jobs
 };
 
-/// A separate process, so that a driver crash affects only one job and a cancelled job ends at
-/// once. It is forked, shares only stderr with the worker, and ends with the worker.
+/// A separate process for jobs, so that a driver crash affects only one job and a cancelled job
+/// ends at once. The process is forked from the worker, shares only stderr with it, and ends when
+/// the worker ends.
 class JobProcess {
   public:
-    /// Throws Error (kInternal) if the system has no process or socket left.
+    /// Throws Error (kInternal) if the system cannot create another process or socket.
     explicit JobProcess(const JobLimits& limits);
-    /// Ends the process, which removes its temporary files.
+    /// Ends the process, which then removes its temporary files.
     ~JobProcess();
     JobProcess(const JobProcess&) = delete;
     JobProcess& operator=(const JobProcess&) = delete;
 
     /// Returns the file descriptor to poll for input.
     int file() const { return file_; }
-    /// Starts the job in `line`, a WorkerRequest. The previous job must have ended.
+    /// Starts the job in `line` (a WorkerRequest). The previous job must have ended.
     void start(const std::string& line);
-    /// Cancels the job within a tenth of a second: by itself if it reports progress that often,
-    /// else by ending the process.
+    /// Cancels the job within a tenth of a second. The job stops by itself if it reports progress
+    /// that often; otherwise the process ends.
     void cancel() const;
-    /// Ends the process, as the destructor does, without waiting for it.
+    /// Makes the process end as the destructor does, but does not wait for that.
     void terminate() const;
-    /// Reads available lines without blocking: progress lines, and the line of an ended job.
-    /// Returns false once the process has ended.
+    /// Reads the available lines without blocking: progress lines, and the result line if a job has
+    /// ended. Returns false once the process has ended.
     bool read(std::vector<std::string>& progress, std::string& ended);
-    /// Return, after the end, the signal that ended it (0 = exited) and its exit code.
+    /// Return how the process ended: the signal (0 = it exited by itself) and the exit code.
     int endingSignal() const { return ending_signal_; }
     int exitCode() const { return exit_code_; }
 

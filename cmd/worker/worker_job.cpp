@@ -19,7 +19,7 @@ bool isId(const nlohmann::json& value) {
     return value.is_string() || value.is_number_integer();
 }
 
-/// Throws Error (kUsage) if a line is nested too deep.
+/// Throws Error (kUsage) if the JSON in a line is nested too deeply.
 void checkJson(const std::string& line) {
     try {
         checkJsonDepth(line, "");
@@ -33,7 +33,7 @@ void checkId(const nlohmann::json& value, const char* key) {
         throw Error(ErrorKind::kUsage, "expected a string or an integer", key, kWorkerHelp);
 }
 
-/// Whether the same job may succeed later or on another machine.
+/// Whether running the job again, later or on another machine, may succeed.
 bool isWorthRetrying(const WorkerResult& result) {
     if (result.error_kind == "crash") return true;
     return result.error && (result.error->kind() == ErrorKind::kDevice ||

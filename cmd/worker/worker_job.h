@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The worker protocol's lines (cmd/README.md, "The worker").
+// The lines of the worker protocol (cmd/README.md, "The worker").
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,15 +11,16 @@
 
 namespace peeler::cmd {
 
-/// The protocol version, sent in a worker's first line. Incremented by incompatible changes.
+/// The protocol version, sent in a worker's first line. Incremented by every incompatible change.
 inline constexpr int kWorkerProtocol = 1;
 
 /// The exit code of a cancelled job, as for a command ended by Ctrl-C.
 inline constexpr int kCancelledCode = 130;
 
-/// A client's line: a job, or a request to cancel one.
+/// A line from a client: a job, or a request to cancel one.
 struct WorkerRequest {
-    /// Parses a line. Throws Error (kUsage) if it is neither. Does not check the verb's options.
+    /// Parses a line. Throws Error (kUsage) if it is neither a job nor a cancellation. Does not
+    /// check the options of the verb.
     explicit WorkerRequest(const std::string& line);
 
     nlohmann::json id;  ///< a string or an integer
@@ -29,28 +30,28 @@ struct WorkerRequest {
     std::vector<std::string> arguments{};
 };
 
-/// Returns the id in an invalid request if it can be read, else null.
+/// Returns the id of an invalid request; null if it cannot be read.
 nlohmann::json requestId(const std::string& line);
 
-/// Returns a worker's first line: {"worker": 1, "version": "0.2.0", "jobs": 2}
+/// Returns the first line that a worker sends: {"worker": 1, "version": "0.2.0", "jobs": 2}
 std::string helloLine(int jobs);
 
 /// The result of a job.
 // NOLINTNEXTLINE(bugprone-exception-escape): moving JSON does not throw
 struct WorkerResult {
     int exit_code = 0;
-    Json result{};  ///< the verb's; null if absent
+    Json result{};  ///< the verb's result; null if it has none
     std::vector<std::string> warnings{};
     std::optional<Error> error{};  ///< the first error
-    std::string error_kind{};      ///< replaces the kind of `error`: "cancelled", "crash"
+    std::string error_kind{};      ///< if not "", the kind to report: "cancelled", "crash"
     double milliseconds = 0;
 };
 
-/// Returns {"id": 7, "exitCode": 0, "milliseconds": 812, "warnings": […], "result": {…}}, or with
-/// "error" (`kind`, `what`, `where`, `hint`) and "retry".
+/// Returns a result line: {"id": 7, "exitCode": 0, "milliseconds": 812, "warnings": […], "result":
+/// {…}}, or the same with "error" (`kind`, `what`, `where`, `hint`) and "retry".
 std::string resultLine(const nlohmann::json& id, const WorkerResult& result);
 
-/// Returns {"id": 7, "progress": 0.42, "stage": "render"}.
+/// Returns a progress line: {"id": 7, "progress": 0.42, "stage": "render"}.
 std::string progressLine(const nlohmann::json& id, const RunProgress& progress);
 
 }  // namespace peeler::cmd

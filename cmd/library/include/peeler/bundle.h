@@ -19,66 +19,70 @@ namespace peeler::inline v0 {
 /// Fibonacci lattice (Swinbank & Purser 2006; Keinert et al., "Spherical Fibonacci Mapping", 2015).
 std::vector<glm::dvec3> sphereDirections(int count);
 
-/// Returns the same lattice over the hemisphere around +Y.
+/// Returns the spherical Fibonacci lattice over the hemisphere around +Y.
 std::vector<glm::dvec3> hemisphereDirections(int count);
 
-/// Returns the axes of a bundle along `direction` (of any length but 0) as columns, unit vectors in
-/// world space: right, up and backward (against the direction). Up is as close as possible to +Y,
-/// or to +Z for directions along Y. `roll` (radians) then turns right and up about the direction.
+/// Returns the axes of a bundle along `direction` (of any length but 0). The columns are unit
+/// vectors in world space: right, up and backward (against the direction). Up is as close as
+/// possible to +Y, or to +Z for directions along Y. Finally, right and up are turned by `roll`
+/// (radians) about the direction.
 glm::dmat3 bundleSides(const glm::dvec3& direction, double roll = 0);
 
-/// The ray density of a bundle: a ray count along its longer side, or a spacing.
+/// The ray density and placement of a bundle. The density is a ray count along the longer side, or
+/// a spacing.
 struct RayGrid {
     int resolution = 1024;
     double spacing = 0;     ///< scene units; 0 = use the resolution
     double roll = 0;        ///< radians, about the direction
-    glm::dvec2 shift{0.5};  ///< position of each ray in its cell, 0–1, y down
+    glm::dvec2 shift{0.5};  ///< position of each ray within its grid cell, 0–1, y down
 };
 
-/// A grid of rays, one through the sample of every pixel of `view`, row by row from the top. A band
-/// of such a picture holds the hits of its rays, with their keys (kKeyChannel) in `extra[0]`.
+/// A grid of rays, one per pixel of `view` (through the pixel's sample), row by row from the top.
+/// Bands of a traced bundle hold the rays' hits, with the keys of the hit primitives (kKeyChannel)
+/// in `extra[0]`.
 struct Bundle {
     std::string name;  ///< unique among bundles traced together: "bundle_000"
     View view;
 
     bool parallel() const { return !view.projection.perspective; }
     std::size_t rays() const { return view.crop.pixels(); }
-    /// Return unit vectors in world space: the axis, and the sides of the picture.
+    /// Return unit vectors in world space: the viewing axis, and the directions of the picture's
+    /// sides.
     glm::dvec3 direction() const { return -glm::dvec3(view.camera_to_world[2]); }
     glm::dvec3 right() const { return glm::dvec3(view.camera_to_world[0]); }
     glm::dvec3 up() const { return glm::dvec3(view.camera_to_world[1]); }
     /// Returns the point with t = 0: the centre of the plane where parallel rays start, or the eye.
     glm::dvec3 origin() const { return glm::dvec3(view.camera_to_world[3]); }
-    /// Returns the width and height in scene units; for a pinhole bundle, at distance 1.
+    /// Returns the width and height of the grid in scene units; for a pinhole bundle, those at
+    /// distance 1.
     glm::dvec2 size() const {
         return 2.0 * glm::dvec2(view.projection.half_width, view.projection.half_height);
     }
-    /// Returns t of a hit at camera Z 1 on the ray of pixel (x, y). t is the distance from the
-    /// ray's origin.
+    /// Returns the distance t from the ray's origin to a hit at camera Z 1, on the ray of pixel (x,
+    /// y).
     double tScale(int x, int y) const;
 };
 
 /// Returns parallel rays along `direction` (of any length but 0) that cover the projection of
-/// `area` and span `scene` in depth. Deterministic: the same direction gives the same sides, with
-/// +Y up, or +Z for directions along Y. Throws Error (kUsage) if there would be more than 2^30 rays
-/// or 65536 on a side.
+/// `area` and span `scene` in depth. The sides are those of bundleSides(). Throws Error (kUsage) if
+/// there would be more than 2^30 rays or 65536 on a side.
 Bundle parallelBundle(std::string name, const Bounds& area, const Bounds& scene,
                       const glm::dvec3& direction, const RayGrid& grid);
 
-/// Bundles along +X, +Y and +Z (a layered depth normal image: Chen & Wang 2008) on one lattice of
-/// cubes. All rays go through cell centres.
+/// Bundles along +X, +Y and +Z (a layered depth normal image: Chen & Wang 2008) on a common lattice
+/// of cubes. All rays go through cell centres.
 struct AxisBundles {
     std::vector<Bundle> bundles;  ///< three
-    glm::dvec3 corner{0};         ///< least corner of the first cell, world space
-    double spacing = 0;           ///< side of a cell
-    glm::ivec3 cells{0};          ///< along x, y, z
+    glm::dvec3 corner{0};         ///< minimum corner of the first cell, world space
+    double spacing = 0;           ///< side of a cell, scene units
+    glm::ivec3 cells{0};          ///< number of cells along x, y, z
 };
 AxisBundles axisBundles(const Bounds& area, const Bounds& scene, const RayGrid& grid);
 
-/// Returns the bundles' views with display windows of one size, which OpenEXR requires of the parts
-/// of a file. The rays stay the same; the crop of a smaller view is centred. An odd margin moves
-/// the camera of a parallel bundle by half a pixel. Throws Error (kUsage) if a pinhole bundle would
-/// have to move.
+/// Returns the bundles' views with display windows of one size, which OpenEXR requires for all
+/// parts of a file. The rays stay the same; the crop of a smaller view is centred. An odd margin
+/// moves the camera of a parallel bundle by half a pixel. Throws Error (kUsage) if a pinhole bundle
+/// would have to move.
 std::vector<View> withCommonDisplay(std::span<const Bundle> bundles);
 
 }  // namespace peeler::inline v0

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera selection: a scene camera, a light, or a camera built from numbers.
+// Camera selection: a scene camera, a light, or a camera given by numbers.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -16,7 +16,7 @@ namespace peeler::inline v0 {
 /// The size of a picture in pixels.
 struct Size {
     int width = 0;
-    int height = 0;  ///< 0: from the width and the camera's aspect ratio
+    int height = 0;  ///< 0: computed from the width and the camera's aspect ratio
     bool operator==(const Size&) const = default;
 };
 
@@ -29,37 +29,39 @@ struct Intrinsics {
     bool operator==(const Intrinsics&) const = default;
 };
 
-/// Returns the intrinsics of a view whose crop is a picture of its own: those it was made from
-/// (CameraChoice::intrinsics), or, if several give the same view to the last bit, those with the
-/// fewest digits. If no focal length gives exactly the view's half widths (a view made from a field
-/// of view), returns the nearest. Throws Error (kUsage) if the view is orthographic.
+/// Returns the intrinsics of a view, as if its crop were the whole picture. These are the ones the
+/// view was made from (CameraChoice::intrinsics) or, if several give the same view to the last bit,
+/// those with the fewest digits. If no focal length gives exactly the view's half widths (for a
+/// view made from a field of view), returns the nearest. Throws Error (kUsage) if the view is
+/// orthographic.
 Intrinsics intrinsicsOf(const View& view);
 
-/// A scene camera, or a camera built from numbers. The default is the scene's first camera. A scene
-/// without cameras is framed as a whole; so is each number that a built camera lacks.
+/// A scene camera, or a camera given by numbers. The default is the scene's first camera. In a
+/// scene without cameras, and for numbers that are left out, the camera is placed so that it frames
+/// the whole scene.
 struct CameraChoice {
     /// A name, or an index in draw order. "light:" with a light's name or index selects a light.
     std::optional<std::string> camera{};
     /// World space; `up` is not 0.
     std::optional<glm::dvec3> eye{}, target{}, up{};
-    /// Camera to world, looking along −Z with +Y up (glTF's convention). Replaces eye, target and
-    /// up.
+    /// Camera to world, looking along −Z with +Y up (glTF's convention). Replaces `eye`, `target`
+    /// and `up`.
     std::optional<glm::dmat4> pose{};
     std::optional<double> fov{};           ///< vertical, degrees
     std::optional<double> ortho_height{};  ///< scene units
     /// Replaces the field of view of any camera; `size` must have a height. The picture becomes a
-    /// crop of a larger one centred on the axis (View::width); View::sample is the point where the
-    /// axis crosses its pixel.
+    /// crop of a larger one centred on the axis (View::width); View::sample is the position, within
+    /// the pixel that the axis passes through, at which it does so.
     std::optional<Intrinsics> intrinsics{};
     std::optional<double> near{}, far{};  ///< scene units
     Size size{1280, 720};
     std::optional<Window> crop{};  ///< pixels of the picture
 
-    /// Whether a camera is built from these numbers rather than taken from the scene.
+    /// Whether the camera is built from these numbers rather than taken from the scene.
     bool buildsCamera() const { return eye || target || up || pose || fov || ortho_height; }
 };
 
-/// Throws Error (kUsage) if the choice contradicts itself, regardless of the scene.
+/// Throws Error (kUsage) if the fields contradict each other. Does not need the scene.
 void checkCamera(const CameraChoice& choice);
 
 }  // namespace peeler::inline v0

@@ -13,7 +13,7 @@
 
 namespace peeler::inline v0 {
 
-/// A channel. channelTable() has its components and a summary.
+/// A channel. channelTable() lists its components and a summary.
 enum class Channel : std::uint8_t {
     kNormal,
     kGeometricNormal,
@@ -33,17 +33,17 @@ enum class Channel : std::uint8_t {
 /// A row of the table. `components` are EXR channel names.
 struct ChannelInfo {
     Channel channel;
-    std::string_view name;  ///< as on the command line
+    std::string_view name;  ///< the name on the command line
     std::span<const std::string_view> components;
-    /// kHalf: the precision of the colour. kFloat and kUint: fixed.
+    /// kHalf: the same precision as the colour. kFloat and kUint: always that type.
     PixelType type;
-    /// The macro that makes channels.frag output it, one float per component; "" = derived from the
-    /// fragment's Z and primitive (core/fragments/depth_sort.h).
+    /// The macro that makes channels.frag output the channel, one float per component; "" = the
+    /// channel is derived from the fragment's Z and primitive (core/fragments/depth_sort.h).
     std::string_view definition;
     std::string_view summary;
 };
 
-/// Returns the table in the order of the enumeration, also the order of LayeredImage::extra.
+/// Returns the table, in the order of the enumeration. LayeredImage::extra has the same order.
 std::span<const ChannelInfo> channelTable();
 
 inline const ChannelInfo& infoOf(Channel channel) {

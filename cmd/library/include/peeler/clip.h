@@ -12,10 +12,10 @@
 namespace peeler::inline v0 {
 
 /// A clip volume: the intersection of all half-spaces and the interior of the closed meshes,
-/// surfaces included. After Everitt 2001: the second depth test of peeling "can have an arbitrary
-/// location".
+/// including their surfaces. After Everitt 2001: the second depth test of peeling "can have an
+/// arbitrary location".
 struct ClipVolume {
-    /// Points p in world space with dot(normal, p) >= offset.
+    /// The points p in world space with dot(normal, p) >= offset.
     struct HalfSpace {
         glm::dvec3 normal{0};
         double offset = 0;
@@ -24,14 +24,14 @@ struct ClipVolume {
     static constexpr std::size_t kMaxHalfSpaces = 32;
 
     std::vector<HalfSpace> half_spaces;
-    /// Nodes whose meshes together bound the volume; they are not drawn. A point is inside if its
-    /// winding number is not 0.
+    /// Nodes whose meshes, taken together, bound the volume. These meshes are not drawn. A point is
+    /// inside if its winding number is not 0.
     std::vector<int> nodes;
     bool keep_inside = true;
 
     bool operator==(const ClipVolume&) const = default;
     bool active() const { return !half_spaces.empty() || !nodes.empty(); }
-    /// Adds the box between two corners, in either order.
+    /// Restricts the volume to the box between two opposite corners, given in either order.
     void addBox(const glm::dvec3& a, const glm::dvec3& b) {
         for (int axis = 0; axis < 3; ++axis) {
             glm::dvec3 normal{0};

@@ -16,32 +16,33 @@ namespace peeler::inline v0 {
 /// The treatment of fragments beyond the layer limit.
 enum class Tail : std::uint8_t {
     kDrop,
-    kBlend  ///< composites only: blended behind the kept layers as a weighted average
+    kBlend  ///< composites only: a weighted average of them is blended behind the kept layers
 };
 
 /// A colour with coloured opacity: R, G, B, A, AR, AG, AB, premultiplied. Light from behind is
-/// multiplied by 1 − A_c in channel c. A is the mean of the three, for readers that expect a single
-/// alpha; compositing ignores it.
+/// multiplied by 1 − A_c in channel c. A is the mean of AR, AG and AB, for readers that expect a
+/// single alpha; compositing ignores A.
 using TintedColor = std::array<float, kTintedComponents>;
 
-/// Returns a plain colour with its alpha as the opacity of every channel.
+/// Returns a plain colour as a tinted one: the opacity of every channel is its alpha.
 inline TintedColor tinted(const std::array<float, 4>& c) {
     return {c[0], c[1], c[2], c[3], c[3], c[3], c[3]};
 }
-/// Returns R, G, B, A alone.
+/// Returns R, G, B and A, without the channel opacities.
 inline std::array<float, 4> untinted(const TintedColor& c) {
     return {c[0], c[1], c[2], c[3]};
 }
 
 /// A flattened band: premultiplied linear RGBA in 32-bit float, and the camera Z of each pixel's
-/// first fragment (+inf if the pixel is empty). Row-major inside `window`.
+/// first fragment (+inf if the pixel is empty). All arrays are row-major inside `window`.
 struct CompositeImage {
     Window window;
     std::vector<std::array<float, 4>> rgba;
     std::vector<float> z;
-    /// AR, AG, AB per pixel for coloured opacity; else empty, and A applies to every channel.
+    /// Per pixel, the opacities AR, AG, AB. Empty unless opacity is coloured; A then applies to
+    /// every channel.
     std::vector<std::array<float, 3>> opacity{};
-    std::vector<FragmentArray> extra{};  ///< other quantities, one record per pixel
+    std::vector<FragmentArray> extra{};  ///< further channels, one record per pixel
 
     /// Returns the bytes per pixel of colour and Z.
     static constexpr std::size_t pixelBytes(bool is_tinted) {
@@ -58,14 +59,14 @@ struct CompositeImage {
         const auto& [r, g, b, a] = rgba[pixel];
         return {r, g, b, a, opacity[pixel][0], opacity[pixel][1], opacity[pixel][2]};
     }
-    /// Sets the colour; drops the channel opacities unless the picture is tinted.
+    /// Sets the colour. Drops the channel opacities if the picture is not tinted.
     void setColor(std::size_t pixel, const TintedColor& color) {
         rgba[pixel] = untinted(color);
         if (tinted()) opacity[pixel] = {color[4], color[5], color[6]};
     }
     /// Sets the colour of a pixel in an untinted picture.
     void setColor(std::size_t pixel, const std::array<float, 4>& color) { rgba[pixel] = color; }
-    /// Resizes the colours to the window.
+    /// Resizes the colour arrays to the window.
     void resizeColors(bool is_tinted) {
         rgba.resize(window.pixels());
         opacity.resize(is_tinted ? window.pixels() : 0);
@@ -79,7 +80,7 @@ struct CompositeImage {
     void appendColors(const CompositeImage& from) { appendColors(from, 0, from.rgba.size()); }
     /// Appends colours and Z of the rows [y0, y1) of another picture. The window is unchanged.
     void appendRows(const CompositeImage& from, int y0, int y1);
-    /// Replaces colours, Z and window by those of the rows [y0, y1) of another picture.
+    /// Replaces colours, Z and window with those of the rows [y0, y1) of another picture.
     void setRows(const CompositeImage& from, int y0, int y1);
     /// Removes colours and Z.
     void clear();
@@ -87,20 +88,20 @@ struct CompositeImage {
 
 /// Composites front to back with "over" on premultiplied colours (Porter & Duff 1984): C += (1 −
 /// A)·c, A += (1 − A)·a, in 32-bit float, in list order. With coloured opacity each channel uses
-/// its own alpha, in the same order of operations, so a pixel with equal opacities has the same
-/// bits. `background` (premultiplied) goes last; all zero adds nothing. Overwrites `out` and reuses
-/// its storage.
+/// its own alpha; the order of operations is the same, so a pixel whose opacities are equal gets
+/// the same bits as without. `background` (premultiplied) is composited last; zeros have no effect.
+/// Overwrites `out` and reuses its storage.
 void compositeOver(const LayeredImage& image, const std::array<float, 4>& background,
                    CompositeImage& out);
 
 /// Returns a over b, premultiplied: a + (1 − a.a)·b.
 std::array<float, 4> over(const std::array<float, 4>& a, const std::array<float, 4>& b);
-/// Returns a over b with a's opacity per channel.
+/// Returns a over b, each colour channel with its own opacity.
 TintedColor over(const TintedColor& a, const TintedColor& b);
 
 /// Returns R, G, B, A of a fragment.
 std::array<float, 4> colorOf(const LayeredImage& image, std::size_t fragment);
-/// Returns a fragment's colour with channel opacities; these are A if the image is untinted.
+/// Returns a fragment's colour with channel opacities. If the image is not tinted, they equal A.
 TintedColor tintedColorOf(const LayeredImage& image, std::size_t fragment);
 }  // namespace peeler::inline v0
 

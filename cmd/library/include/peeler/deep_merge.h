@@ -6,7 +6,7 @@
 
 namespace peeler::inline v0 {
 
-/// The criterion for merging neighbouring samples of a pixel.
+/// The criterion by which neighbouring samples of a pixel are merged.
 enum class DeepMerge {
     kOff,
     kExact,  ///< equal Z
@@ -14,12 +14,12 @@ enum class DeepMerge {
     kByZ     ///< near in Z
 };
 
-/// The merge mode and its tolerances: Z in scene units, alpha in 0–1. Both are measured from a
-/// group's nearest sample, so a group is never deeper than `z_tolerance`.
+/// The merge mode and its tolerances: Z in scene units, alpha in 0–1. Both are measured from the
+/// nearest sample of a merged group, so no group spans more than `z_tolerance` in depth.
 struct DeepMergeSettings {
     DeepMerge mode = DeepMerge::kOff;
-    float z_tolerance = 0;      ///< by-id, by-z
-    float alpha_tolerance = 1;  ///< by-id
+    float z_tolerance = 0;      ///< used by kById and kByZ
+    float alpha_tolerance = 1;  ///< used by kById
 };
 
 }  // namespace peeler::inline v0

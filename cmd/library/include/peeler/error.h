@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one error type: kind, message, place and hint.
+// The only error type: kind, message, place and hint.
 #pragma once
 
 #include <stdexcept>
@@ -13,19 +13,19 @@ namespace peeler::inline v0 {
 
 /// The cause of a failure. The values are the exit codes of the command line.
 enum class ErrorKind : int {
-    kInternal = 1,    ///< a bug of ours: an invariant did not hold
-    kUsage = 2,       ///< the caller asked for something that does not exist
+    kInternal = 1,    ///< a bug in peeler: an invariant did not hold
+    kUsage = 2,       ///< the caller asked for something invalid or nonexistent
     kInput = 3,       ///< an input file is unreadable or invalid
     kOutput = 4,      ///< an output could not be written
     kDevice = 5,      ///< no usable GL device, or it was lost
-    kIncomplete = 6,  ///< fragments were dropped and the caller forbids that
+    kIncomplete = 6,  ///< fragments were dropped although the caller forbids that
     kMemory = 33,     ///< out of memory, or over the budget
 };
 
-/// Thrown by every layer. `what` is a sentence without a full stop; `where` is a path, a JSON
-/// pointer into the glTF ("/meshes/0/primitives/1"), a part name, or empty; `hint` is a suggestion,
-/// or empty. They contain names from files verbatim, so each is cut after 8,000 bytes and ends in
-/// "…".
+/// Thrown by every part of peeler. `what` is a sentence without a full stop; `where` is a path, a
+/// JSON pointer into the glTF ("/meshes/0/primitives/1"), a part name, or empty; `hint` is a
+/// suggestion, or empty. All three may contain names from files verbatim. A text of more than 8,000
+/// bytes is cut there and ends in "…".
 class Error : public std::runtime_error {
   public:
     Error(ErrorKind kind, Text what, Text where = {}, Text hint = {});
@@ -34,8 +34,8 @@ class Error : public std::runtime_error {
     const std::string& where() const noexcept { return where_.str(); }
     const std::string& hint() const noexcept { return hint_.str(); }
 
-    /// The same three with their parameters by identity, for a program that has names of its own
-    /// for them.
+    /// Return the three texts with their parameters as Parameter values, for programs that have
+    /// their own names for these.
     const Text& whatText() const noexcept { return what_; }
     const Text& whereText() const noexcept { return where_; }
     const Text& hintText() const noexcept { return hint_; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scene, layer and picture files.
+// Reading and writing of scene, layer and picture files.
 #pragma once
 
 #include <filesystem>
@@ -18,16 +18,16 @@
 
 namespace peeler::inline v0 {
 
-/// Reads the scene of a file (glTF, PLY, STL or OBJ, by its content) for Shown::scene. Throws Error
+/// Reads a scene file for Shown::scene: glTF, PLY, STL or OBJ, recognised by content. Throws Error
 /// (kInput).
 std::shared_ptr<const Scene> readScene(const std::filesystem::path& path,
                                        const SceneReadOptions& options = {});
 
-/// Returns a sink that writes a file, by its extension and `options.as`: layers as .exr (plain, or
-/// `options.layout`), "deep" .exr, composites as .exr, .png, .jpg, .tif, pages as .html. The file
-/// gets its name when finish() returns; no file is left if the sink is destroyed earlier. Throws
-/// Error (kUsage), with the list of choices, if a name is unknown. begin() and write() throw Error
-/// (kOutput).
+/// Returns a sink that writes a file. The extension and `options.as` select the format: layers as
+/// .exr (plain, or `options.layout`), "deep" .exr, composites as .exr, .png, .jpg, .tif, pages as
+/// .html. The file appears under its name when finish() returns; if the sink is destroyed earlier,
+/// no file is left. Throws Error (kUsage), with the list of choices, if a name is unknown. begin()
+/// and write() throw Error (kOutput).
 std::unique_ptr<Sink> openFile(const std::string& path, const OutputOptions& options = {});
 
 /// A layered picture in memory.
@@ -35,14 +35,14 @@ struct StoredLayers {
     Plan plan;  ///< view, layers, fragment counts
     LayeredImage image;
     Provenance provenance;
-    std::vector<Text> warnings{};  ///< what was read otherwise than the file says
+    std::vector<Text> warnings{};  ///< deviations from the file's content
 };
 
 /// Reads layered files in any layout, deep files, and flat pictures as one layer. Throws Error
-/// (kInput) if the file is invalid, Error (kUsage) if it lacks the part or view.
+/// (kInput) if the file is invalid, Error (kUsage) if it lacks the requested part or view.
 StoredLayers readLayers(const std::string& path, const LayeredReadOptions& options = {});
 
-/// Writes layers as openFile() does.
+/// Writes layers in the formats of openFile().
 void writeLayers(const std::string& path, const StoredLayers& layers, OutputOptions options = {});
 
 }  // namespace peeler::inline v0

@@ -14,24 +14,25 @@ namespace peeler::inline v0 {
 
 /// Options for reading glTF: strictness, optional parts, size limits.
 struct GltfOptions {
-    /// Turns the first warning into an Error. An uncompressed fallback does not excuse damaged
-    /// compressed data, or a damaged WebP or KTX2 image.
+    /// Turns the first warning into an Error. Also rejects damaged compressed data, and damaged
+    /// WebP and KTX2 images, even if the file has an uncompressed fallback.
     bool strict = false;
-    /// Lets URIs leave the scene's folder: absolute paths, "..", symbolic links.
+    /// Allows URIs to leave the scene's folder: absolute paths, "..", symbolic links.
     bool allow_outside = false;
-    /// False: ignore KHR_materials_transmission and KHR_materials_volume, so that every surface
-    /// follows its alpha mode.
+    /// Whether to read KHR_materials_transmission and KHR_materials_volume. If false, every surface
+    /// follows its alpha mode alone.
     bool transmission = true;
-    /// Unsupported extensions that the file may require. A texture is left out, with a warning, if
-    /// its only image needs such an extension.
+    /// Names of unsupported extensions that are ignored even if the file requires them. A texture
+    /// whose only image needs one of these extensions is left out, with a warning.
     std::vector<std::string> ignored_extensions{};
-    std::uint64_t max_file_bytes = std::uint64_t{2} << 30;  ///< of the scene and each file it names
+    std::uint64_t max_file_bytes = std::uint64_t{2} << 30;   ///< of the scene and of each file it
+                                                             ///< names
     std::uint64_t max_image_bytes = std::uint64_t{1} << 30;  ///< per image, decoded to RGBA
-    /// For all vertices and indices in memory together: many primitives may share the same bytes of
-    /// a small file.
+    /// Total for all vertices and indices in memory. Needed because many primitives of a small file
+    /// may share the same bytes.
     std::uint64_t max_geometry_bytes = std::uint64_t{16} << 30;
-    int max_image_dimension = 16384;  ///< width and height, pixels
-    /// Data over the budget is refused (kMemory) before it is allocated.
+    int max_image_dimension = 16384;  ///< maximum width and height, pixels
+    /// Data that would exceed the budget is refused (kMemory) before it is allocated.
     MemoryBudget memory{};
 
     bool operator==(const GltfOptions&) const = default;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// In-memory sink.
+// A sink that keeps the picture in memory.
 #pragma once
 
 #include <peeler/layered_image.h>
@@ -9,10 +9,11 @@
 
 namespace peeler::inline v0 {
 
-/// A sink that joins all bands into `image`. After finish() its window is the crop.
+/// A sink that joins all bands into `image`. After finish() the window of `image` is the crop.
 class ImageSink final : public Sink {
   public:
-    /// Throws Error (kMemory) if the picture has 2^32 fragments or more: offsets have 32 bits.
+    /// Throws Error (kMemory) if the picture has 2^32 fragments or more, because offsets have 32
+    /// bits.
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
     void finish() override {}
@@ -21,7 +22,7 @@ class ImageSink final : public Sink {
     LayeredImage image;
 
   private:
-    std::size_t fragments_ = 0, pixels_ = 0;  // expected
+    std::size_t fragments_ = 0, pixels_ = 0;  // totals expected from the plan
 };
 
 }  // namespace peeler::inline v0

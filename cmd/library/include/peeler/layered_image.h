@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Depth-sorted fragment lists of a window: the data type shared by all stages.
+// Depth-sorted fragment lists for a window: the data type that all stages share.
 #pragma once
 
 #include <array>
@@ -23,8 +23,8 @@ inline constexpr std::size_t pixelTypeSize(PixelType type) {
     return type == PixelType::kHalf ? 2 : 4;
 }
 
-/// A named quantity of every fragment: `components` values of `type`, interleaved, fragment after
-/// fragment. `channels` holds the EXR channel name of each component ("R","G","B","A" or "N.X", …).
+/// A named quantity of all fragments: `components` values of `type` per fragment, interleaved.
+/// `channels` holds the EXR channel name of each component ("R","G","B","A" or "N.X", …).
 struct FragmentArray {
     std::vector<std::string> channels;
     PixelType type = PixelType::kHalf;
@@ -42,37 +42,36 @@ struct FragmentArray {
     }
 };
 
-/// The channel names of a colour (OpenEXR's): premultiplied colour, alpha, and for coloured opacity
-/// the alpha of each channel; A is then their mean.
+/// The channel names of a colour in OpenEXR: premultiplied colour, alpha, and for coloured opacity
+/// the alpha of each colour channel. A is then the mean of these.
 inline constexpr std::array kColorNames = {"R", "G", "B", "A", "AR", "AG", "AB"};
 inline constexpr std::size_t kPlainComponents = 4, kTintedComponents = 7;
 
-/// Returns the number of colour components; `tinted`: including the alpha of each channel.
+/// Returns the number of colour components; if `tinted`, includes the alpha of each colour channel.
 inline constexpr std::size_t colorComponents(bool tinted) {
     return tinted ? kTintedComponents : kPlainComponents;
 }
 
-/// Returns the channel names of a colour.
 inline std::vector<std::string> colorNames(bool tinted) {
     return {kColorNames.begin(), kColorNames.begin() + colorComponents(tinted)};
 }
 
-/// The fragment index that means "no fragment".
+/// The fragment index for "no fragment".
 inline constexpr std::uint32_t kNoFragment = 0xFFFFFFFFU;
 
 /// Per-pixel fragment lists in CSR form: pixel p (row-major inside `window`) owns the fragments
 /// [offsets[p], offsets[p + 1]), front to back, coincident ones in draw order. Serves as a deep
-/// image, as a layered depth image (layer k is the k-th fragment of every pixel that has one), as a
-/// set of ray hits, and as a band of rows.
+/// image, as a layered depth image (layer k consists of the k-th fragments of all pixels that have
+/// one), as a set of ray hits, and as a band of rows.
 struct LayeredImage {
     Window window;
     std::vector<std::uint32_t> offsets;  ///< window.pixels() + 1 entries, offsets[0] = 0
     std::vector<float> z;                ///< camera Z, positive in front, scene units
     /// R,G,B,A, or with coloured opacity R,G,B,A,AR,AG,AB (colorNames); linear Rec. 709,
-    /// premultiplied; half or float. Ray hits have no colour, or dDepth.X and dDepth.Y (float): the
-    /// change of buffer depth to the next pixel's ray, y up.
+    /// premultiplied; half or float. Ray hits have no colour, or with HitMode::kSloped dDepth.X and
+    /// dDepth.Y (float): the change in buffer depth from one pixel's ray to the next, y up.
     FragmentArray color;
-    std::vector<FragmentArray> extra;  ///< the other requested channels
+    std::vector<FragmentArray> extra;  ///< the other requested quantities
 
     std::size_t fragments() const { return z.size(); }
     /// Whether opacity is coloured: AR, AG, AB besides A.
@@ -93,11 +92,11 @@ class FragmentChannel {
 
     explicit operator bool() const { return array_ != nullptr; }
     PixelType type() const { return array_->type; }
-    /// Returns the pixelTypeSize(type()) stored bytes of a fragment's value.
+    /// Returns the stored bytes of a fragment's value: pixelTypeSize(type()) of them.
     const std::byte* data(std::size_t fragment) const;
-    /// Returns the value of a uint channel.
+    /// Returns the value. The channel must have type uint.
     std::uint32_t id(std::size_t fragment) const;
-    /// Returns the value; uint is rounded to float.
+    /// Returns the value as float; uint values are rounded.
     float value(std::size_t fragment) const;
 
   private:

@@ -8,15 +8,16 @@
 
 namespace peeler::inline v0 {
 
-/// The picture to read from an OpenEXR file. Peeler's own files hold one picture. Other files may
-/// hold several, as parts, channel layers (beauty.R, beauty.G, …) and views (left, right).
+/// Selects the picture to read from an OpenEXR file. A file written by peeler holds one picture.
+/// Other files may hold several, as parts, channel layers (beauty.R, beauty.G, …) and views (left,
+/// right).
 struct LayeredReadOptions {
     bool strict = false;  ///< warnings become an Error (kInput)
-    std::string part{};   ///< name of a part or layer; "" = the first with colours
-    std::string view{};   ///< "" = the file's default
-    /// The output has neither a header nor pixels outside the display window: such pixels are not
-    /// read, and header attributes that matter for the others (chromaticities, pixelAspectRatio)
-    /// cause a warning.
+    std::string part{};   ///< name of a part or layer; "" = the first that has colours
+    std::string view{};   ///< name of a view; "" = the file's default
+    /// The output format has no header and no pixels outside the display window. Such pixels are
+    /// not read, and header attributes that affect the remaining pixels (chromaticities,
+    /// pixelAspectRatio) cause a warning.
     bool pixels_only = false;
 
     bool choosesPicture() const { return !part.empty() || !view.empty(); }

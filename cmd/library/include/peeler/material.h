@@ -13,7 +13,7 @@ namespace peeler::inline v0 {
 
 enum class AlphaMode : std::uint8_t { kOpaque, kMask, kBlend };
 
-/// A texture sampler with OpenGL's (and glTF's) enum values: 9729 = GL_LINEAR, 10497 = GL_REPEAT.
+/// A texture sampler with the enum values of OpenGL and glTF: 9729 = GL_LINEAR, 10497 = GL_REPEAT.
 struct Sampler {
     int mag_filter = 9729;
     int min_filter = 9987;
@@ -22,7 +22,7 @@ struct Sampler {
     bool operator==(const Sampler&) const = default;
 };
 
-/// One use of a texture by a material. uv' = transform · (u, v, 1) (KHR_texture_transform).
+/// A material's reference to a texture. uv' = transform · (u, v, 1) (KHR_texture_transform).
 struct TextureRef {
     int image = -1;  ///< index into Scene::images, −1 = none
     Sampler sampler;
@@ -35,7 +35,7 @@ struct TextureRef {
 /// KHR_materials_specular: strength and tint of dielectric reflection.
 struct Specular {
     float factor = 1;
-    TextureRef texture;  ///< linear; A
+    TextureRef texture;  ///< linear; A channel
     glm::vec3 color{1};
     TextureRef color_texture;  ///< sRGB
 };
@@ -43,9 +43,9 @@ struct Specular {
 /// KHR_materials_clearcoat: a thin varnish of index of refraction 1.5.
 struct Clearcoat {
     float factor = 0, roughness = 0;
-    TextureRef texture;            ///< linear; R
-    TextureRef roughness_texture;  ///< linear; G
-    TextureRef normal_texture;     ///< linear; none: the surface's own normal, without its map
+    TextureRef texture;            ///< linear; R channel
+    TextureRef roughness_texture;  ///< linear; G channel
+    TextureRef normal_texture;     ///< linear; none: the geometric normal
     float normal_scale = 1;
 };
 
@@ -54,40 +54,41 @@ struct Sheen {
     glm::vec3 color{0};
     float roughness = 0;
     TextureRef color_texture;      ///< sRGB
-    TextureRef roughness_texture;  ///< linear; A
+    TextureRef roughness_texture;  ///< linear; A channel
 };
 
 /// KHR_materials_anisotropy: highlights stretched along a direction.
 struct Anisotropy {
     float strength = 0;
     float rotation = 0;  ///< radians, from the tangent toward the bitangent
-    TextureRef texture;  ///< linear; RG direction from −1 to 1, B strength
+    TextureRef texture;  ///< linear; RG = direction from −1 to 1, B = strength
 };
 
 /// KHR_materials_iridescence: a thin film.
 struct Iridescence {
     float factor = 0, ior = 1.3F;
     float thickness_min = 100, thickness_max = 400;  ///< nanometres
-    TextureRef texture;                              ///< linear; R
-    TextureRef thickness_texture;                    ///< linear; G from min to max
+    TextureRef texture;                              ///< linear; R channel
+    TextureRef thickness_texture;                    ///< linear; G channel, from min to max
 };
 
 /// KHR_materials_transmission and KHR_materials_volume: transmitted light and its attenuation.
 struct Transmission {
     float factor = 0;
-    TextureRef texture;            ///< linear; R
-    float thickness = 0;           ///< of the volume behind the surface, in mesh space; 0 = a sheet
-    TextureRef thickness_texture;  ///< linear; G
+    TextureRef texture;  ///< linear; R channel
+    /// The thickness of the volume behind the surface, in mesh space; 0 = thin-walled.
+    float thickness = 0;
+    TextureRef thickness_texture;    ///< linear; G channel
     float attenuation_distance = 0;  ///< world units; 0 = infinite
-    glm::vec3 attenuation_color{1};  ///< the colour of white light after that distance
+    glm::vec3 attenuation_color{1};  ///< the colour of white light after `attenuation_distance`
 };
 
-/// KHR_materials_pbrSpecularGlossiness, in place of metallic-roughness. Its diffuse colour, texture
-/// and alpha are in base_color and base_color_texture.
+/// KHR_materials_pbrSpecularGlossiness, in place of metallic-roughness. Diffuse colour and alpha,
+/// and their texture, are in base_color and base_color_texture.
 struct SpecularGlossiness {
     glm::vec3 specular{1};
     float glossiness = 1;
-    TextureRef texture;  ///< RGB sRGB specular, A linear glossiness
+    TextureRef texture;  ///< RGB = specular, sRGB; A = glossiness, linear
 };
 
 /// A metallic-roughness material (glTF 2.0 §3.9). Extensions have no effect at their defaults.
@@ -96,10 +97,10 @@ struct Material {
     glm::vec4 base_color{1};
     TextureRef base_color_texture;  ///< sRGB, alpha linear
     float metallic = 1, roughness = 1;
-    TextureRef metallic_roughness_texture;  ///< linear; G roughness, B metallic
+    TextureRef metallic_roughness_texture;  ///< linear; G = roughness, B = metallic
     TextureRef normal_texture;              ///< linear
     float normal_scale = 1;
-    TextureRef occlusion_texture;  ///< linear; R
+    TextureRef occlusion_texture;  ///< linear; R channel
     float occlusion_strength = 1;
     TextureRef emissive_texture;  ///< sRGB
     glm::vec3 emissive{0};

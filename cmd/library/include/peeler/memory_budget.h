@@ -12,8 +12,8 @@
 
 namespace peeler::inline v0 {
 
-/// The limit on resident bytes that peeler adds to the process. Converts from and to a number of
-/// bytes; 0 = no limit.
+/// The maximum number of resident bytes that peeler may add to the process. Converts to and from a
+/// number of bytes; 0 = no limit.
 struct MemoryBudget {
     // NOLINTNEXTLINE(google-explicit-constructor): a budget without a source is a number
     MemoryBudget(std::uint64_t most = 0, std::string from = {})
@@ -22,15 +22,18 @@ struct MemoryBudget {
     // NOLINTNEXTLINE(google-explicit-constructor)
     operator std::uint64_t() const { return bytes; }
 
-    /// Returns Error::where() of an exceeded budget: "`memory` 512M", or the source.
+    /// Returns the text for Error::where() when the budget is exceeded: "`memory` 512M", or the
+    /// source.
     Text where() const;
-    /// Returns the hint of an Error if `needed` bytes would suffice.
+    /// Returns the hint for an Error that `needed` bytes would have avoided.
     Text hint(std::uint64_t needed) const;
 
     std::uint64_t bytes;
-    /// Resident bytes that belong to the host process and do not count. 0 in peeler's own process.
+    /// Resident bytes of the host process that do not count towards the limit; 0 in peeler's own
+    /// process.
     std::uint64_t base = 0;
-    /// A clause: "the cgroup /job_7 (memory.max) allows 2048M"; empty = set by the caller.
+    /// The origin of the limit, as a clause: "the cgroup /job_7 (memory.max) allows 2048M"; "" =
+    /// set by the caller.
     std::string source;
 };
 

@@ -22,68 +22,72 @@
 
 namespace peeler::inline v0 {
 
-/// A scene and its pose. The scene must not change once a Renderer has used it: the Renderer keeps
-/// it. Make a new Scene for every change.
+/// A scene and its pose. Once a Renderer has used a scene, the scene must not change, because the
+/// Renderer caches it. Make a new Scene for every change.
 struct Shown {
     std::shared_ptr<const Scene> scene;
-    int index = -1;                 ///< into Scene::scenes; −1 = Scene::default_scene
+    int index = -1;                 ///< index into Scene::scenes; −1 = Scene::default_scene
     std::vector<int> animations{};  ///< to play; indices into Scene::animations; empty = at rest
     double time = 0;                ///< seconds
     /// Coloured opacity (LayeredImage::tinted) if the scene has coloured glass. If false, glass has
-    /// one alpha.
+    /// a single alpha.
     bool colored_glass = true;
 };
 
-/// Returns the bounding box of the visible geometry; nothing if there is no vertex.
+/// Returns the bounding box of the visible geometry; nothing if there are no vertices.
 std::optional<Bounds> boundsOf(const Shown& shown);
 
-/// Returns the view of a camera. Throws Error (kUsage) if the scene lacks the camera (with the
-/// list), the crop is outside the picture, or the choice is invalid. Throws Error (kInput) if the
-/// scene gives the camera no direction or no extent.
+/// Returns the view of a camera. Throws Error (kUsage) if the scene lacks the camera (the message
+/// lists the cameras), the crop is outside the picture, or the choice is invalid. Throws Error
+/// (kInput) if the scene gives the camera no direction or no extent.
 View viewOf(const Shown& shown, const CameraChoice& camera = {});
 
-/// Returns settings for ray hits: refined Z, both faces, no near and far clipping.
+/// Returns settings for ray hits: refined Z, both faces, no clipping at the near and far planes.
 CaptureSettings raySettings();
 
-/// The device of a Renderer, and its memory limit.
+/// The choice of a Renderer's device, and its memory limit.
 struct RendererOptions {
     std::string backend = "auto";  ///< "egl", "osmesa", or "auto": the first that works
     /// A GPU from the list of `peeler devices`: "3", "cuda:1", "uuid:8932f937"; "" = the first that
     /// works, or the CPU if no GPU does.
     std::string device;
-    bool require_gpu = false;  ///< do not fall back to the CPU
-    /// Limit on the bytes a call adds to those the process holds when it begins; 0 = no limit.
+    bool require_gpu = false;  ///< throw an Error instead of falling back to the CPU
+    /// Maximum number of bytes that a call may add to those the process holds when the call begins;
+    /// 0 = no limit.
     std::uint64_t memory = 0;
-    /// Borrows the context that is current in the constructor instead of creating one. It must be
-    /// OpenGL 4.5 core; this function returns GL functions by name (eglGetProcAddress,
-    /// glfwGetProcAddress). The constructor throws Error (kUsage) if no context is current, and
-    /// Error (kDevice) if it cannot be used. The context must be current in every call, on any
-    /// thread: calls that render throw Error (kUsage) if it is not. If it is not current in the
-    /// destructor, its GL objects stay in the context.
+    /// A function that returns GL functions by name (eglGetProcAddress, glfwGetProcAddress). If
+    /// set, the Renderer borrows the context that is current in its constructor instead of creating
+    /// one. The context must be OpenGL 4.5 core. The constructor throws Error (kUsage) if no
+    /// context is current, and Error (kDevice) if the context cannot be used. The same context must
+    /// be current during every call, on whichever thread; calls that render throw Error (kUsage)
+    /// otherwise. If it is not current in the destructor, the Renderer's GL objects stay in the
+    /// context.
     ///
-    /// A call sets all GL state it depends on and restores the previous state, also if it throws.
-    /// Sinks and progress functions run with peeler's state and must leave or restore it. Calls
-    /// throw Error (kUsage) while an occlusion, counting or timer query, conditional rendering, or
-    /// unpaused transform feedback is active, because these cannot be restored. Some state is lost
-    /// after a call: a program or pipeline that was deleted while in use, and a texture or buffer
-    /// that another context deleted while it was bound here. Pending GL errors move to
-    /// takePendingErrors(). The owner's debug callback gets the messages of peeler's calls. State
-    /// of extensions that peeler does not know must have its initial value.
+    /// A call sets all GL state that it depends on and restores the previous state, even if it
+    /// throws. Sinks and progress functions run with peeler's state and must leave or restore it.
+    /// Calls throw Error (kUsage) while an occlusion, counting or timer query, conditional
+    /// rendering, or unpaused transform feedback is active, because these cannot be restored. A
+    /// call cannot restore some bindings: a program or pipeline that was deleted while in use, and
+    /// a texture or buffer that another context deleted while it was bound here. Pending GL errors
+    /// move to takePendingErrors(). The debug callback of the context's owner gets the messages
+    /// that peeler's calls cause. State of extensions that peeler does not know must have its
+    /// initial value.
     void* (*adopt)(const char* function) = nullptr;
 };
 
 /// The rasteriser that finds ray hits.
 enum class RayEngine : std::uint8_t {
-    kAuto,  ///< GL if there is a GPU or RendererOptions choose a device; else the CPU
+    kAuto,  ///< GL if there is a GPU, or if RendererOptions choose a device; else the CPU
     kCpu,   ///< needs no GL
     kGl
 };
 
 /// Captures pictures of scenes, one call at a time. May be used from any thread; concurrent calls
 /// wait for each other. GL objects are created on first use, and the last captured scene stays
-/// uploaded. The GL context is current on a thread of its own, so the caller's context is never
-/// touched. A call blocks until its work is done and reports progress on the caller's thread, every
-/// few hundredths of a second. The Renderer stays usable after an error or a cancelled call.
+/// uploaded. The Renderer's GL context is current on a thread of its own, so the caller's context
+/// is never touched. A call blocks until its work is done and calls the progress function on the
+/// caller's thread, every few hundredths of a second. The Renderer stays usable after an error or a
+/// cancelled call.
 class Renderer {
   public:
     explicit Renderer(const RendererOptions& options = {});
@@ -91,12 +95,12 @@ class Renderer {
     Renderer(Renderer&&) noexcept;
     Renderer& operator=(Renderer&&) noexcept;
 
-    /// Returns GL_RENDERER of the device. Throws Error (kDevice) if there is no device.
+    /// Returns the GL_RENDERER string of the device. Throws Error (kDevice) if there is no device.
     std::string device();
 
     /// Returns and clears the GL errors that were pending in a borrowed context when calls began:
-    /// each code once, oldest first. GL cannot restore errors, so a call takes them from the
-    /// context and keeps them here for its owner. Empty without RendererOptions::adopt.
+    /// each code once, oldest first. GL errors cannot be put back, so a call removes them from the
+    /// context and keeps them here for the context's owner. Empty without RendererOptions::adopt.
     std::vector<unsigned> takePendingErrors();
 
     /// Returns all fragments of the view's crop. Throws Error (kUsage) if the settings contradict
@@ -105,19 +109,19 @@ class Renderer {
     LayeredImage layers(const Shown& shown, const View& view, const CaptureSettings& settings = {},
                         const Progress& progress = {});
 
-    /// Returns the composite, front to back, in linear light over nothing. Any method works,
-    /// including the approximations. Throws like layers().
+    /// Returns the composite, front to back, in linear light, without a background. Any method
+    /// works, including the approximate ones. Throws like layers().
     CompositeImage composite(const Shown& shown, const View& view,
                              const CaptureSettings& settings = {}, const Progress& progress = {});
 
-    /// Writes the picture band by band into a sink. Calls the sink's begin(), write() and finish()
-    /// on the Renderer's thread. Throws like layers(), and passes on the sink's exceptions.
+    /// Writes the picture into a sink, band by band. Calls begin(), write() and finish() of the
+    /// sink on the Renderer's thread. Throws like layers(), and passes on the sink's exceptions.
     Plan capture(const Shown& shown, const View& view, const CaptureSettings& settings, Sink& sink,
                  const Progress& progress = {});
 
-    /// Returns all hits of a bundle of rays. Z is the distance from the plane where parallel rays
-    /// start; the first extra array holds the keys of the hit primitives. Base `settings` on
-    /// raySettings().
+    /// Returns all hits of a bundle of rays. Z is camera Z, which for parallel rays is the distance
+    /// from the plane where they start. The first extra array holds the keys of the hit primitives.
+    /// Base `settings` on raySettings().
     LayeredImage rays(const Shown& shown, const Bundle& bundle, const CaptureSettings& settings,
                       RayEngine engine = RayEngine::kAuto, const Progress& progress = {});
 

@@ -19,7 +19,7 @@
 
 namespace peeler::inline v0 {
 
-/// Primitive modes with OpenGL's (and glTF's) values (GL_POINTS = 0 … GL_TRIANGLE_FAN = 6).
+/// Primitive modes, with the values of OpenGL and glTF (GL_POINTS = 0 … GL_TRIANGLE_FAN = 6).
 enum class Topology : std::uint8_t {
     kPoints,
     kLines,
@@ -36,47 +36,48 @@ struct Image {
     std::string name;
     int width = 0, height = 0;
     std::vector<std::uint8_t> rgba;
-    std::string codec{};  ///< the file's format for display: "PNG"; "" = no file
+    std::string codec{};  ///< the file format, for display: "PNG"; "" = not read from a file
 };
 
 /// An environment light: an equirectangular (latitude-longitude) image of linear radiance, rows top
-/// to bottom. Orientation as in OpenEXR's ImfEnvmap.h: the centre is +Z, the top +Y, and +X a
-/// quarter of the width left of the centre.
+/// to bottom. The orientation is that of OpenEXR's ImfEnvmap.h: +Z at the centre, +Y at the top,
+/// and +X a quarter of the width to the left of the centre.
 struct Environment {
     int width = 0, height = 0;
     std::vector<glm::vec3> radiance;  ///< finite, not negative
     double rotation = 0;              ///< radians about +Y; positive turns +Z toward +X
     std::uint64_t content_hash = 0;
-    /// The built-in environment, whose maps are part of the program.
+    /// Whether this is the built-in environment, whose maps are part of the program.
     bool is_studio = false;
 };
 
 /// Up to four joints per vertex, and their weights (JOINTS_n, WEIGHTS_n).
 struct JointSet {
     std::vector<glm::u16vec4> joints;  ///< indices into Skin::joints
-    std::vector<glm::vec4> weights;    ///< over all sets they should add up to 1
+    std::vector<glm::vec4> weights;    ///< the weights of a vertex over all sets should add up to 1
 };
 
-/// Vertex displacements at weight 1; each array may be empty.
+/// Vertex displacements at weight 1. Each array may be empty.
 struct MorphTarget {
     std::vector<glm::vec3> positions, normals, tangents;
     std::array<std::vector<glm::vec2>, 2> texcoords{};
     std::vector<glm::vec4> colors{};
 };
 
-/// The location of a primitive in its file, for code that adds data to it.
+/// The location of a primitive in its file, for code that adds data to the file.
 struct PrimitiveSource {
-    std::size_t primitive = 0;     ///< index in the file's mesh
-    std::size_t first_vertex = 0;  ///< first of the file's vertices that is kept
-    std::size_t vertices = 0;      ///< number in the file, decoded
+    std::size_t primitive = 0;  ///< index within the file's mesh
+    /// Index, among the file's vertices, of the first one that is kept.
+    std::size_t first_vertex = 0;
+    std::size_t vertices = 0;  ///< number of vertices in the file, decoded
 };
 
-/// A draw primitive: vertex arrays of equal length (or empty if the file has none) and an index
-/// list (empty: the vertices in order). Every index is in range; readers check that.
+/// A draw primitive: vertex arrays, each of the same length or empty if the file lacks it, and an
+/// index list (empty: the vertices in order). Readers check that every index is in range.
 struct Primitive {
     Topology topology = Topology::kTriangles;
     int material = 0;  ///< index into Scene::materials, always valid
-    /// The material per variant (index into Scene::variants); −1 = `material`.
+    /// Per variant (Scene::variants), the index of its material; −1 = `material`.
     std::vector<int> variants;
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals;
@@ -89,18 +90,18 @@ struct Primitive {
     PrimitiveSource source{};
 };
 
-/// Primitives placed together.
+/// A set of primitives that nodes place together.
 struct Mesh {
     std::string name;
     std::vector<Primitive> primitives;
-    std::vector<double> weights{};  ///< of the morph targets at rest; empty = zeros
+    std::vector<double> weights{};  ///< morph target weights at rest; empty = zeros
 };
 
 /// A skin (glTF 2.0 §3.7.3).
 struct Skin {
     std::string name;
     std::vector<int> joints;               ///< nodes, at least one
-    std::vector<glm::dmat4> inverse_bind;  ///< per joint: from mesh space to the joint at rest
+    std::vector<glm::dmat4> inverse_bind;  ///< per joint: from mesh space to joint space, at rest
 };
 
 /// A glTF camera (§3.10). Looks along −Z of its node.
@@ -108,7 +109,7 @@ struct Camera {
     std::string name;
     bool perspective = true;
     double yfov = 0.8;                   ///< radians; perspective
-    std::optional<double> aspect_ratio;  ///< width / height; perspective
+    std::optional<double> aspect_ratio;  ///< width / height; perspective; none = the picture's
     double xmag = 1, ymag = 1;           ///< half extents in scene units; orthographic
     double znear = 0.01;
     std::optional<double> zfar;  ///< none = infinite
@@ -122,47 +123,48 @@ struct Light {
     LightType type = LightType::kDirectional;
     glm::dvec3 color{1};          ///< linear
     double intensity = 1;         ///< lux if directional, else candela
-    std::optional<double> range;  ///< scene units, none = infinite; point and spot
-    double inner_cone = 0, outer_cone = 0.7853981633974483;  ///< half angles, radians; spot
+    std::optional<double> range;  ///< scene units, none = infinite; point and spot lights
+    double inner_cone = 0, outer_cone = 0.7853981633974483;  ///< half angles, radians; spot lights
 };
 
 /// A node transform as glTF animates it: matrix() = translation · rotation · scale.
 struct Trs {
     glm::dvec3 translation{0};
-    glm::dquat rotation{1, 0, 0, 0};  ///< of any length; all zeros = no rotation
+    glm::dquat rotation{1, 0, 0, 0};  ///< of any length; all zeros mean no rotation
     glm::dvec3 scale{1};
 
     glm::dmat4 matrix() const;
 };
 
-/// A node of the hierarchy. Indices are −1 for nothing.
+/// A node of the hierarchy. An index of −1 means none.
 struct Node {
     std::string name;
     std::vector<int> children;
     glm::dmat4 local{1};     ///< at rest
-    std::optional<Trs> trs;  ///< the parts of `local`; none = a matrix, which cannot be animated
+    std::optional<Trs> trs;  ///< parts of `local`; none: a matrix, which cannot be animated
     int mesh = -1;
-    int skin = -1;  ///< deforms the mesh; the node's transform is then ignored
+    int skin = -1;  ///< deforms the mesh, and replaces the node's transform
     int camera = -1;
     int light = -1;
-    bool visible = true;  ///< false hides its meshes and lights, and its descendants'
-    std::optional<std::vector<double>> weights;  ///< instead of the mesh's
-    /// EXT_mesh_gpu_instancing: transforms relative to the node; none = one instance at the node.
+    bool visible = true;  ///< false hides the meshes and lights of the node and its descendants
+    std::optional<std::vector<double>> weights;  ///< morph target weights instead of the mesh's
+    /// EXT_mesh_gpu_instancing: the transform of each instance, relative to the node; none = a
+    /// single instance at the node.
     std::optional<std::vector<glm::dmat4>> instances;
-    /// glTF's extras by key: strings, numbers and booleans, as text.
+    /// glTF's `extras`: keys, and values that are strings, numbers or booleans, as text.
     std::vector<std::pair<std::string, std::string>> extras{};
 };
 
 enum class Interpolation : std::uint8_t { kStep, kLinear, kCubicSpline };
 
-/// Values over time, an animation sampler (glTF 2.0 §3.11).
+/// Values over time: a glTF animation sampler (glTF 2.0 §3.11).
 struct Keyframes {
     Interpolation interpolation = Interpolation::kLinear;
-    std::vector<float> times;   ///< seconds, never falling; at least one
+    std::vector<float> times;   ///< seconds, never decreasing; at least one
     std::vector<float> values;  ///< one per time; kCubicSpline: in-tangent, value, out-tangent
 };
 
-/// The property of a node that an animation changes.
+/// The node properties that an animation can change.
 enum class AnimatedProperty : std::uint8_t { kTranslation, kRotation, kScale, kWeights };
 
 /// Keyframes applied to a property of a node.
@@ -178,7 +180,7 @@ struct Animation {
     std::vector<AnimationChannel> channels;
 };
 
-/// An entry of the file's `scenes`: a list of root nodes.
+/// An entry of the glTF file's `scenes`: a list of root nodes.
 struct SceneRoots {
     std::string name;
     std::vector<int> roots;
@@ -190,7 +192,7 @@ struct SceneRoots {
 struct Scene {
     std::vector<SceneRoots> scenes;  ///< at least one
     int default_scene = 0;
-    std::vector<Node> nodes;  ///< a forest: every node has at most one parent, no cycles
+    std::vector<Node> nodes;  ///< a forest: every node has at most one parent; no cycles
     std::vector<Mesh> meshes;
     std::vector<Material> materials;  ///< at least one; the last is glTF's default material
     std::vector<Image> images;
@@ -203,8 +205,9 @@ struct Scene {
 
     std::string generator, copyright;
     std::vector<std::string> extensions_used, extensions_required;
-    std::uint64_t content_hash = 0;  ///< of all bytes that were read
-    /// Files that the scene's file refers to (buffers, images) and may read, whether read or not.
+    std::uint64_t content_hash = 0;  ///< over all bytes that were read
+    /// Files that the scene file refers to (buffers, images) and is allowed to read, whether or not
+    /// they were read.
     std::vector<std::filesystem::path> files;
     std::vector<Text> warnings;  ///< whole sentences, each once
 };
@@ -215,22 +218,23 @@ struct Bounds {
 };
 
 /// Throws Error (kUsage) if the scene is invalid: an index out of range, vertex arrays of unequal
-/// length, a node with two parents. A Renderer checks every scene it gets; readers return valid
-/// scenes.
+/// length, a node with two parents. A Renderer checks every scene it is given. Scenes from readers
+/// are valid.
 void checkScene(const Scene& scene);
 
-/// Returns a node's own name, else "node 12".
+/// Returns a node's own name, or if it has none "node 12".
 std::string nodeName(const Scene& scene, std::size_t node);
 
 /// Returns the nodes without a parent, in order.
 std::vector<int> rootsOf(const std::vector<Node>& nodes);
 
-/// Gives every primitive its material of a variant (an index into Scene::variants).
+/// Gives every primitive the material for a variant (an index into Scene::variants).
 void chooseVariant(Scene& scene, std::size_t variant);
 
-/// Names by id − 1. An id is an index in the glTF file plus 1; no fragment has id 0.
+/// The names of objects and materials. The name with index i belongs to id i + 1, which is the
+/// index in the glTF file plus 1. No fragment has id 0.
 struct IdNames {
-    std::vector<std::string> objects;    ///< nodes
+    std::vector<std::string> objects;    ///< one per node
     std::vector<std::string> materials;  ///< the last is glTF's default material
     /// The id of each object's parent, 0 = no parent. Empty if unknown.
     std::vector<std::uint32_t> parents{};
@@ -239,8 +243,8 @@ struct IdNames {
     bool operator==(const IdNames&) const = default;
 };
 
-/// Returns the names of nodes and materials: their own, else nodeName(), "material 3", "default
-/// material". Names need not be unique. Includes parents.
+/// Returns the names of nodes and materials, and the nodes' parents. Unnamed ones are called
+/// nodeName(), "material 3" or "default material". Names need not be unique.
 IdNames idNames(const Scene& scene);
 
 }  // namespace peeler::inline v0

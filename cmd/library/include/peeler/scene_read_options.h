@@ -13,14 +13,14 @@ namespace peeler::inline v0 {
 
 enum class Axis : std::uint8_t { kX, kY, kZ };
 
-/// GltfOptions apply to every format that has the feature. The other options are for PLY, STL and
-/// OBJ, which do not specify axes, units and smoothing. glTF does, so it ignores them with a
-/// warning.
+/// Options for reading scenes. Those in GltfOptions apply to every format that has the feature. The
+/// others are for PLY, STL and OBJ, whose formats do not specify axes, units and smoothing. The
+/// glTF reader ignores those options with a warning, since glTF specifies all three.
 struct SceneReadOptions : GltfOptions {
     std::optional<Axis> up;                 ///< the file's axis that becomes +Y; none: y
-    std::optional<double> metres_per_unit;  ///< scales the scene to metres; none: 1
-    /// For files without normals: smooths edges with a dihedral angle of at most this many degrees,
-    /// 0 to 180; none: flat triangles.
+    std::optional<double> metres_per_unit;  ///< scale from the file's unit to metres; none: 1
+    /// For files without normals: shading is smooth across edges whose triangles meet at an angle
+    /// of at most this many degrees, 0 to 180; none: flat triangles.
     std::optional<double> smooth_normals;
 
     bool operator==(const SceneReadOptions&) const = default;

@@ -19,25 +19,25 @@ namespace peeler::inline v0 {
 
 /// The extent of a layer, known before it is captured.
 struct LayerPlan {
-    Window data_window;  ///< bounding box of this layer's pixels
+    Window data_window;  ///< bounding box of the layer's pixels
     std::uint64_t pixels = 0;
 };
 
-/// The result of the count pass: all a writer needs to open its file.
+/// The result of the count pass: everything a writer needs in order to open its file.
 struct Plan {
     View view;
-    std::vector<LayerPlan> layers;        ///< those that will be stored, front to back
-    std::uint64_t fragments_counted = 0;  ///< in the count pass, before the layer limit
-    std::uint64_t fragments_stored = 0;   ///< after the layer limit
-    std::uint64_t fragments_blended = 0;  ///< beyond the limit, if a composite blends them
+    std::vector<LayerPlan> layers;        ///< the layers that will be stored, front to back
+    std::uint64_t fragments_counted = 0;  ///< found by the count pass, before the layer limit
+    std::uint64_t fragments_stored = 0;   ///< those within the layer limit
+    std::uint64_t fragments_blended = 0;  ///< beyond the layer limit, if a composite blends them
     PixelType color_type = PixelType::kHalf;
     bool tinted = false;            ///< opacity is coloured (LayeredImage::tinted)
-    std::size_t channel_bytes = 0;  ///< per fragment, besides colour and Z
-    /// The extra arrays of bands, without data; also empty if unknown.
+    std::size_t channel_bytes = 0;  ///< bytes per fragment besides colour and Z
+    /// The extra arrays that bands have, without data; also empty if unknown.
     std::vector<FragmentArray> channels{};
-    int samples = 1;  ///< sub-pixel samples; if several, counts are after merging
+    int samples = 1;  ///< sub-pixel samples per pixel; if several, the counts are after merging
 
-    /// Whether every fragment is stored as a fragment.
+    /// Whether all counted fragments are stored.
     bool complete() const { return fragments_counted == fragments_stored; }
 };
 
@@ -47,53 +47,55 @@ struct StoredAttribute {
     std::vector<std::byte> value;
 };
 
-/// The provenance of a picture: the `peeler:` attributes besides plan and view.
+/// The provenance of a picture: the `peeler:` attributes other than plan and view.
 struct Provenance {
     std::string version{}, method{}, surfaces{};
-    std::string scene{};  ///< file name without folder
+    std::string scene{};  ///< the scene's file name, without folder
     std::string scene_hash{}, settings_hash{};
-    /// The settings that change pixels, as a JSON object whose hash is settings_hash; "" = unknown.
+    /// The settings that change pixels, as a JSON object; settings_hash is its hash. "" = unknown.
     std::string settings{};
-    /// Hash of everything that determines the file's content, so that an unchanged file need not be
-    /// rendered again; "" = not reproducible by one command.
+    /// A hash of everything that determines the file's content, so that an unchanged file need not
+    /// be rendered again; "" = not reproducible by one command.
     std::string output_hash{};
     std::string renderer{};    ///< GL_RENDERER
     std::string deep_merge{};  ///< how deep samples were merged; "" = not merged
     std::string tile{};        ///< "2/7": the second of seven strips; "" = not a tile
     int frame = 0;
-    std::optional<int> view{};     ///< index of a view, from 0
+    std::optional<int> view{};     ///< index among many views, from 0
     double time = 0;               ///< seconds
-    double frames_per_second = 0;  ///< 0 = does not apply
+    double frames_per_second = 0;  ///< 0 = unknown or not an animation
     IdNames ids{};                 ///< empty unless fragments have ids
     /// Attributes from another program's OpenEXR file, copied to OpenEXR output.
     std::vector<StoredAttribute> carried{};
 };
 
-/// Memory of a sink besides its current band. The capture reserves it under a budget.
+/// The memory that a sink needs besides its current band. Under a budget, the capture sets it
+/// aside.
 struct SinkMemory {
     int rows = 0;                      ///< rows of fragments kept from one band to the next
-    std::uint64_t bytes = 0;           ///< independent of the bands
-    std::uint64_t pixel_bytes = 0;     ///< per pixel of those rows and of the current band
-    std::uint64_t fragment_bytes = 0;  ///< per fragment of the current band
-    int bands = 0;                     ///< bands it keeps while the next one is made
+    std::uint64_t bytes = 0;           ///< fixed number of bytes, independent of the bands
+    std::uint64_t pixel_bytes = 0;     ///< bytes per pixel, for those rows and the current band
+    std::uint64_t fragment_bytes = 0;  ///< bytes per fragment of the current band
+    int bands = 0;                     ///< bands that the sink keeps while the next one is made
 };
 
 /// A consumer of a picture's bands. Bands arrive top to bottom without gaps, each as wide as the
-/// crop, and together cover it. A Sink destroyed before finish() leaves no output behind.
+/// crop, and together they cover the crop. A Sink destroyed before finish() leaves no output
+/// behind.
 class Sink {
   public:
     virtual ~Sink() = default;
     /// Called once, before the first band.
     virtual void begin(const Plan& plan) = 0;
-    /// Consumes a band, which the sink may keep or change. The caller reuses the storage left in
-    /// `band`: the band itself, or that of an earlier one.
+    /// Consumes a band, which the sink may keep or change. The caller reuses the storage that the
+    /// sink leaves in `band`, which may be an earlier band's.
     virtual void write(LayeredImage&& band) = 0;
-    /// Called once, after the last band: the output is complete then.
+    /// Called once, after the last band. When it returns, the output is complete.
     virtual void finish() = 0;
-    /// Returns the memory it will hold for a picture. Depends on the plan alone: callable before
-    /// begin(), which may create a file.
+    /// Returns the memory that the sink will need for a picture. Depends on the plan alone, so that
+    /// it can be called before begin(), which may create a file.
     virtual SinkMemory memory(const Plan&) const { return {}; }
-    /// Returns the times of its stages: "composite", "encode", "write".
+    /// Returns the time spent in each stage of the sink: "composite", "encode", "write".
     virtual StageTimes times() const { return {}; }
 };
 

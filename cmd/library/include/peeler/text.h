@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Text of errors and warnings, which names parameters by their identity.
+// Text of errors and warnings, in which parameters keep their identity.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@
 
 namespace peeler::inline v0 {
 
-/// A field, argument or function of the API that errors and warnings name.
+/// A field, argument or function of the API that errors and warnings refer to.
 enum class Parameter : std::uint8_t {
     kAllowOutside,
     kAnimations,
@@ -78,12 +78,13 @@ enum class Parameter : std::uint8_t {
     kCount,  ///< the number of parameters
 };
 
-/// Returns the name in the C++ API: "max_layers".
+/// Returns the parameter's name in the C++ API: "max_layers".
 std::string_view nameOf(Parameter parameter);
 
-/// Words of a message and the parameters in between. As a string, a parameter is its name in
-/// backquotes: "choose a smaller `size`". spelled() gives it the name that it has elsewhere, and
-/// leaves words alone that merely look like it, such as a file's name.
+/// The text of a message: words, and parameters between them. As a string, each parameter is its
+/// C++ name in backquotes: "choose a smaller `size`". spelled() replaces these by the names used
+/// elsewhere (options, Python arguments), but leaves words alone that merely look like a parameter,
+/// such as a file's name.
 class Text {
   public:
     Text() = default;
@@ -98,7 +99,7 @@ class Text {
     bool empty() const { return text_.empty(); }
 
     Text& operator+=(const Text& other);
-    /// Returns the text without `last`, if that is its last character.
+    /// Returns the text without its last character if that is `last`.
     Text withoutEnd(char last) const;
 
     /// Calls `words(part)` and `named(parameter)` for the pieces of the message, in order.
@@ -109,12 +110,12 @@ class Text {
 
   private:
     struct Named {
-        std::size_t begin;  ///< of its backquote in text_, bytes
+        std::size_t begin;  ///< position of the opening backquote in text_, bytes
         Parameter parameter;
     };
 
     std::string text_;
-    std::vector<Named> named_;  ///< in order
+    std::vector<Named> named_;  ///< in text order
 };
 
 inline Text operator+(Text first, const Text& second) {

@@ -14,19 +14,20 @@
 
 namespace peeler::inline v0 {
 
-/// Returns camera to world of a camera or light at `eye` that looks along `forward` with `up`
-/// upwards in the picture. Nothing if `forward` and `up` are parallel or one of them has length 0.
+/// Returns the camera-to-world matrix of a camera or light at `eye` that looks along `forward`,
+/// with `up` upwards in the picture. Returns nothing if `forward` and `up` are parallel or one of
+/// them has length 0.
 std::optional<glm::dmat4> lookAlong(const glm::dvec3& eye, const glm::dvec3& forward,
                                     const glm::dvec3& up);
 
 /// Returns the rotation and translation of a node's matrix, which may also scale, mirror and shear.
-/// The viewing axis (−Z) keeps its direction, +Y stays on its side of it, and the picture is never
-/// mirrored. Nothing if the matrix collapses the viewing direction.
+/// The viewing axis (−Z) keeps its direction, +Y stays on the same side of the axis, and the
+/// picture is never mirrored. Returns nothing if the matrix collapses the viewing direction.
 std::optional<glm::dmat4> rigid(const glm::dmat4& world);
 
-/// The frustum or box of a camera that looks along −Z in camera space (glTF's convention).
-/// `half_width` and `half_height` are measured at distance 1 for a perspective camera (tan of half
-/// the field of view) and in scene units for an orthographic one.
+/// The view frustum (perspective) or box (orthographic) of a camera that looks along −Z in camera
+/// space (glTF's convention). `half_width` and `half_height` are measured at distance 1 for a
+/// perspective camera (tan of half the field of view) and in scene units for an orthographic one.
 struct Projection {
     bool perspective = true;
     double half_width = 1, half_height = 1;
@@ -34,30 +35,30 @@ struct Projection {
     double far = std::numeric_limits<double>::infinity();  ///< finite if orthographic
 
     /// Returns the clip-space matrix (column vectors, reversed Z in [0, 1]: 1 at near, 0 at far) of
-    /// the sub-rectangle [u0, u1] × [v0, v1] of the picture, u right and v down, both 0–1.
+    /// the sub-rectangle [u0, u1] × [v0, v1] of the picture. u points right, v down; both are 0–1.
     glm::dmat4 matrix(double u0 = 0, double v0 = 0, double u1 = 1, double v1 = 1) const;
 
-    /// Returns the camera Z (positive in front, scene units) of a buffer depth. Monotone: never
-    /// increases with depth.
+    /// Returns the camera Z (positive in front, scene units) of a buffer depth. Monotonic: a larger
+    /// depth never gives a larger Z.
     double linearZ(double depth) const;
-    /// Converts many depths in place, rounded to float.
+    /// Converts depths to camera Z in place, rounded to float.
     void toLinearZ(std::span<float> depths) const;
 };
 
 /// A posed camera and its picture: the mapping from pixels to rays.
 struct View {
-    std::string camera_name;        ///< "" if the camera is not from the scene
+    std::string camera_name;        ///< "" if the camera is not one of the scene's
     glm::dmat4 camera_to_world{1};  ///< rigid: rotation and translation only
     Projection projection;
     int width = 1280, height = 720;  ///< display window
     Window crop;                     ///< the rendered pixels, inside the display window
-    glm::dvec2 sample{0.5};          ///< position of the sample in a pixel, 0–1, y down
-    bool known = true;               ///< false: from a file that has only the windows
+    glm::dvec2 sample{0.5};          ///< position of the sample within a pixel, 0–1, y down
+    bool known = true;               ///< false: camera unknown, the file has only the windows
 };
 
-/// Returns the world-space point at camera Z `z` (scene units) on the ray through (x, y): pixels
-/// from the upper left corner of the display window, y down, so that the centre of pixel (i, j) is
-/// (i + 0.5, j + 0.5). For a pixel's sample add `view.sample` instead.
+/// Returns the world-space point at camera Z `z` (scene units) on the ray through (x, y). These are
+/// in pixels from the upper left corner of the display window, y down: the centre of pixel (i, j)
+/// is (i + 0.5, j + 0.5), and its sample is (i, j) + `view.sample`.
 glm::dvec3 worldPosition(const View& view, double x, double y, double z);
 
 }  // namespace peeler::inline v0

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pixel windows.
+// Rectangles of pixels.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 namespace peeler::inline v0 {
 
 /// A half-open rectangle [x0, x1) × [y0, y1) of pixels. The origin is the upper left corner of the
-/// display window, y points down (OpenEXR's convention).
+/// display window, and y points down (OpenEXR's convention).
 struct Window {
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 
@@ -28,7 +28,7 @@ inline Window intersect(const Window& a, const Window& b) {
     return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
 }
 
-/// Returns the bounding window of both; empty windows do not count.
+/// Returns the bounding window of both. Empty windows do not count.
 inline Window unite(const Window& a, const Window& b) {
     if (a.empty()) return b;
     if (b.empty()) return a;
