@@ -169,7 +169,7 @@ std::string notes(const std::string& footer) {
 
 std::string examplesOf(const CommandDescription& program, const CommandDescription& command) {
     if (&command != &program) return command.examples;
-    std::string text;
+    std::string text = command.examples + '\n';
     for (const CommandDescription& verb : program.verbs)
         text += verb.examples.substr(0, verb.examples.find('\n')) + '\n';
     return text;

@@ -89,7 +89,10 @@ Text& Text::operator+=(const Text& other) {
 
 Text Text::withoutEnd(char last) const {
     Text result = *this;
-    if (result.text_.ends_with(last)) result.text_.pop_back();
+    const bool ends_named =
+        !named_.empty() &&
+        named_.back().begin + nameOf(named_.back().parameter).size() + 2 == text_.size();
+    if (!ends_named && text_.ends_with(last)) result.text_.pop_back();
     return result;
 }
 

@@ -41,8 +41,8 @@ TEST(Text, PutsPiecesTogether) {
 
 TEST(Text, IsMadePrintableBetweenItsParameters) {
     const Text text = printableText("a\nb " + Parameter::kUp + " c\r", 100);
-    EXPECT_EQ(text.str(), "a\\x0Ab `up` c\\x0D");
-    EXPECT_EQ(capitals(text), "a\\x0Ab P c\\x0D");
+    EXPECT_EQ(text.str(), "a\\x0ab `up` c\\x0d");
+    EXPECT_EQ(capitals(text), "a\\x0ab P c\\x0d");
 }
 
 TEST(Error, KeepsItsParameters) {

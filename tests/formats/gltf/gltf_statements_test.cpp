@@ -293,7 +293,7 @@ std::vector<Said> saidOfNodes() {
          merged(R"({"extensionsUsed":["KHR_lights_punctual"],"extensions":
                     {"KHR_lights_punctual":{"lights":[{"type":"point","intensity":-1}]}}})")},
         {kGltfOddNodes, "warned", together({addTarget, node(R"({"weights":[1,2]})")})},
-        {kGltfScenes, "read", node(R"({kGltfScenes:{"extensions":{"X_mine":{}}}})")},
+        {kGltfScenes, "read", node(R"({"extras":{"extensions":{"X_mine":{}}}})")},
     };
 }
 

@@ -180,7 +180,7 @@ TEST(Ktx2, HasTheChannelsThatItSays) {
                              file.channels = {7};
                              return file.bytes();
                          }()),
-                         "none that UASTC can have"));
+                         "the channels are not those of UASTC"));
     BasisBooks books;
     books.endpoints = {{16, 8, 24, 0}, {31, 31, 31, 0}};
     Ktx2File file =
