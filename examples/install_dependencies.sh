@@ -5,7 +5,7 @@
 set -eu
 
 run="libegl1 libgl1-mesa-dri libosmesa6"
-# openimageio-tools: without them the CMake files of libopenimageio-dev fail.
+# The CMake files of libopenimageio-dev fail without openimageio-tools.
 build="g++ cmake ninja-build pkg-config libgl-dev libegl-dev libglm-dev libopenexr-dev
     libopenimageio-dev openimageio-tools libtinygltf-dev nlohmann-json3-dev libcli11-dev libdeflate-dev libdraco-dev
     libfreetype-dev fonts-dejavu-core libspng-dev zlib1g-dev libzstd-dev libturbojpeg0-dev libxxhash-dev libmeshoptimizer-dev libopenvdb-dev libtbb-dev
@@ -22,12 +22,12 @@ pack="dpkg-dev file"
 coverage="gcovr"
 # Needed by `sh tests/run.sh mutations`, to parse.
 mutations="python3-clang"
-# Needed by `sh tests/run.sh fuzz`, to build and to symbolise findings.
+# Needed by `sh tests/run.sh fuzz`, to build the fuzzers and to symbolise their findings.
 fuzz="clang libclang-rt-dev llvm"
-# Needed by `sh tests/run.sh bench`, to build and to compare with.
+# Needed by `sh tests/run.sh bench`, to build the benchmarks and to compare peeler with other programs.
 bench="libgtest-dev libembree-dev git f3d xvfb python3 python3-vtk9 openimageio-tools linux-perf python3-numpy
     python3-openimageio chromium chromium-driver python3-selenium"
-# npm fetches three.js. Node.js from other sources than Debian includes npm, and conflicts with Debian's package.
+# npm fetches three.js. Node.js from sources other than Debian includes npm, and conflicts with Debian's package.
 command -v npm >/dev/null || bench="$bench npm"
 
 packages=$run

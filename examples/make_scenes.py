@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-# A scene is a file in sets/ with a `build()`.
+# A scene is a file in sets/ that has a `build()`.
 NAMES = tuple(sorted(path.stem for path in (HERE / "sets").glob("[!_]*.py")))
 
 

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# From a fresh Debian 12 or 13 to the first layered picture: installs missing packages, builds, renders a scene.
+# Goes from a fresh Debian 12 or 13 to the first layered picture: installs missing packages, builds, renders a scene.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -14,9 +14,9 @@ mkdir -p "$out"
 unset DISPLAY WAYLAND_DISPLAY || true
 peeler=build/release/peeler
 
-# Every layer of the scene: a multi-part OpenEXR file.
+# Renders every layer of the scene into a multi-part OpenEXR file.
 "$peeler" render examples/scenes/glasses.glb -o "$out/glasses.exr"
-# The same layers, flattened: a PNG.
+# Flattens the same layers into a PNG.
 "$peeler" flatten "$out/glasses.exr" -o "$out/glasses.png" --background '#f2f0ec'
 "$peeler" info "$out/glasses.exr"
 

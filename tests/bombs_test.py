@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Decompression bombs, small files that promise or unpack to much data: every verb that reads them stays fast and
+"""Decompression bombs, small files that promise much data or unpack to it: every verb that reads one stays fast and
 small.
 
-Each row makes its own files. A run may take SECONDS of processor time, besides the machine's time to hand out the
-memory, and MEBIBYTES, or its --memory, with any exit code; the table is printed. PEELER is the program. With
-PEELER_SANITIZE (a sanitizer build) nothing is limited, because the sanitizer takes most of it; with PEELER_COVERAGE
-(line counts) seconds are not limited.
-"""
+Each row makes its own files. A run may take SECONDS of processor time (plus the time in which the machine hands out the
+memory) and MEBIBYTES, or its --memory, and may end with any of its exit codes; a table is printed. PEELER is the
+program. With PEELER_SANITIZE (a sanitizer build) nothing is limited, because the sanitizer takes most of it; with
+PEELER_COVERAGE (line counts) the time is not limited."""
 
 import base64
 import collections
@@ -27,10 +26,10 @@ ALL = os.environ.get("PEELER_TEST_ALL") is not None
 SANITIZED = bool(os.environ.get("PEELER_SANITIZE"))
 SLOWED = SANITIZED or bool(os.environ.get("PEELER_COVERAGE"))
 SECONDS, MEBIBYTES = 2, 512
-ENDLESS = 600 if SANITIZED else 60  # seconds after which a run is killed: it hangs
+ENDLESS = 600 if SANITIZED else 60  # seconds after which a run counts as hanging, and is killed
 
-# A bomb: its name, `make(folder)`, the verb and its words with {} for the folder, the allowed exit codes, the expected
-# message (one of these), and whether the short run includes it.
+# A bomb: its name, the function make(folder), the verb and its words with {} for the folder, the allowed exit codes,
+# the texts of which the message must contain one, and whether the short run includes the bomb.
 Bomb = collections.namedtuple("Bomb", "name make command codes words short")
 BOMBS = []
 
@@ -52,7 +51,7 @@ TRIANGLE = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
 
 
 def triangle():
-    """Returns a scene of one triangle, with its bytes in a data URI."""
+    """Returns a scene with one triangle, whose bytes are in a data URI."""
     uri = "data:application/octet-stream;base64," + base64.b64encode(TRIANGLE).decode()
     return {
         "asset": {"version": "2.0"},
@@ -69,7 +68,7 @@ def triangle():
 
 
 def write(folder, scene, **texts):
-    """Writes scene.gltf. TEXTS replace the strings "@NAME" in it; each yields pieces of text."""
+    """Writes scene.gltf. `texts` replace the strings "@NAME" in it; each yields pieces of text."""
     with open(folder / "scene.gltf", "w", encoding="utf-8") as file:
         rest = json.dumps(scene)
         for name, pieces in texts.items():
@@ -81,7 +80,7 @@ def write(folder, scene, **texts):
 
 
 def repeated(piece, count, separator=","):
-    """Yields `piece` `count` times, in blocks."""
+    """Yields `piece` `count` times, in larger blocks."""
     block = 10000
     for done in range(0, count, block):
         yield (separator if done else "") + separator.join([piece] * min(block, count - done))
@@ -237,14 +236,14 @@ def chunk(kind, data):
 
 
 def packed(size):
-    """Returns `size` zeros deflated to a thousandth: the same MiB again and again."""
+    """Returns `size` zeros deflated to a thousandth of that: the same compressed MiB again and again."""
     packer = zlib.compressobj(9, zlib.DEFLATED, -15)
     mebibyte = packer.compress(bytes(1 << 20)) + packer.flush(zlib.Z_FULL_FLUSH)
     return mebibyte * (size >> 20) + packer.compress(bytes(size % (1 << 20))) + packer.flush()
 
 
 def deflated(size):
-    """Returns the same in zlib's format."""
+    """Returns the same data in zlib's format."""
     return b"\x78\xda" + packed(size) + struct.pack(">I", size % 65521 << 16 | 1)
 
 
@@ -296,10 +295,10 @@ def segment(marker, data):
 
 
 def jpeg(width, height, scans):
-    """Returns a progressive JPEG of grey zeros: its scans are end-of-band runs."""
+    """Returns a progressive JPEG of grey zeros, whose scans are runs of end-of-band codes."""
     counts = bytes(16)
-    dc = segment(0xC4, b"\0" + bytes([1] + [0] * 15) + b"\0")  # one code, "0": a difference of 0 bits
-    # Codes of AC: 15 runs of blocks, EOB0 to EOB14, at 5 bits each.
+    dc = segment(0xC4, b"\0" + bytes([1] + [0] * 15) + b"\0")  # the only code, "0", means a difference of 0 bits
+    # The codes of AC, 5 bits each, are 15 runs of blocks, EOB0 to EOB14.
     ac = segment(0xC4, b"\x10" + bytes([0] * 4 + [15] + [0] * 11) + bytes(i << 4 for i in range(15)))
     blocks = -(-width // 8) * -(-height // 8)
     first = segment(0xDA, b"\x01\x01\x00\x00\x00\x00") + bytes(-(-blocks // 8))
@@ -337,7 +336,7 @@ def a_WebP_of_16000_square(folder):
 
 
 def ktx2(side, scheme, model, level, unpacked, channels=(3,), data=b""):
-    """Returns a KTX2 file of one level."""
+    """Returns a KTX2 file with one level."""
     samples = b"".join(struct.pack("<IIII", 127 << 16 | channel << 24, 0, 0, 0xFFFFFFFF) for channel in channels)
     block = struct.pack("<IHHIIII", 0, 2, 24 + len(samples), model | 0x020100, 0x0303, 16, 0) + samples
     described = 80 + 24
@@ -355,7 +354,7 @@ def ktx2(side, scheme, model, level, unpacked, channels=(3,), data=b""):
 
 
 def zstandard(count):
-    """Returns a frame of `count` blocks that each repeat a byte for 128 KiB, the maximum."""
+    """Returns a Zstandard frame of `count` blocks; each repeats one byte for 128 KiB, the maximum."""
     blocks = [struct.pack("<I", (i == count - 1) | 1 << 1 | 0x20000 << 3)[:3] + b"\0" for i in range(count)]
     return b"\x28\xb5\x2f\xfd\xa0" + struct.pack("<I", count << 17) + b"".join(blocks)
 
@@ -402,8 +401,8 @@ def varint(number):
     return out + bytes([number])
 
 
-# Draco (https://google.github.io/draco/spec/): rANS, one of its symbol decoders, gets a single symbol of probability 1,
-# so that every symbol takes no bits at all.
+# In Draco (https://google.github.io/draco/spec/), this gives a symbol decoder (rANS) a single symbol of probability 1,
+# so that symbols take no bits at all.
 NOTHING = bytes([1, 1]) + varint(1) + bytes([1, 64]) + varint(1) + b"\0"
 
 
@@ -412,7 +411,8 @@ def draco_header(method, flags=0):
 
 
 def draco(folder, data, count, primitives=1, fallback=False):
-    """Writes a scene of primitives with `count` triangles each, their own accessors, and the same Draco data."""
+    """Writes a scene of primitives with `count` triangles each; they have their own accessors but share the Draco
+    data."""
     scene = triangle()
     (folder / "mesh.drc").write_bytes(data)
     scene["extensionsUsed"] = ["KHR_draco_mesh_compression"]
@@ -437,7 +437,7 @@ def draco(folder, data, count, primitives=1, fallback=False):
 
 
 def edgebreaker(symbols):
-    """Returns connectivity of these symbols, in decoding order, with nothing behind it."""
+    """Returns connectivity made of these symbols, in decoding order, with nothing after them."""
     codes = {"C": "0", "S": "100", "L": "110", "R": "101", "E": "111"}
     bits = "".join(codes[symbol] for symbol in symbols)
     bits += "0" * (-len(bits) % 8)
@@ -449,14 +449,14 @@ def edgebreaker(symbols):
 
 
 def quadratic(count):
-    """Returns triangles that merge one by one with a vertex and visit all its triangles each time: 4 `count` of
-    them."""
+    """Returns 4 * `count` triangles that merge with a vertex one by one, so that the decoder visits all triangles of
+    the vertex each time."""
     return edgebreaker("E" * count + "SCC" * (count - 1))
 
 
 def values_without_bits(faces, attributes):
-    """Returns attributes with four numbers for each of three vertices per triangle, in seven bytes plus the
-    description."""
+    """Returns attributes with four numbers for each of three vertices per triangle; all numbers take seven bytes in
+    addition to the description."""
     described = b"".join(b"\0\5\4\0" + varint(i) for i in range(attributes)) + b"\1" * attributes
     counts = varint(faces) + varint(3 * faces) + b"\0" + NOTHING + b"\1" + varint(attributes)
     return draco_header(0) + counts + described + (b"\xfe\1" + NOTHING) * attributes + bytes(3 * faces)
@@ -476,7 +476,7 @@ def Draco_of_100_million_triangles(folder):
 
 @bomb("info {}/scene.gltf", words="damaged")
 def Draco_of_endless_metadata(folder):
-    # Nested metadata, each with one more inside.
+    # Each block of metadata has another one nested inside.
     inner = varint(0) + varint(1) + b"\x01a"
     draco(folder, draco_header(1, 0x8000) + varint(0) + inner * 2000000, 1 << 20)
 
@@ -488,7 +488,7 @@ def Draco_of_faces_without_data(folder):
     draco(folder, data + bytes(1 << 20), faces)
 
 
-# The time limit applies first without a memory limit, or if the machine is slow to hand out memory.
+# Without a memory limit, or if the machine hands out memory slowly, the time limit applies first.
 @bomb("info {}/scene.gltf", words=("longer than 1 s", "too much memory"))
 def Draco_of_values_without_bits(folder):
     draco(folder, values_without_bits(80000, 100), 80000)
@@ -644,7 +644,7 @@ def an_environment_of_60000_square(folder):
 
 
 def zip_of(path, name, size):
-    """Writes an archive of one deflated member of zeros, after the header of an array of floats."""
+    """Writes an archive with one deflated member: the header of an array of floats, then zeros."""
     values = size // 8 // 3
     text = f"{{'descr': '<f8', 'fortran_order': False, 'shape': ({values}, 3), }}"
     text += " " * (-(len(text) + 11) % 64) + "\n"
@@ -713,7 +713,8 @@ Run = collections.namedtuple("Run", "code seconds mebibytes out err")
 
 
 def make_apart(make, folder):
-    """Makes the files in a separate process: this one's peak resident memory would count for its children."""
+    """Makes the files in a separate process, because the peak of this process's resident memory would count for its
+    later children."""
     child = os.fork()
     if child == 0:
         try:
@@ -728,7 +729,7 @@ def make_apart(make, folder):
 
 
 def run(command, folder):
-    """Runs the program and measures it with its children."""
+    """Runs the program, and measures its time and memory, including its children."""
     words = [word.replace("{}", str(folder)) for word in command]
     out, err = folder / "stdout", folder / "stderr"
     with open(out, "wb") as stdout, open(err, "wb") as stderr:
@@ -768,8 +769,8 @@ print(min(seconds() for _ in range(3)) / (size >> 20))
 
 
 def seconds_a_mebibyte():
-    """Returns the machine's processor time to hand out memory: in virtual machines it can be most of the time of a
-    program that fills 512 MB. Measured in a separate process, like the files."""
+    """Returns the processor time that the machine takes to hand out a MiB of memory: in virtual machines, that can be
+    most of the time of a program that fills 512 MB. Measures it in a separate process, like the making of the files."""
     return float(subprocess.run([sys.executable, "-B", "-c", PAGES], capture_output=True, check=True).stdout)
 
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Broken PLY, STL and OBJ files, generated here: each is refused with its place, or drawn with a warning.
+"""Tests broken PLY, STL and OBJ files, which are generated here: each is rejected with the position of the fault, or
+drawn with a warning.
 
-Each may take at most SECONDS of processor time and MEBIBYTES, unless PEELER_SANITIZE is set. The table is printed.
-PEELER is the program.
-"""
+Each may take at most SECONDS of processor time and MEBIBYTES, unless PEELER_SANITIZE is set. A table is printed. PEELER
+is the program."""
 
 import pathlib
 import struct
@@ -12,8 +12,8 @@ import unittest
 
 from bombs_test import MEBIBYTES, SANITIZED, SECONDS, run
 
-# A file: its fault, its name, its bytes, and the expected words: the message and the place behind the file's name for a
-# refused file (exit code 3), the warning for a drawn file (exit code 0), "" if there is no warning.
+# Each file: its fault, its name, its bytes, and the expected words. For a rejected file (exit code 3), these are the
+# message and the position after the file name; for a drawn file (exit code 0), the warning, or "" if there is none.
 REFUSED, SHOWN = [], []
 
 

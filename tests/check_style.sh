@@ -1,15 +1,15 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# clang-format on every source file; clang-tidy on the product's files in the given build folder that differ from the last
-# landed commit, and on a quarter of the others in turn (style_units.py), or on all of them. clang-tidy reads many files as
-# one unit: one by one they take twenty times as long.
+# Runs clang-format on every source file. Runs clang-tidy on the product's files in a build folder: on those that differ
+# from the last landed commit and a quarter of the others in turn (style_units.py), or on all. clang-tidy gets many
+# files as one unit, because it would take twenty times as long one by one.
 #   sh tests/check_style.sh BUILD_FOLDER [all]
 set -eu
 cd "$(dirname "$0")/.."
 build=$1
 
-# Not --dry-run: clang-format 14 objects to the ends of `namespace a::inline b` that it writes itself. On copies, many
-# files at once: one or two processes per file take a minute.
+# --dry-run does not work: clang-format 14 objects to the ends of `namespace a::inline b` that it writes itself. So
+# copies are formatted, many files per process: with one or two files per process, it would take a minute.
 copies=$(mktemp -d)
 trap 'rm -rf "$copies"' EXIT
 mkdir "$copies/written" "$copies/formatted"
@@ -20,8 +20,8 @@ git ls-files -z '*.cpp' '*.h' | (cd "$copies/formatted" && xargs -0 -P "$(nproc)
 (cd "$copies" && diff -ru written formatted)
 echo "clang-format: every file is formatted"
 
-# The clang driver does not know GCC's spelling of every warning, hence -Wno-unknown-warning-option. GCC warns about
-# shadowed names, unit by unit: in these units everything stands beside everything.
+# clang does not know every warning by GCC's name, hence -Wno-unknown-warning-option. GCC warns about shadowed names
+# unit by unit, but here a unit has many unrelated files.
 /usr/bin/python3 -B tests/style_units.py "$build" "$build/style" ${2:-} |
     xargs -P "$(nproc)" -n 1 clang-tidy -p "$build/style" --quiet \
         --extra-arg=-Wno-unknown-warning-option --extra-arg=-Wno-shadow 2>/dev/null

@@ -36,16 +36,16 @@ SOURCE = pathlib.Path(__file__).resolve().parents[1]
 INPUTS = SOURCE / "tests" / "compare_programs"
 ASSETS = pathlib.Path(os.environ.get("PEELER_ASSETS") or SOURCE.parent / "shared" / "assets").resolve()
 LINKS = {"scenes": SOURCE / "examples" / "scenes", "inputs": INPUTS, "assets": ASSETS}
-LIMIT = 300  # timeout of a command line in seconds, on a busy machine
+LIMIT = 300  # in seconds; a command line that takes longer is stopped, even on a busy machine
 
 VERB = re.compile(r"\bpeeler ?([a-z]*)")
 
-# JSON keys that were renamed on purpose: (verb, key before, key after); a key is a path to a value, such as
-# "cells.label". An object's key includes everything below it; None means that only one of the programs has it.
+# JSON keys that were renamed on purpose: (verb, key before, key after). A key is a path to a value, such as
+# "cells.label", and includes everything below it. None means that only one of the programs has the key.
 UNIFIED = ()
 
 # JSON keys that are new on purpose: (verb, keys), with keys as above. If BEFORE has a value other than "", AFTER must
-# have the same; otherwise any value is fine.
+# have the same value; otherwise any value is fine.
 BEGINNING_AND_END = ("input", "output", "bytes", "outputs", "settingsHash", "renderer", "backend", "peakMemory",
                      "milliseconds")
 ADDED = (
@@ -64,17 +64,17 @@ ADDED = (
     ("batch", tuple(f"result.{key}" for key in (*BEGINNING_AND_END, "engine", "forecastMemory"))),
 )
 
-# JSON keys with values that differ from run to run, including everything below them.
+# JSON keys whose values, and everything below them, differ from run to run.
 VOLATILE = {"milliseconds", "forecastMemory", "peakMemory", "seconds"}
 
-# Text that differs from run to run, times and resident memory, and its replacement.
+# Texts that differ from run to run because they tell times or resident memory, each with its replacement.
 MEASURED = (
     (re.compile(r"\b[\d,]+ ms\b"), "# ms"),
     (re.compile(r'"seconds":[\d.]+'), '"seconds":#'),
     (re.compile(r"\d+M (are needed for the smallest bands.*\n.*give at least) \d+M"), r"#M \1 #M"),
 )
 
-# Progress lines that depend on elapsed time: all shares but the first and the last.
+# Progress lines that depend on elapsed time: all percentages but the first and the last.
 NOW_AND_THEN = re.compile(
     r"^(peeler: [a-z ]+ \d+ %"
     r"|openjd_progress: (?!0\.0$|100\.0$).*"
@@ -84,7 +84,7 @@ NOW_AND_THEN = re.compile(
 
 
 def paragraphs(pattern):
-    """Returns [(title, lines)] of the paragraphs with a line that matches the pattern."""
+    """Returns [(title, lines)] for the paragraphs with a line that matches the pattern."""
     found = []
     for text in (INPUTS / "command_lines.txt").read_text(encoding="utf-8").split("\n\n")[1:]:
         title, *lines = text.strip().splitlines()
@@ -94,7 +94,7 @@ def paragraphs(pattern):
 
 
 class Program:
-    """One of the two programs, and its working folders."""
+    """One of the two programs, with its working folders."""
 
     def __init__(self, path, root):
         self.path = pathlib.Path(path).resolve(strict=True)
@@ -114,13 +114,13 @@ class Program:
                 (self.folder / name).symlink_to(target)
 
     def run(self, line):
-        """Returns {what: value} of a line: its exit code (None after LIMIT), its streams, and every file that
-        changed."""
+        """Runs a command line. Returns {name: value} with the exit code (None after LIMIT), the output streams, and
+        every file that changed."""
         environment = {
             "PATH": f"{self.root}/bin:{os.environ['PATH']}",
             "HOME": os.environ.get("HOME", "/"),
             "LC_ALL": "C.UTF-8",
-            "LP_NUM_THREADS": "0",  # Mesa's threads: the other program needs the other processors.
+            "LP_NUM_THREADS": "0",  # without Mesa's own threads, because the other program needs the other processors
         }
         with subprocess.Popen(
             ["sh", "-c", line], cwd=self.folder, env=environment, stdin=subprocess.DEVNULL,
@@ -129,14 +129,14 @@ class Program:
             try:
                 out, err = process.communicate(timeout=LIMIT)
             except subprocess.TimeoutExpired:
-                os.killpg(process.pid, signal.SIGKILL)  # with the children of sh
+                os.killpg(process.pid, signal.SIGKILL)  # also kills the children of sh
                 return {"exit code": None}
         outcome = {"stdout": out, "stderr": err, **self.changed()}
         outcome = {what: self.comparable(content) for what, content in outcome.items()}
         return {"exit code": process.returncode, **outcome}
 
     def changed(self):
-        """Returns {name: content} of new and changed files; None for removed ones."""
+        """Returns {name: content} for new and changed files; the content of removed files is None."""
         now = {}
         for folder, _, names in os.walk(self.folder):
             for path in (pathlib.Path(folder, name) for name in names):
@@ -147,7 +147,8 @@ class Program:
         return {str(name): (self.folder / name).read_bytes() if name in now else None for name in names}
 
     def comparable(self, content):
-        """Returns JSON as values by key, other text without its volatile parts, and anything else as it is."""
+        """Returns JSON as values by key, other text without the parts that differ from run to run, and anything else as
+        it is."""
         try:
             text = content.decode()
         except (AttributeError, UnicodeDecodeError):
@@ -164,9 +165,8 @@ class Program:
 
 
 def json_values(text):
-    """Returns {key: [(indices in the lists on the path, value), ...]} of JSON, or of JSON lines; None for other
-    text."""
-    # Decimals keep the digits as written.
+    """Returns {key: [(indices in the lists on the path, value), ...]} for JSON or JSON lines; None for other text."""
+    # Decimals keep the digits as they are written.
     parse = functools.partial(json.loads, parse_float=decimal.Decimal, parse_int=decimal.Decimal)
     if not text.startswith(("{", "[")):
         return None
@@ -194,7 +194,7 @@ def json_values(text):
 
 
 def unify(verb, before, after):
-    """Returns both with the keys of AFTER, without those that only one of them has."""
+    """Returns both, with the renamed keys as in AFTER, and without the keys that UNIFIED allows in only one of them."""
     for of, old, new in UNIFIED:
         if of != verb:
             continue
@@ -208,7 +208,7 @@ def unify(verb, before, after):
 
 
 def without_added(verb, before, after):
-    """Returns both without the values of ADDED that only one of them has."""
+    """Returns both, without the new values that ADDED allows."""
     added = tuple(f"{key}." for of, keys in ADDED if of == verb for key in keys)
     before, after = dict(before), dict(after)
     for key in [key for key in after if f"{key}.".startswith(added)]:
@@ -221,7 +221,7 @@ def without_added(verb, before, after):
 
 
 def difference(verb, before, after):
-    """Returns the difference in a few words; nothing if they are equal."""
+    """Returns the difference between two values in a few words; nothing if they are equal."""
     if isinstance(before, dict) and isinstance(after, dict):
         before, after = without_added(verb, *unify(verb, before, after))
         keys = [key for key in before | after if before.get(key) != after.get(key)]
@@ -243,7 +243,7 @@ def difference(verb, before, after):
 
 
 def words(value):
-    """Returns a value as text for a line."""
+    """Returns a value as a text that fits into a line."""
     if value is None or isinstance(value, dict):
         return "nothing" if value is None else "JSON"
     text = ", ".join(str(one) for _, one in value) if isinstance(value, list) else repr(value)
@@ -251,7 +251,7 @@ def words(value):
 
 
 def differences(line, programs, pool):
-    """Returns the differences of a line, and the exit code of the first program."""
+    """Returns the differences for a command line, and the exit code of the first program."""
     before, after = pool.map(lambda program: program.run(line), programs)
     verb = VERB.search(line)
     found = []
@@ -264,7 +264,7 @@ def differences(line, programs, pool):
 
 
 def compare(chosen, programs):
-    """Prints the differences and the progress. Returns whether there are any."""
+    """Prints the progress and the differences. Returns whether there are any."""
     ends, different, skipped = collections.Counter(), 0, 0
     with concurrent.futures.ThreadPoolExecutor(len(programs)) as pool:
         for number, (title, lines) in enumerate(chosen):

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Coverage of the lines and branches of cmd/, core/ and formats/ by the tests, as a table by folder.
+"""Prints which part of the lines and branches of cmd/, core/ and formats/ the tests cover, as a table by folder.
 
     python3 tests/coverage.py BUILD_FOLDER [FILES]
 
-FILES is the number of least covered files to list (default 10). The build folder is one of preset `coverage`, after
-a run of the tests; gcovr reads gcc's counters there. Branches that only exceptions take are not counted."""
+FILES is the number of least covered files to list (default 10). The build folder must be one of preset `coverage`,
+after a run of the tests; gcovr reads gcc's counters there. Branches that only exceptions take are not counted."""
 
 import collections
 import json
@@ -17,7 +17,7 @@ FOLDERS = ("cmd", "core", "formats")
 
 
 def files(build):
-    """Returns gcovr's record of every file of the product."""
+    """Returns gcovr's record for every file of the product."""
     command = ["gcovr", "--root", SOURCE, "--object-directory", build, "--json-summary", "-"]
     command += ["--exclude-throw-branches", "--exclude-unreachable-branches"]
     for folder in FOLDERS:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One place each for writing and parsing JSON, finding and opening files, escaping strings, and opening GL contexts.
+"""Tests that the product has only one place for each of these: writing and parsing JSON, finding and opening files,
+escaping strings, and opening GL contexts.
 
-Searches every source of the product for other code that could throw, wait for a pipe or print a file's text.
-"""
+Searches every source of the product for other code that could throw, wait for a pipe, or print the text of a file."""
 
 import pathlib
 import re
@@ -12,7 +12,7 @@ SOURCE = pathlib.Path(__file__).resolve().parents[1]
 LIBRARIES = ("core", "formats", "cmd")
 COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
-# Forbidden code: a name, the pattern, the replacement, and the exempt files, with the reason.
+# Forbidden code: a name, the pattern, the replacement, and the exempt files with their reasons.
 DOORS = (
     (
         "text of JSON",
@@ -129,12 +129,12 @@ def sources():
 
 
 def without_comments(code):
-    """Returns the same lines without comments."""
+    """Returns the code without comments, but with the same line numbers."""
     return COMMENT.sub(lambda comment: "\n" * comment[0].count("\n"), code)
 
 
 def found_in(code, pattern):
-    """Returns [line] of the matches."""
+    """Returns the line numbers of the matches."""
     code = without_comments(code)
     return [code.count("\n", 0, match.start()) + 1 for match in pattern.finditer(code)]
 

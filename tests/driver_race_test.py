@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The race in Mesa's rasteriser that cmd/mutex_destroy.cpp fixes: a program crashes without the fix, and not with it.
+"""Tests the race in Mesa's rasteriser that cmd/mutex_destroy.cpp fixes: a program crashes without the fix, but not with
+it.
 
-The rasteriser is stalled at the critical places, and fences get their own pages (support/driver_race). Renders with
-such stalls give the usual files: 4, with PEELER_TEST_ALL 160, or PEELER_STALLED_RENDERS. ThreadSanitizer, which
-disables the fix (PEELER_SANITIZE), reports the race despite the suppressions in sanitizers/races.txt.
+The rasteriser is stalled at the critical points, and fences get pages of their own (support/driver_race). With such
+stalls, renders must give the usual files: 4 renders, with PEELER_TEST_ALL 160, or PEELER_STALLED_RENDERS.
+ThreadSanitizer, which disables the fix (PEELER_SANITIZE), reports the race despite the suppressions in
+sanitizers/races.txt.
 
-FENCE_RACE is support/programs/fence_race.cpp, FENCE_RACE_MENDED the same with the fix, DRIVER_RACE the preloaded
-library, PEELER the program.
-"""
+FENCE_RACE is support/programs/fence_race.cpp, FENCE_RACE_MENDED the same program with the fix, DRIVER_RACE the
+preloaded library, PEELER the program itself."""
 
 import itertools
 import os
@@ -24,7 +25,7 @@ RACES = pathlib.Path(__file__).resolve().parent / "sanitizers" / "races.txt"
 ALL = "PEELER_TEST_ALL" in os.environ
 SANITIZER = os.environ.get("PEELER_SANITIZE", "")
 BACKENDS = ("egl", "osmesa")
-FENCES = "112,120"  # bytes of a fence, in Mesa 22.3 and 25.0
+FENCES = "112,120"  # the sizes of a fence in bytes, in Mesa 22.3 and 25.0
 RUNS, STALLS = (40, 500) if ALL else (1, 50)
 RENDERS = int(os.environ.get("PEELER_STALLED_RENDERS", 160 if ALL else 4))
 
@@ -104,5 +105,5 @@ class Race(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # of crashes
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # crashes leave no core files
     unittest.main()

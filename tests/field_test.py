@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Small files from other programs ($PEELER_FIELD, else ../shared/field): each is drawn correctly.
+"""Tests that small files from other programs ($PEELER_FIELD, or else ../shared/field) are drawn correctly.
 
-Skipped, with the reason, if the folder does not exist. Other tests make such files themselves. PEELER is the program.
-"""
+Skipped, with the reason, if the folder does not exist. Other tests make such files themselves. PEELER is the
+program."""
 
 import os
 import pathlib
@@ -17,7 +17,7 @@ import OpenImageIO
 PEELER = os.environ["PEELER"]
 REPOSITORY = pathlib.Path(__file__).resolve().parents[1]
 FIELD = pathlib.Path(os.environ.get("PEELER_FIELD", REPOSITORY.parent / "shared/field"))
-ELSEWHERE = {  # folder: the test that covers it
+ELSEWHERE = {  # {folder: the test that covers it, or the reason why none does}
     "18-python-fork-hang": "a process that forks is not tested yet",
     "19-python-arrays": "tests/python/errors_test.py",
     "21-no-threads-hang": "tests/cmd/machine/resources_process_test.cpp",
@@ -33,7 +33,7 @@ class Field(unittest.TestCase):
         self.out = pathlib.Path(scratch.name)
 
     def folder(self, start):
-        """Returns a copy of the folder with this prefix, for programs that write beside their input."""
+        """Returns a copy of the folder whose name begins like this, for programs that write next to their input."""
         (found,) = FIELD.glob(f"{start}-*")
         copy = self.out / found.name
         shutil.copytree(found, copy)
@@ -45,17 +45,17 @@ class Field(unittest.TestCase):
         return done.stdout + done.stderr
 
     def pixels(self, path):
-        """Returns (width, height, display width, display height, function from x, y to a list of channels)."""
+        """Returns (width, height, display width, display height, a function from x, y to a list of channels)."""
         image = OpenImageIO.ImageBuf(str(path))
         spec = image.spec()
         return spec.width, spec.height, spec.full_width, spec.full_height, lambda x, y: list(image.getpixel(x, y))
 
     def corners(self, scene, *more):
-        """Returns the colours at the middles of the quadrants: upper left, upper right, lower left, lower right."""
+        """Returns the colours in the middle of each quadrant: upper left, upper right, lower left, lower right."""
         out = self.out / "corners.exr"
         said = self.peeler("render", scene, "-o", out, "--as", "composite", *FROM_THE_FRONT, *more)
         at = self.pixels(out)[4]
-        # The unit square takes about a third of the picture's height, with any lens.
+        # With any lens, the unit square takes about a third of the picture's height.
         return [tuple(round(c) for c in at(x, y)[:3]) for y in (28, 36) for x in (28, 36)], said
 
     def assertTextured(self, scene, warned=""):

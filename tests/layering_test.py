@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Includes follow the order of the tables of rooms in core, formats and cmd."""
+"""Tests that includes follow the order of the rooms in the tables of core, formats and cmd."""
 
 import pathlib
 import re
@@ -7,9 +7,9 @@ import tempfile
 import unittest
 
 SOURCE = pathlib.Path(__file__).resolve().parents[1]
-LIBRARIES = ("core", "formats", "cmd")  # each may include itself and those before it
+LIBRARIES = ("core", "formats", "cmd")  # each may include itself and the libraries before it
 FROM_THE_ROOT = ("core/", "formats/", "cmd/", "shaders/")
-PUBLIC = "cmd/library/include/"  # included in angle brackets, from there
+PUBLIC = "cmd/library/include/"  # other code includes these headers in angle brackets, relative to this folder
 CODE = (".h", ".cpp")
 
 ROW = re.compile(r"^\| `((?:core|formats|cmd)(?:/\w+)*)` \|", re.MULTILINE)
@@ -35,7 +35,7 @@ def room_of(path):
 
 
 def includes(source):
-    """Returns [(file, line, included file)] for the product's includes of its own files."""
+    """Returns [(file, line, included file)] for the includes of our own files in the product."""
     found = []
     for path in files(source, LIBRARIES, CODE):
         name = path.relative_to(source).as_posix()
@@ -48,7 +48,7 @@ def includes(source):
 
 
 def not_from_the_root(source):
-    """Returns includes of our own files by a shorter path, which the checks below would miss."""
+    """Returns the includes of our own files by a shorter path, which the checks below would miss."""
     errors = []
     for path in files(source, LIBRARIES, CODE):
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
@@ -60,7 +60,7 @@ def not_from_the_root(source):
 
 
 def exports(source):
-    """Returns public headers that export nothing, and other files that export something."""
+    """Returns the public headers that export nothing, and the other files that export something."""
     errors = []
     for path in files(source, LIBRARIES, CODE):
         name = path.relative_to(source).as_posix()
@@ -71,7 +71,7 @@ def exports(source):
 
 
 def tables_and_folders(source):
-    """Returns rooms of a table without code, and folders with code that are not rooms."""
+    """Returns the rooms in a table that have no code, and the folders with code that are not rooms."""
     told = rooms(source)
     there = {
         path.parent.relative_to(source).as_posix() for path in files(source, LIBRARIES, CODE)
@@ -84,7 +84,8 @@ def tables_and_folders(source):
 
 
 def back_arrows(order, arrows, verbs=()):
-    """Returns includes against the order of rooms. VERBS: rooms that do not include each other."""
+    """Returns the includes that go against the order of rooms. `verbs` are the rooms that may not include each
+    other."""
     errors = []
     for name, line, included in arrows:
         room, other = room_of(name), room_of(included)
@@ -99,7 +100,7 @@ def back_arrows(order, arrows, verbs=()):
 
 
 def cycle(graph):
-    """Returns a cycle of {node: nodes} as a list that ends where it begins, or nothing."""
+    """Returns a cycle in {node: nodes} as a list that ends where it begins; nothing if there is no cycle."""
     done = set()
     for start in sorted(graph):
         path, stack = [], [(start, None)]
@@ -121,7 +122,7 @@ def cycle(graph):
 
 
 def cycles(arrows):
-    """Returns a cycle of files and one of rooms, if there are any, with the includes that close it."""
+    """Returns a cycle of files and a cycle of rooms, if there are any, with the includes that close them."""
     errors = []
     for what, end in (("files", lambda name: name), ("rooms", room_of)):
         graph, places = {}, {}
@@ -137,7 +138,7 @@ def cycles(arrows):
 
 
 def verb_rooms(source):
-    """Returns the verbs' rooms, named after them: cmd/rays for cmd/rays.cpp."""
+    """Returns the rooms of the verbs, which are named after them: cmd/rays for cmd/rays.cpp."""
     return [room for room in rooms(source) if (source / f"{room}.cpp").is_file()]
 
 

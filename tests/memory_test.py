@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The forecast of --dry-run is at least a job's real peak, and at most 1.5 times that; under a kernel limit of memory a
-job fits, or is refused before its first band, but is never killed.
+"""Tests that the forecast of --dry-run is between a job's real peak and 1.5 times that peak, and that under a memory
+limit of the kernel a job fits, or is refused before its first band, but is never killed.
 
-Prints two tables. PEELER is the program, PEELER_ASSETS the folder of models; PEELER_TEST_ALL makes the tables long.
-"""
+Prints two tables. PEELER is the program, PEELER_ASSETS the folder of models; PEELER_TEST_ALL makes the tables long."""
 
 import contextlib
 import functools
@@ -20,11 +19,11 @@ ALL = os.environ.get("PEELER_TEST_ALL") is not None
 HERE = pathlib.Path(__file__).resolve().parent
 SCENES = HERE.parent / "examples" / "scenes"
 ASSETS = pathlib.Path(os.environ.get("PEELER_ASSETS") or HERE.parents[1] / "shared" / "assets") / "gltf-sample-assets"
-MOST = 1.5  # maximum of a forecast, relative to the peak
+MOST = 1.5  # the maximum ratio of a forecast to the peak
 RENDERED = tempfile.TemporaryDirectory()  # pylint: disable=consider-using-with
 
-# Verb, scene, output, and the other words; "*" marks those of the short run. An extract's input is rendered with the
-# words before the colon; "{}" is the output.
+# Each job: the verb, the scene, the output, and the other words; "*" marks the jobs of the short run. For an extract,
+# the words before the colon render its input; "{}" is the output.
 JOBS = """
 * render coincident.glb a.exr --size 64x64
   render coincident.glb a.png --size 64x64
@@ -107,7 +106,7 @@ JOBS = """
   extract glasses.glb a --size 1280x720 --as deep : --npz {}.npz --points {}.ply
 """
 
-# Under limits of this many MB.
+# The limits in MB.
 LIMITS = (300, 600, 1000) if ALL else (300, 600)
 LIMITED = """
 * render coincident.glb a.exr --size 320x180
@@ -132,7 +131,7 @@ LIMITED = """
 
 
 def jobs(table):
-    """Returns the rows of a table whose scenes exist, as lists of words without the output's folder."""
+    """Returns the jobs in a table whose scenes exist, as lists of words without the output's folder."""
     found = []
     for line in table.strip("\n").splitlines():
         if not line.startswith("*") and not ALL:
@@ -149,14 +148,14 @@ def jobs(table):
 
 @functools.cache
 def rendered(scene, words):
-    """Returns the layered file that an extract reads: the scene rendered with these words."""
+    """Returns the layered file that an extract reads, which is the scene rendered with these words."""
     file = pathlib.Path(RENDERED.name) / f"{len(list(pathlib.Path(RENDERED.name).iterdir()))}.exr"
     subprocess.run([PEELER, "render", scene, "-o", file, "--quiet", *words], check=True)
     return file
 
 
 def commandOf(job, folder):
-    """Returns a job as words for the program."""
+    """Returns the words of a job's command line."""
     _, verb, scene, output, words = job
     if ":" not in words:
         return [verb, scene, "-o", folder / output, *words]
@@ -166,14 +165,14 @@ def commandOf(job, folder):
 
 
 def run(job, folder, *more, **how):
-    """Runs a job with results as JSON."""
+    """Runs a job that prints its results as JSON."""
     command = [PEELER, *commandOf(job, folder), *more]
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("SLURM_", "CUE_"))}
     return subprocess.run(command, capture_output=True, text=True, env=environment, check=False, **how)
 
 
 def last(result):
-    """Returns the last picture of a sequence."""
+    """Returns the result of the last picture of a sequence, or of the only picture."""
     return result["frames"][-1] if "frames" in result else result
 
 
@@ -208,7 +207,7 @@ class Forecasts(unittest.TestCase):
 
 
 class Cgroup:
-    """A child of our own cgroup with this memory limit in bytes; removed with the context."""
+    """A child of our own cgroup that has this memory limit in bytes; the context removes it at its end."""
 
     def __init__(self, limit):
         self.limit = limit
@@ -216,7 +215,8 @@ class Cgroup:
 
     @staticmethod
     def parents():
-        """Yields our own memory cgroup, in either version: the folder, the files of the limit and of that with swap."""
+        """Yields our own memory cgroup, in either version: its folder, the name of the file for the limit, and the name
+        of the file for the limit with swap."""
         for line in pathlib.Path("/proc/self/cgroup").read_text(encoding="utf-8").splitlines():
             _, controllers, group = line.split(":", 2)
             if "memory" in controllers.split(","):
@@ -238,7 +238,7 @@ class Cgroup:
             except OSError:
                 self.__exit__()
                 continue
-            with contextlib.suppress(OSError):  # swap accounting is off
+            with contextlib.suppress(OSError):  # fails if swap accounting is off
                 (folder / with_swap).write_text(swap or str(self.limit), encoding="ascii")
             return self
         raise unittest.SkipTest("no cgroup that limits memory may be made here (root, and a writable controller)")
@@ -253,7 +253,7 @@ class Cgroup:
         (self.folder / "cgroup.procs").write_text(str(os.getpid()), encoding="ascii")
 
     def kills(self):
-        """Returns how many processes of the group the kernel's OOM killer has killed."""
+        """Returns how many processes in the group were killed by the kernel's OOM killer."""
         for name in ("memory.events", "memory.oom_control"):
             with contextlib.suppress(OSError):
                 for line in (self.folder / name).read_text(encoding="ascii").splitlines():
@@ -265,7 +265,7 @@ class Cgroup:
 class Limits(unittest.TestCase):
     def test_kill_nothing(self):
         with Cgroup(LIMITS[0] * 10**6):
-            pass  # or all tests are skipped
+            pass  # if this fails, the whole test is skipped
         print(f"{'limit':>5} {'exit':>4} {'peak':>5}  MB")
         errors = []
         codes = set()
@@ -280,7 +280,7 @@ class Limits(unittest.TestCase):
         self.assertEqual(codes, {0, 33}, "some jobs are to fit, and some are not")
 
     def limited(self, job, limit, codes):
-        """Runs a job in a group, and returns its outcome."""
+        """Runs a job in a cgroup, and returns its row for the table."""
         with tempfile.TemporaryDirectory() as name, Cgroup(limit * 10**6) as group:
             folder = pathlib.Path(name)
             ran = run(job, folder, "--json", "--quiet", "--progress", "json", preexec_fn=group.enter)
@@ -300,7 +300,8 @@ class Limits(unittest.TestCase):
                 faults.append(f"it left {files[0].name}")
             if "give at least" not in ran.stderr and "raise that limit" not in ran.stderr:
                 faults.append("no hint")
-            # Planning comes before the first band; for a composite it is most of the work.
+            # A job must be refused while it plans, before the first band; for a composite, planning is most of the
+            # work.
             if any(line["progress"] > 0.8 for line in told):
                 faults.append("it was refused late")
         return row + ("  wrong: " + ", ".join(faults) if faults else "")

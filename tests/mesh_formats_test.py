@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A model is the same in glTF, PLY, STL and OBJ; other programs' meshes are read the way those programs read them.
+"""Tests that a model is the same in glTF, PLY, STL and OBJ, and that peeler reads other programs' meshes as those
+programs do.
 
-PEELER is the program.
-"""
+PEELER is the program."""
 
 import importlib.util
 import json
@@ -38,7 +38,7 @@ def info(path, *more):
 
 
 def bumpy_ball(rings=24, sides=37):
-    """Returns a closed surface with uneven coordinates: vertices (n, 3) float32 and triangles (m, 3)."""
+    """Returns a closed surface with uneven coordinates, as vertices (n, 3) of float32 and triangles (m, 3)."""
     vertices = [(0, 1, 0)]
     for ring in range(1, rings):
         for side in range(sides):
@@ -143,7 +143,7 @@ def write_obj(path, vertices, triangles):
         for v in vertices:
             file.write("v %.9g %.9g %.9g\n" % tuple(v))
         for i, t in enumerate(triangles.astype(int)):
-            corners = t - len(vertices) if i % 2 else t + 1  # relative to the end, or from the start
+            corners = t - len(vertices) if i % 2 else t + 1  # indices relative to the end, or from the start
             file.write("f %d %d %d\n" % tuple(corners))
 
 
@@ -184,7 +184,7 @@ class OneModel(Scratch):
             arrays = self.arrays(name, *words)
             self.assertEqual(arrays.keys(), whole.keys(), name)
             for key, array in whole.items():
-                if key == "output_hash":  # it contains the file's hash
+                if key == "output_hash":  # the hash depends on the file
                     continue
                 self.assertEqual(array.tobytes(), arrays[key].tobytes(), f"{name}: {key}")
 
@@ -262,7 +262,7 @@ class Points(Scratch):
 
 
 class OtherPrograms(Scratch):
-    """Vertex and face counts of files from other programs."""
+    """Compares the numbers of vertices and faces in files from other programs."""
 
     def counts(self, path):
         out = self.folder / "hits.npz"
@@ -333,7 +333,7 @@ class OtherPrograms(Scratch):
             open3d.utility.Vector3dVector(vertices.astype(numpy.float64)),
             open3d.utility.Vector3iVector(triangles.astype(numpy.int32)),
         )
-        mesh.compute_vertex_normals()  # Open3D's STL writer needs normals
+        mesh.compute_vertex_normals()  # the STL writer of Open3D needs normals
         mesh.paint_uniform_color([1, 0.5, 0])
         for name, text in {"e.ply": False, "f.ply": True, "e.stl": False, "e.obj": False}.items():
             path = self.folder / name
@@ -341,7 +341,7 @@ class OtherPrograms(Scratch):
             found = self.counts(path)
             again = open3d.io.read_triangle_mesh(str(path))
             self.assertEqual(found[0], len(again.triangles), name)
-            # Text has six digits, binary has our bits.
+            # Text files have six digits; binary files have our bits.
             if name in ("e.ply", "e.stl"):
                 self.assertEqual(found[1:], whole[1:], name)
 

@@ -36,12 +36,12 @@ RULES = (*OPERATORS, "condition", "constant", "statement")
 
 
 class Mutation:
-    """A replacement of the bytes [begin, end) of a file."""
+    """A replacement for the bytes [begin, end) of a file."""
 
     def __init__(self, rule, file, text, begin, end, mutated, where):
         self.rule, self.file, self.begin, self.end, self.mutated = rule, file, begin, end, mutated
         self.line = text.count(b"\n", 0, begin) + 1
-        # Its context, not its line: an edit above it does not change the choice.
+        # The place is named by its context, not its line, so that an edit above it does not change the choice.
         self.place = f"{rule} {file} {where} {text[begin:end].decode(errors='replace')} {mutated}"
 
     def __str__(self):
@@ -58,7 +58,7 @@ def statement_end(text, end):
 
 
 def of_shader(path, name):
-    """Yields the mutations of a shader's operators, from its tokens."""
+    """Yields the mutations of a shader's operators, which it finds as tokens."""
     text = path.read_bytes()
     code = re.sub(rb"//[^\n]*|^#[^\n]*", lambda found: b" " * len(found[0]), text, flags=re.MULTILINE)
     counted = {}
@@ -71,7 +71,7 @@ def of_shader(path, name):
 
 
 def of_source(path, name, folder, flags, clang):
-    """Yields the mutations of a .cpp, from clang's AST."""
+    """Yields the mutations of a .cpp, which it finds in clang's AST."""
     text = path.read_bytes()
     unit = clang.Index.create().parse(
         str(path), args=[*(flag for flag in flags[1:] if not flag.startswith("-W")), "-w"],
@@ -90,7 +90,7 @@ def of_source(path, name, folder, flags, clang):
         children = list(cursor.get_children())
         if function and begin < end:
             if cursor.kind in (kinds.BINARY_OPERATOR, kinds.COMPOUND_ASSIGNMENT_OPERATOR) and len(children) == 2:
-                # The operator is between its operands.
+                # The operator stands between its operands.
                 between = text[children[0].extent.end.offset:children[1].extent.start.offset]
                 spelled = between.strip().decode(errors="replace")
                 at = children[0].extent.end.offset + between.find(spelled.encode())
@@ -117,7 +117,8 @@ def of_source(path, name, folder, flags, clang):
 
 
 def files_of(build, only):
-    """Returns {name: (folder, compiler and flags), or None for a shader}: the product's files, or the named ones."""
+    """Returns {name: (folder, compiler and flags), or None for a shader} for the product's files, or for the named
+    files."""
     units, _ = single_files.commands(build)
     found = {}
     for folder in FOLDERS:
@@ -137,7 +138,7 @@ def mutations_of(name, how):
 
 
 def chosen_of(files, count, seed):
-    """Returns `count` mutations: cycling through the rooms, through a room's files, and through the rules."""
+    """Returns `count` mutations, taking turns among the rooms, the files of a room, and the rules."""
 
     def rank(name):
         return hashlib.sha256(f"{seed} {name}".encode()).digest()
@@ -158,7 +159,7 @@ def chosen_of(files, count, seed):
             if found:
                 places[name].remove(found)
                 chosen.append(found)
-                order.append(name)  # again after all others had their turn
+                order.append(name)  # its next turn comes after those of all others
                 break
     return chosen
 
@@ -171,7 +172,8 @@ def run(*command, **options):
 
 
 def copy_tree():
-    """Copies the tracked files; identical files keep their time, so that only changed ones are compiled again."""
+    """Copies the tracked files. Files that are already the same keep their times, so that only changed ones are
+    compiled again."""
     COPY.mkdir(parents=True, exist_ok=True)
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=SOURCE, check=True, capture_output=True)
     for name in listed.stdout.decode().split("\0"):
@@ -191,7 +193,7 @@ def build():
 
 
 def seen_by():
-    """Returns the first failing test; nothing if none fails."""
+    """Returns the name of the first test that fails; nothing if none fails."""
     for label in LABELS:
         done = run("ctest", "--preset", "ci", "-L", label, "-j", str(os.cpu_count()), "--stop-on-failure",
                    env={**os.environ, "GTEST_FAIL_FAST": "1", "GTEST_BRIEF": "1"})
@@ -202,7 +204,7 @@ def seen_by():
 
 
 def try_mutation(mutation):
-    """Returns (whether a test sees it, the message); restores the tree before it returns."""
+    """Returns (whether a test sees the mutation, the message). Restores the tree before it returns."""
     path = COPY / mutation.file
     whole = path.read_bytes()
     path.write_bytes(whole[:mutation.begin] + mutation.mutated.encode() + whole[mutation.end:])

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reproducible builds: builds the preset `release` twice under different conditions (ROWS), installs and packs both,
-and compares every file.
+"""Tests that builds are reproducible: builds the preset `release` twice under different conditions (ROWS), installs and
+packs both, and compares every file.
 
     python3 tests/reproducible.py SOURCE_FOLDER BUILD_FOLDER
 
-Exits with 1 if a file differs, and prints where; with diffoscope installed it prints the difference."""
+Exits with 1 if a file differs, and prints where; if diffoscope is installed, prints the difference."""
 
 import collections
 import hashlib
@@ -20,11 +20,11 @@ Circumstances = collections.namedtuple(
 )
 ROWS = (
     Circumstances("a", 2, 0o022, "first", None, {"LC_ALL": "C", "TZ": "UTC", "USER": "root"}, False),
-    # Turkish has its own dotted and dotless I.
+    # Turkish has a dotted and a dotless I, so upper and lower case differ from English.
     Circumstances("another/folder/with/a/longer/name", 1, 0o077, "the-second-machine", "+400d",
                   {"LC_ALL": "tr_TR.UTF-8", "TZ": "Asia/Kathmandu", "USER": "somebody"}, True),
 )  # fmt: skip
-KEPT = ("PATH", "CC", "CXX")  # environment variables; flags and compiler caches are dropped
+KEPT = ("PATH", "CC", "CXX")  # environment variables; the others, such as flags and compiler caches, are dropped
 
 
 def run(command, **options):
@@ -43,7 +43,7 @@ def run(command, **options):
 
 
 def make_locale(folder, name):
-    """Builds a locale in that folder and returns whether it exists; Debian installs none by default."""
+    """Builds a locale in that folder, because Debian installs none by default; returns whether it exists."""
     folder.mkdir()
     language, _, encoding = name.partition(".")
     if shutil.which("localedef"):
@@ -53,7 +53,7 @@ def make_locale(folder, name):
 
 
 def copy_sources(source, target, reverse):
-    """Copies the tracked files, with other times and in another order."""
+    """Copies the tracked files, with new times and, if `reverse`, in reverse order."""
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=source, capture_output=True, check=True)
     names = sorted(filter(None, listed.stdout.decode().split("\0")), reverse=reverse)
     for name in names:
@@ -65,7 +65,7 @@ def copy_sources(source, target, reverse):
 
 
 def ways(row, folder, date):
-    """Returns the command prefix and the environment under these conditions."""
+    """Returns the prefix of commands and the environment for these conditions."""
     environment = {name: os.environ[name] for name in KEPT if name in os.environ}
     environment |= row.variables | {"HOME": str(folder / "home"), "CCACHE_DISABLE": "1"}
     environment["SOURCE_DATE_EPOCH"] = date
@@ -82,7 +82,7 @@ def ways(row, folder, date):
     else:
         print("left out: another host name, which needs root")
     if row.clock and shutil.which("faketime"):
-        # Files keep their real times, which ninja needs.
+        # The times of files remain real, because ninja needs them.
         environment["NO_FAKE_STAT"] = "1"
         prefix += ["faketime", "-f", row.clock]
     elif row.clock:
@@ -91,7 +91,7 @@ def ways(row, folder, date):
 
 
 def build(folder, row, date):
-    """Returns {name: path} of everything that is installed or packed."""
+    """Returns {name: path} for everything that is installed or packed."""
     (folder / "home").mkdir()
     prefix, environment = ways(row, folder, date)
     binary = folder / "source" / "build" / "release"
@@ -113,7 +113,7 @@ def build(folder, row, date):
 
 
 def fingerprint(path):
-    """Returns the properties that equal files share: content, and whether they are executable."""
+    """Returns the properties that equal files have in common: their content, and whether they are executable."""
     if path.is_symlink():
         return os.readlink(path)
     return hashlib.sha256(path.read_bytes()).hexdigest(), path.stat().st_mode & 0o111 != 0
@@ -135,7 +135,7 @@ def tell_difference(name, a, b):
 
 
 def compare(first, second):
-    """Returns the number of files that differ or exist only once."""
+    """Returns the number of files that differ, or that only one build has."""
     differing = sorted(first.keys() ^ second.keys())
     for name in differing:
         print(f"{name}: made once only")
@@ -149,9 +149,9 @@ def compare(first, second):
 def main():
     source, folder = (pathlib.Path(path).resolve() for path in sys.argv[1:])
     shutil.rmtree(folder, ignore_errors=True)
-    for row in ROWS:  # at once, since they may change meanwhile
+    for row in ROWS:  # both at once, because the sources may change during a build
         copy_sources(source, folder / row.folder / "source", row.reverse)
-    # The copies are not repositories, so the date comes from here.
+    # The copies are not repositories, so the commit date is read here.
     asked = subprocess.run(["git", "log", "-1", "--format=%ct"], cwd=source, capture_output=True, check=True)
     first, second = (build(folder / row.folder, row, asked.stdout.decode().strip()) for row in ROWS)
     differing = compare(first, second)

@@ -21,10 +21,10 @@
 #                              one built here; prints every difference (compare_programs.py)
 set -eu
 cd "$(dirname "$0")/.."
-python="/usr/bin/python3 -B" # Debian's, which has Debian's packages
+python="/usr/bin/python3 -B" # Debian's own Python has Debian's packages
 
 stages=
-stage() { # stage NAME COMMAND...: runs it and keeps how long it took
+stage() { # stage NAME COMMAND...: runs the command, and records the time that it took
     name=$1
     shift
     start=$(date +%s)
@@ -32,21 +32,21 @@ stage() { # stage NAME COMMAND...: runs it and keeps how long it took
     stages="$stages $name=$(($(date +%s) - start))"
 }
 
-places= # what a program is started by to lie where it always lies
+places= # a command prefix that disables address randomisation where it must be disabled
 
 build() {
     cmake --preset "$preset" ${PEELER_CMAKE_ARGUMENTS:-}
     $places cmake --build --preset "$preset" -j "$(nproc)"
 }
 
-# run_tests TEST_PRESET [ARGUMENTS of ctest]
+# run_tests TEST_PRESET [ARGUMENTS for ctest]
 run_tests() {
     rm -rf "build/$preset/tests/results"
     $places ctest --preset "$@" -j "$(nproc)" --output-junit tests/results/ctest.xml || failed=1
 }
 
-# Packagers build like this: without a preset, each file as its own unit. Runs the tests that start quickly, and one in
-# eight of those that draw or start programs.
+# Builds as packagers do: without a preset, and each file as a unit of its own. Runs the tests that start quickly, and
+# an eighth of those that draw or start programs.
 plain() {
     cmake -B build/plain ${PEELER_CMAKE_ARGUMENTS:-} &&
         cmake --build build/plain -j "$(nproc)" &&
@@ -92,8 +92,8 @@ coverage)
     ;;
 asan | ubsan | tsan)
     preset=$1
-    # GCC 12's ThreadSanitizer fails ("unexpected memory mapping") at some addresses that kernels with more than 28
-    # random bits choose.
+    # GCC 12's ThreadSanitizer fails ("unexpected memory mapping") at some of the addresses that kernels choose if they
+    # randomise more than 28 bits.
     if [ "$preset" = tsan ] && [ "$(cat /proc/sys/vm/mmap_rnd_bits)" -gt 28 ]; then
         places="setarch --addr-no-randomize"
     fi
@@ -101,7 +101,7 @@ asan | ubsan | tsan)
     stage build build
     rm -f "build/$preset/reports/"*
     stage tests run_tests "$@"
-    # Includes findings in processes whose exit code nobody checked.
+    # The reports include errors in processes whose exit code nobody checks.
     for report in "build/$preset/reports/"*; do
         [ -e "$report" ] || continue
         failed=1

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CPU hits have the same bits with every compilation: builds the hit finder without optimisation, and for processors
-with and without fused multiply-adds and wider registers, and compares the output (same_hits/hit_hashes.cpp).
+"""Tests that CPU hits have the same bits with every compilation: builds the hit finder without optimisation, and for
+processors with and without fused multiply-adds and wider registers, and compares the output (same_hits/hit_hashes.cpp).
 
     python3 tests/same_hits.py SOURCE_FOLDER BUILD_FOLDER
 
@@ -16,10 +16,10 @@ import struct
 import subprocess
 import sys
 
-# The relevant features of each x86-64 level, by their names in /proc/cpuinfo.
+# The features that matter in each x86-64 level, by their names in /proc/cpuinfo.
 V3 = {"avx2", "bmi2", "fma"}
 V4 = V3 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}
-# name, build type, flags, required processor features (None: any processor)
+# Each build: name, build type, flags, and the processor features that it requires (None: any processor).
 BUILDS = [
     ("debug", "Debug", "-O0", None),
     ("release", "Release", "-O3", None),
@@ -31,7 +31,7 @@ MODELS = ["Duck/glTF-Binary/Duck.glb", "DamagedHelmet/glTF-Binary/DamagedHelmet.
 
 
 def processor():
-    """Returns the processor's features; None if it is not x86-64."""
+    """Returns the features of the processor; None if it is not x86-64."""
     if platform.machine() != "x86_64":
         return None
     found = re.search(r"^flags\s*:(.*)", pathlib.Path("/proc/cpuinfo").read_text(), re.M)
@@ -39,7 +39,7 @@ def processor():
 
 
 def write_mesh(glb, path):
-    """Writes the first primitive of a .glb in hit_hashes' format."""
+    """Writes the first primitive of a .glb in the format of hit_hashes."""
     data = glb.read_bytes()
     length = struct.unpack_from("<I", data, 12)[0]
     document, binary = json.loads(data[20 : 20 + length]), data[28 + length :]
@@ -85,7 +85,7 @@ def run(*command):
 
 
 def built(source, folder, build_type, flags):
-    """Returns the built program. Only these flags count: they replace the build type's own."""
+    """Returns the path of the built program. These flags replace those of the build type."""
     kind = build_type.upper()
     run("cmake", "-S", source, "-B", folder, "-G", "Ninja", f"-DCMAKE_BUILD_TYPE={build_type}",
         f"-DCMAKE_CXX_FLAGS_{kind}={flags}")  # fmt: skip

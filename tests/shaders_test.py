@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""shaders/README.md lists every shader file, every buffer that shaders write, with the barrier before its readers,
-and every macro that shaders test, with its source."""
+"""Tests that shaders/README.md lists every shader file, every buffer that shaders write (with the barrier before it is
+read), and every macro that shaders test (with the place that defines it)."""
 
 import fnmatch
 import pathlib
@@ -29,7 +29,7 @@ def shaders(source):
 
 
 def macros(source):
-    """Returns the macros: in conditions, definitions, and all other names in capitals."""
+    """Returns all macros: those in conditions and definitions, and all other names in capitals."""
     found = set()
     for text in shaders(source).values():
         for condition in CONDITION.findall(text):
@@ -40,7 +40,7 @@ def macros(source):
 
 
 def rows(source):
-    """Returns {macro or pattern: (its setter, meaning)}."""
+    """Returns {macro or pattern: (what sets it, its meaning)} from the README."""
     readme = (source / "shaders/README.md").read_text(encoding="utf-8")
     found = {}
     for line in readme.partition("## Macros")[2].splitlines():
@@ -58,12 +58,12 @@ def unlisted(source):
 
 
 def unused(source):
-    found = macros(source) | {"INCLUDED_x"}  # shaders do not see those
+    found = macros(source) | {"INCLUDED_x"}  # GLSL never sees these macros
     return sorted(p for p in rows(source) if not fnmatch.filter(found, p))
 
 
 def not_set(source):
-    """Returns macros that the table attributes to a file that does not mention them."""
+    """Returns the macros that the table attributes to a file in which they do not occur."""
     errors = []
     for pattern, (setters, _) in rows(source).items():
         for path in FILE.findall(setters):
@@ -79,12 +79,12 @@ def section(source, title):
 
 
 def written(source):
-    """Returns {(buffer, shader that may write it)}."""
+    """Returns {(buffer, shader that may write it)}, from the shaders."""
     return {(buffer, name) for name, text in shaders(source).items() for buffer in WRITABLE.findall(text)}
 
 
 def left(source):
-    """Returns the same, from the table of barriers."""
+    """Returns {(buffer, shader that may write it)}, from the table of barriers."""
     found = set()
     for line in section(source, "What passes leave to each other").splitlines():
         if line.startswith("| `"):

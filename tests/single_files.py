@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every .cpp and every header compiles alone, although the build is a unity build.
+"""Tests that every .cpp and every header compiles alone, although the build is a unity build.
 
     single_files.py BUILD_FOLDER [headers]
 
-Compiles, without output, the files that differ from the last landed commit and those that include them (a random 28
-at most), and as many others as SECONDS allow, in a different order at every commit. The last landed commit is this
-branch's merge base with origin/main; if that is unknown, or this very commit, the thirtieth commit before. Files
-that the build itself compiles alone are skipped; the .cpp that includes a header first covers it. `headers`: those
-that no .cpp includes first."""
+Compiles, without output, the files that differ from the last landed commit and those that include them (a random 28 at
+most), and as many others as SECONDS allow, in a different order at every commit. The last landed commit is this
+branch's merge base with origin/main; if that is unknown, or is this very commit, it is the thirtieth commit before.
+Skips files that the build itself compiles alone; the .cpp that includes a header first covers that header. With
+`headers`, compiles only headers that no .cpp includes first."""
 
 import concurrent.futures
 import json
@@ -29,24 +29,24 @@ COMMITS = 30
 
 
 def git(source, *arguments):
-    """Returns git's output lines; none if it fails, e.g. without a repository."""
+    """Returns the lines that git prints; none if it fails, for example outside a repository."""
     done = subprocess.run(["git", *arguments], cwd=source, capture_output=True, text=True, check=False)
     return done.stdout.splitlines() if done.returncode == 0 else []
 
 
 def files_of(unit):
-    """Returns the files of a unit of the build."""
+    """Returns the source files in a unit of the build."""
     files = [unit] if unit.suffix == ".cpp" else map(pathlib.Path, INCLUDE.findall(unit.read_text()))
     return [file.resolve() for file in files]
 
 
 def turn_of(source):
-    """Returns a random generator with a different order at every commit."""
+    """Returns a random number generator that gives a different order at every commit."""
     return random.Random("".join(git(source, "rev-parse", "HEAD")))
 
 
 def commands(build):
-    """Returns {.cpp: (folder, compiler and flags)}, and those of them that are compiled alone."""
+    """Returns {.cpp: (folder, compiler and flags)}, and those of the files that the build compiles alone."""
     found, alone = {}, set()
     for entry in json.loads((build / "compile_commands.json").read_text()):
         words = shlex.split(entry["command"].partition(" -o ")[0])
@@ -60,7 +60,7 @@ def commands(build):
 
 
 def includes(source, file):
-    """Returns our files that it includes, in their order."""
+    """Returns our own files that a file includes, in their order."""
     roots = [source / "tests"] if source / "tests" in file.parents else []
     roots += [source, source / "cmd/library/include"]
     found = []
@@ -70,7 +70,7 @@ def includes(source, file):
 
 
 def different(source):
-    """Returns (the base commit, the files that differ from it), relative to the last landed commit."""
+    """Returns (the last landed commit, the files that differ from it)."""
     base = git(source, "merge-base", "HEAD", "origin/main")
     if not base or base == git(source, "rev-parse", "HEAD"):
         base = git(source, "rev-parse", f"HEAD~{COMMITS}")
@@ -81,7 +81,7 @@ def different(source):
 
 
 def compile_alone(unit):
-    """Returns None, or the compiler's message."""
+    """Returns the compiler's message; None if there was no error."""
     file, (folder, flags) = unit
     text = "" if file.suffix == ".cpp" else f'#include "{file}"\n'
     done = subprocess.run(
@@ -96,14 +96,14 @@ def compile_alone(unit):
 
 
 def files_to_compile(build, source):
-    """Returns ({file: (folder, compiler and flags)} for files that the build does not compile alone, {file: our
-    files that it includes})."""
+    """Returns ({file: (folder, compiler and flags)} for files that the build does not compile alone, {file: those of
+    our files that it includes})."""
     units, alone = commands(build)
     included = {file: includes(source, file) for folder in FOLDERS for file in (source / folder).rglob("*.h")}
     included |= {file: includes(source, file) for file in units if source in file.parents}
     firsts = {files[0] for file, files in included.items() if file in units and files}
     for header in sorted(file for file in included if file.suffix == ".h" and file not in firsts):
-        # With the flags of a file that includes it, or of a nearby one.
+        # A header gets the flags of a file that includes it, or of a file in a nearby folder.
         near = [file for file in units if header in included.get(file, ())]
         near += [file for file in units if file.parent in header.parents or header.parent in file.parents]
         if near:
@@ -112,7 +112,7 @@ def files_to_compile(build, source):
 
 
 def chosen_of(units, included, source):
-    """Returns (those that are always compiled, the others in order, how the first were chosen)."""
+    """Returns (the files that are always compiled, the others in order, a text that says how the first were chosen)."""
     base, changed = different(source)
     turn = turn_of(source)
     first = sorted(file for file in units if file in changed or changed & set(included[file][:1]))
@@ -133,7 +133,7 @@ def main(build, headers_only, source=SOURCE):
         first, rest, how = chosen_of(units, included, source)
 
     def error_of(file):
-        """Returns whether it was compiled, and the compiler's message."""
+        """Returns whether the file was compiled, and the compiler's message."""
         if file in others and time.monotonic() - started > SECONDS:
             return False, None
         return True, compile_alone((file, units[file]))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""single_files.py notices a missing include, and passes without one."""
+"""Tests that single_files.py notices a missing include, and passes if there is none."""
 
 import contextlib
 import io
@@ -22,8 +22,8 @@ FILES = {
 
 class SingleFiles(unittest.TestCase):
     def run_on(self, changes, differ=(), headers_only=False):
-        """Returns (exit code, output) for FILES with these changes, where the `differ` ones are new; all form one
-        unit."""
+        """Returns (exit code, output) for FILES with these changes. The files in `differ` are new, and all files form
+        one unit."""
         with tempfile.TemporaryDirectory() as folder:
             source = pathlib.Path(folder).resolve()
             for name, text in {**FILES, **changes}.items():

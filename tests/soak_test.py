@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Peeler for a long time: changing scenes in one process, many jobs of one batch, many processes on one folder.
+"""Runs peeler for a long time: scenes that change in one process, many jobs in one batch, many processes on one folder.
 
-Memory, descriptors, threads and GL objects stay constant, and results equal the first ones. The short run has a few
-frames of each; PEELER_TEST_ALL has FRAMES, and processes on one folder for PEELER_SOAK_SECONDS (default: 3600). PEELER
-is the program, PEELER_FAILING_CALLS the library that counts GL objects (support/failing_calls), PEELER_SANITIZE its
-sanitizers, whose memory grows. It prints a table.
-"""
+Memory, descriptors, threads and GL objects must not grow, and results must equal the first results. The short run has a
+few frames of each; PEELER_TEST_ALL has FRAMES, and runs processes on one folder for PEELER_SOAK_SECONDS (default:
+3600). PEELER is the program, PEELER_FAILING_CALLS the library that counts GL objects (support/failing_calls),
+PEELER_SANITIZE names the sanitizers of the build, whose memory grows. A table is printed."""
 
 import collections
 import gc
@@ -30,12 +29,12 @@ SANITIZED = bool(os.environ.get("PEELER_SANITIZE"))
 ALL = "PEELER_TEST_ALL" in os.environ
 SECONDS = float(os.environ.get("PEELER_SOAK_SECONDS", 3600)) if ALL else 0
 FRAMES, JOBS, PROCESSES, PICTURES = (20_000, 2_000, 8, 40) if ALL else (72, 12, 3, 6)
-LARGEST_MODEL = 300_000  # bytes
-MOST_GROWTH = 6 << 20  # bytes, for a process with constant memory: allocator overhead
-# Over many rounds, holes between allocations cannot be returned, and grow ever more slowly.
+LARGEST_MODEL = 300_000  # in bytes
+MOST_GROWTH = 6 << 20  # the most bytes by which the overhead of allocators may grow
+# Over many rounds, holes between allocations add up, ever more slowly; they cannot be returned to the system.
 MOST_RESIDENT_GROWTH = (32 << 20) if ALL else MOST_GROWTH
-MOST_OF_JOB = 8 << 10  # bytes that a batch keeps per job: its line and its result
-GL_OBJECTS = 31  # its index in the record of failing_calls.h
+MOST_OF_JOB = 8 << 10  # the most bytes that a batch keeps per job, for its line and its result
+GL_OBJECTS = 31  # the index of this count in the record of failing_calls.h
 
 started = time.monotonic()
 
@@ -56,7 +55,7 @@ def scenes():
 
 
 def memory_of(pid):
-    """Returns the resident bytes of a process."""
+    """Returns the resident memory of a process in bytes."""
     return int(pathlib.Path(f"/proc/{pid}/statm").read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGESIZE")
 
 
@@ -75,7 +74,7 @@ def state_of(pid, record=None):
 
 
 def settled_state_of(pid):
-    """Returns a process's state without its transient resources at the start of a job."""
+    """Returns the state of a process without what it holds only briefly, at the start of a job."""
     states = []
     for _ in range(10):
         states.append(state_of(pid))
@@ -91,7 +90,7 @@ def content_of(path):
 
 
 def views():
-    """Returns an endless iterator of (a name, the scene's file, the keywords of a picture of it), in a fixed cycle."""
+    """Returns [(a name, the scene's file, the keywords for a picture of it)], always in the same order."""
     own, models = scenes()
     ways = (
         {"method": "dual", "channels": ["normal", "id"]},
@@ -103,7 +102,7 @@ def views():
 
 
 def picture_of(peeler, renderer, path, way):
-    """Returns the hash of all layers."""
+    """Returns a hash of all layers of a picture."""
     image = renderer.layers(peeler.Scene(path), size=(40, 30), eye=(3, 2, 4), **way)
     result = hashlib.sha256()
     for array in (image.z, image.rgba, image.splits):
@@ -112,8 +111,8 @@ def picture_of(peeler, renderer, path, way):
 
 
 def render_for_long(record, frames):
-    """Prints (frame, State of the jobs' process, of this one) as JSON lines, once per round of the views; and the
-    views with another result."""
+    """Prints JSON lines: once per round of the views, (frame, State of the process that runs the jobs, State of this
+    process); at the end, the views whose results have changed."""
     sys.path.insert(0, str(PEELER.parent / "python"))
     import peeler  # pylint: disable=import-outside-toplevel,import-error
 
@@ -196,12 +195,12 @@ class Soak(unittest.TestCase):
             states, begun = [], time.monotonic()
             for number, line in enumerate(batch.stdout):
                 self.assertEqual(json.loads(line)["exitCode"], 0, line)
-                if number + 2 < JOBS:  # both processes still run
+                if number + 2 < JOBS:  # both processes are still running
                     states.append(settled_state_of(batch.pid))
         self.assertEqual(batch.returncode, 0)
         for i, output in enumerate(outputs):
             again = [j for j in range(i % (3 * len({*chosen})), i, 3 * len({*chosen}))][:1]
-            if again and output.suffix != ".exr":  # EXR headers record the render time
+            if again and output.suffix != ".exr":  # EXR headers contain the render time
                 self.assertEqual(content_of(output), content_of(outputs[again[0]]), output)
         kept = (states[-1].memory - states[0].memory) / len(states)
         print(f"{JOBS:,} jobs of one batch, {time.monotonic() - begun:.0f} s: {states[0].memory >> 20} MiB, "
@@ -210,7 +209,7 @@ class Soak(unittest.TestCase):
             print("left out: the memory of a batch, which is the sanitizer's")
         else:
             self.assertLess(kept, MOST_OF_JOB + MOST_GROWTH / JOBS)
-        # A leak would appear in every later round.
+        # A leak would show in every later round.
         first, last = states[: JOBS // 3], states[-(JOBS // 3) :]
         self.assertLessEqual(min(s.descriptors for s in last), max(s.descriptors for s in first))
 
@@ -226,7 +225,7 @@ class Soak(unittest.TestCase):
             folder = self.folder / f"round {rounds}"
             running = [subprocess.Popen([*command, folder / "@@@@.png", "--skip-existing"]) for _ in range(PROCESSES)]
             self.assertEqual([process.wait() for process in running], [0] * PROCESSES)
-            # Hidden files count: none may remain.
+            # Hidden files count too: none may remain.
             self.assertEqual({path.name: content_of(path) for path in folder.iterdir()}, pictures)
             for path in folder.iterdir():
                 path.unlink()

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiles every shader that the tests gave to the driver (saved by PEELER_SAVE_SHADERS) with a stricter compiler:
-each stage as GLSL 4.50 core; links the programs, converts them to SPIR-V for OpenGL, and validates that.
+"""Compiles every shader that the tests gave to the driver (saved through PEELER_SAVE_SHADERS) with a stricter compiler:
+each stage as GLSL 4.50 core. Also links the programs, converts them to SPIR-V for OpenGL, and validates the SPIR-V.
 
     python3 -B tests/strict_shaders_test.py FOLDER
 
-No message is allowed, not even a warning. The compiler knows GL_EXT_shader_framebuffer_fetch only for GLES: an
-`inout` there is treated as an output, which may be read as well. Without PEELER_TEST_ALL one program of each kind is
-linked, otherwise all are."""
+No message is allowed, not even a warning. The compiler knows GL_EXT_shader_framebuffer_fetch only for GLES, so an
+`inout` of that extension is compiled as an output, which may be read too. Without PEELER_TEST_ALL, one program of each
+kind is linked; otherwise all are."""
 
 import collections
 import concurrent.futures
@@ -20,32 +20,32 @@ import sys
 import tempfile
 
 SKIPPED = 77
-SOME = 1  # per kind; a program takes a fifth of a second
-AT_ONCE = 200  # stages
+SOME = 1  # programs per kind; each takes a fifth of a second
+AT_ONCE = 200  # stages per call of the compiler
 ALL = bool(os.environ.get("PEELER_TEST_ALL"))
 FETCHED = re.compile(r"\binout (uint fetched_head;)")
 TOOLS = {"glslangValidator": "glslang-tools", "spirv-val": "spirv-tools"}
 
 
 def said(*command):
-    """Returns the messages of a tool that should be silent, without the names of its files."""
+    """Returns the messages of a tool that should print none, without the names of the files."""
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
     lines = [line for line in done.stdout.splitlines() if line.strip() and line.strip() not in command]
     return lines + ([f"exit code {done.returncode}"] if done.returncode != 0 else [])
 
 
 def of_stages(stages):
-    """Returns the findings in single stages."""
+    """Returns the messages about single stages."""
     return said("glslangValidator", "-t", *stages)
 
 
 def of_program(stages):
-    """Returns the findings in a program of stages, as a whole."""
+    """Returns the messages about a program of several stages."""
     return said("glslangValidator", "-l", *stages)
 
 
 def of_binary(stage):
-    """Returns the findings in a stage as SPIR-V."""
+    """Returns the messages about a stage converted to SPIR-V."""
     binary = f"{stage}.spv"
     found = said("glslangValidator", "-G", "--target-env", "opengl", "-o", binary, stage)
     if os.path.exists(binary):
@@ -55,7 +55,7 @@ def of_binary(stage):
 
 
 def gather(saved, folder):
-    """Copies each text once. Returns the stages, and the programs of each kind ("scene-count")."""
+    """Copies each distinct text once. Returns the stages, and the programs of each kind ("scene-count")."""
     stages, programs, fetching = {}, {}, 0
     for path in sorted(saved.iterdir()):
         text, fetches = FETCHED.subn(r"out \1", path.read_text(encoding="utf-8"))
@@ -86,7 +86,7 @@ def main():
             parts = [stages[i : i + AT_ONCE] for i in range(0, len(stages), AT_ONCE)]
             findings = [line for found in pool.map(of_stages, parts) for line in found]
             findings += [line for found in pool.map(of_program, linked) for line in found]
-            # Programs share stages, and two threads must not write the same binary.
+            # Programs share stages, and two threads must not write the same binary file.
             of_linked = sorted({stage for program in linked for stage in program})
             findings += [line for found in pool.map(of_binary, of_linked) for line in found]
     print(*findings[:100], sep="\n")

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""clang-tidy's input: the product's files of a build folder, many as one unit.
+"""Prepares the input of clang-tidy: the product's files of a build folder, many as one unit.
 
     style_units.py BUILD_FOLDER OUT_FOLDER [all]
 
-The files that differ from the last landed commit (or have a different header), and a quarter of the others, a
-different one at every commit; `all`: all of them. clang-tidy spends most of a unit's time on library headers, and
-little more for each of our files after them. Files with the same flags become one unit: a file of includes in
-OUT_FOLDER, beside a compile_commands.json for these. Prints their paths, the largest units first. Skips tests, and
-files that they compile again."""
+Takes the files that differ from the last landed commit (or that include a changed header), and a quarter of the others,
+a different quarter at every commit; with `all`, takes all files. clang-tidy spends most of a unit's time on library
+headers, and little more for each of our files after them. Files with the same flags become one unit: a file of includes
+in OUT_FOLDER, next to a compile_commands.json for the units. Prints the paths of the units, the largest unit first.
+Skips tests, and files of the product that tests compile again."""
 
 import json
 import pathlib

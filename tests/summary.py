@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Summary of a test run: skipped tests and parts with reasons, the time of each stage, the slowest tests, and the
-number of passed ones.
+"""Prints a summary of a test run: skipped tests and parts with reasons, the time of each stage, the slowest tests, and
+the number of tests that passed.
 
     python3 tests/summary.py RESULTS_FOLDER [STAGE=SECONDS ...]
 
-The folder holds GoogleTest's XML of every process (shard) and ctest.xml, ctest's own. Exits with 1 if a test failed,
-or a process ended without leaving its results."""
+The folder holds the XML files of GoogleTest, one per process (shard), and ctest.xml from ctest itself. Exits with 1 if
+a test failed, or a process ended without leaving its results."""
 
 import collections
 import pathlib
@@ -16,8 +16,8 @@ SLOWEST = 10
 
 
 def read(folder):
-    """Returns [(name, seconds, state, why)]; the state is passed, failed or skipped. The `why` of a passed test
-    lists the parts that it skipped."""
+    """Returns [(name, seconds, state, why)]; the state is passed, failed or skipped. For a passed test, `why` lists the
+    parts that it skipped."""
     tests = []
     for case in xml.etree.ElementTree.parse(folder / "ctest.xml").getroot().iter("testcase"):
         name, seconds = case.get("name"), float(case.get("time") or 0)
@@ -33,7 +33,7 @@ def read(folder):
                 why = why or reason(output)
             tests.append((name, seconds, state, "; ".join(why)))
             continue
-        # A crashed process has not written its results, or only some of them.
+        # A process that crashed has written none of its results, or only some.
         found = list(shard(results, name.rpartition(".")[0]))
         if state == "failed" and not any(test[2] == "failed" for test in found):
             found.append((name, seconds, "failed", "ended badly"))
@@ -42,7 +42,7 @@ def read(folder):
 
 
 def reason(output):
-    """Returns the assertion message of a failed script's output, or otherwise its last line."""
+    """Returns the assertion message in a failed script's output or, if there is none, the last line."""
     asserted = [i for i, line in enumerate(output) if line.startswith("AssertionError")]
     return output[asserted[0] : asserted[0] + 4] if asserted else output[-1:]
 

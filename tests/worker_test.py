@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""peeler worker: jobs as lines, results as lines, and the state after a client, a job or a process ends.
+"""Tests peeler worker: jobs and results as lines, and the state after a client, a job or a process has ended.
 
-PEELER is the program. The short run sends a sample of the mutated lines; PEELER_TEST_ALL sends 100,000.
-"""
+PEELER is the program. The short run sends a sample of the mutated lines; PEELER_TEST_ALL sends 100,000."""
 
 import json
 import os
@@ -28,12 +27,12 @@ SCENES = HERE.parent / "examples" / "scenes"
 SCENE = SCENES / "coincident.glb"
 LINES = 100_000 if "PEELER_TEST_ALL" in os.environ else 3_000
 SMALL = {"size": "64x48"}
-# Minutes of work on any machine: a test that waits for its end has not cancelled it.
+# This is minutes of work on any machine, so a test that waits for its end has failed to cancel it.
 LONG = {"size": "2048x2048", "samples": 256}
 
 
 def children(pid):
-    """Returns the children of process PID."""
+    """Returns the processes that are children of `pid`."""
     found = []
     for task in pathlib.Path(f"/proc/{pid}/task").iterdir():
         found += [int(child) for child in (task / "children").read_text().split()]
@@ -67,7 +66,7 @@ class WorkerTest(unittest.TestCase):
         return worker
 
     def talk(self, text, *arguments):
-        """Returns a worker's answers to a text, as lines; each is JSON."""
+        """Returns a worker's answers to a text, as lines; each line is JSON."""
         run = subprocess.run([PEELER, "worker", *arguments], input=text, capture_output=True, timeout=600)
         self.assertEqual(run.returncode, 0, run.stderr)
         lines = run.stdout.split(b"\n")
@@ -97,7 +96,7 @@ class Jobs(WorkerTest):
             "e.glb": ("bake", SCENE, {"directions": 4, "resolution": 32}),
         }
         worker = self.worker()
-        for again in ("", "again "):  # from the file, and from the open state
+        for again in ("", "again "):  # first from the file, then from the scene that is already open
             for name, (verb, scene, options) in cases.items():
                 result = worker.run(verb, scene, "-o", self.output(again + name), **options)
                 self.assertEqual(result["output"], str(self.output(again + name)))
@@ -245,9 +244,9 @@ class Lines(WorkerTest):
 
 class Ends(WorkerTest):
     def long(self, worker, name="long.exr"):
-        """Returns a running job, and its process."""
+        """Starts a long job; returns its number and its process."""
         job = worker.start("render", SCENE, "-o", self.output(name), wants_progress=True, **LONG)
-        worker._answers[job].get(timeout=600)  # it has begun
+        worker._answers[job].get(timeout=600)  # waits until the job has begun
         (process,) = children(worker._process.pid)
         return job, process
 
@@ -260,7 +259,7 @@ class Ends(WorkerTest):
             line = worker.wait(each)
             self.assertEqual((line["error"]["kind"], line["exitCode"], line["retry"]), ("cancelled", 130, False))
         self.assertEqual(list(self.folder.iterdir()), [])
-        worker.cancel(job)  # already finished
+        worker.cancel(job)  # the job has already ended
         self.assertEqual(worker.run("render", SCENE, "-o", self.output(), **SMALL)["width"], 64)
 
     def test_what_progress_raises_cancels(self):
@@ -326,7 +325,7 @@ class Sockets(WorkerTest):
         for thread in threads:
             thread.join()
         self.assertEqual([results[i]["output"] for i in range(3)], [str(self.output(f"{i}.exr")) for i in range(3)])
-        clients.pop().close()  # the others stay
+        clients.pop().close()  # the other clients stay
         for client in clients:
             self.addCleanup(client.close)
         self.assertEqual(clients[0].run("info", SCENE)["kind"], "scene")

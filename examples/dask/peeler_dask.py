@@ -16,11 +16,11 @@ CLIENT = pathlib.Path(__file__).resolve().parents[1] / "worker" / "worker_client
 sys.path.insert(0, str(CLIENT.parent))
 from worker_client import JobError, Worker  # noqa: E402
 
-PER_SHARD = 100  # scenes
+PER_SHARD = 100  # scenes per shard
 
 
 class Holder(WorkerPlugin):
-    """Keeps a worker, with its scenes, devices and shaders, between tasks."""
+    """Keeps a worker between tasks, and with it scenes, devices and shaders."""
 
     name = "peeler"
 
@@ -32,7 +32,7 @@ class Holder(WorkerPlugin):
 
 
 def render(shard, scenes, folder, options):
-    """Returns the result, or the reason why these scenes cannot render; raises if another machine may succeed."""
+    """Returns the result, or the reason why these scenes cannot be rendered. Raises if another machine may succeed."""
     out = pathlib.Path(folder, f"pictures-{shard:06d}.tar")
     try:
         return get_worker().plugins["peeler"].peeler.run("render", *scenes, "-o", out, **options)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layers rendered with the program's own GL context: adopt SCENE
+// Renders layers with the program's own GL context: adopt SCENE
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 #include <peeler/error.h>

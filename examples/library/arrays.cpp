@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene from arrays, with every layer in memory: arrays
+// Makes a scene from arrays, and renders all its layers into memory: arrays
 #include <peeler/error.h>
 #include <peeler/renderer.h>
 
@@ -30,7 +30,7 @@ int main() try {
     scene.scenes.push_back(roots);
 
     const peeler::Shown shown{std::make_shared<const peeler::Scene>(std::move(scene))};
-    peeler::CameraChoice camera;  // along -Z, orthographic: 8 pixels per unit
+    peeler::CameraChoice camera;  // orthographic, along -Z, 8 pixels per unit
     camera.eye = {0, 0, 3};
     camera.target = {0, 0, 0};
     camera.ortho_height = 4;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every layer of a scene in memory, a custom sink, and a file:
+// Renders every layer of a scene into memory, to a sink of its own, and to a file:
 //     layers SCENE [COUNTS.pgm [LAYERS.exr]]
 #include <peeler/error.h>
 #include <peeler/files.h>
@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-/// A PGM image of the layer count of every pixel; bands arrive top to bottom.
+/// Makes a PGM image of the number of layers in every pixel; bands arrive from top to bottom.
 class CountPicture final : public peeler::Sink {
   public:
     explicit CountPicture(std::string path) : path_(std::move(path)) {}

@@ -25,10 +25,10 @@ def shell_line(words):
 def job(arguments, options):
     out = os.path.abspath(arguments.out)
     folder, name = os.path.split(out)
-    # A shell glob that matches every frame number; the rest of the name is quoted.
+    # This shell glob matches every frame number; the rest of the name is quoted.
     everyone = "*".join(shlex.quote(part) for part in re.split(r"#+|%0?\d*d", name) if part)
 
-    # The frames of one chunk (5-9, or 5-13x2), in one process.
+    # One process renders the frames of one chunk (5-9, or 5-13x2).
     render = outline.modules.shell.Shell(
         "render",
         command=shell_line(
@@ -71,7 +71,7 @@ def main():
     parser.add_argument("--peeler", default="peeler", help="the program on the hosts")
     words = sys.argv[1:]
     end = words.index("--") if "--" in words else len(words)
-    # Without pycuerun: only Cuebot knows #FRAMESPEC#.
+    # pycuerun is not used, because only Cuebot knows #FRAMESPEC#.
     outline.cuerun.launch(job(parser.parse_args(words[:end]), words[end + 1 :]), use_pycuerun=False)
 
 

@@ -18,13 +18,14 @@ SCENE = sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).resolve().p
 FILE = sys.argv[2] if len(sys.argv) > 2 else "peeling.png"
 SIZE = tuple(int(side) for side in sys.argv[3].split("x")) if len(sys.argv) > 3 else (560, 315)
 
-PAPER = np.float32(0.82)  # behind the layers, linear
+PAPER = np.float32(0.82)  # the background of the layers, in linear light
 FIRST_MS, PEEL_MS, LAST_MS = 1600, 450, 1200
-FADE = (0.5, 0.0)  # shares of the nearest layer that are left, frame by frame
+FADE = (0.5, 0.0)  # the shares of the nearest layer's opacity that are left, frame by frame
 
 
 def composite(layers, share):
-    """Returns (h, w, 3) uint8, sRGB: layers, (h, w, n, 4), over the paper, the first with a share of its opacity."""
+    """Returns (h, w, 3) uint8 in sRGB: the layers (h, w, n, 4) over the paper, the first with a share of its
+    opacity."""
     color = np.broadcast_to(PAPER, (*layers.shape[:2], 3)).copy()
     for k in range(layers.shape[2] - 1, -1, -1):
         rgba = layers[:, :, k] * (share if k == 0 else 1)
@@ -35,7 +36,8 @@ def composite(layers, share):
 
 
 def changed(before, after):
-    """Returns the smallest window (x, y, width, height) that holds all pixels that differ, at least one."""
+    """Returns the smallest window (x, y, width, height) that contains all pixels that differ; it has at least one
+    pixel."""
     y, x = np.nonzero(np.any(before != after, axis=2))
     if not len(x):
         return 0, 0, 1, 1
@@ -43,7 +45,8 @@ def changed(before, after):
 
 
 def deflated(pixels):
-    """Returns the scan lines of a picture, each stored as the difference from the line above (PNG, filter 2)."""
+    """Returns the compressed scan lines of a picture, each stored as the difference from the line above (PNG, filter
+    2)."""
     height, width = pixels.shape[:2]
     above = np.concatenate((np.zeros((1, width, 3), np.uint8), pixels[:-1]))
     lines = np.empty((height, 1 + 3 * width), np.uint8)
@@ -53,7 +56,8 @@ def deflated(pixels):
 
 
 def write_apng(path, frames):
-    """Writes [(pixels, milliseconds)] as an animated PNG (PNG third edition, 11.3.4); later frames are windows."""
+    """Writes [(pixels, milliseconds)] as an animated PNG (PNG third edition, 11.3.4); frames after the first are
+    windows."""
 
     def chunk(name, data):
         return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))

@@ -18,7 +18,7 @@ OUT.mkdir(parents=True, exist_ok=True)
 
 
 def picture(name, rgb):
-    """Writes numbers from 0 to 1 as a PNG, with the module itself: an unlit scene of one textured square."""
+    """Writes numbers from 0 to 1 as a PNG, using only the module: the scene is one unlit textured square."""
     rgb = np.clip(np.nan_to_num(rgb), 0, 1)
     if rgb.ndim == 2:
         rgb = np.repeat(rgb[..., None], 3, axis=2)
@@ -40,7 +40,7 @@ def picture(name, rgb):
 engine = peeler.Scene(SCENES / "engine.glb")
 print(engine, engine.cameras)
 
-r = peeler.Renderer()  # in a program: with peeler.Renderer() as r
+r = peeler.Renderer()  # in a program, use: with peeler.Renderer() as r
 print(r.device)
 
 img = r.layers(engine, size=(960, 540), camera="main", channels=["normal", "id"])
@@ -80,9 +80,9 @@ picture("4_layers.png", np.vstack((np.hstack(strips[:2]), np.hstack(strips[2:]))
 hue = (np.arange(len(img.objects) + 1) * 0.61803) % 1
 colors = np.clip(np.abs((hue[:, None] * 6 + [0, 4, 2]) % 6 - 3) - 1, 0, 1) * 0.75 + 0.2
 colors[0] = 1
-ids = img.dense(6, "id.object")  # 0 = nothing
+ids = img.dense(6, "id.object")  # 0 means nothing
 mixed = np.ones((height, width, 3))
-for k in range(ids.shape[2] - 1, -1, -1):  # back to front, each a quarter opaque
+for k in range(ids.shape[2] - 1, -1, -1):  # from back to front, each 45 % opaque
     there = (ids[..., k] > 0)[..., None]
     mixed = np.where(there, 0.55 * mixed + 0.45 * colors[ids[..., k]], mixed)
 picture("5_parts.png", mixed)

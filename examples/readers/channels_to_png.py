@@ -11,7 +11,7 @@ import sys
 import numpy
 import OpenImageIO as oiio
 
-PANELS = [  # channels, and how to show them
+PANELS = [  # the channels, and how they are shown
     (("R", "G", "B"), "colour"), (("N.X", "N.Y", "N.Z"), "vector"), (("Ng.X", "Ng.Y", "Ng.Z"), "vector"),
     (("T.X", "T.Y", "T.Z"), "vector"), (("P.X", "P.Y", "P.Z"), "range"), (("distance",), "range"),
     (("UV.U", "UV.V"), "fraction"), (("barycentric.U", "barycentric.V"), "fraction"),
@@ -24,7 +24,7 @@ PANELS = [  # channels, and how to show them
 
 
 def read(path, part):
-    """Returns the channels by name: ids as integers, all others as floats. OpenImageIO would scale ids."""
+    """Returns {name: channel}, with ids as integers and all others as floats. (OpenImageIO would scale ids.)"""
     source = oiio.ImageInput.open(path)
     if source is None:
         sys.exit(oiio.geterror())

@@ -20,10 +20,10 @@ NAMES = ("origin", "direction", "right", "up", "size", "resolution", "window", "
 
 
 def bundles(a):
-    """Returns the bundles of rays, each array (b, ...); a picture's pixels form one bundle."""
+    """Returns the arrays that describe bundles of rays, each (b, ...); the pixels of a picture are one bundle."""
     if "bundle_origin" in a:
         return {name: a["bundle_" + name] for name in NAMES}
-    camera = a["camera_to_world"]  # the name in arrays_version 1
+    camera = a["camera_to_world"]  # arrays_version 1 has this name
     old = (camera[:3, 3], -camera[:3, 2], camera[:3, 0], camera[:3, 1],
            2 * np.array([a["half_width"], a["half_height"]]), a["size"], a["window"], a["perspective"])
     return {name: value[np.newaxis] for name, value in zip(NAMES, old)}
@@ -54,7 +54,7 @@ def unproject(a):
 
 
 def describe(points):
-    """Prints the same numbers as `peeler info`; rounding errors near 0 become 0."""
+    """Prints the same numbers as `peeler info`; values that differ from 0 only by rounding become 0."""
     print(f"points: {len(points)}")
     if len(points) == 0:
         return

@@ -21,7 +21,7 @@ int main(int count, char** arguments) {
     const auto camera = nlohmann::json::parse(text);
     const double width = camera["width"], height = camera["height"];
     const double half_width = camera["halfWidth"], half_height = camera["halfHeight"];
-    const std::vector<std::vector<double>> m = camera["cameraToWorld"];  // rows
+    const std::vector<std::vector<double>> m = camera["cameraToWorld"];  // a list of rows
     const bool perspective = camera["projection"] == "perspective";
     double points = 0, sum[3] = {};
     double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
@@ -37,7 +37,7 @@ int main(int count, char** arguments) {
         const float* pixel = depth.data();
         for (int y = box.min.y; y <= box.max.y; ++y) {
             for (int x = box.min.x; x <= box.max.x; ++x, ++pixel) {
-                if (!(*pixel < INFINITY)) continue;  // no fragment
+                if (!(*pixel < INFINITY)) continue;  // there is no fragment
                 const double z = *pixel, scale = perspective ? z : 1;
                 const double right = half_width * (2 * (x + 0.5) / width - 1) * scale;
                 const double up = half_height * (1 - 2 * (y + 0.5) / height) * scale;
@@ -54,7 +54,7 @@ int main(int count, char** arguments) {
     const auto print = [&](const double* p, double n, const char* text) {
         const auto v = [&](int c) { return std::abs(p[c] / n) <= tiny ? 0 : p[c] / n; };
         std::printf("(%.6g, %.6g, %.6g)%s", v(0), v(1), v(2),
-                    text);  // rounding errors near 0 become 0
+                    text);  // values that differ from 0 only by rounding become 0
     };
     std::printf("points: %.0f\nbounds: ", points);
     print(low, 1, " to "), print(high, 1, "\nmean: "), print(sum, points, "\n");

@@ -14,7 +14,7 @@ import OpenImageIO as oiio
 
 
 def layers(path):
-    """Yields (camera, x, y, z, rgba) of each layer's fragments, front to back."""
+    """Yields (camera, x, y, z, rgba) for the fragments of each layer, from front to back."""
     image = oiio.ImageInput.open(path)
     if image is None:
         sys.exit(oiio.geterror())
@@ -37,7 +37,7 @@ def layers(path):
 
 
 def unproject(camera, x, y, z):
-    """Returns the world-space points (n, 3) at the centres of pixels (x, y) and camera depth z."""
+    """Returns the world-space points (n, 3) at the centres of the pixels (x, y) and at the camera depths z."""
     z = z.astype(np.float64)
     scale = z if camera["projection"] == "perspective" else 1
     right = camera["halfWidth"] * (2 * (x + 0.5) / camera["width"] - 1) * scale
@@ -47,7 +47,7 @@ def unproject(camera, x, y, z):
 
 
 def describe(points):
-    """Prints the same numbers as `peeler info`; rounding errors near 0 become 0."""
+    """Prints the same numbers as `peeler info`; values that differ from 0 only by rounding become 0."""
     print(f"points: {len(points)}")
     if len(points) == 0:
         return

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tools of the example scenes: shapes, textures, a GLB writer; no other library."""
+"""Tools to make the example scenes, without other libraries: shapes, textures, a GLB writer."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Polylines: the outlines from which shapes are spun, swept and cut."""
+"""Polylines, the outlines from which shapes are spun, swept and cut."""
 from __future__ import annotations
 
 import math
@@ -9,7 +9,7 @@ from .vec import Vec2, Vec3
 
 
 def _spline(p0: float, p1: float, p2: float, p3: float, t: float) -> float:
-    """Returns a point of a uniform Catmull-Rom spline."""
+    """Returns a point on a uniform Catmull-Rom spline."""
     return 0.5 * (
         2 * p1
         + (p2 - p0) * t
@@ -43,7 +43,8 @@ def smooth3(points: Sequence[Vec3], steps: int) -> List[Vec3]:
 
 
 def simplified(points: Sequence[Vec2], tolerance: float) -> List[Vec2]:
-    """Removes points; each removed one is within `tolerance` of the result (Douglas and Peucker, 1973)."""
+    """Returns the points with some removed; each removed point is within `tolerance` of the result (Douglas and
+    Peucker, 1973)."""
     (ax, ay), (bx, by) = points[0], points[-1]
     length = math.hypot(bx - ax, by - ay)
     worst, at = 0.0, 0
@@ -58,7 +59,7 @@ def simplified(points: Sequence[Vec2], tolerance: float) -> List[Vec2]:
 
 
 def arc(centre: Vec2, radius: float, start: float, end: float, steps: int) -> List[Vec2]:
-    """Returns an arc from `start` to `end`, in degrees; includes both ends."""
+    """Returns an arc from `start` to `end` (in degrees), including both ends."""
     angles = [math.radians(start + (end - start) * i / steps) for i in range(steps + 1)]
     return [(centre[0] + radius * math.cos(a), centre[1] + radius * math.sin(a)) for a in angles]
 
@@ -82,7 +83,7 @@ def rounded_rectangle(half_x: float, half_y: float, radius: float, steps: int = 
 
 
 def gear_outline(teeth: int, module: float, pressure: float = 20.0, flank: int = 4) -> List[Vec2]:
-    """Returns a spur gear with involute flanks, counter-clockwise, with a tooth centred on +x."""
+    """Returns the outline of a spur gear with involute flanks, counter-clockwise, with a tooth centred on +x."""
     pitch = module * teeth / 2
     base = pitch * math.cos(math.radians(pressure))
     root, tip = pitch - 1.2 * module, pitch + module
@@ -91,7 +92,7 @@ def gear_outline(teeth: int, module: float, pressure: float = 20.0, flank: int =
         alpha = math.acos(min(1.0, base / radius))
         return math.tan(alpha) - alpha
 
-    # Returns half the tooth's angle at a radius; a hundredth is removed as backlash.
+    # Returns half the angle of the tooth at a radius; a hundredth of that is removed as backlash.
     def half_angle(radius: float) -> float:
         return (math.pi / (2 * teeth)) * 0.98 + involute(pitch) - involute(max(radius, base))
 

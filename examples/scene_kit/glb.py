@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A writer of binary glTF 2.0: one buffer, with vertex data shared by all meshes that refer to it."""
+"""A writer of binary glTF 2.0. There is one buffer; meshes may share vertex data in it."""
 from __future__ import annotations
 
 import json
@@ -37,14 +37,14 @@ class Geometry:
 
 @dataclass(frozen=True)
 class Stored:
-    """Accessors of a geometry in the buffer; several meshes may share them."""
+    """The accessors of a geometry that is stored in the buffer; several meshes may share them."""
 
     attributes: Tuple[Tuple[str, int], ...]
     indices: int
 
 
 class Glb:
-    """A scene under construction; `write` makes the file."""
+    """A scene under construction; write() makes the file."""
 
     def __init__(self, title: str) -> None:
         self.json: Dict[str, Any] = {
@@ -57,7 +57,7 @@ class Glb:
             "scene": 0,
             "scenes": [{"name": title, "nodes": []}],
         }
-        # One view per layout keeps the JSON short; accessors point into it.
+        # There is one buffer view per layout, which keeps the JSON short; accessors point into it.
         self._views: Dict[Tuple[int, int], bytearray] = {}
         self._images: List[bytes] = []
 
@@ -84,7 +84,7 @@ class Glb:
         data: bytes,
         **extra: Any,
     ) -> int:
-        """Stores data in a buffer view: ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER or 0."""
+        """Stores data in a buffer view for `target`: ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER or 0 (neither)."""
         block = self._views.setdefault((target, stride), bytearray())
         view = list(self._views).index((target, stride))
         offset = len(block)
@@ -300,8 +300,8 @@ class Glb:
             buffer.extend(data)
 
         for (target, stride), data in self._views.items():
-            # Only vertex views may have a stride; indices are always tightly packed. Data that is not for vertices (0)
-            # has no target either.
+            # Only views of vertex data may have a stride; indices are always tightly packed. Views of other data
+            # (target 0) have no target either.
             what = {"target": target} if target else {}
             place(data, **what, **({"byteStride": stride} if target == ARRAY_BUFFER else {}))
         first_image = len(views)
@@ -327,7 +327,7 @@ class Glb:
         return struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks
 
     def _instances(self, node: Dict[str, Any]) -> int:
-        """Returns the number of instances of a node's mesh."""
+        """Returns how many instances of its mesh a node has."""
         extension = node.get("extensions", {}).get("EXT_mesh_gpu_instancing")
         if not extension:
             return 1
@@ -335,7 +335,7 @@ class Glb:
         return count
 
     def summary(self) -> Dict[str, int]:
-        """Returns the counts of the drawn scene, including every instance."""
+        """Returns the counts of everything that the scene draws, including all instances."""
         triangles = 0
         for node in self.json["nodes"]:
             if "mesh" in node:
@@ -351,7 +351,7 @@ class Glb:
 
 
 def little(values: "array[Any]") -> bytes:
-    """Returns little-endian bytes, as glTF requires on every machine."""
+    """Returns the values as little-endian bytes, which glTF requires on every machine."""
     if struct.pack("=H", 1) != struct.pack("<H", 1):
         values = array(values.typecode, values)
         values.byteswap()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Machine parts: gears, shafts, bearings, bolts, each with its axis along z."""
+"""Machine parts such as gears, shafts, bearings and bolts, each with its axis along z."""
 from __future__ import annotations
 
 import math
@@ -14,7 +14,7 @@ UPRIGHT_TO_Z = axis_angle(X, 90)
 
 
 def spun(runs: Sequence[Sequence[Vec2]], segments: int = 48) -> Geometry:
-    """Returns a lathe with the profile (radius, z)."""
+    """Returns a solid of revolution about z with the profile (radius, z)."""
     return moved(lathe(runs, segments), turn=UPRIGHT_TO_Z)
 
 
@@ -26,7 +26,7 @@ def sharp(outline: Sequence[Vec2]) -> List[Sequence[Vec2]]:
 def ring(
     inner: float, outer: float, z0: float, z1: float, bevel: float, segments: int = 48
 ) -> Geometry:
-    """Returns a tube of rectangular section with bevelled edges."""
+    """Returns a tube with a rectangular section and bevelled edges."""
     b = bevel
     corners = [
         (inner + b, z0),
@@ -60,7 +60,7 @@ def gear(teeth: int, module: float, width: float, bore: float, spokes: int = 0) 
 
 
 def shaft(steps: Sequence[Tuple[float, float]], z0: float) -> Geometry:
-    """Returns cylinders one after another, (radius, length) each, with every shoulder cut at 45 degrees."""
+    """Returns a shaft: one cylinder after another, (radius, length) each, with every shoulder cut at 45 degrees."""
     b = 0.0008
     outline: List[Vec2] = [(0.0, z0)]
     z = z0
@@ -79,12 +79,12 @@ def shaft(steps: Sequence[Tuple[float, float]], z0: float) -> Geometry:
 def bearing_ring(
     inner: float, outer: float, width: float, ball_pitch: float, ball: float, groove_outside: bool
 ) -> Geometry:
-    """Returns one race; the groove is a bit wider than the balls that run in it."""
+    """Returns one race of a bearing; its groove is slightly wider than the balls that run in it."""
     h, groove = width / 2, ball * 1.06
     wall = outer if groove_outside else inner
     reach = math.degrees(math.acos(min(1.0, abs(wall - ball_pitch) / groove)))
     b = 0.0006
-    if groove_outside:  # the inner race, with the balls on its outside
+    if groove_outside:  # the inner race, whose groove is on its outside
         track = arc((ball_pitch, 0.0), groove, 180 + reach, 180 - reach, 10)
         corners = [(inner + b, -h), (outer - b, -h), (outer, -h + b), track[0]]
         after = [
@@ -116,7 +116,7 @@ def bearing_ring(
 
 
 def hex_head(radius: float, height: float) -> Geometry:
-    """Returns a hexagon with a low turned crown, upward from z = 0."""
+    """Returns a hexagonal head with a low turned crown, which extends upward from z = 0."""
     out = extrude(polygon(6, radius), [], 0.0, height)
     flat = radius * math.cos(math.pi / 6)
     return out.append(
@@ -143,7 +143,7 @@ def washer(thread: float) -> Geometry:
 
 
 def pulley(radius: float, width: float, bore: float, grooves: int) -> Geometry:
-    """Returns a pulley: V-belt grooves side by side, a recessed face, a hub."""
+    """Returns a pulley with several V-belt grooves, a recessed face and a hub."""
     pitch = width / grooves
     z = -width / 2
     outline: List[Vec2] = [
@@ -179,7 +179,7 @@ def torus(radius: float, thickness: float) -> Geometry:
 
 
 def hull(points: Sequence[Vec2]) -> List[Vec2]:
-    """Returns the convex hull, counter-clockwise (A. M. Andrew, 1979)."""
+    """Returns the convex hull of the points, counter-clockwise (A. M. Andrew, 1979)."""
     ordered = sorted(set(points))
 
     def half(run: Sequence[Vec2]) -> List[Vec2]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Motion of a scene: morph targets, skins, instances and animations, on top of Glb."""
+"""Motion in a scene: morph targets, skins, instances and animations, on top of Glb."""
 from __future__ import annotations
 
 from array import array
@@ -8,7 +8,7 @@ from typing import Any, Dict, List, Sequence, Tuple
 from .glb import ARRAY_BUFFER, FLOAT, UNSIGNED_BYTE, Geometry, Glb, Stored, little
 from .vec import Vec3, sub
 
-# At most two joints per vertex: (first, second, weight of the second).
+# The joints of a vertex, at most two: (first, second, weight of the second).
 Binding = Tuple[int, int, float]
 
 
@@ -33,7 +33,7 @@ def morph(glb: Glb, mesh: int, part: int, rest: Geometry, other: Geometry) -> No
 
 
 def bind(glb: Glb, stored: Stored, bindings: Sequence[Binding]) -> Stored:
-    """Returns the same geometry with joints."""
+    """Returns the same geometry, bound to joints."""
     count = len(bindings)
     joints = bytes(v for a, b, _ in bindings for v in (a, b, 0, 0))
     seconds = [round(share * 255) for _, _, share in bindings]
@@ -49,7 +49,7 @@ def bind(glb: Glb, stored: Stored, bindings: Sequence[Binding]) -> Stored:
 
 
 def skin(glb: Glb, name: str, node: int, joints: Sequence[int], places: Sequence[Vec3]) -> None:
-    """Skins the mesh of a node. `places` are the joints' rest positions in the mesh."""
+    """Skins the mesh of a node. `places` are the positions of the joints in the mesh at rest."""
     matrices = array("f")
     for x, y, z in places:
         matrices.extend((1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -x, -y, -z, 1))
@@ -85,7 +85,7 @@ class Animation:
         values: Sequence[Sequence[float]],
         interpolation: str = "LINEAR",
     ) -> None:
-        """Adds a channel with one value per time; for CUBICSPLINE in-tangent, value and out-tangent."""
+        """Adds a channel with one value per time (for CUBICSPLINE: in-tangent, value and out-tangent)."""
         key = tuple(times)
         if key not in self._times:
             numbers = array("f", times)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Smooth value noise from an integer hash: the same on every machine and Python version."""
+"""Smooth value noise, made with an integer hash so that it is the same on every machine and Python version."""
 from __future__ import annotations
 
 import math
@@ -12,7 +12,7 @@ def _hash(x: int, y: int, seed: int) -> float:
 
 
 def noise(x: float, y: float, seed: int = 0) -> float:
-    """Returns noise from 0 to 1, about one feature per unit."""
+    """Returns noise from 0 to 1, with about one feature per unit."""
     ix, iy = math.floor(x), math.floor(y)
     fx, fy = x - ix, y - iy
     sx, sy = fx * fx * (3 - 2 * fx), fy * fy * (3 - 2 * fy)

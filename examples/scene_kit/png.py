@@ -15,8 +15,8 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
 
 
 def _filter_row(row: bytes, above: bytes, step: int) -> bytes:
-    """Returns the row filtered with Sub, Up or none, whichever leaves the smallest residuals (the heuristic of
-    section 12.8)."""
+    """Returns the row filtered with Sub, Up or None, whichever leaves the smallest residuals (the heuristic of section
+    12.8)."""
     sub = bytes((row[i] - (row[i - step] if i >= step else 0)) & 255 for i in range(len(row)))
     up = bytes((row[i] - above[i]) & 255 for i in range(len(row)))
     candidates = ((0, row), (1, sub), (2, up))
@@ -46,7 +46,7 @@ def _encode(
 
 
 def png(width: int, height: int, pixel: Callable[[int, int], Pixel]) -> bytes:
-    """Returns an RGB or RGBA image; `pixel(x, y)`, y down, returns 3 or 4 values of 0 to 255."""
+    """Returns an RGB or RGBA image; `pixel(x, y)` returns 3 or 4 values from 0 to 255, and y increases downward."""
     rows = [bytes(v for x in range(width) for v in pixel(x, y)) for y in range(height)]
     channels = len(rows[0]) // width
     return _encode(width, height, {3: 2, 4: 6}[channels], channels, rows)
@@ -72,7 +72,7 @@ def png_ramp(
     return _encode(width, height, 3, 1, rows, bytes(palette))
 
 
-# 5 x 7 dots, one number per row, with the leftmost dot in its highest bit.
+# Glyphs of 5 x 7 dots: one number per row, whose highest bit is the leftmost dot.
 GLYPHS: Dict[str, Tuple[int, ...]] = {
     "1": (0b00100, 0b01100, 0b00100, 0b00100, 0b00100, 0b00100, 0b01110),
     "2": (0b01110, 0b10001, 0b00001, 0b00110, 0b01000, 0b10000, 0b11111),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Solids as indexed triangles: counter-clockwise fronts, normals outward, metres."""
+"""Solids as indexed triangles, in metres; fronts are counter-clockwise, and normals point outward."""
 from __future__ import annotations
 
 import math
@@ -27,7 +27,7 @@ from .vec import (
 
 
 def moved(geometry: Geometry, at: Vec3 = (0.0, 0.0, 0.0), turn: Optional[Vec4] = None) -> Geometry:
-    """Returns a copy, rotated and translated."""
+    """Returns a copy of the geometry that is rotated, then translated."""
     spin = turn or IDENTITY
     return Geometry(
         [add(rotate(spin, p), at) for p in geometry.positions],
@@ -87,7 +87,7 @@ def _join_rings(
     high_radius: float,
     segments: int,
 ) -> None:
-    """Joins two rings (first vertex, vertices); at the axis a quad degenerates to one triangle."""
+    """Joins two rings, each given as (first vertex, number of vertices); at the axis, a quad becomes one triangle."""
     for k in range(segments):
         a, b = low[0] + k % low[1], low[0] + (k + 1) % low[1]
         c, d = high[0] + k % high[1], high[0] + (k + 1) % high[1]
@@ -101,7 +101,7 @@ def _join_rings(
 
 def _profile_normal(run: Sequence[Vec2], i: int) -> Vec2:
     if len(run) > 2 and run[i][0] < 1e-9:
-        # A smooth run meets the axis at a right angle; otherwise the pole would have a crease.
+        # A smooth run must meet the axis at a right angle, because otherwise the pole would have a crease.
         neighbour = run[i + 1] if i == 0 else run[i - 1]
         outward = neighbour[0] if i == 0 else -neighbour[0]
         return (0.0, -1.0 if outward > 0 else 1.0)
@@ -109,7 +109,7 @@ def _profile_normal(run: Sequence[Vec2], i: int) -> Vec2:
         a, b = run[max(0, i - 1)], run[min(len(run) - 1, i + 1)]
         tangent = (b[0] - a[0], b[1] - a[1])
     else:
-        # The tangent of the parabola through three points, which weights the nearer neighbour more.
+        # This is the tangent of the parabola through the three points, which gives the nearer neighbour more weight.
         before, after = math.dist(run[i - 1], run[i]), math.dist(run[i], run[i + 1])
         tangent = (
             (run[i][0] - run[i - 1][0]) * after / before
@@ -128,7 +128,8 @@ def extrude(
     z1: float,
     crease: float = 30.0,
 ) -> Geometry:
-    """Extrudes a flat outline with holes from z0 to z1; walls are smooth where they bend below `crease`."""
+    """Extrudes a flat outline with holes from z0 to z1; walls are smooth where they bend by less than `crease`
+    degrees."""
     out = Geometry()
     flat = [*outer, *(p for hole in holes for p in hole)]
     triangles = triangulate(outer, holes)
@@ -141,7 +142,7 @@ def extrude(
                 [base + a, base + b, base + c] if normal > 0 else [base + a, base + c, base + b]
             )
     for loop, is_hole in [(outer, False), *((hole, True) for hole in holes)]:
-        # The solid is on the walking direction's left, so the outside is on its right.
+        # Along the loop, the solid is on the left, hence the outside on the right.
         ring = list(loop) if (area(loop) > 0) != is_hole else list(reversed(loop))
         _wall(out, ring, z0, z1, math.cos(math.radians(crease)))
     return out
@@ -153,7 +154,7 @@ def _wall(out: Geometry, ring: Sequence[Vec2], z0: float, z1: float, min_cosine:
     for p, q in zip(ring, [*ring[1:], ring[0]]):
         length = math.dist(p, q)
         facing.append(((q[1] - p[1]) / length, -(q[0] - p[0]) / length))
-    # The vertex pair at corner i: edge i-1 ends on one, edge i starts from the other.
+    # Corner i has two vertices: edge i-1 ends at one, and edge i starts at the other.
     ends, starts = [0] * n, [0] * n
     for i in range(n):
         before, after = facing[i - 1], facing[i]
@@ -218,7 +219,7 @@ def rounded_box(half: Vec3, radius: float, steps: int = 3) -> Geometry:
 
 
 def _grid_indices(out: Geometry, base: int, columns: int, rows: int, flip: bool) -> None:
-    """Adds the quads of a grid with its columns along the first axis and its rows along the second."""
+    """Adds the quads of a grid whose columns follow the first axis and whose rows follow the second."""
     for row in range(rows - 1):
         for column in range(columns - 1):
             a = base + row * columns + column
@@ -241,7 +242,7 @@ def sphere(radius: float, segments: int = 32) -> Geometry:
 def cylinder(
     radius: float, y0: float, y1: float, segments: int = 32, bevel: float = 0.0, uv: bool = False
 ) -> Geometry:
-    """Returns a cylinder, closed at both ends; a bevel cuts its rims at 45 degrees."""
+    """Returns a cylinder that is closed at both ends; a bevel cuts its rims at 45 degrees."""
     r, b = radius, bevel
     runs: List[List[Vec2]] = [
         [(0.0, y0), (r - b, y0)],

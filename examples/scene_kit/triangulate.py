@@ -12,7 +12,7 @@ def _turn(a: Vec2, b: Vec2, c: Vec2) -> float:
 
 
 def area(loop: Sequence[Vec2]) -> float:
-    """Returns the signed area, positive if counter-clockwise."""
+    """Returns the signed area of a loop, positive if it is counter-clockwise."""
     return sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(loop, [*loop[1:], loop[0]])) / 2
 
 
@@ -27,7 +27,7 @@ def _bridge(outer: List[int], hole: List[int], points: Sequence[Vec2]) -> List[i
     best_x, edge = float("inf"), -1
     for i, index in enumerate(outer):
         a, b = points[index], points[outer[(i + 1) % len(outer)]]
-        # Only rising edges have the interior on their left, towards the hole.
+        # Only rising edges have the interior on their left, which is where the hole is.
         if a[1] <= m[1] < b[1] or (a[1] <= m[1] == b[1] and a[1] < b[1]):
             x = a[0] + (m[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
             if m[0] <= x < best_x:
@@ -55,7 +55,8 @@ def _bridge(outer: List[int], hole: List[int], points: Sequence[Vec2]) -> List[i
 def triangulate(
     outer: Sequence[Vec2], holes: Sequence[Sequence[Vec2]] = ()
 ) -> List[Tuple[int, int, int]]:
-    """Returns counter-clockwise triangles; indices run through `outer`, then through each hole as given."""
+    """Returns counter-clockwise triangles; their indices count the points of `outer`, then those of each hole as
+    given."""
     points: List[Vec2] = list(outer)
     loop = list(range(len(outer)))
     if area(outer) < 0:
@@ -85,7 +86,7 @@ def triangulate(
             triangles.append((ia, ib, ic))
             del loop[i % n]
             misses = 0
-            # Advancing by one spreads the ears around instead of forming one fan of slivers.
+            # Advancing by one point spreads the ears around the loop, instead of making one fan of slivers.
             i = (i + 1) % len(loop)
         else:
             i = (i + 1) % n

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Vectors, quaternions (x, y, z, w: glTF's order) and colours as plain tuples."""
+"""Vectors, quaternions (x, y, z, w, the order of glTF) and colours, as plain tuples."""
 from __future__ import annotations
 
 import math
@@ -54,14 +54,14 @@ def smoothstep(lo: float, hi: float, x: float) -> float:
 
 
 def axis_angle(axis: Vec3, degrees: float) -> Vec4:
-    """Returns the quaternion of a counter-clockwise turn about a unit axis."""
+    """Returns the quaternion for a counter-clockwise turn about a unit axis."""
     half = math.radians(degrees) / 2.0
     s = math.sin(half)
     return (axis[0] * s, axis[1] * s, axis[2] * s, math.cos(half))
 
 
 def quat_mul(a: Vec4, b: Vec4) -> Vec4:
-    """Returns the rotation by `b` first, then by `a`."""
+    """Returns the rotation that turns by `b` first, then by `a`."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (
@@ -79,7 +79,7 @@ def rotate(q: Vec4, v: Vec3) -> Vec3:
 
 
 def look_at(eye: Vec3, target: Vec3, up: Vec3 = Y) -> Vec4:
-    """Returns the rotation of a node at `eye` with -Z towards `target`."""
+    """Returns the rotation for a node at `eye` whose -Z axis points to `target`."""
     back = normalize(sub(eye, target))
     right = normalize(cross(up, back))
     true_up = cross(back, right)
@@ -87,7 +87,7 @@ def look_at(eye: Vec3, target: Vec3, up: Vec3 = Y) -> Vec4:
 
 
 def from_axes(x: Vec3, y: Vec3, z: Vec3) -> Vec4:
-    """Returns the quaternion of the rotation matrix with columns x, y, z (Shepperd's method)."""
+    """Returns the quaternion for the rotation matrix with the columns x, y, z (Shepperd's method)."""
     trace = x[0] + y[1] + z[2]
     choices = (trace, x[0], y[1], z[2])
     largest = choices.index(max(choices))
@@ -105,7 +105,7 @@ def from_axes(x: Vec3, y: Vec3, z: Vec3) -> Vec4:
 
 
 def srgb(code: str) -> Vec3:
-    """Converts an sRGB colour `"#rrggbb"` to linear, the space of glTF's factors."""
+    """Converts an sRGB colour `"#rrggbb"` to linear light, in which glTF stores factors."""
 
     def linear(c: float) -> float:
         return c / 12.92 if c <= 0.04045 else math.pow((c + 0.055) / 1.055, 2.4)

@@ -11,17 +11,17 @@ from .glb import Geometry
 from .shapes import lathe
 from .vec import Vec2, lerp, smoothstep
 
-# The gap between liquid and wall, which makes glass and liquid two surfaces.
+# The gap between liquid and wall in metres, so that glass and liquid are two surfaces.
 GAP = 0.0006
-# The maximum deviation of a simplified outline from its curve.
+# The maximum distance of a simplified outline from its curve, in metres.
 TOLERANCE = 0.0001
-# A thin wall's share of the alpha of solid glass.
+# The alpha of a thin wall, relative to that of solid glass.
 THIN = 0.30
 STEPS = 8
 
 
 def _mm(text: str) -> List[Vec2]:
-    """Parses points "radius,height" in millimetres."""
+    """Parses points written as "radius,height" in millimetres; returns metres."""
     pairs = (pair.split(",") for pair in text.split())
     return [(float(r) / 1000.0, float(y) / 1000.0) for r, y in pairs]
 
@@ -46,14 +46,15 @@ class Vessel:
     segments: int = 64
 
     def glass(self) -> Geometry:
-        """Returns both walls as one mesh, joined by a round rim. Vertex alpha follows the thickness of the glass."""
+        """Returns both walls as one mesh, joined by a round rim. The vertex alpha follows the thickness of the
+        glass."""
         outer = simplified(self.outer, TOLERANCE)
         inner = simplified(self.inner, TOLERANCE)[::-1]
         middle = ((outer[-1][0] + inner[0][0]) / 2, (outer[-1][1] + inner[0][1]) / 2)
         rim = arc(middle, math.dist(outer[-1], inner[0]) / 2, 0, 180, 6)[1:-1]
         out = lathe([outer + rim + inner], self.segments)
-        # Solid glass below the inner wall's lowest point, and a rim that catches the light, have more tint than a thin
-        # wall.
+        # Two parts have more tint than a thin wall: the solid glass below the lowest point of the inner wall, and the
+        # rim, which catches the light.
         bottom, top = inner[-1][1], inner[0][1]
         for _, y, _ in out.positions:
             solid = max(1.0 - smoothstep(bottom, bottom + 0.01, y), smoothstep(top - 0.004, top, y))
@@ -61,7 +62,7 @@ class Vessel:
         return out
 
     def filled(self, level: float) -> Geometry:
-        """Returns the contents up to a height, with a small meniscus."""
+        """Returns the contents of the vessel up to a height, with a small meniscus."""
         inner = simplified(self.inner, TOLERANCE)
         wall = [(max(0.0, r - GAP), y + GAP) for r, y in inner if y + GAP < level - 0.0005]
         wall[0] = (0.0, wall[0][1])

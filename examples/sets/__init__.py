@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The example scenes, one per file; each has `build() -> Glb`."""
+"""The example scenes, one per file; each file has `build() -> Glb`."""

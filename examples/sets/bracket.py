@@ -23,7 +23,7 @@ def build() -> Glb:
     holes: List[List[Vec2]] = [
         circle((x * 24 * MM, y * 14 * MM), 2.2 * MM, 32) for x in (-1, 1) for y in (-1, 1)
     ]
-    # 20 mm is the plate's upper edge.
+    # The upper edge of the plate is at 20 mm.
     left, right, low, high = -14 * MM, 14 * MM, 6 * MM, 18.8 * MM
     holes.append([(left, low), (right, low), (right, high), (left, high)])
     plate = extrude(outline, holes, 0.0, 6 * MM)

@@ -48,7 +48,7 @@ def build() -> Glb:
     )
     plinth = glb.mesh("plinth", (glb.store(cylinder(0.17, 0.0, 0.06, 48, bevel=0.006)), stone))
 
-    # One geometry, two meshes that differ only in tint, two nodes at the same place.
+    # One geometry in two meshes that differ only in tint, drawn by two nodes at the same place.
     left = glb.node("same quad twice", at=(-0.45, 0.0, 0.0))
     glb.node("same quad twice/plinth", plinth, parent=left)
     pane = glb.store(quad(0.14, 0.15))
@@ -61,7 +61,7 @@ def build() -> Glb:
             parent=left,
         )
 
-    # One mesh, two nodes, the same transform.
+    # One mesh, drawn by two nodes with the same transform.
     middle = glb.node("same cube twice")
     glb.node("same cube twice/plinth", plinth, parent=middle)
     cube = glb.mesh("cube", (glb.store(box((0.1, 0.1, 0.1))), amber))
@@ -74,7 +74,7 @@ def build() -> Glb:
             parent=middle,
         )
 
-    # Each is in front of the next one, cyclically: no order of whole triangles is right.
+    # Each is in front of the next one, cyclically, so no order of entire triangles is right.
     right = glb.node("through each other", at=(0.45, 0.0, 0.0))
     glb.node("through each other/plinth", plinth, parent=right)
     for k, material in enumerate(petals):

@@ -25,7 +25,7 @@ from scene_kit.machine import (
 )
 
 MODULE = 0.004
-# Teeth of each gear pair; they determine the distances between the shafts.
+# The numbers of teeth in each gear pair, which determine the distances between the shafts.
 FIRST, SECOND = (15, 33), (17, 30)
 COUNTER_X = 0.0
 INPUT_X = COUNTER_X - MODULE * sum(FIRST) / 2
@@ -34,9 +34,9 @@ SHAFTS = (("input", INPUT_X), ("counter", COUNTER_X), ("output", OUTPUT_X))
 FIRST_Z, SECOND_Z = 0.028, -0.026
 
 HALF_DEPTH, PLATE, WALL = 0.058, 0.012, 0.006
-BORE, RACE = 0.010, 0.025  # radii of the shaft and of the bearing seat
+BORE, RACE = 0.010, 0.025  # radii of the shaft and of the seat of a bearing
 CASE_CIRCLES = ((INPUT_X, 0.058), (COUNTER_X, 0.090), (OUTPUT_X, 0.084))
-SPLIT = 0.0008  # half the gasket between the two halves of the housing
+SPLIT = 0.0008  # half the thickness of the gasket between the two halves of the housing
 FLANGE_REACH = HALF_DEPTH + PLATE
 FLANGES = (
     ("left", CASE_CIRCLES[0][0] - CASE_CIRCLES[0][1] - 0.0122),
@@ -45,13 +45,13 @@ FLANGES = (
 
 
 def _case(inset: float) -> List[Vec2]:
-    """Returns the housing's outline: a belt around three circles."""
+    """Returns the outline of the housing: a belt around three circles."""
     points = [p for x, radius in CASE_CIRCLES for p in circle((x, 0.0), radius - inset, 72)]
     return [(x, 0.0 if abs(y) < 1e-9 else y) for x, y in hull(points)]
 
 
 def _half(outline: Sequence[Vec2], split: float) -> List[Vec2]:
-    """Returns the part of a convex outline above y = `split`, from right over the top to left."""
+    """Returns the part of a convex outline above y = `split`, from the right over the top to the left."""
     above: List[Vec2] = []
     ends: List[float] = []
     for a, c in zip(outline, [*outline[1:], outline[0]]):
@@ -72,7 +72,7 @@ def _arch() -> List[Vec2]:
 
 
 def _end_plate() -> List[Vec2]:
-    """Returns half an end wall, with seats for half of each bearing."""
+    """Returns half an end wall, with half a seat for each bearing."""
     out = _half(_case(0.0), SPLIT)
     lift = math.degrees(math.asin(SPLIT / RACE))
     for _, x in SHAFTS:
@@ -81,7 +81,7 @@ def _end_plate() -> List[Vec2]:
 
 
 def _rim_places(count: int) -> List[Vec2]:
-    """Returns places spread evenly along the arch, in the middle of the end plate's edge."""
+    """Returns places that are spread evenly along the arch, in the middle of the end plate's edge."""
     line = _half(_case(0.0075), 0.012)
     steps = [math.dist(a, b) for a, b in zip(line, line[1:])]
     places: List[Vec2] = []
@@ -139,7 +139,7 @@ class _Builder:
         return self.glb.node(name, mesh, at, turn, parent=None if parent < 0 else parent)
 
 
-DOWN, UP, BACK = axis_angle(X, 90), axis_angle(X, -90), axis_angle(Y, 180)  # rotations of +z
+DOWN, UP, BACK = axis_angle(X, 90), axis_angle(X, -90), axis_angle(Y, 180)  # these rotate +z to -y, +y and -z
 
 
 def _housing(b: _Builder, root: int, bolt_mesh: int) -> None:
@@ -231,8 +231,8 @@ def _shafts(b: _Builder, root: int, screw: int) -> None:
         ("counter", SECOND[0], SECOND_Z, 0.0, "copper", 0),
         ("output", SECOND[1], SECOND_Z, 180.0 / SECOND[1], "gear", 5),
     ):
-        # A tooth points at the neighbour on the right; a gear with an even number of teeth turns by half a tooth so
-        # that its gap faces that tooth.
+        # The tooth of one gear points at its neighbour on the right. A gear with an even number of teeth turns by half
+        # a tooth, so that one of its gaps faces that tooth.
         wheel = b.mesh(f"gear {teeth}", (gear(teeth, MODULE, 0.024, 0.0127, holes), material))
         spin = axis_angle(Z, turn) if turn else IDENTITY
         b.put(f"{name}/gear of {teeth}", wheel, (0.0, 0.0, z), spin, groups[name])
@@ -261,7 +261,7 @@ def _coupling(b: _Builder, group: int, screw: int) -> None:
 
 
 def _covers(b: _Builder, group: int, screw: int) -> None:
-    """Adds lids over the bearings of the counter shaft, which ends inside."""
+    """Adds lids over the bearings of the counter shaft, which ends inside the housing."""
     profile = [
         (0.0, 0.0),
         (0.032, 0.0),
@@ -284,7 +284,7 @@ def _base(b: _Builder, root: int) -> None:
     group = b.glb.node("base", parent=root)
     plate = rounded_box((0.215, 0.009, 0.100), 0.004, 3)
     b.put("base/plate", b.mesh("base plate", (plate, "iron")), (0.012, -0.120, 0.0), parent=group)
-    # Follows the sump's belly with a millimetre of clearance.
+    # This outline follows the belly of the sump with a millimetre of clearance.
     belly = _flipped(_half(_case(-0.001), 0.040))
     foot = [(-0.144, -0.060), (-0.150, -0.1105), (0.182, -0.1105), (0.176, -0.060)]
     saddle = b.mesh("saddle", (extrude(foot + belly[::-1], [], -0.007, 0.007), "cast"))

@@ -17,7 +17,7 @@ TABLE_RADIUS = 0.42
 
 
 def _label(radius: float, y0: float, y1: float, half_angle: float) -> Geometry:
-    """Returns a strip of paper around the bottle, with its middle towards +z."""
+    """Returns a strip of paper around the bottle, whose middle is towards +z."""
     steps = 24
     out = Geometry()
     for i in range(steps + 1):
@@ -42,7 +42,7 @@ def _label_png() -> bytes:
         if 5 <= edge < 7:
             return accent
         cover = dot_coverage("PEELER", (x - 23.0) / 4.2, (y - 34.0) / 4.2, radius=0.62)
-        for row in range(5):  # sheets at a slant, one above the other
+        for row in range(5):  # sheets that slant, one above the other
             along, across = x - 96.0, y - (134 - 12 * row)
             if abs(across + abs(along) * 0.22 - 8) < 1.6 and abs(along) < 38:
                 return accent if row == 4 else srgb8("#b8895a")
@@ -52,7 +52,7 @@ def _label_png() -> bytes:
 
 
 def _wood_png() -> bytes:
-    """Returns boards with grain along x, a little darker at the joints."""
+    """Returns a texture of boards with grain along x, a little darker at the joints."""
     size, boards = 512, 6
 
     def value(x: int, y: int) -> float:
@@ -75,7 +75,7 @@ def _wood_png() -> bytes:
 
 
 def _table() -> Geometry:
-    """Returns a round board; its UVs are projected from above, since the wood runs straight through it."""
+    """Returns a round board. Its UVs are projected from above, because the grain runs straight through the wood."""
     r, bevel = TABLE_RADIUS, 0.006
     runs = [
         [(0.0, -0.028), (r - bevel, -0.028)],
@@ -84,12 +84,12 @@ def _table() -> Geometry:
         [(r - bevel, 0.0), (0.0, 0.0)],
     ]
     out = lathe(runs, 96)
-    # The rim's side shows the end grain: the height shifts the grain.
+    # The side of the rim shows the end grain, so the grain shifts with height.
     out.uvs = [(x / (2 * r) + 0.5, z / (2 * r) + 0.5 + 0.8 * y) for x, y, z in out.positions]
     return out
 
 
-# Name, shape, glass, place on the table (x, z), contents and their height.
+# Each vessel: name, shape, glass, place on the table (x, z), contents, and the height of the contents.
 GLASSES: Tuple[Tuple[str, str, str, Vec2, str, float], ...] = (
     ("green bottle", "bottle", "bottle green", (-0.135, -0.160), "red wine", 0.168),
     ("cobalt bottle", "bottle", "cobalt", (0.050, -0.215), "", 0.0),
@@ -142,7 +142,7 @@ def _ice(glb: Glb, tumbler: int) -> None:
 
 
 def _marbles(glb: Glb, bowl: int) -> None:
-    """Adds one marble in the middle, a ring of six around it, three on top; each is a lens of two layers."""
+    """Adds one marble in the middle, a ring of six around it, and three on top. Each is a lens with two layers."""
     ball = glb.store(sphere(0.0155, 24))
     kinds: List[int] = []
     for name, colour in (
@@ -170,7 +170,7 @@ def build() -> Glb:
     walls = {name: glb.store(vessel.glass()) for name, vessel in VESSELS.items()}
     groups = {}
     for name, shape, tint, (x, z), content, level in GLASSES:
-        # Slightly above the table: these surfaces must not coincide.
+        # The vessels are slightly above the table, because surfaces must not coincide there.
         group = groups[name] = glb.node(name, at=(x, 0.0002, z))
         glass = glb.mesh(f"{shape}, {tint}", (walls[shape], tints[tint]))
         glb.node(f"{name}/glass", glass, parent=group)

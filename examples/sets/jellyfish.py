@@ -12,9 +12,9 @@ from scene_kit.shapes import graded_wall, lathe, sphere, tube
 from scene_kit.vec import X, Y, Z, Vec2, Vec3, Vec4, axis_angle, quat_mul, smoothstep, srgb
 
 DURATION = 4.0
-JOINTS = 8  # the first at the bell's rim
-REACH = 1.30  # length of the tentacles, metres
-# Name, bell colour, place, size, turn and phase in the cycle.
+JOINTS = 8  # joints in the chain; the first is at the rim of the bell
+REACH = 1.30  # length of the tentacles in metres
+# Each animal: name, colour of the bell, place, size, turn, and phase in the cycle.
 ANIMALS = (
     ("rose", "#ff7a9c", (0.0, 0.15, 0.0), 1.0, 12.0, 0.0),
     ("amber", "#ffb454", (-1.05, -0.22, -0.55), 0.72, 80.0, 0.37),
@@ -23,13 +23,13 @@ ANIMALS = (
 
 
 def _bell(contraction: float) -> Geometry:
-    """Returns a dome 0.42 m wide with an inner wall; contraction makes it narrower and higher."""
+    """Returns a dome with an inner wall, 0.42 m in radius; contraction makes it narrower and higher."""
     wide, high = 0.42 * (1 - 0.30 * contraction), 0.34 * (1 + 0.22 * contraction)
     outer: List[Vec2] = []
     inner: List[Vec2] = []
     for i in range(25):
         a = math.pi / 2 * i / 24
-        # The rim curls in.
+        # The rim curls inward.
         curl = 1 - 0.14 * smoothstep(0.75, 1.0, 1 - i / 24) * (1 + contraction)
         outer.append((wide * math.cos(a) * curl if i < 24 else 0.0, high * math.sin(a)))
         thin = 0.86 + 0.10 * (1 - math.sin(a))
@@ -41,7 +41,7 @@ def _bell(contraction: float) -> Geometry:
 
 
 def _tentacles(contraction: float) -> Geometry:
-    """Returns eight thin tentacles at the rim and four broad arms in the middle, hanging straight down."""
+    """Returns eight thin tentacles at the rim and four broad arms in the middle, all hanging straight down."""
     out = Geometry()
     for k in range(12):
         arm = k >= 8
@@ -68,7 +68,7 @@ def _tentacles(contraction: float) -> Geometry:
 
 
 def _bindings(geometry: Geometry) -> List[Binding]:
-    """Binds each vertex to the two joints above and below it."""
+    """Binds each vertex to the joints next above and below it."""
     result: List[Binding] = []
     for _, y, _ in geometry.positions:
         along = min(max(-y / REACH * JOINTS, 0.0), JOINTS - 1.001)
@@ -78,7 +78,7 @@ def _bindings(geometry: Geometry) -> List[Binding]:
 
 
 def _sway(joint: int, phase: float) -> Vec4:
-    """Returns the rotation of a wave that runs down the chain."""
+    """Returns the rotation of a joint in a wave that runs down the chain."""
     angle = 2 * math.pi * (phase - 0.11 * joint)
     bend = 5.0 + 1.8 * joint
     return quat_mul(
@@ -113,7 +113,7 @@ def build() -> Glb:
             joints.append(glb.node(f"{name}/joint {j}", at=step, parent=above))
         skin(glb, f"{name} tentacles", hanging, joints, places)
 
-        # The bell contracts fast and opens slowly; the body rises with each beat and sinks again.
+        # The bell contracts fast and opens slowly; the body rises with each beat, and sinks again.
         beats = [(t / DURATION * 2 + ahead) % 1.0 for t in times]
         pulse = [smoothstep(0.0, 0.22, b) * (1 - smoothstep(0.22, 0.9, b)) for b in beats]
         for node in (dome, hanging):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Nine numbered panes of tinted glass, one behind another; all nine overlap in the middle."""
+"""Nine numbered panes of tinted glass, one behind another, which all overlap in the middle."""
 from __future__ import annotations
 
 import math
@@ -9,7 +9,7 @@ from scene_kit.png import Pixel, dot_coverage, png, png_ramp
 from scene_kit.shapes import graded_wall, quad, rounded_box
 from scene_kit.vec import X, Y, Vec3, axis_angle, lerp, smoothstep, srgb, srgb8
 
-# Front to back: hue, and the alpha of the glass between digit and border.
+# The panes from front to back: colour, and the alpha of the glass between digit and border.
 PANES = (
     ("#e63946", 0.20),
     ("#f3722c", 0.24),
@@ -26,7 +26,8 @@ TEXELS_X, TEXELS_Y = 560, 352
 
 
 def _pane_texel(digit: str, colour: str, alpha: float, x: int, y: int) -> Pixel:
-    """Returns a texel of a pane: a firmer border, and a nearly white digit in the corner that no other pane covers."""
+    """Returns a texel of a pane: the border is more opaque, and a nearly white digit is in the corner that no other
+    pane covers."""
     border = min(x, y, TEXELS_X - 1 - x, TEXELS_Y - 1 - y)
     opacity = lerp(0.92, alpha, smoothstep(5.0, 8.0, border))
     dot = 7.5

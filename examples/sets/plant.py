@@ -33,14 +33,16 @@ SOIL_HEIGHT = 0.150
 
 
 def _leaf_half_width(t: float) -> float:
-    """Returns half the width of a pointed oval, t from stalk (0) to tip (1), relative to the card's width."""
+    """Returns half the width of a leaf, a pointed oval, relative to the card's width; t goes from the stalk (0) to the
+    tip (1)."""
     if t < 0.0 or t > 1.0:
         return 0.0
     return 0.49 * math.pow(math.sin(math.pi * math.pow(t, 0.72)), 0.85) * (1.0 - 0.25 * t)
 
 
 def _leaf_texel(x: int, y: int, width: int, height: int) -> Pixel:
-    """Returns a texel of a leaf: pale midrib and side veins, a darker rim; grey-green, since vertex colours tint it."""
+    """Returns a texel of a leaf with a pale midrib, pale side veins and a darker rim; grey-green, because vertex
+    colours tint it."""
     t = 1.0 - (y + 0.5) / height
     across = (x + 0.5) / width - 0.5
     blade = min(
@@ -80,7 +82,7 @@ def _leaf(
     colour: Vec3,
     tip_colour: Vec3,
 ) -> Geometry:
-    """Adds two by seven quads that start along `forward` and bend down by `droop` radians."""
+    """Adds two columns of seven quads that start along `forward` and bend down by `droop` radians."""
     rows = 7
     side = normalize(cross(forward, up))
     up = cross(side, forward)
@@ -95,7 +97,7 @@ def _leaf(
             p = add(p, scale(ahead, length / rows))
         tint = mix(colour, tip_colour, t)
         for k in (-1, 0, 1):
-            # The halves rise from the midrib like an open book; the part at the stalk stays flat.
+            # The halves rise from the midrib like the pages of an open book; the part at the stalk stays flat.
             lift = fold * smoothstep(0.0, 0.3, t)
             out.positions.append(
                 add(
@@ -151,7 +153,7 @@ def _leaves(rng: random.Random, path: Sequence[Vec3], branch: int) -> Geometry:
         angle = GOLDEN_ANGLE * i + branch
         side = normalize(cross(along, (0.31, 0.2, 0.93)))
         radial = add(scale(side, math.cos(angle)), scale(cross(along, side), math.sin(angle)))
-        # Young leaves at the tip point up; old ones further down lie flat or hang.
+        # Young leaves at the tip point up; older leaves further down lie flat or hang.
         rise = lerp(0.15, 1.25, share**2.2) + rng.uniform(-0.12, 0.12)
         forward = normalize(add(scale(radial, math.cos(rise)), scale(along, math.sin(rise))))
         up = normalize(add(along, scale(Y, 0.6)))
@@ -180,7 +182,7 @@ def _leaves(rng: random.Random, path: Sequence[Vec3], branch: int) -> Geometry:
 
 
 def _pot() -> Geometry:
-    """Returns the outer wall, rolled rim and inner wall; closed below."""
+    """Returns the outer wall, the rolled rim and the inner wall; the pot is closed below."""
     b = 0.004
     return lathe(
         [
@@ -215,7 +217,7 @@ def _saucer() -> Geometry:
 
 
 def _soil() -> Geometry:
-    """Returns a disc of crumbs: displaced rings, normals by differences."""
+    """Returns a disc of crumbs, made of displaced rings; the normals come from differences."""
     rings, segments, radius = 16, 56, 0.0865
 
     def height(x: float, z: float) -> float:
@@ -335,7 +337,7 @@ def build() -> Glb:
 
 
 def _clay(x: int, y: int, width: int, height: int) -> float:
-    """Returns fine grain, and the pale bloom of lime on old pots; wraps around in x."""
+    """Returns the fine grain and the pale bloom of lime on an old pot; wraps around in x."""
     turn = 2 * math.pi * x / width
     u, v = math.cos(turn) * 1.6 + 9.0, math.sin(turn) * 1.6 + 9.0
     bloom = smoothstep(0.52, 0.78, fractal(u + y / height * 3.0, v + y / height * 5.0, 2))

@@ -18,8 +18,8 @@ import threading
 
 
 class JobError(Exception):
-    """A failed job. kind: "usage", "input", "output", "device", "incomplete", "memory", "internal", "cancelled" or
-    "crash"; retry: whether it may succeed later or on another machine."""
+    """A job that failed. `kind` is "usage", "input", "output", "device", "incomplete", "memory", "internal",
+    "cancelled" or "crash"; `retry` says whether it may succeed later or on another machine."""
 
     def __init__(self, line):
         error = line.get("error", {})
@@ -32,14 +32,15 @@ class JobError(Exception):
 
 class Worker:
     def __init__(self, *arguments, program="peeler", listens=None):
-        """Starts `peeler worker ARGUMENTS`, or connects to one that listens on the socket `listens`."""
+        """Starts `peeler worker ARGUMENTS`, or connects to a worker that listens on the socket `listens`."""
         self._process = self._socket = None
         if listens is not None:
             self._socket = socket.socket(socket.AF_UNIX)
             self._socket.connect(str(listens))
             self._in, self._out = self._socket.makefile("rb"), self._socket.makefile("wb")
         else:
-            # In its own session, so that Ctrl-C reaches only the client, which decides what to cancel.
+            # The worker gets a session of its own, so that Ctrl-C reaches only the client, which decides what to
+            # cancel.
             self._process = subprocess.Popen(
                 [program, "worker", *arguments],
                 stdin=subprocess.PIPE,
@@ -56,7 +57,7 @@ class Worker:
         self._reader.start()
 
     def start(self, verb, *args, wants_progress=False, **options):
-        """Submits a job and returns its id. Keywords are options, with _ for -."""
+        """Submits a job, and returns its id. Keywords are options, with _ in place of -."""
         with self._lock:
             if self._gone:
                 raise ConnectionError("the worker has ended")
@@ -74,7 +75,7 @@ class Worker:
         return number
 
     def wait(self, number, progress=None):
-        """Waits for a job and returns its result line. Ctrl-C, or an exception from `progress`, cancels the job."""
+        """Waits for a job, and returns its result line. Ctrl-C, or an exception from `progress`, cancels the job."""
         try:
             while True:
                 line = self._answers[number].get()
@@ -94,7 +95,7 @@ class Worker:
         return line
 
     def run(self, verb, *args, progress=None, **options):
-        """Runs a job and returns its result. Raises JobError."""
+        """Runs a job, and returns its result. Raises JobError."""
         line = self.wait(self.start(verb, *args, wants_progress=bool(progress), **options), progress)
         if "error" in line:
             raise JobError(line)
@@ -111,7 +112,7 @@ class Worker:
             if self._socket:
                 self._socket.shutdown(socket.SHUT_RDWR)
             self._out.close()
-        except OSError:  # already gone
+        except OSError:  # the worker has already ended
             pass
         if self._process:
             self._process.wait()
@@ -130,7 +131,7 @@ class Worker:
         try:
             self._out.write(json.dumps(line).encode() + b"\n")
             self._out.flush()
-        except (OSError, ValueError):  # the reader notices that it is gone
+        except (OSError, ValueError):  # the thread that reads notices that the worker is gone
             pass
 
     def _read(self):

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every animated and every skinned model of the assets: exact keys, and vertices at the places of
-// the specification's plain formulas.
+// Tests all animated and all skinned models of the assets: keyframes are met exactly, and vertices
+// are where the specification's formulas put them.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Calls body(scene) for every readable model of both asset folders.
+/// Calls body(scene) for every model in both asset folders that can be read.
 void forEachModel(const fs::path& assets, const std::function<void(const Scene&)>& body) {
     for (const char* folder : {"gltf-sample-assets", "gltf-asset-generator"}) {
         std::set<fs::path> files;
@@ -29,7 +29,7 @@ void forEachModel(const fs::path& assets, const std::function<void(const Scene&)
             try {
                 body(readGltf(file));
             } catch (const Error&) {
-                // Refused for another reason, which other tests check.
+                // Other tests check files that are refused.
             }
         }
     }
@@ -74,7 +74,7 @@ glm::dmat4 worldOf(const Scene& scene, const Pose& pose, int node) {
     return pose.locals[static_cast<std::size_t>(node)];
 }
 
-/// §3.7.3.3, literally.
+/// Returns the position of a vertex by the literal formula of §3.7.3.3.
 glm::dvec3 skinned(const Primitive& p, const std::vector<glm::dmat4>& joints, std::size_t vertex) {
     glm::dvec4 sum(0);
     for (const JointSet& set : p.joint_sets)

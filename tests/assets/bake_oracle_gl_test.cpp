@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Baked occlusion of real models against an independent oracle: rays of Embree.
+// Compares occlusion baked for real models with an independent oracle: rays of Embree.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -16,10 +16,10 @@ namespace {
 
 struct Model {
     const char* path;
-    double bound;  // of the error along 256 directions, 1.5 times the measured value
+    double bound;  // limit of the error along 256 directions: 1.5 times the measured error
 };
 
-// The second has thin shells, which need denser rays (tests/benchmarks/bake_ao.cpp).
+// The second model has thin shells, which need denser rays (tests/benchmarks/bake_ao.cpp).
 constexpr Model kModelsToBake[] = {
     {"Duck/glTF-Quantized/Duck.gltf", 0.015},
     {"DamagedHelmet/glTF-Binary/DamagedHelmet.glb", 0.043},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real models with baked values: compressed, quantised, instanced, skinned, animated ones.
+// Tests baked values in real models that are compressed, quantised, instanced, skinned or animated.
 #include <gtest/gtest.h>
 #include <tiny_gltf.h>
 
@@ -32,7 +32,7 @@ constexpr const char* kModels[] = {
     "VertexColorTest",
 };
 
-/// Returns a model's file, or the first one in its folder.
+/// Returns the path of a model's file; if `name` is a folder, of the first file in it.
 fs::path modelFile(const fs::path& assets, const std::string& name) {
     const fs::path path = assets / "gltf-sample-assets" / name;
     if (fs::is_regular_file(path)) return path;
@@ -44,7 +44,7 @@ fs::path modelFile(const fs::path& assets, const std::string& name) {
     return files.empty() ? path : files.front();
 }
 
-/// Writes the model with occlusion `value` at every vertex.
+/// Writes the model with the occlusion `value` at every vertex.
 void bakeConstant(const fs::path& model, float value, const fs::path& out) {
     const Scene scene = readGltf(model);
     const PosedScene shown(scene);
@@ -110,8 +110,8 @@ TEST(BakedModels, ShowTheSameGeometryWithColours) {
             }
         }
         EXPECT_GT(colored, 0U);
-        // Debian's tinygltf reads neither compression (formats/README.md, "Input that is not
-        // trusted").
+        // Debian's tinygltf can read neither kind of compression (formats/README.md, "Input that is
+        // not trusted").
         const std::string text = name;
         if (text.find("Meshopt") == std::string::npos && text.find("Draco") == std::string::npos)
             expectLoadsElsewhere(baked);
@@ -134,7 +134,7 @@ TEST(BakedModels, LookTheSameWhereNothingIsOccluded) {
         render(folder / "baked.glb", "after.exr");
         const Outcome compared =
             runPeeler({"compare", (folder / "before.exr").string(), (folder / "after.exr").string(),
-                       "--max-color", "0.0005"});  // white between white corners can be 1 − 2^−24
+                       "--max-color", "0.0005"});  // interpolating white can give 1 − 2^−24
         EXPECT_EQ(compared.exit_code, 0) << name << ": " << compared.out << compared.err;
     }
 }

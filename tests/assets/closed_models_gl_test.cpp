@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Closed real models: every ray leaves each solid that it enters.
+// Tests real models with closed surfaces: every ray must leave each solid that it enters.
 #include <gtest/gtest.h>
 
 #include "formats/gltf/gltf_reader.h"

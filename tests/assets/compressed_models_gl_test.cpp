@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layers of compressed and quantised variants against those of the plain model, within the
+// Compares layers of compressed and quantised models with those of the plain model, up to
 // quantisation.
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 struct Pair {
     const char *name, *plain, *variant;
-    int bits;  ///< of positions, over the model's longest side
+    int bits;  ///< bits of a position, over the model's longest side
 };
 
 const Pair kPairs[] = {
@@ -49,15 +49,16 @@ TEST_P(CompressedLayers, AreThoseOfThePlainModel) {
     cmd::CameraOptions camera;
     camera.size = {320, 240};
     const PosedScene shown(plain);
-    // The same camera for both: framing depends on the bounds, which differ by the quantisation.
+    // Both models get the same camera, because framing would depend on the bounds, which
+    // quantisation changes.
     const View view = cmd::makeView(shown, SceneExtent(shown), camera);
     const LayeredImage a = layersOf(plain, view), b = layersOf(variant, view);
     const Bounds box = *shown.bounds();
     const glm::dvec3 size = box.max - box.min;
     const double step = std::max({size.x, size.y, size.z}) * std::ldexp(1.0, -GetParam().bits);
 
-    // Edges move by less than a pixel, so some pixels gain or lose a layer, and steep surfaces move
-    // by more than a step; all other layers stay in place.
+    // Edges move by less than a pixel, which makes some pixels gain or lose a layer, and steep
+    // surfaces move in Z by more than a step. All other layers must stay in place.
     std::size_t covered = 0, other_count = 0, moved = 0, fragments = 0, recolored = 0;
     for (std::size_t p = 0; p + 1 < a.offsets.size(); ++p) {
         const std::size_t count = a.offsets[p + 1] - a.offsets[p];

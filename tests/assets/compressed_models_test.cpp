@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compressed and quantised variants of real models against the plain ones: the same triangles,
-// every corner within one quantisation step.
+// Tests that compressed and quantised variants of real models have the same triangles as the plain
+// models, with every corner within one quantisation step.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,8 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The triangles of all drawn meshes, in world space, and the longest edge of any mesh's box (in
-/// world space, too), which quantisation divides.
+/// The triangles of all drawn meshes in world space, and the longest side of any mesh's box (in
+/// world space, too), which quantisation divides into steps.
 struct Soup {
     std::vector<std::array<glm::dvec3, 3>> triangles;
     double longest = 0;
@@ -57,7 +57,7 @@ glm::dvec3 middle(const std::array<glm::dvec3, 3>& triangle) {
     return (triangle[0] + triangle[1] + triangle[2]) / 3.0;
 }
 
-/// Whether the corners are the same, with the same winding, from any first corner.
+/// Whether two triangles have the same corners and winding, whichever corner comes first.
 bool alike(const std::array<glm::dvec3, 3>& a, const std::array<glm::dvec3, 3>& b, double step) {
     for (std::size_t turn = 0; turn < 3; ++turn) {
         bool same = true;
@@ -75,8 +75,8 @@ bool degenerate(const std::array<glm::dvec3, 3>& t, double step) {
            4 * step * std::max(glm::length(t[1] - t[0]), glm::length(t[2] - t[0]));
 }
 
-/// Returns how many triangles of `wanted` have no match in `other`, except those that the
-/// quantisation may flatten (encoders drop them).
+/// Returns how many triangles of `wanted` have no match in `other`. Does not count those that
+/// quantisation may flatten, because encoders drop them.
 std::size_t missing(const Soup& wanted, const Soup& other, double step) {
     std::vector<std::pair<double, std::size_t>> by_x;
     for (std::size_t i = 0; i < other.triangles.size(); ++i)
@@ -97,11 +97,11 @@ std::size_t missing(const Soup& wanted, const Soup& other, double step) {
 
 struct Pair {
     const char *name, *plain, *variant;
-    int bits;  ///< of positions, over a mesh's longest side
+    int bits;  ///< bits of a position, over a mesh's longest side
 };
 
-// The bit depths are the settings of the files' own tools: gltf-pipeline's 11 (Draco), gltfpack's
-// and the quantised variants' 14 and 16.
+// The bits are the settings of the tools that made the files: 11 by gltf-pipeline (Draco), 14 and
+// 16 by gltfpack and in the quantised variants.
 const Pair kPairs[] = {
     {"BoxDraco", "Box/glTF/Box.gltf", "Box/glTF-Draco/Box.gltf", 11},
     {"DuckDraco", "Duck/glTF/Duck.gltf", "Duck/glTF-Draco/Duck.gltf", 11},
@@ -120,7 +120,7 @@ const Pair kPairs[] = {
      "AnimatedMorphCube/glTF-Quantized/AnimatedMorphCube.gltf", 14},
     {"BoxTexturedMeshopt", "BoxTextured/glTF/BoxTextured.gltf",
      "BoxTexturedMeshopt/BoxTextured_meshopt.glb", 14},
-    // One stores the decoded data of the other: bit for bit.
+    // The second file stores the decoded data of the first, so both are the same bit for bit.
     {"MeshoptWithAndWithoutFallback", "MeshoptFallback/meshopt-fallback.gltf",
      "MeshoptNoFallback/meshopt-no-fallback.gltf", 60},
 };
@@ -133,7 +133,8 @@ TEST_P(CompressedModels, HaveTheTrianglesOfThePlainOne) {
     const Soup plain = decodedSoup(readGltf(folder / GetParam().plain));
     const Soup variant = decodedSoup(readGltf(folder / GetParam().variant));
     ASSERT_FALSE(plain.triangles.empty());
-    // Half a step of rounding in any direction, and the same for the plain file's own digits.
+    // The tolerance is half a step of rounding in any direction, and as much again for the digits
+    // of the plain file.
     const double step = plain.longest * std::ldexp(1.0, -GetParam().bits);
     std::printf("%s: %zu and %zu triangles, step %.3g\n", GetParam().name, plain.triangles.size(),
                 variant.triangles.size(), step);
@@ -145,7 +146,8 @@ TEST_P(CompressedModels, HaveTheTrianglesOfThePlainOne) {
 INSTANTIATE_TEST_SUITE_P(Pairs, CompressedModels, testing::ValuesIn(kPairs),
                          [](const auto& test) { return std::string(test.param.name); });
 
-/// There is no plain variant: compares with the box of the file's own accessors, in world space.
+/// There is no plain variant, so the bounds of the file's accessors in world space serve for
+/// comparison.
 TEST(CompressedModel, PirateFillsTheBoxOfItsAccessor) {
     PEELER_REQUIRE_ASSETS(assets);
     const Scene scene = readGltf(assets / "gltf-sample-assets/Pirate/pirate.glb");
@@ -158,7 +160,7 @@ TEST(CompressedModel, PirateFillsTheBoxOfItsAccessor) {
     EXPECT_EQ(low, glm::vec3(0));
     EXPECT_EQ(high, glm::vec3(13081, 16383, 3915));
     EXPECT_EQ(primitive.indices.size(), 15030U);
-    // OCTAHEDRAL: unit length within 8 bits, and not all the same.
+    // OCTAHEDRAL normals must have unit length within 8 bits, and must not all be the same.
     glm::vec3 sum(0);
     for (const glm::vec3& n : primitive.normals) {
         EXPECT_NEAR(glm::length(n), 1, 0.02);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every file of the model collections: all its layers, or a documented refusal.
+// Tests every file in the model collections: either all its layers can be captured, or it is
+// refused as documented here.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,11 +21,11 @@ namespace fs = std::filesystem;
 
 struct Refusal {
     const char* file;
-    const char* where;  ///< the error's JSON pointer
-    const char* words;  ///< part of its message
+    const char* where;  ///< JSON pointer in the error
+    const char* words;  ///< part of the error's message
 };
 
-/// Models for readers of later versions, and of an extension that does not exist.
+/// Models that require a later glTF version or an extension that does not exist.
 const Refusal kRefusals[] = {
     {"gltf-asset-generator/Compatibility/Compatibility_04.gltf", "/asset/minVersion", "2.1"},
     {"gltf-asset-generator/Compatibility/Compatibility_05.gltf", "/extensionsRequired/0",
@@ -49,10 +50,10 @@ void expectRefused(const fs::path& path, const Refusal& refusal) {
     }
 }
 
-/// Captures the default scene at a small size and returns the fragments.
+/// Captures the default scene in a small picture and returns the number of fragments.
 std::size_t captureAll(const fs::path& path) {
     GltfOptions options;
-    options.strict = true;  // every texture and every compressed view must decode
+    options.strict = true;  // every texture and compressed view must be decoded
     const Scene scene = readGltf(path, options);
     cmd::CameraOptions camera;
     camera.size = {80, 60};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// CPU hits of real models against an independent oracle, and whether rays leave each solid that
-// they enter: without GL.
+// Compares CPU hits of real models with an independent oracle, and checks that rays leave each
+// solid that they enter. Needs no GL.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -17,8 +17,9 @@
 namespace peeler::test {
 namespace {
 
-/// A grid of 65,536 steps between neighbouring rays: corners move by half a step along each axis,
-/// and the double-precision results by much less.
+/// The limit of an error, in ray spacings. There are 65,536 grid steps between neighbouring rays;
+/// corners are moved by half a step along each axis, and the oracle's double precision errs by much
+/// less.
 constexpr double kTwoSteps = 2.0 / 65536;
 
 void expectAgreement(const std::string& name, const Scene& scene, int directions, int resolution) {
@@ -33,13 +34,13 @@ void expectAgreement(const std::string& name, const Scene& scene, int directions
     }
     agreement.print(name);
     EXPECT_GT(agreement.hits, agreement.rays / 10);
-    // 0.0005 %
+    // The limit is 0.0005 %.
     EXPECT_LE(static_cast<double>(agreement.differing), 5e-6 * static_cast<double>(agreement.rays));
     EXPECT_LE(agreement.farthest, kTwoSteps);
     EXPECT_LE(agreement.largest_error, 1e-7);
 }
 
-// Many parts, much occlusion, a skin, and compressed geometry.
+// These models have many parts, much occlusion, a skin, or compressed geometry.
 const char* const kModelsForHits[] = {
     "2CylinderEngine/glTF/2CylinderEngine.gltf",
     "CesiumMan/glTF-Binary/CesiumMan.glb",
@@ -83,7 +84,7 @@ TEST(HitsOracle, CoincidentModelsHaveTwiceTheHits) {
     }
 }
 
-/// The rays of closed surfaces, and the number with an odd hit count.
+/// Counts for rays through closed surfaces; `odd` are rays with an odd number of hits.
 struct Parity {
     std::size_t solids = 0, rays = 0, hits = 0, odd = 0;
 };
@@ -124,7 +125,7 @@ TEST(ClosedModelsOnTheCpu, EveryRayLeavesWhatItEnters) {
     options.ignored_extensions = undecodedImageExtensions();  // colours do not affect rays
     for (const std::filesystem::path& file : modelFiles(assets / "gltf-sample-assets")) {
         const std::string name = file.lexically_relative(assets).string();
-        // The short run skips further encodings of the same model.
+        // The short run skips models that have a plain encoding elsewhere.
         if (!exhaustive() && file.parent_path().filename() != "glTF" &&
             std::filesystem::exists(file.parent_path().parent_path() / "glTF"))
             continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// glTF files of a folder.
+// List of the glTF files in a folder.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace peeler::test {
 
-/// Returns all .gltf and .glb files below the folder, sorted.
+/// Returns the paths of all .gltf and .glb files below the folder, sorted.
 inline std::vector<std::filesystem::path> modelFiles(const std::filesystem::path& folder) {
     std::vector<std::filesystem::path> files;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {

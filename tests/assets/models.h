@@ -11,8 +11,9 @@
 
 namespace peeler::test {
 
-/// Returns the models of gltf-sample-assets without animation, skin or morph target and with no
-/// other extension than these, from the folder's own table (MODELS.tsv), plus the example scenes.
+/// Returns the models of gltf-sample-assets, as listed in the folder's own table (MODELS.tsv), that
+/// have no animation, skin or morph target and no extensions other than these; and the example
+/// scenes.
 inline std::vector<std::filesystem::path> staticModels(const std::filesystem::path& assets) {
     const std::set<std::string> known = {"KHR_mesh_quantization", "KHR_texture_transform",
                                          "KHR_materials_unlit", "KHR_xmp"};

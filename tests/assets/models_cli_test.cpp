@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command on every static real model: complete on both backends, and the same bytes from both.
+// Runs the command on all static real models: captures are complete on both backends and give the
+// same bytes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -39,13 +40,14 @@ TEST(Models, RenderCompletelyAndAlikeOnBothBackends) {
             bytes[i] = bytesOf(out);
         }
         EXPECT_FALSE(bytes[0].empty());
-        // Both are llvmpipe where there is no GPU, so even the recorded renderer is the same.
+        // Without a GPU both backends are llvmpipe, so even the recorded renderer is the same.
         EXPECT_TRUE(bytes[0] == bytes[1]) << "the files of the two backends differ";
     }
     std::printf("%zu models on 2 backends\n", models.size());
 }
 
-/// The first steps of a user who wants pictures of ten models and reads no manual.
+/// These are the first steps of a user who wants pictures of ten models and has not read the
+/// manual.
 TEST(Models, TenGiveTheirFirstPictures) {
     PEELER_REQUIRE_ASSETS(assets);
     const ScratchDir scratch;
@@ -65,7 +67,7 @@ TEST(Models, TenGiveTheirFirstPictures) {
     ASSERT_EQ(run.exit_code, 0) << run.err;
     const auto json = nlohmann::json::parse(run.out);
     ASSERT_EQ(json.at("scenes").size(), 10U);
-    // Notices about the machine appear once.
+    // A notice about the machine must appear only once.
     const std::string notice = "renders in software";
     const auto at = run.err.find(notice);
     EXPECT_EQ(run.err.find(notice, at + 1), std::string::npos) << run.err;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every method on every static real model and the example scenes: the same layers, bit for bit.
+// Tests that all methods give the same layers, bit for bit, for all static real models and the
+// example scenes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Composites the model on the fly with these methods, and compares with the layers' composite.
+/// Composites the model on the fly by these methods; compares with the composite of the layers.
 void compareComposites(GlRenderer& renderer, const View& view, const CaptureSettings& base,
                        const std::vector<MethodInfo>& methods, const LayeredImage& layers) {
     CompositeImage wanted, shown;
@@ -36,13 +37,14 @@ void compareComposites(GlRenderer& renderer, const View& view, const CaptureSett
         for (std::size_t p = 0; p < wanted.rgba.size(); ++p) {
             ASSERT_EQ(wanted.z[p], shown.z[p]) << method.name;
             for (std::size_t c = 0; c < 4; ++c) {
-                // Relative to the brightness, as half rounds.
+                // The tolerance is relative to the brightness, because halves are.
                 const float scale = std::max(1.0F, std::abs(wanted.rgba[p][c]));
                 worst = std::max(worst, std::abs(wanted.rgba[p][c] - shown.rgba[p][c]) / scale);
             }
         }
         EXPECT_LT(worst, 1e-5F) << method.name;
-        // The default method composites on the CPU, too.
+        // The default method composites on the CPU as well, so its composite must have the same
+        // bits.
         if (method.composite || settings.max_layers != 0) continue;
         EXPECT_EQ(std::memcmp(wanted.rgba.data(), shown.rgba.data(),
                               wanted.rgba.size() * sizeof wanted.rgba[0]),
@@ -51,7 +53,8 @@ void compareComposites(GlRenderer& renderer, const View& view, const CaptureSett
     }
 }
 
-/// Returns the exact methods; in the short run a random half, the same in every run.
+/// Returns the exact methods or, in the short run, a random half of them, which is the same in
+/// every run.
 std::vector<MethodInfo> exactMethods() {
     static std::minstd_rand random;
     std::vector<MethodInfo> methods;
@@ -62,7 +65,7 @@ std::vector<MethodInfo> exactMethods() {
     return methods;
 }
 
-/// Captures the model with exact methods and compares; returns the picture's fragment count.
+/// Captures the model by exact methods and compares the results; returns the number of fragments.
 std::size_t compareMethods(const fs::path& path, const CaptureSettings& base) {
     SCOPED_TRACE(path.filename().string());
     const Scene scene = readGltf(path);

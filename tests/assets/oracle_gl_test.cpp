@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layers against an independent oracle: plain OpenEXR reads the file, its header's matrices alone
-// give the ray of each pixel, and Embree collects every hit of that ray. The depth planes of a .npz
-// of the same picture are compared with the same hits.
+// Compares layers with an independent oracle: plain OpenEXR reads the file, only the matrices in
+// its header give each pixel's ray, and Embree finds all hits of that ray. The depth planes in a
+// .npz of the same picture are compared with the same hits.
 #include <ImathMatrix.h>
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
@@ -29,8 +29,8 @@ namespace {
 namespace fs = std::filesystem;
 
 glm::dmat4 fromImath(const Imath::M44f& m) {
-    // Imath multiplies row vectors from the left, GLM column vectors from the right: their matrices
-    // are transposes, and Imath's rows are GLM's columns.
+    // Imath multiplies by row vectors from the left, GLM by column vectors from the right, so their
+    // matrices are transposes of each other, and Imath's rows are GLM's columns.
     glm::dmat4 out;
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 4; ++j)
@@ -38,7 +38,7 @@ glm::dmat4 fromImath(const Imath::M44f& m) {
     return out;
 }
 
-/// By pixel, front to back.
+/// The depths of each pixel, front to back.
 using Depths = std::vector<std::vector<float>>;
 
 struct LayeredFile {
@@ -80,7 +80,8 @@ LayeredFile readFile(const fs::path& path) {
     return result;
 }
 
-/// Reads the depth planes: every pixel has as many as its count, and nothing behind them.
+/// Reads depth planes. Expects every pixel to have as many depths as its count says, followed by
+/// NaN.
 Depths readPlanes(const fs::path& path) {
     const auto arrays = readNpz(path);
     const auto z = arrays.at("z").as<float>();
@@ -114,13 +115,13 @@ double pixelsToEdge(const TriangleSoup& soup, const LayeredFile& file, double px
     return nearest;
 }
 
-/// Comparison of one file's pixels with Embree's.
+/// How far the pixels of a file agree with Embree's hits.
 struct Agreement {
     std::size_t covered = 0, disagreeing = 0;
-    double worst_edge = 0;  ///< the distance of such a pixel from an edge
+    double worst_edge = 0;  ///< greatest distance of a disagreeing pixel from an edge, in pixels
 };
 
-/// Compares the layers and, if `faces` is gltf, the planes too.
+/// Compares the layers and, if `faces` is "gltf", the depth planes.
 void compareWithEmbree(const fs::path& scene_path, const std::string& faces,
                        const ScratchDir& scratch) {
     const auto render = [&](const char* name, const char* as) {
@@ -145,14 +146,14 @@ void compareWithEmbree(const fs::path& scene_path, const std::string& faces,
                 const glm::dvec4 p = world_from_ndc * glm::dvec4(u, v, depth, 1);
                 return glm::dvec3(p) / p.w;
             };
-            // Any two depths give two points of the ray; it begins in the camera's plane (camera z
-            // = 0).
+            // Any two depths give two points of the ray. The ray begins in the camera's plane,
+            // where camera z = 0.
             const glm::dvec3 a = unproject(0), b = unproject(0.5);
             const auto camera_z = [&](const glm::dvec3& p) {
                 return (file.world_to_camera * glm::dvec4(p, 1)).z;
             };
             const double za = camera_z(a), zb = camera_z(b);
-            const glm::dvec3 per_z = (b - a) / (zb - za);  // advances camera z by one
+            const glm::dvec3 per_z = (b - a) / (zb - za);  // advances camera z by 1
             const glm::dvec3 origin = a - za * per_z;
             std::vector<float> hits = all_hits(origin, per_z, faces == "gltf");
             std::sort(hits.begin(), hits.end());
@@ -185,7 +186,7 @@ void compareWithEmbree(const fs::path& scene_path, const std::string& faces,
     }
 }
 
-// Without MASK materials: the oracle does not sample textures.
+// None of these models has MASK materials, because the oracle does not sample textures.
 const char* const kModelsForLayers[] = {
     "2CylinderEngine/glTF/2CylinderEngine.gltf",
     "DamagedHelmet/glTF-Binary/DamagedHelmet.glb",

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The hits next to random points of real models, against Embree's along the same rays.
+// Compares the hits before and after random points in real models with Embree's hits along the same
+// rays.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,10 +18,11 @@
 namespace peeler::test {
 namespace {
 
-/// Shares of points with the same next hit distance as Embree's, relative to the scene's size.
+/// Shares of points whose next hit is at the same distance as Embree's, up to an error relative to
+/// the scene's size.
 struct AgreeingShares {
-    double coarse = 0;  ///< 1e-3
-    double fine = 0;    ///< 1e-6
+    double coarse = 0;  ///< error up to 1e-3
+    double fine = 0;    ///< error up to 1e-6
 };
 
 AgreeingShares agreement(const std::filesystem::path& file, int resolution, unsigned seed) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points of a point cloud lie on the surface that they were rendered from.
+// Tests that the points of a point cloud lie on the surfaces from which they were rendered.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Reads x, y, z of every point, its first properties.
+/// Reads the first properties of every point, which are x, y, z.
 std::vector<glm::dvec3> readPoints(const fs::path& path, std::size_t point_size) {
     const std::string bytes = bytesOf(path);
     const std::string end = "end_header\n";
@@ -72,7 +72,7 @@ TEST(SurfacePoints, OfRealModels) {
 TEST(SurfacePoints, OfAnExampleSceneFromBothCameras) {
     const fs::path engine = sourceDir() / "examples" / "scenes" / "engine.glb";
     expectOnSurface(engine, {});
-    expectOnSurface(engine, {"--camera", "top"});  // orthographic
+    expectOnSurface(engine, {"--camera", "top"});  // this camera is orthographic
 }
 
 }  // namespace

@@ -33,9 +33,9 @@ from side_by_side import run, say
 from three_scenes import ENVIRONMENTS, MADE, MODELS
 
 THREE_VERSION = "0.187.0"
-# In three.js the middle of an environment is along +X, in peeler along +Z.
+# In three.js the middle of an environment picture is along +X, in peeler along +Z.
 ROTATION = "90"
-LEAST = 30.0  # dB; pictures below it need a reason (reasons.py)
+LEAST = 30.0  # in dB; a picture with a lower PSNR needs a reason (reasons.py)
 PAGE = Path(__file__).resolve().parent / "three_page.html"
 
 
@@ -46,15 +46,16 @@ class Scene(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """The difference of two pictures where either is covered. PSNR and FLIP compare displayed values, up to 1."""
+    """The differences between two pictures, over the pixels that either covers. PSNR and FLIP compare displayed values,
+    up to 1."""
 
-    psnr: float  # dB, of linear light, with 1 the brightest
-    flip: float  # mean, of sRGB
-    luminance: float  # ours to theirs, not clipped
+    psnr: float  # in dB, in linear light with a peak of 1
+    flip: float  # mean over sRGB pictures
+    luminance: float  # ratio of ours to theirs, without clipping
 
 
 def compared(ours: np.ndarray, theirs: np.ndarray) -> Measured:
-    """Compares two pictures [height, width, 4]: linear light, premultiplied alpha."""
+    """Compares two pictures [height, width, 4] in linear light with premultiplied alpha."""
     covered = (ours[..., 3] > 0) | (theirs[..., 3] > 0)
     if not covered.any():
         return Measured(np.inf, 0.0, 1.0)
@@ -66,7 +67,7 @@ def compared(ours: np.ndarray, theirs: np.ndarray) -> Measured:
 
 
 def sample_positions(count: int) -> List[Tuple[float, float]]:
-    """Returns the positions of peeler's samples in a pixel, from its upper left corner
+    """Returns the positions of peeler's samples within a pixel, relative to its upper left corner
     (core/fragments/supersampling.h)."""
     def mirrored(n: int) -> float:
         value, digit = 0.0, 0.5
@@ -81,7 +82,7 @@ def line(scene: str, measured: Measured) -> str:
 
 
 def reasons(rows: Dict[str, Measured]) -> str:
-    """Returns the text under the table: the pictures that are far apart, by reason."""
+    """Returns the text below the table, which lists the pictures that are far apart by reason."""
     far: Dict[str, List[str]] = {}
     for scene, measured in rows.items():
         if measured.psnr < LEAST:
@@ -91,7 +92,7 @@ def reasons(rows: Dict[str, Measured]) -> str:
 
 
 def install(build: Path) -> Path:
-    """Returns the folder of three.js, which npm fetches if it is missing."""
+    """Returns the folder of three.js; npm fetches it if it is missing."""
     folder = build / "three"
     package = folder / "node_modules" / "three"
     told = package / "package.json"
@@ -100,7 +101,7 @@ def install(build: Path) -> Path:
             raise RuntimeError("there is no npm: apt-get install npm")
         folder.mkdir(parents=True, exist_ok=True)
         say(f"npm install three@{THREE_VERSION}")
-        # With its own package.json, npm does not search the folders above.
+        # If the folder has a package.json, npm does not search the folders above it.
         (folder / "package.json").write_text("{}\n")
         subprocess.run(["npm", "install", "--prefix", folder, "--ignore-scripts", "--no-audit", "--no-fund",
                         "--no-package-lock", f"three@{THREE_VERSION}"], check=True, stdout=sys.stderr)
@@ -108,14 +109,14 @@ def install(build: Path) -> Path:
 
 
 class Server(ThreadingHTTPServer):
-    """A server of folders and bytes for the page, on this machine only, which receives its pictures."""
+    """A server for this machine only. It serves folders and bytes to the page and receives the page's pictures."""
 
     daemon_threads = True
 
     def __init__(self) -> None:
         super().__init__(("127.0.0.1", 0), Handler)
-        self.folders: Dict[str, Path] = {}  # by the first word of the address
-        self.blobs: Dict[str, bytes] = {}  # by the whole address
+        self.folders: Dict[str, Path] = {}  # by the first part of the path
+        self.blobs: Dict[str, bytes] = {}  # by the whole path
         self.answer = b""
         threading.Thread(target=self.serve_forever, daemon=True).start()
 
@@ -124,7 +125,7 @@ class Server(ThreadingHTTPServer):
         return f"http://127.0.0.1:{self.server_port}"
 
     def share(self, name: str, path: Path) -> str:
-        """Serves a file's folder; returns the file's address."""
+        """Serves the folder of a file; returns the file's address."""
         self.folders[name] = path.parent
         return f"/{name}/{quote(path.name)}"
 
@@ -142,7 +143,7 @@ class Handler(BaseHTTPRequestHandler):
             data = path.read_bytes() if path.is_file() else None
         self.send_response(404 if data is None else 200)
         self.send_header("Content-Type", self.KINDS.get(Path(address).suffix, "application/octet-stream"))
-        self.send_header("Cache-Control", "no-store")  # several models share a name
+        self.send_header("Cache-Control", "no-store")  # several models have files of the same name
         self.send_header("Content-Length", str(len(data or b"")))
         self.end_headers()
         self.wfile.write(data or b"")
@@ -157,7 +158,7 @@ class Handler(BaseHTTPRequestHandler):
 
 
 class Browser:
-    """three.js in Chromium, started on demand."""
+    """three.js in Chromium, which is started when needed."""
 
     def __init__(self, package: Path, images: Dict[str, np.ndarray]):
         self.driver: Any = None
@@ -193,7 +194,7 @@ class Browser:
         try:
             wrong = self.driver.execute_async_script(
                 "const done = arguments[1]; window.render(arguments[0]).then(done)", request)
-        except WebDriverException as error:  # too slow, or out of memory: the next scene gets a new browser
+        except WebDriverException as error:  # too slow or out of memory; the next scene gets a new browser
             self.driver.quit()
             self.driver = None
             raise RuntimeError(f"Chromium: {error.msg.splitlines()[0]}") from None
@@ -209,7 +210,7 @@ class Browser:
 
 
 def read(path: Path) -> Tuple[np.ndarray, Dict[str, Any]]:
-    """Reads a composite that peeler wrote, and its camera."""
+    """Reads a composite written by peeler, and its camera."""
     import OpenImageIO as oiio
     buffer = oiio.ImageBuf(str(path))
     channels = [buffer.spec().channelnames.index(name) for name in "RGBA"]
@@ -221,7 +222,7 @@ def read(path: Path) -> Tuple[np.ndarray, Dict[str, Any]]:
 
 
 def save(path: Path, image: np.ndarray) -> None:
-    """Writes floats to an EXR, otherwise sRGB in 8 bits."""
+    """Writes an EXR of floats, or any other format as sRGB in 8 bits."""
     import OpenImageIO as oiio
     pixels = np.ascontiguousarray(image, dtype=np.float32)
     spec = oiio.ImageSpec(image.shape[1], image.shape[0], image.shape[2],
@@ -233,7 +234,7 @@ def save(path: Path, image: np.ndarray) -> None:
 
 
 def fingerprint(scene: Scene, view: Dict[str, Any], samples: int, image: np.ndarray) -> str:
-    """Returns a hash of everything that three.js' picture depends on."""
+    """Returns a hash of everything that determines three.js's picture."""
     state = hashlib.sha256(PAGE.read_bytes() + image.tobytes())
     for path in sorted(scene.path.parent.iterdir()):
         if path.is_file():

@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Benchmark of ambient occlusion: bakes the vertices of models, or with --texels a texture with
-// that many texels per side, with peeler and with Embree, and prints time and error as a Markdown
-// table.
+// Benchmark of ambient occlusion: bakes the vertices of models or, with --texels, a texture with
+// that many texels per side. Does so with peeler and with Embree, and prints time and error as a
+// Markdown table.
 //
 //     bake_ao SCENE... [--directions 64,256,1024] [--resolution 512] [--reference 4096] [--runs 1]
 //             [--engine cpu] [--texels 0] [--json]
 //
-// Both look along the same N directions over the sphere, with the same threads, from the same
-// points; times are processor seconds. The error is the root mean square against Embree rays along
-// `--reference` cosine-weighted directions, different for each point; hits nearer than 1e-4 of the
-// scene's diagonal do not count. A large set of points is sampled. Peeler's time begins with the
-// upload or placement of the scene, Embree's with the build of its hierarchy. The last column is
-// the reference's sensitivity to the ray offset: its difference from a reference with rays that
-// start that far above the surface, mostly at vertices where parts touch. Peeler finds hits on the
-// CPU, or with --engine gl with the renderer of PEELER_TEST_BACKEND. With --json it prints an array
-// of the rows instead, with the seconds of every run; peeler and Embree take turns.
+// Both programs look along the same N directions over the sphere, with equally many threads, from
+// the same points; times are processor seconds. The error is the root mean square difference from
+// Embree rays along `--reference` cosine-weighted directions, different for each point; hits nearer
+// than 1e-4 of the scene's diagonal do not count. A large set of points is sampled. Peeler's time
+// begins with the upload or placement of the scene, Embree's with the build of its hierarchy. The
+// last column is the reference's sensitivity to the ray offset: its difference from a reference
+// with rays that start that far above the surface. It comes mostly from vertices where parts touch.
+// Peeler finds hits on the CPU or, with --engine gl, with the renderer of PEELER_TEST_BACKEND. With
+// --json, prints an array of the rows instead, with the seconds of every run; peeler and Embree
+// take turns.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -83,14 +84,14 @@ Options parse(int count, char** arguments) {
     return options;
 }
 
-/// Returns the processor seconds of the work, over all threads.
+/// Returns the processor seconds that `work` takes over all threads.
 double processorSeconds(const std::function<void()>& work) {
     const double start = benchmark::processorMilliseconds();
     work();
     return (benchmark::processorMilliseconds() - start) / 1000;
 }
 
-/// A subset of the receivers, at equal steps, that represents all of them.
+/// Receivers at equal steps, which represent all receivers.
 class Sample {
   public:
     explicit Sample(const Receivers& all) : step_(std::max<std::size_t>(1, all.size() / kMost)) {
@@ -113,7 +114,7 @@ class Sample {
     Receivers receivers_;
 };
 
-/// Prints a row of the table, for the fastest runs.
+/// Prints a row of the table, with the times of the fastest runs.
 void print(const nlohmann::json& row) {
     const auto fastest = [](const nlohmann::json& runs) {
         return *std::ranges::min_element(runs.get_ref<const nlohmann::json::array_t&>());
@@ -129,7 +130,8 @@ void print(const nlohmann::json& row) {
     std::fflush(stdout);
 }
 
-/// Adds a row for every number of directions. `context`: null = hits on the CPU.
+/// Adds one row per number of directions. Hits are found by GL in `context` or, if that is null, by
+/// the CPU.
 void measure(const std::string& path, const Options& options, gl::Context* context,
              nlohmann::json& rows) {
     const Scene scene = readGltf(path);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The minimum that a process does to draw with OpenGL 4.5 without a display, for comparison with
-// the start-up of `peeler render`: a surfaceless EGL context, one program compiled and linked, one
-// triangle drawn into a small buffer, glFinish. Prints nothing; exits with 1 if something failed.
+// Does the least work with which a process can draw by OpenGL 4.5 without a display: makes a
+// surfaceless EGL context, compiles and links a program, draws a triangle into a small buffer, and
+// calls glFinish. Serves to judge the start-up of `peeler render`. Prints nothing; exits with 1 if
+// something failed.
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 #include <GL/glcorearb.h>

@@ -25,7 +25,7 @@ class Picture(NamedTuple):
     size: str
     budget: str
     options: Tuple[str, ...] = ()
-    disk: float = 0  # bytes of the file, about
+    disk: float = 0  # approximate size of the file in bytes
 
 
 AFAR = ("--eye", "0.6,0.5,1.8", "--target", "0,0.1,0")

@@ -14,20 +14,20 @@
 namespace peeler::benchmark {
 namespace {
 
-/// Triangles with the same rules for hits.
+/// Triangles to which the same rules for hits apply.
 struct Surface {
-    const Material* material = nullptr;  ///< null: no alpha test
+    const Material* material = nullptr;  ///< null: the surface has no alpha test
     const Image* image = nullptr;
-    bool cull = false;                   ///< hits of back faces do not count
+    bool cull = false;                   ///< whether hits of back faces are ignored
     std::vector<float> vertices{};       ///< nine per triangle
     std::vector<unsigned> indices{};     ///< Embree's indices, three per triangle
     std::vector<glm::vec2> texcoords{};  ///< three per triangle, for the alpha test
 };
 
-/// The hits of a packet's rays.
+/// Collects the hits of all rays in a packet.
 struct Collector {
-    test::EmbreeContext context{};      // first: Embree passes this pointer back
-    std::vector<EmbreeHit> hits[16]{};  // by ray id
+    test::EmbreeContext context{};      // must be first, since Embree passes this pointer back
+    std::vector<EmbreeHit> hits[16]{};  // by ray ID
 };
 
 float wrapped(float coordinate, int wrap) {
@@ -64,7 +64,7 @@ bool passesAlpha(const Surface& surface, unsigned primitive, float u, float v) {
                : alpha > 0;
 }
 
-/// Records every hit that counts and rejects it, so that Embree continues.
+/// Records every hit that counts. Rejects all hits, so that Embree continues.
 template <bool kCull, bool kAlpha>
 void collect(const RTCFilterFunctionNArguments* arguments) {
     auto* collector = reinterpret_cast<Collector*>(arguments->context);
@@ -97,8 +97,8 @@ RTCFilterFunctionN filterOf(const Surface& surface) {
     return kFilters[surface.cull ? 1 : 0][surface.material ? 1 : 0];
 }
 
-/// Rays through a view's samples, from `origin`, with directions of length 1 in Z, so that a
-/// distance is a camera Z.
+/// Rays through the samples of a view's pixels. Directions have length 1 along the camera's Z, so
+/// that a distance is a camera Z.
 struct Rays {
     explicit Rays(const View& view)
         : origin(worldPosition(view, view.sample.x, view.sample.y, 0)),
@@ -116,7 +116,7 @@ struct Rays {
     }
 
     glm::vec3 origin, corner;
-    glm::vec3 origin_step[2], step[2];  ///< to the next pixel to the right and below
+    glm::vec3 origin_step[2], step[2];  ///< to the next pixel on the right, and to the one below
     float near, far;
 };
 
@@ -142,7 +142,7 @@ void aim(RayHit& packet, std::size_t lane, const Rays& rays, int x, int y) {
     packet.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
 }
 
-/// A packet of one ray, with the same arrays as the others.
+/// A packet of a single ray, with arrays named as in Embree's larger packets.
 struct OneRay {
     struct {
         float org_x[1], org_y[1], org_z[1], tnear[1], dir_x[1], dir_y[1], dir_z[1], time[1],
@@ -156,7 +156,7 @@ struct OneRay {
 };
 
 void intersect(const int*, RTCScene scene, test::EmbreeContext& context, OneRay* one) {
-    RTCRayHit ray{};  // aligned to 16 bytes
+    RTCRayHit ray{};  // RTCRayHit must be aligned to 16 bytes
     ray.ray = std::bit_cast<RTCRay>(one->ray);
     ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
@@ -169,16 +169,16 @@ void intersect(const int* valid, RTCScene scene, test::EmbreeContext& context, R
     test::intersect16(valid, scene, context, test::RayOrder::kCoherent, rays);
 }
 
-/// The fragments of a strip of rows, like a band: the lists one after another.
+/// The hits of a strip of rows, stored like a band: one pixel's list after another.
 struct Strip {
     std::vector<EmbreeHit> hits{};
-    std::vector<std::uint32_t> ends{};  ///< the end of each pixel's list
+    std::vector<std::uint32_t> ends{};  ///< end of each pixel's list in `hits`
 };
 
 template <class RayHit, int kColumns, int kRows>
 std::uint64_t traceStrip(RTCScene scene, const Rays& rays, const Window& window,
                          const TakeHits& take) {
-    static thread_local Strip strip;  // reused storage
+    static thread_local Strip strip;  // reuses its storage
     static thread_local Collector collector;
     collector.context = test::embreeContext(test::RayOrder::kCoherent);
     strip.hits.clear();
@@ -273,7 +273,8 @@ EmbreeLayers::EmbreeLayers(const PosedScene& posed, Faces faces)
             state_->add(posed, instance, i);
     }
     for (const auto& surface : state_->surfaces)
-        surface->vertices.push_back(0);  // Embree reads 16 bytes at the last vertex
+        // Embree reads 16 bytes at the last vertex, 4 more than it has.
+        surface->vertices.push_back(0);
 }
 
 EmbreeLayers::~EmbreeLayers() {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The depth files of `peeler render --as lari`, written with Embree: per camera the depths of all
-// layers, (height, width, 15), half, −1 where there is no layer. Shades nothing.
+// Writes the depth files of `peeler render --as lari` with Embree: for each camera the depths of
+// all layers as half floats (height, width, 15), −1 where there is no layer. Shades nothing.
 //
 //     embree_views SCENE CAMERAS FOLDER
 //
 // Reads the scene as peeler does, builds a hierarchy, and finds and sorts all hits of all pixels of
-// each view, 16 rays at once. The files are FOLDER/NAME.npy, without fsync. Prints JSON: the views,
-// triangles and hits.
+// each view, 16 rays at once. Writes FOLDER/NAME.npy for each view, without fsync. Prints JSON: the
+// numbers of views, triangles and hits.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -29,7 +29,7 @@ namespace {
 
 constexpr std::size_t kPlanes = 15;
 
-/// The depths of a picture in the stored format.
+/// The depths of a picture, as stored in a file.
 class DepthPlanes {
   public:
     explicit DepthPlanes(const View& view)

@@ -13,7 +13,7 @@ import subprocess
 import sys
 import tempfile
 
-FORMS = (  # the row's label, options of render
+FORMS = (  # labels of rows, and options of render
     ("layers, zip (default)", ()),
     ("layers, zips", ("--compression", "zips")),
     ("layers, rle", ("--compression", "rle")),
@@ -33,7 +33,7 @@ FORMS = (  # the row's label, options of render
 
 
 def quickest(peeler: str, scene: str, size: str, runs: int, more: list) -> tuple:
-    """Returns the bytes, and the fastest milliseconds of encoding and writing."""
+    """Returns the file's size and, from the fastest run, the milliseconds of encoding and writing."""
     results = []
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(runs):

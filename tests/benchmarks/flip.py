@@ -12,20 +12,20 @@ from typing import List, Sequence, Tuple
 
 import numpy as np
 
-# A screen 0.7 m wide, with 3840 pixels, viewed from 0.7 m.
+# The screen is 0.7 m wide, has 3840 pixels per row, and is viewed from 0.7 m.
 PIXELS_PER_DEGREE = 0.7 * (3840 / 0.7) * math.pi / 180
 Q_COLOR, Q_FEATURE = 0.7, 0.5  # exponents q_c and q_f
-KNEE, KNEE_ERROR = 0.4, 0.95  # p_c and p_t: errors up to 0.4 of the maximum take 0.95 of the range
-FEATURE_DEGREES = 0.082  # w: the width of the most visible edge
+KNEE, KNEE_ERROR = 0.4, 0.95  # p_c and p_t: errors up to 0.4 of the maximum are mapped to 0.95 of the range
+FEATURE_DEGREES = 0.082  # w: the width of the edge that is most visible
 
-# sRGB's primaries and its white (IEC 61966-2-1), and the white of XYZ that follows from them.
+# The primaries and white of sRGB (IEC 61966-2-1), and the white in XYZ that follows from them.
 TO_XYZ = np.array([[10135552 / 24577794, 8788810 / 24577794, 4435075 / 24577794],
                    [2613072 / 12288897, 8788810 / 12288897, 887015 / 12288897],
                    [1425312 / 73733382, 8788810 / 73733382, 70074185 / 73733382]])
 WHITE = TO_XYZ.sum(axis=1)
 
-# Contrast sensitivity of the three opponents: sums of a · sqrt(π / b) · exp(−π² x² / b), as pairs of a and b; x in
-# degrees.
+# Contrast sensitivity for the three opponent channels: sums of a · sqrt(π / b) · exp(−π² x² / b) with x in degrees,
+# given as pairs of a and b.
 Terms = Sequence[Tuple[float, float]]
 ACHROMATIC: Terms = ((1.0, 0.0047),)
 RED_GREEN: Terms = ((1.0, 0.0053),)
@@ -55,7 +55,7 @@ def from_opponents(opponent: np.ndarray) -> np.ndarray:
 
 
 def hunted_lab(light: np.ndarray) -> np.ndarray:
-    """Converts linear RGB to L*a*b*, with darker colours less saturated (Hunt's effect)."""
+    """Converts linear RGB to L*a*b*, in which darker colours are less saturated (Hunt's effect)."""
     relative = light @ (TO_XYZ / WHITE[:, None]).T
     delta = 6 / 29
     root = np.where(relative > delta**3, np.cbrt(relative), relative / (3 * delta * delta) + 4 / 29)
@@ -65,12 +65,12 @@ def hunted_lab(light: np.ndarray) -> np.ndarray:
 
 
 def hyab(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Returns the distance for large differences (Abasi and others, "Distancing from color", 2020)."""
+    """Returns a distance suited to large differences (Abasi and others, "Distancing from color", 2020)."""
     return np.abs(a[..., 0] - b[..., 0]) + np.hypot(a[..., 1] - b[..., 1], a[..., 2] - b[..., 2])
 
 
 def along(image: np.ndarray, kernel: np.ndarray, axis: int) -> np.ndarray:
-    """Convolves with a kernel of odd length; pixels beyond an edge repeat the edge."""
+    """Convolves along one axis with a kernel of odd length; beyond the picture its border is repeated."""
     reach, length = len(kernel) // 2, image.shape[axis]
     padding = [(reach, reach) if i == axis else (0, 0) for i in range(image.ndim)]
     padded = np.pad(image, padding, mode="edge")
@@ -78,7 +78,7 @@ def along(image: np.ndarray, kernel: np.ndarray, axis: int) -> np.ndarray:
 
 
 def seen_opponent(image: np.ndarray, terms: Terms, ppd: float) -> np.ndarray:
-    """Filters one opponent with the eye's contrast sensitivity."""
+    """Filters one opponent channel by the eye's contrast sensitivity."""
     widest = max(b for _, b in (*ACHROMATIC, *RED_GREEN, *BLUE_YELLOW))
     reach = math.ceil(3 * math.sqrt(widest / (2 * math.pi**2)) * ppd)
     at = np.arange(-reach, reach + 1) / ppd
@@ -92,7 +92,7 @@ def seen_opponent(image: np.ndarray, terms: Terms, ppd: float) -> np.ndarray:
 
 
 def color_error(a: np.ndarray, b: np.ndarray, ppd: float) -> np.ndarray:
-    """Returns ΔE_c, 0 to 1, of two pictures of opponents."""
+    """Returns ΔE_c, from 0 to 1, between two pictures of opponent channels."""
     labs: List[np.ndarray] = []
     for image in (a, b):
         parts = [seen_opponent(image[..., i], terms, ppd) for i, terms in
@@ -106,7 +106,7 @@ def color_error(a: np.ndarray, b: np.ndarray, ppd: float) -> np.ndarray:
 
 
 def features(lightness: np.ndarray, ppd: float) -> Tuple[np.ndarray, np.ndarray]:
-    """Returns the edge and point strength of each pixel."""
+    """Returns how strong an edge, and how strong a point, there is at each pixel."""
     deviation = 0.5 * FEATURE_DEGREES * ppd
     reach = math.ceil(3 * deviation)
     at = np.arange(-reach, reach + 1)
@@ -122,7 +122,8 @@ def features(lightness: np.ndarray, ppd: float) -> Tuple[np.ndarray, np.ndarray]
 
 
 def flip(a: np.ndarray, b: np.ndarray, ppd: float = PIXELS_PER_DEGREE) -> np.ndarray:
-    """Returns the error of each pixel, 0 (none) to 1, of two sRGB pictures [height, width, 3] with values 0 to 1."""
+    """Returns each pixel's error, from 0 (none) to 1, between two sRGB pictures [height, width, 3] of values from 0 to
+    1."""
     first, second = (opponents(linear(np.clip(image, 0.0, 1.0))) for image in (a, b))
     edges_a, points_a = features((first[..., 0] + 16) / 116, ppd)
     edges_b, points_b = features((second[..., 0] + 16) / 116, ppd)

@@ -38,10 +38,10 @@
 namespace peeler::benchmark {
 namespace {
 
-/// Not along an axis or a symmetry of a scene.
+/// A direction that is not along an axis or a symmetry of the scenes.
 constexpr glm::dvec3 kDirection{0.36, -0.48, -0.8};
 
-/// Passes the bands of a bundle on.
+/// A sink that forwards the bands of a bundle to a function.
 template <class Take>
 class BandSink final : public Sink {
   public:
@@ -54,7 +54,7 @@ class BandSink final : public Sink {
     Take take_;
 };
 
-/// Maps that are evaluated like those of files, but written nowhere.
+/// Maps that are evaluated as for files but not written.
 class UnwrittenMaps final : public RayMapOutput {
   public:
     using RayMapOutput::RayMapOutput;
@@ -67,7 +67,7 @@ class UnwrittenMaps final : public RayMapOutput {
     std::string pathOf(std::size_t) const override { return {}; }
 };
 
-/// Returns a bundle of that many rays, with square cells, that shows the whole scene.
+/// Returns a bundle of `width` x `height` rays in square cells that shows the whole scene.
 Bundle framed(const Bounds& scene, int width, int height) {
     RayGrid grid;
     grid.resolution = width;
@@ -113,7 +113,7 @@ class HitEngine {
     }
 
     Contender contender(const std::string& name);
-    /// Returns the bytes that all stored hits take.
+    /// Stores all hits; returns how many bytes of memory they take.
     std::uint64_t kept();
     nlohmann::json result() const {
         nlohmann::json result = told_;
@@ -125,8 +125,8 @@ class HitEngine {
     }
 
   private:
-    /// Traces bundles with a source made for them; take(i, band) receives the bands of bundle i.
-    /// Returns the number of hits.
+    /// Traces bundles with a source that is made for them; calls take(i, band) with the bands of
+    /// bundle i. Returns the number of hits.
     template <class Take>
     std::uint64_t trace(const std::vector<Bundle>& bundles, const Take& take) {
         HitRasterizer source(scene_.posed);
@@ -224,7 +224,7 @@ nlohmann::json measure(const Options& options) {
     for (const std::string& name : names)
         contenders.push_back(engine.contender(name));
     for (const Contender& contender : contenders)
-        contender.work();  // one untimed run
+        contender.work();  // run once untimed
     for (int i = 0; i < options.runs; ++i) {
         for (const Contender& contender : contenders) {
             const double before = processorMilliseconds();

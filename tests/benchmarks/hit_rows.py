@@ -9,13 +9,14 @@ from typing import Any, Callable, Dict, Iterator, List, Tuple
 import scenes
 from side_by_side import Bench, Row, exponent, say
 
-# The rays of one bundle, and the target: a scene with more to sort has a lower one.
+# For each scene: the rays of a bundle (width, height), and the target, which is lower for scenes with more hits to
+# sort.
 SOUPS: Dict[str, Tuple[int, int, float]] = {
     "soup-192k": (1920, 1080, 0.35), "soup-1728k": (1920, 1080, 0.35), "soup-1280k": (1920, 1080, 0.35),
     "soup-640k": (1920, 1080, 0.5), "cube-192k": (512, 512, 0.35), "cube-160k": (1024, 1024, 0.35)}
 MODELS: Dict[str, Tuple[int, int, float]] = {"gearbox": (1920, 1080, 0.35), "lamp": (1920, 1080, 0.35)}
 EMBREE = "Embree: hierarchy, all hits, sort"
-MOST_ERROR = 0.002  # the allowed excess of occlusion's error over Embree's
+MOST_ERROR = 0.002  # largest permitted excess of occlusion's error over that of Embree
 Rows = Iterator[Row]
 
 
@@ -29,7 +30,7 @@ def alone(bench: Bench, path: Any, width: int, height: int, what: str, *more: An
 
 
 def beside_embree(bench: Bench, result: Dict[str, Any]) -> str:
-    """Returns the remarks of a row of hits, besides its times."""
+    """Returns remarks for a row of hits, in addition to its times."""
     ours, theirs = (statistics.median(result["milliseconds"][key]) for key in ("hits", "embree"))
     build = statistics.median(result["embree"]["build"][-bench.runs:])
     return (f"{result['embree']['triangles'] / 1e6:.2f} M triangles; {result['hits'] / 1e6:.2f} / "
@@ -80,7 +81,7 @@ def maps(bench: Bench) -> Rows:
 
 
 def growth(bench: Bench) -> Rows:
-    """Times 1 to 64 million hits: with more and more rays, and with more and more spheres."""
+    """Times 1 to 64 million hits, which come first from more and more rays, then from more and more spheres."""
     def rays(millions: int) -> Tuple[str, int, int]:
         width = 1920 * math.sqrt(millions / 4.7)  # 1920 rays per row give 4.7 million hits
         return ("soup-192k", *bench.shrunk(round(width), round(width * 9 / 16)))
@@ -114,7 +115,7 @@ def growth(bench: Bench) -> Rows:
 
 
 def baking(bench: Bench) -> Rows:
-    """Bakes vertices, and texels of one texture."""
+    """Bakes the vertices of models, and the texels of one texture."""
     directions, fewer, reference = bench.shrunk(1024, 256, 4096)
     texels, = bench.shrunk(2048)
     kinds = (("vertices", "2CylinderEngine", directions, 0, 1.0), ("texels", "helmet", fewer, texels, 0.4))

@@ -21,7 +21,7 @@
 namespace peeler::benchmark {
 namespace {
 
-/// Passes bands on to an output, like `peeler rays`.
+/// A sink that forwards bands to an output, as `peeler rays` does.
 class OutputSink final : public Sink {
   public:
     OutputSink(RayOutput& output, std::size_t bundle) : output_(output), bundle_(bundle) {}
@@ -87,7 +87,7 @@ class Hits {
     HitRasterizer source_;
     std::vector<Bundle> bundles_;
     CaptureSettings settings_;
-    std::vector<std::uint64_t> hits_;  ///< of each bundle
+    std::vector<std::uint64_t> hits_;  ///< hits of each bundle
 };
 
 nlohmann::json measure(const Options& options) {
@@ -102,7 +102,8 @@ nlohmann::json measure(const Options& options) {
     nlohmann::json result = {{"threads", threadCount()}, {"hits", hits.hits()}};
     for (int i = 0; i < options.runs; ++i) {
         for (const Contender& contender : contenders) {
-            if (contender.name == "npz") std::filesystem::remove(hits.path());  // a new file
+            // The file is removed, so that it is created anew.
+            if (contender.name == "npz") std::filesystem::remove(hits.path());
             const double before = processorMilliseconds();
             result["milliseconds"][contender.name].push_back(milliseconds(contender.work));
             result["processor"][contender.name].push_back(processorMilliseconds() - before);

@@ -16,7 +16,7 @@ PACKAGES = {"Embree": "libembree-dev", "VTK": "python3-vtk9", "f3d": "f3d", "Ope
 
 
 def output(*command: Any) -> str:
-    """Returns the command's output; nothing if it fails or does not exist."""
+    """Returns the output of a command, or "" if it fails or does not exist."""
     try:
         done = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
                               text=True, cwd=ROOT, check=True)
@@ -26,7 +26,7 @@ def output(*command: Any) -> str:
 
 
 def commit() -> str:
-    """Returns the current commit, and whether anything but the results differs from it."""
+    """Returns the current commit, marked if any file other than the results has changed since."""
     changed = output("git", "status", "--porcelain", "--", ".", ":!README.md", ":!tests/benchmarks/RESULTS.md")
     return (output("git", "rev-parse", "HEAD") or "unknown") + (", modified" if changed else "")
 

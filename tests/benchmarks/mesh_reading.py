@@ -23,7 +23,8 @@ import numpy
 
 
 def surface(triangles: int):
-    """Returns a square of hills: vertices (n, 3) float32 and triangles (m, 3) uint32, two per grid square."""
+    """Returns a square of hills as vertices (n, 3) of float32 and triangles (m, 3) of uint32, two per square of a
+    grid."""
     side = max(1, math.isqrt(triangles // 2))
     x, y = numpy.meshgrid(*2 * [numpy.arange(side + 1, dtype=numpy.float32)], indexing="ij")
     vertices = numpy.stack([x, y, 20 * numpy.sin(x / 100) * numpy.cos(y / 77)], -1).reshape(-1, 3)

@@ -10,10 +10,10 @@ from typing import Any, Sequence
 
 from side_by_side import run
 
-# perf's name for a library, and the displayed name.
+# How perf names a library, and how it is shown.
 LIBRARIES = (("[JIT]", "compiled shaders"), ("[kernel", "kernel"), ("[vdso]", "kernel"), ("swrast_dri", "Mesa"),
              ("ld-linux", "dynamic linker"), ("libc.so", "libc"), ("libm.so", "libm"))
-LEAST = 3.0  # minimum per cent for a mention
+LEAST = 3.0  # smallest share to mention, in per cent
 
 
 def library(name: str) -> str:
@@ -21,7 +21,7 @@ def library(name: str) -> str:
 
 
 def profile(command: Sequence[Any]) -> str:
-    """Returns the shares of all samples, the largest first; empty if perf is not usable."""
+    """Returns the shares of all samples, the largest first, or "" if perf cannot be used."""
     with tempfile.TemporaryDirectory() as folder:
         samples = Path(folder) / "perf.data"
         try:

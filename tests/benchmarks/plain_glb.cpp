@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Converter of a scene of triangles to a plain .glb without textures, for programs that do not read
-// compressed meshes: positions, normals, indices, and the materials' colour, roughness and mode.
+// Converts a scene of triangles to a plain .glb without textures, for programs that cannot read
+// compressed meshes. Keeps positions, normals, indices, and the materials' colour, roughness and
+// mode.
 //
 //     plain_glb SCENE OUT.glb
 #include <cstdint>

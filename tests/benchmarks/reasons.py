@@ -25,7 +25,7 @@ REASONS: Dict[str, str] = {
         "from 8 to 16 layers, the compiled shaders' share grows",
 }
 
-# Reasons why pictures of three.js are far from ours, by the rows' names: the first words of paragraphs in
+# Reasons why three.js's pictures are far from ours, by the rows' names. Each is the first words of a paragraph in
 # examples/guide/light.md, "Beside three.js".
 THREE: Dict[str, str] = {
     **{name: "Glass" for name in ("GlassVaseFlowers", "LightsPunctualLamp", "ToyCar", "TransmissionTest")},

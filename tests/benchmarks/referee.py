@@ -37,13 +37,13 @@ import OpenImageIO as oiio
 
 from referee_spheres import WHITE, Array, Ball, balls, environment, scene
 
-VIEW = np.array([0.0, 0.0, 1.0])  # from every surface toward the eye
-# Limits, for roughness 0.2 and more.
+VIEW = np.array([0.0, 0.0, 1.0])  # points from every surface toward the eye
+# The limits of Nearness for roughness 0.2 and more.
 MEAN, ERROR, FURNACE = 0.03, 0.1, 0.02
 
 
 def radiance(image: Array, direction: Array) -> Array:
-    """Interpolates between the four nearest pixels."""
+    """Returns radiance interpolated between the four nearest pixels."""
     height, width, _ = image.shape
     u = 0.5 - np.arctan2(direction[..., 0], direction[..., 2]) / (2 * np.pi)
     v = 0.5 - np.arcsin(np.clip(direction[..., 1], -1, 1)) / np.pi
@@ -80,14 +80,14 @@ def schlick(f0: Array, f90: float, cosine: Array) -> Array:
 
 
 def smith(alpha: Tuple[float, float], w: Array) -> Array:
-    """Returns Lambda of GGX."""
+    """Returns the Lambda of GGX's masking function."""
     slope = ((alpha[0] * w[..., 0]) ** 2 + (alpha[1] * w[..., 1]) ** 2) / np.maximum(w[..., 2], 1e-9) ** 2
     return (np.sqrt(1 + slope) - 1) / 2
 
 
 def facets(v: Array, alpha: Tuple[float, float], count: int) -> Array:
-    """Returns half vectors, `count` per view of `v`, with the density of visible microfacets (Heitz, "Sampling the
-    GGX Distribution of Visible Normals", 2018)."""
+    """Returns `count` half vectors for each view in `v`, distributed like visible microfacets (Heitz, "Sampling the GGX
+    Distribution of Visible Normals", 2018)."""
     u1, u2 = hammersley(count)
     stretched = unit(v * np.array([alpha[0], alpha[1], 1.0]))[:, None, :]
     across = np.stack([-stretched[..., 1], stretched[..., 0], 0 * stretched[..., 0]], -1)
@@ -105,8 +105,8 @@ def facets(v: Array, alpha: Tuple[float, float], count: int) -> Array:
 
 
 def ggx_weights(v: Array, alpha: Tuple[float, float], count: int) -> Tuple[Array, Array, Array]:
-    """Returns directions, their weights for light times GGX times cosine (without the Fresnel term), and cosines
-    v·h."""
+    """Returns directions, the cosines v·h, and weights so that light times weight gives light times GGX times cosine,
+    without the Fresnel term."""
     h = facets(v, alpha, count)
     v = v[:, None, :]
     v_dot_h = np.clip(dot(v, h), 0, 1)
@@ -117,8 +117,8 @@ def ggx_weights(v: Array, alpha: Tuple[float, float], count: int) -> Tuple[Array
 
 
 class Albedo:
-    """GGX's albedo for white light with a Fresnel term of 1: by the cosine, averaged over all azimuths; and averaged
-    over all directions."""
+    """GGX's albedo in white light with a Fresnel term of 1: by cosine, averaged over all azimuths, and averaged over
+    all directions."""
 
     def __init__(self, alpha: Tuple[float, float]) -> None:
         self.cosine = np.linspace(0.01, 1, 64)
@@ -158,7 +158,7 @@ def charlie(alpha: float, v: Array, light: Array) -> Array:
 
 
 class Referee:
-    """An integrator over an environment, with `count` samples per lobe and pixel."""
+    """Integrates light over an environment, with `count` samples per lobe and pixel."""
 
     def __init__(self, image: Array, count: int) -> None:
         self.image, self.count = image, count
@@ -187,7 +187,7 @@ class Referee:
         return (kept * radiance(self.image, spread @ frame)).mean(1)
 
     def cloth(self, frame: Array, v: Array, roughness: float) -> Tuple[Array, Array]:
-        """Returns light, and the lobe's albedo."""
+        """Returns the reflected light and the lobe's albedo."""
         u, w = hammersley(self.count)
         sine = np.sqrt(1 - u * u)
         even = np.stack([sine * np.cos(2 * np.pi * w), sine * np.sin(2 * np.pi * w), u], -1)
@@ -196,7 +196,7 @@ class Referee:
         return (share[..., None] * radiance(self.image, even @ frame)).mean(1), albedo[:, None]
 
     def shade(self, ball: Ball, normals: Array) -> Array:
-        """Returns radiance toward the eye from surfaces with these normals."""
+        """Returns the radiance toward the eye from surfaces with these normals."""
         east = np.stack([normals[:, 2], 0 * normals[:, 0], -normals[:, 0]], -1)
         tangents = unit(east + np.array([1e-9, 0, 0]))
         frame = np.stack([tangents, np.cross(normals, tangents), normals], 1)
@@ -224,11 +224,11 @@ class Referee:
         return np.concatenate([self.shade(ball, part) for part in np.array_split(normals, max(1, len(normals) // 48))])
 
 
-# The same by peeler.
+# Here the same spheres are rendered by peeler.
 
 
 def pixel_normals(size: int) -> Array:
-    """Returns the normals of a sphere that fills `size` x `size` pixels; z is NaN outside."""
+    """Returns the normals of a sphere that fills `size` x `size` pixels; z is NaN outside the sphere."""
     x = 2 * (np.arange(size) + 0.5) / size - 1
     x, y = np.meshgrid(x, -x)
     with np.errstate(invalid="ignore"):
@@ -236,7 +236,7 @@ def pixel_normals(size: int) -> Array:
 
 
 def rendered(peeler: str, chosen: List[Ball], image: Array, size: int, turn: str) -> Array:
-    """Returns peeler's pixels: rows, spheres, columns, channels."""
+    """Returns the pixels that peeler renders: rows, spheres, columns, channels."""
     if not chosen:
         return np.empty((size, 0, size, 3))
     with tempfile.TemporaryDirectory() as folder:
@@ -255,21 +255,21 @@ def rendered(peeler: str, chosen: List[Ball], image: Array, size: int, turn: str
 
 
 def largest_step(values: Array, seen: Array) -> float:
-    """Returns the largest step between neighbouring pixels; `values` belong to the `seen` pixels."""
+    """Returns the largest step between neighbouring pixels; `values` are those of the `seen` pixels."""
     rows = np.full((*seen.shape, 3), np.nan)
     rows[seen] = values
     return float(np.nanmax(np.abs(np.diff(rows, axis=1))))
 
 
 class Nearness(NamedTuple):
-    """The agreement of one of our spheres with the referee."""
+    """Measures of how near one of our spheres comes to the pixels of the referee."""
 
-    mean: float  # ours to the referee's
-    error: float  # root mean square, relative to that of the referee's pixels
-    furnace: Optional[float]  # the greatest difference from 1, for white spheres
+    mean: float  # ratio of our mean to the referee's
+    error: float  # root mean square difference over the root mean square of the referee's pixels
+    furnace: Optional[float]  # greatest difference from 1, for white spheres
 
     def missed(self) -> List[str]:
-        """Returns the limits that it misses: all of them if something is not a number."""
+        """Returns the limits that this sphere misses: all of them if something is not a number."""
         met = {"mean": abs(self.mean - 1) <= MEAN, "relative error": self.error <= ERROR,
                "furnace": self.furnace is None or self.furnace <= FURNACE}
         return [limit for limit in met if not met[limit]]
@@ -283,7 +283,7 @@ def nearness(own: Array, theirs: Array, in_furnace: Optional[Array]) -> Nearness
 
 
 def judgement(found: Dict[str, Nearness]) -> str:
-    """Returns the text under the table: the limits, and the spheres that miss them."""
+    """Returns the text below the table: the limits, and the spheres that miss them."""
     missed = [f"{name} ({', '.join(near.missed())})" for name, near in found.items() if near.missed()]
     return (f"Limits: mean within {100 * MEAN:g} % of the referee's, relative error {ERROR:g}, furnace {FURNACE:g}. "
             f"Missed by: {'; '.join(missed) or 'none'}.")

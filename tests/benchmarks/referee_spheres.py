@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "examples"))
 
 from scene_kit.glb import Geometry, Glb  # noqa: E402
 
-Array = Any  # numpy's annotations differ from release to release
+Array = Any  # numpy's type annotations differ between its releases
 
 
 class Ball(NamedTuple):
@@ -25,8 +25,8 @@ class Ball(NamedTuple):
     roughness: float = 0.5
     specular: float = 1.0
     ior: float = 1.5
-    coat: Optional[float] = None  # the roughness
-    sheen: Optional[float] = None  # the roughness; the colour is white
+    coat: Optional[float] = None  # roughness of the clearcoat
+    sheen: Optional[float] = None  # roughness of the sheen, whose colour is white
     anisotropy: float = 0.0
 
     def material(self, glb: Glb) -> Dict[str, Any]:
@@ -55,7 +55,7 @@ BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 
 
 def balls() -> List[Ball]:
-    """Returns spheres with every lobe, by roughness, from 0.2 up."""
+    """Returns spheres for every lobe, with roughness from 0.2 up."""
     some, many = (0.2, 0.4, 0.6, 0.8, 1.0), (0.2, 0.3, 0.5, 0.7, 1.0)
     return [
         Ball("white diffuse", specular=0.0),
@@ -97,8 +97,7 @@ def scene(chosen: List[Ball]) -> Glb:
     return glb
 
 
-# The environment: equirectangular, in the convention of OpenEXR's ImfEnvmap.h. The centre is along +Z, the left along
-# +X.
+# The environment is equirectangular as in OpenEXR's ImfEnvmap.h: +Z at the centre, +X to the left.
 
 
 def smooth(x: Array) -> Array:
@@ -107,8 +106,8 @@ def smooth(x: Array) -> Array:
 
 
 def environment(height: int) -> Array:
-    """Returns radiance, `height` x 2 `height` pixels: floor, sky, a red and a green side, and a bright box with a
-    soft edge."""
+    """Returns the radiance of `height` x 2 `height` pixels: a floor, a sky, a red and a green side, and a bright box
+    with soft edges."""
     longitude = (0.5 - (np.arange(2 * height) + 0.5) / (2 * height)) * 2 * np.pi
     latitude = ((0.5 - (np.arange(height) + 0.5) / height) * np.pi)[:, None]
     y, x = np.sin(latitude) + 0 * longitude, np.sin(longitude) * np.cos(latitude)

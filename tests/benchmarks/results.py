@@ -138,12 +138,12 @@ SECTIONS: Dict[str, Section] = {
 
 
 class Number(NamedTuple):
-    """A row of the README's table and its place in the results."""
+    """A row of the README's table, and where its numbers are in the results."""
 
     what: str
     section: str
-    cells: Dict[str, str]  # the cells of its row
-    rival: str  # if the rival's column does not name it
+    cells: Dict[str, str]  # cells by which its row is found
+    rival: str  # name of the rival, if no column gives it
     ours: str = "ours"
     theirs: str = "theirs"
 
@@ -179,7 +179,7 @@ def command_text(command: Tuple[str, ...], build: str, assets: str) -> List[str]
 
 
 def measured(section: Section, build: Path, more: List[str]) -> str:
-    """Returns the output of the section's commands, each below its command line."""
+    """Returns the output of all commands of a section, each below its command line."""
     texts = []
     for command in section.commands:
         words = command_text(command, str(build), str(ASSETS))
@@ -192,7 +192,7 @@ def measured(section: Section, build: Path, more: List[str]) -> str:
 
 
 def written(name: str, known: Dict[str, str], tables: str) -> str:
-    """Returns a section in the file's format."""
+    """Returns a section as it is written to the file."""
     section = SECTIONS[name]
     told = "".join(f"- {key}: {value}\n" for key, value in known.items())
     text = textwrap.fill(section.text, 120, break_long_words=False, break_on_hyphens=False)
@@ -205,8 +205,8 @@ def gpu_facts(page: str) -> Dict[str, str]:
 
 
 def gpu_tables(page: str) -> str:
-    """Returns the page of a GPU run without its date, passed tests and repetitions."""
-    page = re.sub(r"\S*/(tests/\w+/\S+)", r"\1", page)  # any build folder
+    """Returns the page of a GPU run without the date, the tests that passed, and repetitions."""
+    page = re.sub(r"\S*/(tests/\w+/\S+)", r"\1", page)  # drops the path of the build folder
     shown = [re.split(r";only |; tests/", line)[0].replace("## ", "**", 1) + ("**" if line.startswith("## ") else "")
              for line in page.splitlines()[4:]
              if not re.match(r"- (devices|tests, shard \d+: \d|methods, (?!bracket)|references, .* differ by|tests, .* not packed)", line)]
@@ -217,7 +217,7 @@ BULLET = re.compile(r"- (\w+), (.*?): (.*)")
 
 
 def counts(text: str) -> Dict[str, str]:
-    """{"the same": "11", "other depth": "1923"} of "11 the same, 1923 other depth"; {} of other texts."""
+    """Returns {"the same": "11", "other depth": "1923"} for "11 the same, 1923 other depth", and {} for other texts."""
     found: Dict[str, str] = {}
     for part in text.split(","):
         words = part.split()
@@ -229,7 +229,7 @@ def counts(text: str) -> Dict[str, str]:
 
 
 def condensed(lines: List[str]) -> str:
-    """The page with neighbouring lines of the same counts as a table, and lines of the same text as one."""
+    """Returns the page with neighbouring lines of the same counts as a table and lines of the same text as one line."""
     found: Dict[Tuple[str, ...], List[Tuple[str, str]]] = {}  # {part and columns, or text: names and lines}, in order
     for i, line in enumerate(lines):
         bullet = BULLET.fullmatch(line)
@@ -256,7 +256,7 @@ def condensed(lines: List[str]) -> str:
 
 
 def split(text: str) -> Dict[str, str]:
-    """Returns the sections of the file by name, in the order of the table."""
+    """Returns the file's sections by name, in the order of SECTIONS."""
     names = {section.title: name for name, section in SECTIONS.items()}
     found = {names.get(part.splitlines()[0]): f"## {part.strip()}\n" for part in re.split(r"^## ", text, flags=re.M)[1:]}
     return {name: found[name] for name in SECTIONS if name in found}
@@ -267,8 +267,8 @@ def joined(sections: Dict[str, str]) -> str:
 
 
 def rows(text: str) -> Iterator[Dict[str, str]]:
-    """Yields the rows of all tables of a text, as cells by the columns' names (the first of two columns with one
-    name)."""
+    """Yields the rows of all tables in a text as {column: cell}. If two columns have the same name, the first
+    counts."""
     columns: List[str] = []
     for line in text.splitlines():
         cells = [cell.strip() for cell in line.strip().strip("|").split("|")] if line.startswith("|") else []
@@ -285,9 +285,9 @@ def amount(text: str) -> float:
 
 
 def comparisons(text: str) -> Iterator[Dict[str, str]]:
-    """The rows of table.py's tables, all in the form of its last one."""
+    """Yields the rows of table.py's tables in the form of its last table."""
     for row in rows(text):
-        columns = list(reversed(row))  # in their order
+        columns = list(reversed(row))  # the columns in their original order
         if columns[0] == "what":
             yield row
             continue
@@ -311,7 +311,7 @@ def number_row(number: Number, sections: Dict[str, str]) -> str:
 
 
 def numbers_of(results: str) -> str:
-    """Returns the README's table."""
+    """Returns the table of the README."""
     sections = split(results)
     lines = ["| at 1920 × 1080 | peeler | other program | ratio |", "| --- | ---: | ---: | ---: |",
              *(number_row(number, sections) for number in NUMBERS)]
@@ -319,7 +319,7 @@ def numbers_of(results: str) -> str:
 
 
 def origin_of(sections: Dict[str, str]) -> str:
-    """Returns the origin of the numbers; one per section if they come from several machines or commits."""
+    """Returns where the numbers come from; a line per section if there are several machines or commits."""
     origins = {}
     for name in dict.fromkeys(number.section for number in NUMBERS):
         told = dict(re.findall(r"^- (commit|machine|renderer): (.*)$", sections[name], re.M))
@@ -330,7 +330,7 @@ def origin_of(sections: Dict[str, str]) -> str:
 
 
 def with_numbers(readme: str, results: str) -> str:
-    """Returns the README with its updated table."""
+    """Returns the README with the table brought up to date."""
     begin, end = readme.index(BEGIN) + len(BEGIN), readme.index(END)
     return f"{readme[:begin]}\n\n{numbers_of(results)}\n\n{readme[end:]}"
 
@@ -365,7 +365,7 @@ def main() -> int:
         try:
             readme = with_numbers(README.read_text(encoding="utf-8"), results)
         except LookupError as missing:
-            # The README would miss a row: prints the measurements and leaves both files as they are.
+            # If the README would lack a row, the measurements are printed and both files stay as they are.
             print(text)
             say(f"{name} is not written: {missing}")
             return 1

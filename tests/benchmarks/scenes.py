@@ -46,15 +46,15 @@ def _glasses(glb: Glb) -> List[int]:
 
 
 def _sphere(segments: int, rows: int) -> Geometry:
-    """Returns a sphere of 2 · segments · (rows − 1) triangles."""
+    """Returns a sphere with 2 · segments · (rows − 1) triangles."""
     profile = [(math.sin(math.pi * i / rows) if 0 < i < rows else 0.0, -math.cos(math.pi * i / rows))
                for i in range(rows + 1)]
     return lathe([profile], segments)
 
 
 def _spheres(count: int, segments: int, rows: int, radius: float, seed: int, half: Vec3 = (3.4, 1.7, 3.0)) -> Glb:
-    """Returns random spheres; radius and seed give the wanted fragments and layers at 1920 x 1080 pixels. `half`:
-    half the size of the box of the centres."""
+    """Returns spheres at random positions. Radius and seed are chosen for the number of fragments and layers at 1920 x
+    1080 pixels; `half` is half the size of the box of their centres."""
     glb = Glb(f"{count} spheres")
     stored = glb.store(_sphere(segments, rows))
     meshes = [glb.mesh(f"sphere {i}", (stored, glass)) for i, glass in enumerate(_glasses(glb))]
@@ -68,7 +68,7 @@ def _spheres(count: int, segments: int, rows: int, radius: float, seed: int, hal
 
 
 def _leaf_texel(x: int, y: int, side: int = 64) -> Pixel:
-    """Returns a texel of a pointed oval with a pale midrib; the alpha of its rim falls over two texels."""
+    """Returns a texel of a leaf, a pointed oval with a pale midrib. At the rim, alpha falls to 0 over two texels."""
     across, along = abs((x + 0.5) / side - 0.5), 1.0 - (y + 0.5) / side
     inside = (0.42 * math.sin(math.pi * along) ** 0.8 - across) * side / 2 + 0.5
     tone = 1.25 if across < 0.03 else 0.85 + 0.3 * along
@@ -76,7 +76,7 @@ def _leaf_texel(x: int, y: int, side: int = 64) -> Pixel:
 
 
 def _cluster(dice: random.Random, leaves: int) -> Geometry:
-    """Returns leaves at the rim of a crown, each a card with a random rotation."""
+    """Returns leaves at the rim of a crown, each on a card rotated at random."""
     out, card = Geometry(), quad(0.16, 0.22)
     for _ in range(leaves):
         height, angle = 2 * dice.random() - 1, 2 * math.pi * dice.random()
@@ -105,7 +105,7 @@ def forest() -> Glb:
 
 
 def _building(floors: int) -> Geometry:
-    """Returns a shaft with a ledge at each floor, pillars at its corners and a house on its roof."""
+    """Returns a shaft with a ledge at each floor, pillars at its corners and a small house on its roof."""
     height = 0.3 * floors
     out = moved(box((0.36, height / 2, 0.36)), (0.0, height / 2, 0.0))
     for floor in range(1, floors + 1):
@@ -176,7 +176,7 @@ SCENES: Dict[str, Callable[[], Glb]] = {
 
 
 def write(folder: Path, name: str) -> Path:
-    """Writes a scene and returns its file."""
+    """Writes a scene and returns its path."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{name}.glb"
     path.write_bytes(SCENES[name]().bytes())

@@ -20,7 +20,7 @@ HERE = Path(__file__).resolve().parent
 
 @dataclass
 class Row:
-    """One comparison. All runs' numbers are kept; the table compares medians."""
+    """One comparison. Keeps the numbers of all runs; the table compares their medians."""
 
     what: str
     scene: str
@@ -28,12 +28,12 @@ class Row:
     rival: str
     ours: List[float]
     theirs: List[float]
-    target: Optional[float]  # of ours / theirs; None: shown without a target
+    target: Optional[float]  # largest ratio of ours to theirs; None: there is no target
     unit: str = "ms"
     note: str = ""
-    ours_alone: Sequence[Any] = ()  # a command of our part alone, profiled if it misses the target
+    ours_alone: Sequence[Any] = ()  # the command for our part alone, to be profiled if the target is missed
     profile: str = ""
-    fails: str = ""  # another condition that failed; the row then misses its target
+    fails: str = ""  # another condition that failed, for which the row misses its target
 
     @property
     def ratio(self) -> float:
@@ -50,7 +50,7 @@ class Row:
 
 @dataclass
 class Process:
-    """The result of a finished process."""
+    """The outcome of a process that has ended."""
 
     milliseconds: float
     cpu_seconds: float
@@ -65,7 +65,7 @@ def say(text: str) -> None:
 
 
 def run(command: Sequence[Any], display: Optional[str] = None, check: bool = True) -> Process:
-    """Runs a command to its end; without a display unless one is given."""
+    """Runs a command to its end, without a display unless one is given."""
     environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
     if display:
         environment["DISPLAY"] = display
@@ -86,7 +86,7 @@ def run(command: Sequence[Any], display: Optional[str] = None, check: bool = Tru
 
 
 class Served:
-    """A program that works once per input line, and answers with milliseconds."""
+    """A program that does its work once per line of input and answers with the milliseconds."""
 
     def __init__(self, command: Sequence[Any], display: str):
         self.child = subprocess.Popen([str(word) for word in command], stdin=subprocess.PIPE,
@@ -127,14 +127,14 @@ class Display:
 
 
 def exponent(points: List[Tuple[float, float]]) -> float:
-    """Returns the slope of the least-squares line through log(y) over log(x)."""
+    """Returns the slope of the least-squares line through log(y) as a function of log(x)."""
     logs = [(math.log(x), math.log(y)) for x, y in points]
     mean_x, mean_y = (statistics.fmean(column) for column in zip(*logs))
     return sum((x - mean_x) * (y - mean_y) for x, y in logs) / sum((x - mean_x) ** 2 for x, _ in logs)
 
 
 def in_turn(contenders: Sequence[Callable[[], float]], runs: int) -> List[List[float]]:
-    """Returns the numbers of each contender, from `runs` rounds, one after another."""
+    """Returns the numbers of each contender from `runs` rounds, in which the contenders take turns."""
     numbers: List[List[float]] = [[] for _ in contenders]
     for _ in range(runs):
         for list_, contender in zip(numbers, contenders):
@@ -144,7 +144,7 @@ def in_turn(contenders: Sequence[Callable[[], float]], runs: int) -> List[List[f
 
 @dataclass
 class Bench:
-    """The folders, and the size of the benchmark."""
+    """Where the benchmark finds its programs and scenes, and how large it is."""
 
     build: Path
     scratch: Path
@@ -152,7 +152,7 @@ class Bench:
     scenes: Dict[str, Path]
     sizes: List[str]
     runs: int
-    shrink: int = 1  # divisor of the picture sides of some rows
+    shrink: int = 1  # divides the sides of some rows' pictures
     display: str = ""
     skipped: List[str] = field(default_factory=list)
 
@@ -161,11 +161,11 @@ class Bench:
         return self.build / "peeler"
 
     def program(self, name: str, *arguments: Any) -> Dict[str, Any]:
-        """Returns the JSON of a program of tests/benchmarks."""
+        """Returns the JSON printed by a program of tests/benchmarks."""
         return json.loads(run([self.build / "tests" / name, *arguments]).out)
 
     def those(self, *names: str) -> List[Tuple[str, Path]]:
-        """Returns those of these scenes that exist and were requested."""
+        """Returns those of the named scenes that exist and were requested."""
         return [(name, self.scenes[name]) for name in names if name in self.scenes]
 
     def at(self, *sizes: str) -> List[str]:

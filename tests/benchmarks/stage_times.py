@@ -19,7 +19,7 @@ STAGES = ("load", "context", "upload", "count", "capture", "sort", "composite", 
 
 
 def best(peeler: str, scene: str, method: str, size: str, runs: int, more: list) -> dict:
-    """Returns the JSON result of the fastest run."""
+    """Returns the JSON result of the fastest of `runs` runs."""
     results = []
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(runs):

@@ -26,7 +26,7 @@ from perf_profile import profile
 from reasons import REASONS
 from side_by_side import Bench, Display, Row, say
 
-OWN_TABLE = 3  # rows of one comparison that get a table of their own
+OWN_TABLE = 3  # the fewest rows of one comparison that get a table of their own
 
 
 def number(value: float, unit: str) -> str:
@@ -55,7 +55,8 @@ def line(row: Row) -> str:
 
 
 def own_table(rows: List[Row]) -> List[str]:
-    """A table of rows with the same work, rival and unit; its heading has the target, and a size that all share."""
+    """Returns a table of rows with the same work, rival and unit. Its heading gives the target, and the size if all
+    rows share it."""
     first = rows[0]
     unit = f", {first.unit}" if first.unit else ""
     same_size, notes = all(row.size == first.size for row in rows), any(row.note for row in rows)
@@ -70,7 +71,7 @@ def own_table(rows: List[Row]) -> List[str]:
 
 
 def tables(rows: List[Row]) -> str:
-    """A table for each comparison of at least three rows, and one for all other rows."""
+    """Returns one table for each comparison of at least OWN_TABLE rows, and one for all other rows."""
     groups: Dict[Tuple[str, str, str], List[Row]] = {}
     for row in rows:
         groups.setdefault((row.what, row.rival, row.unit), []).append(row)
@@ -137,7 +138,7 @@ def measured(bench: Bench, kinds: List[str]) -> List[Row]:
 
 
 def reasons(rows: List[Row]) -> str:
-    """Returns the text under the table about the rows that miss their targets."""
+    """Returns the text below the table about rows that miss their targets."""
     whats: Dict[str, List[str]] = {}
     for what in dict.fromkeys(row.what for row in rows if row.met is False):
         whats.setdefault(REASONS.get(what, "not examined"), []).append(what)

@@ -21,7 +21,8 @@ Rows = Iterator[Row]
 def capture(bench: Bench) -> Rows:
     every = (*SPHERES, "forest", "city", *REAL)
     for size in bench.at(HD, UHD):
-        # Four times the pixels take four times as long: measures half of the scenes, unless only they are requested.
+        # Four times the pixels take four times as long, so only half of the scenes are measured, unless large pictures
+        # alone were requested.
         half = size == UHD and len(bench.sizes) > 1
         for name, path in bench.those(*(every[::2] if half else every)):
             say(f"capture: {name} at {size}")
@@ -37,7 +38,7 @@ def capture(bench: Bench) -> Rows:
 
 
 def camera(bench: Bench, path: Path, size: str) -> Dict[str, Any]:
-    """Returns peeler's camera in other programs' terms."""
+    """Returns peeler's camera in the terms of other programs."""
     return bench.program("benchmark_capture", path, "--size", size, "--runs", 0, "--what", "composite")["camera"]
 
 
@@ -147,7 +148,7 @@ def hits(bench: Bench) -> Rows:
                     numbers += traced["processor"][key]
                 written = run(["/usr/bin/python3", HERE / "savez.py", bench.scratch / "hits.npz", copy])
                 savez.append(json.loads(written.out)["processor"])
-                copy.unlink()  # a new file, like ours
+                copy.unlink()  # so that the file is created anew, as ours is
             (bench.scratch / "hits.npz").unlink()
             without = statistics.median(bare)
             yield Row("hits into .npz, processor time", name, "4 bundles", "capture + numpy.savez of the same arrays",
@@ -212,7 +213,8 @@ def start(bench: Bench) -> Rows:
 
 
 def layers(bench: Bench) -> Rows:
-    """Times layers. The rivals' work grows with N²: they get smaller pictures, fewer layers, one run."""
+    """Times captures of N layers. The rivals' work grows with N², so they get smaller pictures, fewer layers and a
+    single run."""
     kinds = (("a-buffer", "1280x720", scenes.LAYERS, bench.runs, 1.1), ("dual", "640x360", scenes.LAYERS[:6], 1, None),
              ("front-to-back", "640x360", scenes.LAYERS[:6], 1, None))
     for method, size, counts, runs, target in kinds:

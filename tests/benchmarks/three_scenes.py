@@ -15,9 +15,10 @@ from scene_kit.glb import REPEAT, Glb  # noqa: E402
 from scene_kit.png import png  # noqa: E402
 from scene_kit.shapes import quad, sphere  # noqa: E402
 
-WIDTH, HEIGHT = 2048, 1024  # three.js filters faces of a quarter of the width; peeler uses the same resolution
+# three.js filters cube faces a quarter as wide as the picture; this width makes both programs use the same resolution.
+WIDTH, HEIGHT = 2048, 1024
 
-# Files below gltf-sample-assets.
+# These paths are relative to gltf-sample-assets.
 MODELS: Tuple[str, ...] = (
     "2CylinderEngine/glTF/2CylinderEngine.gltf",
     "AlphaBlendModeTest/glTF/AlphaBlendModeTest.gltf",
@@ -51,7 +52,7 @@ MODELS: Tuple[str, ...] = (
     "TransmissionTest/glTF-Binary/TransmissionTest.glb",
     "UnlitTest/glTF-Binary/UnlitTest.glb",
     "VertexColorTest/glTF-Binary/VertexColorTest.glb",
-    # Not in every collection of models.
+    # Some collections of models lack these.
     "MetalRoughSpheres/glTF-Binary/MetalRoughSpheres.glb",
     "TextureTransformMultiTest/glTF-Binary/TextureTransformMultiTest.glb",
     "ToyCar/glTF-Binary/ToyCar.glb",
@@ -60,12 +61,12 @@ MODELS: Tuple[str, ...] = (
 
 class Made(NamedTuple):
     scene: Callable[[], Glb]
-    environment: str  # of ENVIRONMENTS
+    environment: str  # a key of ENVIRONMENTS
 
 
 def ball(base: float = 1.0, metallic: float = 0.0, roughness: float = 1.0,
          **extensions: Dict[str, Any]) -> Callable[[], Glb]:
-    """Returns a sphere of one material; extensions without their KHR_materials_."""
+    """Returns a function that makes a sphere of one material; extensions are named without KHR_materials_."""
     def make() -> Glb:
         glb = Glb("ball")
         for name in extensions:
@@ -81,7 +82,7 @@ def ball(base: float = 1.0, metallic: float = 0.0, roughness: float = 1.0,
 
 
 def _hemisphere(x: int, y: int, side: int = 64) -> Tuple[int, ...]:
-    """Returns a texel of a normal map with one off-centre dome, so that every rotation looks different."""
+    """Returns a texel of a normal map with one dome off its centre, so that every rotation looks different."""
     u, v = (x + 0.5) / side * 2 - 1.2, 0.9 - (y + 0.5) / side * 2
     square = (u * u + v * v) / 0.64
     normal = (u / 0.8, v / 0.8, math.sqrt(1 - square)) if square < 0.95 else (0.0, 0.0, 1.0)
@@ -94,8 +95,8 @@ TURNS: Tuple[Tuple[float, Tuple[float, float]], ...] = tuple(
 
 
 def turned_maps(varnish: bool) -> Glb:
-    """Returns squares without tangents; KHR_texture_transform rotates and mirrors their normal maps (or their
-    clearcoat's)."""
+    """Returns squares without tangents whose normal maps, or those of their clearcoat, are rotated and mirrored by
+    KHR_texture_transform."""
     glb = Glb("turned normal maps")
     glb.extend("KHR_texture_transform")
     stored = glb.store(quad(0.45, 0.45, tile=0.9))
@@ -136,11 +137,9 @@ MADE: Dict[str, Made] = {
 
 
 def studio(width: int = WIDTH, height: int = HEIGHT) -> np.ndarray:
-    """Returns linear RGB [height, width, 3], floats, the zenith first: a pale floor, a sky, three boxes of light and a
-    dark wall.
-
-    All edges are one degree soft, so that the sampling of a filter does not decide the result.
-    """
+    """Returns linear RGB [height, width, 3] of floats, zenith first: a pale floor, a sky, three boxes of light and a
+    dark wall. All edges are blurred over one degree, so that the result does not depend on how a filter samples
+    them."""
     v, u = np.mgrid[0:height, 0:width]
     latitude, longitude = 90 - (v + 0.5) * 180 / height, (u + 0.5) * 360 / width - 180
 

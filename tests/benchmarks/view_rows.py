@@ -13,14 +13,14 @@ from typing import Any, Callable, Dict, Iterator, List
 from machine import ASSETS
 from side_by_side import Bench, Row, in_turn, run, say
 
-HD = "1920x1080"  # the size of the other rows; these rows have their own sizes, and run when that one does
+HD = "1920x1080"  # the size of other rows; these rows have sizes of their own but run if that one does
 LEAST_TRIANGLES = 500
 START_UP = ("load", "context", "upload")
 Rows = Iterator[Row]
 
 
 def stages(result: Dict[str, Any], *names: str) -> float:
-    """Returns the milliseconds of these stages; of all of them by default."""
+    """Returns the milliseconds of these stages or, without names, of all stages."""
     times = result["milliseconds"]
     return sum(value for stage, value in times.items() if stage != "total" and (not names or stage in names))
 
@@ -32,7 +32,7 @@ def emptied(folder: Path) -> Path:
 
 
 def views(bench: Bench) -> Rows:
-    """Times one process for many views, beside the sum of its stages, and beside one process per view."""
+    """Times one process for many views, and compares with the sum of its stages and with one process per view."""
     for _ in bench.at(HD):
         for name, path in bench.those("gearbox"):
             count, (side,) = max(4, 100 // bench.shrink), bench.shrunk(512)
@@ -63,7 +63,7 @@ def views(bench: Bench) -> Rows:
 
 
 def models() -> Dict[str, Path]:
-    """Returns the sufficiently large models by name, each in the form with the fewest extensions."""
+    """Returns the models that are large enough by name, each in the form with the fewest extensions."""
     found: Dict[str, Path] = {}
     if not (ASSETS / "MODELS.tsv").is_file():
         return found
@@ -77,7 +77,7 @@ def models() -> Dict[str, Path]:
 
 
 class DataSet:
-    """Views of a model as in a data set, and its depths alone, by peeler and by Embree."""
+    """Views of a model as in a data set, and their depths alone, by peeler and by Embree."""
 
     def __init__(self, bench: Bench, path: Path, count: int, side: int):
         self.ours, self.alone, self.theirs = (emptied(bench.scratch / name) for name in ("ours", "alone", "theirs"))
@@ -89,7 +89,7 @@ class DataSet:
         self.embree = [bench.build / "tests" / "benchmark_embree_views", path, cameras, self.theirs]
 
     def alike(self) -> float:
-        """Returns the share of covered pixels with as many layers, up to 15, as in Embree's."""
+        """Returns the share of covered pixels that have as many layers, up to 15, as Embree finds."""
         import numpy as np
 
         alike = covered = 0
@@ -102,7 +102,7 @@ class DataSet:
 
 
 def datasets(bench: Bench) -> Rows:
-    """Times 12 views of every model: depths of all layers, with and without pictures, beside depths by Embree."""
+    """Times 12 views of every model: the depths of all layers, with and without pictures, and Embree's depths."""
     if run(["/usr/bin/python3", "-c", "import numpy"], check=False).code != 0:
         bench.skip("data sets: python3-numpy is not installed")
         return
@@ -133,7 +133,7 @@ def datasets(bench: Bench) -> Rows:
 
 
 def masks(bench: Bench) -> Rows:
-    """Times the masks of all objects of a scene, beside a render of each alone."""
+    """Times the masks of all objects of a scene, and a render of each object alone."""
     for _ in bench.at(HD):
         for name, path in bench.those("gearbox"):
             side, = bench.shrunk(512)

@@ -40,7 +40,8 @@ class Peeler:
         return float(result["composite"]["psnr"])
 
     def camera(self, name: str, margin: float = 1) -> list:
-        """Returns the options of render for a picture's camera, with the field of view widened by `margin`."""
+        """Returns render's options for the camera of a picture, with the field of view widened by the factor
+        `margin`."""
         attributes = self("info", self.file(name))["attributes"]
         camera = json.loads(attributes["peeler:cameraJson"])
         rows = camera["cameraToWorld"]

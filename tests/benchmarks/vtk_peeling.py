@@ -21,7 +21,7 @@ import vtk
 
 
 def glass_alpha(scene):
-    """Returns the alpha that all BLEND materials share: VTK 9.1's importer drops it."""
+    """Returns the alpha that all BLEND materials have in common, because VTK 9.1's importer drops it."""
     data = pathlib.Path(scene).read_bytes()
     document = json.loads(data[20:20 + struct.unpack_from("<I", data, 12)[0]])
     alphas = {material["pbrMetallicRoughness"]["baseColorFactor"][3]

@@ -37,7 +37,7 @@ namespace {
 namespace fs = std::filesystem;
 constexpr const char* kColors[] = {"R", "G", "B", "A"};
 
-/// A stopwatch for the timed parts of a run.
+/// A stopwatch that adds up the timed parts of a run.
 class Watch {
   public:
     template <class Work>
@@ -54,7 +54,7 @@ Imath::Box2i boxOf(const Window& window) {
     return {{window.x0, window.y0}, {window.x1 - 1, window.y1 - 1}};
 }
 
-/// Keeps the incoming bands.
+/// A sink that keeps the bands.
 class KeepingSink final : public Sink {
   public:
     void begin(const Plan&) override {}
@@ -78,7 +78,7 @@ struct Picture {
     std::vector<LayeredImage> bands;
 };
 
-/// The pixels of one part: half R,G,B,A and float Z, in OpenEXR's layout.
+/// The pixels of one part in OpenEXR's layout: R, G, B, A as half and Z as float.
 struct Planes {
     explicit Planes(const Window& window)
         : area(window),
@@ -103,7 +103,7 @@ struct Planes {
 
     Window area;
     std::vector<float> z;
-    std::vector<Imath::half> color;  ///< one plane per channel
+    std::vector<Imath::half> color;  ///< one plane for each channel
 };
 
 Planes layerPlanes(const Picture& picture, std::size_t layer, const Window& window) {
@@ -153,8 +153,8 @@ Imf::Header headerOf(const Picture& picture, const std::string& name, const Wind
     return header;
 }
 
-/// Writes all parts with OpenEXR: every layer's data window, or the whole picture for each. Returns
-/// milliseconds.
+/// Writes all parts with OpenEXR's classes, each with the layer's data window if `cropped`, else
+/// with the whole picture. Returns milliseconds.
 double writeLayered(const Picture& picture, const std::string& path, bool cropped) {
     const Window whole = picture.plan.view.crop;
     const std::size_t layers = picture.plan.layers.size();
@@ -182,7 +182,7 @@ double writeLayered(const Picture& picture, const std::string& path, bool croppe
     return watch.total();
 }
 
-/// Pointers to every pixel's samples, for a frame buffer of each channel.
+/// Pointers to the samples of every pixel, as the frame buffer needs them for each channel.
 struct DeepPointers {
     explicit DeepPointers(const LayeredImage& image) {
         const std::size_t pixels = image.window.pixels();
@@ -199,7 +199,7 @@ struct DeepPointers {
 
     Imf::DeepFrameBuffer frameBuffer(const Window& window) {
         const auto width = static_cast<std::size_t>(window.width());
-        // OpenEXR's slices begin at the origin of the display window.
+        // Addresses of OpenEXR's slices are relative to the origin of the display window.
         const auto at = [&](auto& values) {
             const auto back = static_cast<std::ptrdiff_t>(window.y0) * window.width() + window.x0;
             return reinterpret_cast<char*>(values.data()) -
@@ -220,7 +220,7 @@ struct DeepPointers {
     std::array<std::vector<const std::byte*>, 5> samples{};
 };
 
-/// Writes all rows in one call. Returns milliseconds.
+/// Writes all rows in a single call. Returns milliseconds.
 double writeDeep(const Picture& picture, const LayeredImage& image, DeepPointers& pointers,
                  const std::string& path) {
     const Window window = image.window;
@@ -236,7 +236,7 @@ double writeDeep(const Picture& picture, const LayeredImage& image, DeepPointers
     return watch.total();
 }
 
-/// Writes the bands with our writer. Returns milliseconds.
+/// Writes the bands with peeler's writer. Returns milliseconds.
 template <class Writer>
 double writeOurs(const Picture& picture, const std::string& path) {
     Watch watch;
@@ -250,7 +250,7 @@ double writeOurs(const Picture& picture, const std::string& path) {
     return watch.total();
 }
 
-/// A writer, one row of the comparison.
+/// One writer: a row of the comparison.
 struct Row {
     std::string name;
     std::function<double(const std::string& path)> write;
@@ -260,14 +260,14 @@ bool asked(const Options& options, const char* name) {
     return std::ranges::count(options.what, name) != 0;
 }
 
-/// Ours is the first of the rows.
+/// Times the rows in turn. Our writer is the first of them.
 nlohmann::json compared(std::vector<Row> rows, const Options& options) {
     if (asked(options, "ours")) rows.resize(1);
     nlohmann::json result = nlohmann::json::object();
     for (int i = 0; i < options.runs; ++i) {
         for (const Row& row : rows) {
             const fs::path path = fs::path(options.folder) / (row.name + ".exr");
-            fs::remove(path);  // a new file, like ours
+            fs::remove(path);  // so that the file is created anew, as ours is
             result["milliseconds"][row.name].push_back(row.write(path.string()));
             result["bytes"][row.name] = fs::file_size(path);
             fs::remove(path);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conversion of deep files and layouts on the command line: lossless round trips, merging,
-// refusals.
+// Tests peeler convert: lossless round trips between deep files and all layouts, merging of
+// samples, and errors.
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ class ConvertVerb : public testing::Test {
   protected:
     std::string at(const std::string& name) const { return (scratch_ / name).string(); }
 
-    /// Runs a command that must succeed; returns its result if it is JSON.
+    /// Runs a command that must succeed; returns its JSON result.
     static Json run(std::vector<std::string> arguments) {
         arguments.insert(arguments.end(), {"--json", "--quiet"});
         const Outcome result = runPeeler(arguments);
@@ -52,7 +52,7 @@ TEST_F(ConvertVerb, LayeredAndDeepFilesTurnIntoEachOtherByteForByte) {
         run({"convert", at("layout.exr"), "-o", at("back.exr"), "--as", "deep"});
         EXPECT_TRUE(bytesOf(at("back.exr")) == bytesOf(at("deep.exr"))) << layout;
     }
-    // Other verbs read the same picture.
+    // Other verbs must read the same picture from both files.
     run({"flatten", at("ldi.exr"), "-o", at("a.exr")});
     run({"flatten", at("deep.exr"), "-o", at("b.exr")});
     EXPECT_TRUE(bytesOf(at("a.exr")) == bytesOf(at("b.exr")));
@@ -76,7 +76,8 @@ TEST_F(ConvertVerb, OpenImageIoFlattensToOurCompositeWithinHalfPrecision) {
                 const auto p = static_cast<std::size_t>(y * 160 + x);
                 const float ours = composite.rgba[p][static_cast<std::size_t>(c)];
                 const float theirs = flat.getchannel(x, y, 0, c);
-                // Half has 11 bits; OpenImageIO rounds to it once, ours is float.
+                // A half has 11 significant bits. OpenImageIO rounds to half once; our result is
+                // float.
                 ASSERT_NEAR(ours, theirs, std::max(1.0F, std::abs(ours)) / 1024)
                     << x << ',' << y << ' ' << c;
             }
@@ -99,7 +100,7 @@ TEST_F(ConvertVerb, OtherProgramsFlattenColourAloneHoweverManyChannelsThereAre) 
     const OIIO::ImageBufAlgo::CompareResults result =
         OIIO::ImageBufAlgo::compare(rich, plain, 0.0F, 0.0F);
     EXPECT_FALSE(result.error) << result.maxerror;
-    // All channels read back, in any requested order.
+    // All channels are read back, in whichever order they were requested.
     run({"convert", at("rich.exr"), "-o", at("layers.exr"), "--as", "ldi"});
     renderGlasses("rendered.exr", {"--channels", "all"});
     EXPECT_TRUE(bytesOf(at("layers.exr")) == bytesOf(at("rendered.exr")));
@@ -163,7 +164,7 @@ TEST_F(ConvertVerb, ASetDoesNotReplaceItsInputNorWhatMustStay) {
         runPeeler({"render", scene, "-o", at("a.exr"), "--layout", "per-file", "--no-clobber"})
             .exit_code,
         4);
-    // A single layer is a picture of one layer.
+    // A single layer's file, on its own, is a picture of one layer.
     const Json json = run({"convert", at("a.layer_001.exr"), "-o", at("b.exr")});
     EXPECT_EQ(json["layers"], 1);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR files of other programs through every verb that reads them.
+// Tests OpenEXR files of other programs with every verb that accepts them.
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ class ForeignExr : public testing::Test {
         return result.err;
     }
 
-    /// Writes a deep file of 8 × 6 pixels with a stored data window of 4 × 3 from (2, 1).
+    /// Writes a deep file of 8 × 6 pixels whose data window has 4 × 3 pixels from (2, 1).
     std::string inside() const {
         writeDeepFile(at("inside.exr"),
                       {deepPart({{2, 1}, {5, 3}}, kNames, {{0.5, 0.25, 0.25, 0.25, 2}})},
@@ -40,7 +40,7 @@ class ForeignExr : public testing::Test {
         return at("inside.exr");
     }
 
-    /// Writes two deep parts with the same header and different samples.
+    /// Writes two deep parts with equal headers but different samples.
     std::string twoParts() const {
         DeepPart a = deepPart({{0, 0}, {3, 2}}, kNames, {{1, 0.5, 0.5, 0.5, 2}});
         DeepPart b = deepPart({{0, 0}, {3, 2}}, kNames, {{1, 0.25, 0.25, 0.25, 2}});
@@ -162,7 +162,7 @@ TEST_F(ForeignExr, PartsAreWarnedOfAndChosen) {
         EXPECT_NE(refused.err.find("fx"), std::string::npos) << refused.err;
     }
     run({"verify", input});
-    // The second part is read, too.
+    // verify reads the second part, too.
     std::string bytes = bytesOf(input);
     bytes.resize(bytes.size() - 3);
     writeFile(at("cut.exr"), bytes);
@@ -187,7 +187,7 @@ TEST_F(ForeignExr, DwaIsReadAndGood) {
     }
 }
 
-/// Files from bug reports, if they lie beside the project.
+/// Checks files from bug reports, if they are in a folder beside the project.
 TEST_F(ForeignExr, FilesFromTheField) {
     const char* const variable = std::getenv("PEELER_FIELD");
     const fs::path field = variable ? fs::path(variable) : sourceDir() / "../shared/field";

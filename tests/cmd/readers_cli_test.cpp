@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs of examples/readers print the same as `peeler info`.
+// Tests that the programs in examples/readers print the same as `peeler info`.
 #include <gtest/gtest.h>
 
 #include "formats/exr/exr_writers.h"
@@ -38,7 +38,7 @@ class Readers : public testing::Test {
         files_.push_back(scratch_ / name);
     }
 
-    /// Runs the command with each file, and expects the lines of `info`.
+    /// Runs the command with each file and expects the lines that `peeler info` prints.
     template <class Prepare>
     void expectLines(const std::vector<std::string>& command, Prepare&& prepare) {
         for (const std::string& file : files_) {

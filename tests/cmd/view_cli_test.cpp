@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler view: a file's layers from other cameras, against renders from there.
+// Tests peeler view: compares layers of a file, seen from other cameras, with renders from those
+// cameras.
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <gtest/gtest.h>
@@ -27,7 +28,7 @@ std::string exactly(const std::vector<double>& numbers) {
     return text.str();
 }
 
-/// Returns sRGB over grey, 0 to 1, as displayed.
+/// Returns a picture over grey, in sRGB from 0 to 1, as it is displayed.
 OIIO::ImageBuf shown(const fs::path& path) {
     OIIO::ImageBuf image(path.string());
     EXPECT_TRUE(image.read(0, 0, true, OIIO::TypeDesc::FLOAT)) << image.geterror();
@@ -62,8 +63,8 @@ class ViewsOf : public testing::TestWithParam<const char*> {
 
     std::string file(const std::string& name) const { return (scratch_ / name).string(); }
 
-    /// Captures layers of the scene from its own camera, with the field of view widened by
-    /// `margin`.
+    /// Captures layers of the scene from its own camera, with the field of view widened by the
+    /// factor `margin`.
     void capture(const std::string& name, double margin) {
         run({"render", scene_, "-o", file("own.exr"), "--as", "composite", "--size", "384x216"});
         Arguments arguments{"render",
@@ -80,8 +81,8 @@ class ViewsOf : public testing::TestWithParam<const char*> {
         run(arguments);
     }
 
-    /// Returns the options of render for a picture's camera, with the field of view widened by
-    /// `margin`.
+    /// Returns render's options for the camera of a picture, with the field of view widened by the
+    /// factor `margin`.
     Arguments cameraOf(const std::string& name, double margin = 1) const {
         const OIIO::ImageBuf image(file(name));
         const Json camera =
@@ -118,13 +119,13 @@ TEST_P(ViewsOf, TheOwnCameraShowsTheComposite) {
 }
 
 TEST_P(ViewsOf, AllLayersAreWorthThreeDecibelsBesideIt) {
-    // Captured wider than the views, so that the parts that enter the picture exist, and
-    // antialiased, so that the comparison is not about jagged edges.
+    // Layers are captured wider than the views, so that parts which enter the picture exist, and
+    // antialiased, because jagged edges would dominate the comparison.
     capture("layers.exr", 1.5);
     const Arguments own = cameraOf("own.exr");
     for (const char* orbit : {"5,0", "10,0", "20,0"}) {
-        // OpenImageIO caches files by name; their times, in seconds, may be too coarse to notice a
-        // new file.
+        // File names differ, because OpenImageIO caches files by name and notices a new one only by
+        // its time in seconds.
         const std::string all_name = std::string("all ") + orbit + ".exr";
         const std::string one_name = std::string("one ") + orbit + ".exr";
         const std::string direct_name = std::string("direct ") + orbit + ".exr";
@@ -179,7 +180,7 @@ TEST_F(View, TheSameBytesWithAnyNumberOfThreads) {
 }
 
 TEST_F(View, OrbitsAboutTheTarget) {
-    // A target in the middle of the picture stays there, at the same distance.
+    // A target in the middle of the picture must stay there, at the same distance.
     const auto result = view({"-o", scratch_ / "a.exr", "--orbit", "90,0", "--target", "1,2,3",
                               "--up", "0,2,0", "--size", "64", "--json"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -194,7 +195,7 @@ TEST_F(View, OrbitsAboutTheTarget) {
     };
     const Json before = matrixOf(layers_), after = matrixOf(scratch_ / "a.exr");
     const auto at = [](const Json& m, std::size_t row) { return m.at(row).at(3).get<double>(); };
-    // A quarter turn to the right: (x, z) from the target becomes (z, −x).
+    // The camera makes a quarter turn to the right: its (x, z) from the target becomes (z, −x).
     EXPECT_NEAR(at(after, 0) - 1, at(before, 2) - 3, 1e-9);
     EXPECT_NEAR(at(after, 2) - 3, -(at(before, 0) - 1), 1e-9);
     EXPECT_NEAR(at(after, 1), at(before, 1), 1e-9);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler view -o page.html in a browser. See view_page_test.py.
+// Tests peeler view -o page.html in a browser, which view_page_test.py controls.
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <gtest/gtest.h>
@@ -38,10 +38,12 @@ class ViewPage : public testing::Test {
         return -20 * std::log10(std::max(result.rms_error, 1e-6));
     }
 
-    /// Lets a browser use the page; exit code 77: there is no browser.
+    /// Opens the page in a browser and makes a tour of it. The exit code is 77 if there is no
+    /// browser.
     Outcome use(const std::string& page, const std::string& tour = "look",
                 const std::vector<std::string>& pixels = {}) const {
-        // Debian's Python has Debian's Selenium, even if another Python is first in the path.
+        // Selenium is a package of Debian's Python, so that is used even if another Python is first
+        // in the path.
         const auto script = sourceDir() / "tests" / "cmd" / "view_page_test.py";
         std::vector<std::string> command = {"/usr/bin/python3", script, page, ".", tour};
         command.insert(command.end(), pixels.begin(), pixels.end());
@@ -49,7 +51,7 @@ class ViewPage : public testing::Test {
     }
     Json readings() const { return Json::parse(bytesOf(scratch_ / "readings.json")); }
 
-    /// Returns a layer of "layers.exr", counted from 1.
+    /// Returns layer `number` of "layers.exr", counted from 1.
     OIIO::ImageBuf layer(int number) const {
         OIIO::ImageBuf image((scratch_ / "layers.exr").string(), number, 0);
         EXPECT_TRUE(image.read(number, 0, true, OIIO::TypeDesc::FLOAT)) << image.geterror();
@@ -58,7 +60,7 @@ class ViewPage : public testing::Test {
     static float valueAt(const OIIO::ImageBuf& image, const char* channel, int x, int y) {
         return image.getchannel(x, y, 0, image.spec().channelindex(channel));
     }
-    /// Returns a pixel of a picture, 0 to 255.
+    /// Returns the colour of a picture's pixel, 0 to 255.
     std::array<int, 3> color(const std::string& name, int x, int y) const {
         OIIO::ImageBuf image((scratch_ / (name + ".png")).string());
         std::array<int, 3> bytes{};
@@ -84,8 +86,8 @@ struct Pixel {
     std::string place() const { return std::to_string(x) + ", " + std::to_string(y); }
 };
 
-/// Returns the pixels where a layer has its sharpest folds within a surface: a cell's corners
-/// predict its Z worst there.
+/// Returns the pixels where a layer is folded most sharply within a surface, because there a cell's
+/// corners predict its Z worst.
 std::vector<Pixel> sharpestFolds(const OIIO::ImageBuf& layer, std::size_t count) {
     const int z = layer.spec().channelindex("Z");
     std::vector<std::pair<double, Pixel>> found;
@@ -110,7 +112,8 @@ TEST_F(ViewPage, OfColouredGlassFiltersColourByColour) {
     for (const std::vector<std::string>& verb :
          {std::vector<std::string>{"render", "scene.gltf", "-o", "layers.exr", "--camera", "front",
                                    "--size", "128x72"},
-          // With one tone curve: a page applies it per fragment, a composite to the whole.
+          // No tone curve is used, because a page applies it per fragment but a composite to the
+          // whole.
           {"view", "layers.exr", "-o", "page.html", "--background", "#dbdbdb", "--tone-map",
            "none"},
           {"flatten", "layers.exr", "-o", "all.png", "--background", "#dbdbdb", "--tone-map",
@@ -128,7 +131,7 @@ TEST_F(ViewPage, OfColouredGlassFiltersColourByColour) {
     std::printf("the page of coloured glass against the composite: %.1f dB\n", found);
     EXPECT_GE(found, 44);
     EXPECT_LT(psnr("milky", "all"), 30);
-    // Only one pane is in the corner: its opacity per channel.
+    // In the corner there is only one pane, so the alpha picture shows its opacity per channel.
     const OIIO::ImageBuf front = layer(1);
     std::array<int, 3> opacities{};
     for (std::size_t c = 0; c < 3; ++c)
@@ -143,14 +146,15 @@ TEST_F(ViewPage, OfColouredGlassFiltersColourByColour) {
 }
 
 TEST_F(ViewPage, InABrowser) {
-    // Transparent and opaque surfaces, 14 layers.
+    // This scene has transparent and opaque surfaces, and 14 layers.
     render("engine.glb", "192x108");
     for (const std::vector<std::string>& verb :
          {std::vector<std::string>{"view", "layers.exr", "-o", "page.html"},
           {"flatten", "layers.exr", "-o", "all.png"},
           {"flatten", "layers.exr", "-o", "first.png", "--layers", "1"}}) {
         auto arguments = verb;
-        // With one tone curve: a page applies it per fragment, a composite to the whole.
+        // No tone curve is used, because a page applies it per fragment but a composite to the
+        // whole.
         arguments.insert(arguments.end(), {"--background", "#dbdbdb", "--tone-map", "none"});
         const auto result = run(arguments);
         ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -165,8 +169,8 @@ TEST_F(ViewPage, InABrowser) {
     ASSERT_EQ(browser.exit_code, 0) << browser.out << browser.err;
     EXPECT_EQ(bytesOf(scratch_ / "console.json"), "[]") << "no word on the console";
 
-    // 8-bit colours, blended in another precision; a few pixels between two touching surfaces go to
-    // the other one, since depths have 16 bits.
+    // The page has 8-bit colours, blended in another precision. Since its depths have 16 bits, a
+    // few pixels where two surfaces touch show the other one.
     const double all = psnr("original", "all"), first = psnr("one_layer", "first");
     std::printf("the page against the composite: %.1f dB; of one layer: %.1f dB\n", all, first);
     EXPECT_GE(all, 44) << "40 would be the transparent ones in the wrong order";
@@ -188,8 +192,8 @@ TEST_F(ViewPage, InABrowser) {
     }
 }
 
-/// Returns a red pane in front of a green triangle, rotated by 45 degrees, in front of a blue wall;
-/// unlit.
+/// Returns three unlit surfaces: a red pane in front of a green triangle, rotated by 45 degrees, in
+/// front of a blue wall.
 Json threeSurfaces() {
     Json scene = stackScene(3);
     const Json primitive = scene["meshes"][0]["primitives"][0];
@@ -233,8 +237,8 @@ TEST_F(ViewPage, TellsWhatIsShown) {
     EXPECT_EQ(bytesOf(scratch_ / "console.json"), "[]") << "no word on the console";
     const Json told = readings();
 
-    // The surface under the pointer. The pane and the wall are at whole numbers; the triangle's Z
-    // is that of the file to five digits, the precision of the codes.
+    // The page tells which surface is under the pointer. The Z of the pane and the wall are whole
+    // numbers; the triangle's is that of the file to five digits, the precision of the codes.
     const std::string of_pane = "object near <b>pane material paint of near <b>pane";
     EXPECT_EQ(told["48,32"], "Z 3.0000 layer 1 of 3 pixel 48, 32 " + of_pane);
     EXPECT_EQ(told["5,7"], "Z 6.0000 layer 1 of 3 pixel 5, 7 object wall material paint of wall");
@@ -249,7 +253,7 @@ TEST_F(ViewPage, TellsWhatIsShown) {
     EXPECT_EQ(told["middle"], told["48,32"]);
     EXPECT_EQ(told["nowhere"], "Point at the picture: depth, layer, pixel, object.");
 
-    // One layer alone.
+    // The page can show a single layer.
     EXPECT_EQ(told["of all"], "3 of 3");
     EXPECT_EQ(told["two"], "2 of 3");
     EXPECT_EQ(told["second"], "only 2 of 3");
@@ -272,15 +276,15 @@ TEST_F(ViewPage, TellsWhatIsShown) {
     }
     EXPECT_GT(there, 100);
 
-    // Channels: of the second layer alone, of the first alone, and of all.
+    // Channels are shown for the second layer, for the first, and for all.
     EXPECT_EQ(told["ramp from"], "1");
     EXPECT_EQ(told["ramp to"], "3");
-    expectColor("layer_2", 48, 32, {35, 144, 139});  // the middle of viridis
+    expectColor("layer_2", 48, 32, {35, 144, 139});  // middle of viridis
     expectColor("layer_2", 5, 7, {0, 0, 0});
     expectColor("alpha_1", 48, 32, {128, 128, 128});
     expectColor("alpha_1", 5, 7, {255, 255, 255});
     expectColor("layer", 48, 32, {0xfd, 0xe7, 0x25});
-    expectColor("depth", 48, 32, {0xfc, 0xff, 0xa4});  // the near end of inferno
+    expectColor("depth", 48, 32, {0xfc, 0xff, 0xa4});  // near end of inferno
     expectColor("depth", 5, 7, {0x21, 0x0c, 0x4a});
     expectColor("normal", 48, 32, {128, 128, 255});  // 0.5 + 0.5 (0, 0, 1)
     expectColor("normal", 5, 7, {128, 128, 255});
@@ -291,8 +295,9 @@ TEST_F(ViewPage, TellsWhatIsShown) {
     EXPECT_EQ(color("object", 90, 60), color("object", 5, 7)) << "one object";
     EXPECT_EQ(told["cycle"], Json({"alpha", "depth", "layer", "object", "normal", "color"}));
 
-    // A drag moves the surface at the viewing distance, and the farther wall by proportionally
-    // less: the readings at (30, 40) after 20 pixels right and 10 up were there before.
+    // Dragging moves the surface at the viewing distance by as much, and the wall, which is
+    // farther, by proportionally less. After 20 pixels right and 10 up, (30, 40) must read what was
+    // at the computed pixel before.
     const std::string page = bytesOf(scratch_ / "page.html");
     const double share = std::stod(page.substr(page.find("\"distance\":") + 11)) / 6;
     ASSERT_TRUE(share > 0.5 && share < 0.9) << share;
@@ -316,7 +321,7 @@ TEST_F(ViewPage, NeedsNothingElse) {
     for (const char* sign : {"http:", "https:", "src=", "@import", "url("})
         EXPECT_EQ(page.find(sign), std::string::npos) << sign;
     EXPECT_EQ(page.find("{{"), std::string::npos) << "a field was left open";
-    // render writes the same page directly.
+    // render can write the same page directly.
     const auto file = sourceDir() / "examples" / "scenes" / "coincident.glb";
     ASSERT_EQ(run({"render", file, "-o", "direct.html", "--size", "64x36", "--exposure", "0",
                    "--environment", "none"})

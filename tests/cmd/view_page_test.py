@@ -25,11 +25,11 @@ class Page:
     def __init__(self, driver, out):
         from selenium.webdriver.support.ui import WebDriverWait
         self.driver, self.out = driver, out
-        self.wait = WebDriverWait(driver, ENDLESS, poll_frequency=0.02)  # the default is half a second
+        self.wait = WebDriverWait(driver, ENDLESS, poll_frequency=0.02)  # the default would poll only twice per second
         self.readings = {}
 
     def count(self, what):
-        """Returns the number of frames of the canvas, or of readings below it."""
+        """Returns how many frames of the canvas, or readings below it, there have been."""
         return int(self.driver.execute_script(
             {"frame": "return document.getElementById('picture').dataset.frame || 0",
              "reading": "return document.getElementById('probe').dataset.reading || 0"}[what]))
@@ -39,7 +39,7 @@ class Page:
         before = self.count(what)
         action()
         self.wait.until(lambda _: self.count(what) > before)
-        # Other pending changes appear in the frame after next.
+        # Other changes that are pending appear in the frame after the next.
         self.driver.execute_async_script(
             "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(done))")
 
@@ -78,7 +78,7 @@ class Page:
             "return document.getElementById(arguments[0]).textContent.trim()", element)
 
     def point(self, x, y, name=None, kind="mouse"):
-        """Points at a pixel of the canvas, with a mouse or a finger."""
+        """Points at a pixel of the canvas with a mouse or a finger."""
         self.after(lambda: self.driver.execute_script(
             "const c = document.getElementById('picture'), r = c.getBoundingClientRect();"
             "c.dispatchEvent(new PointerEvent('pointermove', {pointerType: arguments[2],"
@@ -88,7 +88,7 @@ class Page:
 
 
 def one_to_one(page, pixels):
-    """Sets one canvas pixel per pixel of the capture from here on."""
+    """Makes one canvas pixel stand for one pixel of the capture from here on."""
     page.run("const c = document.getElementById('picture');"
              "c.style.border = 0;"
              "c.style.width = JSON.parse(document.getElementById('view').textContent).width + 'px'")
@@ -139,7 +139,7 @@ def look(page, pixels):
 
 
 def two_fingers(driver, canvas, right, down):
-    """Moves two fingers, one above the other, in parallel, step by step."""
+    """Moves two fingers, one above the other, step by step in parallel."""
     from selenium.webdriver.common.actions.action_builder import ActionBuilder
     actions, steps = ActionBuilder(driver), 10
     for name, y in (("one", -15), ("other", 15)):
@@ -165,7 +165,7 @@ def read(page, pixels):
         "return document.getElementById('picture').dispatchEvent("
         "new MouseEvent('contextmenu', {cancelable: true}))")
 
-    # A single layer.
+    # Show a single layer.
     page.told("of all", "shown")
     page.slide(2)
     page.told("two", "shown")
@@ -192,7 +192,7 @@ def read(page, pixels):
         cycle.append(page.element("channel").get_attribute("value"))
     page.readings["cycle"] = cycle
 
-    # From another viewpoint.
+    # Look from another viewpoint.
     def shift_drag():
         ActionChains(driver).key_down(Keys.SHIFT).perform()
         page.drag(20, -10).perform()

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Benchmark scripts still run, and tests/benchmarks/RESULTS.md and README.md agree.
+"""Tests that the benchmark scripts still run, and that tests/benchmarks/RESULTS.md and README.md agree.
 
-Small pictures, once; the measured values do not matter. Parts that need the benchmarks' own programs (side by side,
-baking) are not run, except the rows of hits and of data sets if these programs are built."""
+Renders small pictures once; the measured values do not matter. Parts that need the benchmarks' own programs (side by
+side, baking) are not run, except the rows of hits and of data sets if these programs are built."""
 
 import json
 import math
@@ -38,7 +38,7 @@ REFEREE_RUNS = not subprocess.run(
 
 class Benchmarks(PeelerTest):
     def rows(self, script, *arguments):
-        """Returns the rows of the printed table."""
+        """Returns the rows of the table that a script prints."""
         done = subprocess.run(
             ["/usr/bin/python3", "-B", str(BENCHMARKS / script), PEELER, *map(str, arguments)],
             text=True,
@@ -89,7 +89,7 @@ class Benchmarks(PeelerTest):
 
     @unittest.skipUnless(REFEREE_RUNS, "Debian's python3-numpy or python3-openimageio is missing")
     def test_referee_in_a_furnace(self):
-        """White lobes reflect all light, black ones less, and clearcoat on black follows its Fresnel term."""
+        """White lobes reflect all light, black lobes less, and clearcoat over black follows its Fresnel term."""
         import referee
         from referee_spheres import balls
 
@@ -128,7 +128,7 @@ class Benchmarks(PeelerTest):
 
 
 class CannedBench(side_by_side.Bench):
-    """A bench whose programs give prepared answers."""
+    """A bench whose programs give canned answers."""
 
     def __init__(self, folder, answers, **more):
         paths = {name: pathlib.Path(name) for name in (*hit_rows.SOUPS, *hit_rows.MODELS, "2CylinderEngine", "helmet")}
@@ -142,7 +142,7 @@ class CannedBench(side_by_side.Bench):
 
 
 def hits_of(command):
-    """Returns as many hits as rays, with a nanosecond each for Embree and a tenth of that for us."""
+    """Returns canned results with one hit per ray; a hit takes Embree a nanosecond, and us a tenth of that."""
     width, height = map(int, command[command.index("--size") + 1].split("x"))
     rays = width * height * (64 if "--bundles" in command else 1)
     times = {key: [1e-6 * rays * share] for key, share in (
@@ -153,7 +153,7 @@ def hits_of(command):
 
 
 class HitRows(PeelerTest):
-    """The rows about CPU hits."""
+    """Tests the table rows on CPU hits."""
 
     NAMES = ("benchmark_hit_engine", "bake_ao")
     BUILT = all((pathlib.Path(PEELER).parent / "tests" / name).is_file() for name in NAMES)
@@ -178,7 +178,7 @@ class HitRows(PeelerTest):
         self.assertEqual({row.scene: row.target for row in rows["bundle"]}["soup-640k"], 0.5)
         self.assertEqual(len(rows["bundle"]), 8)
         self.assertEqual([row.size for row in rows["bundles"]], ["64 of 512", "64 of 1024", "64 of 1024"])
-        # Thickness takes a fifth longer than its hits, parity twice as long.
+        # In the canned answers, thickness takes a fifth longer than its hits, and parity twice as long.
         self.assertEqual([row.met for row in rows["maps"]], 2 * [True, False, True])
         for row in sum(rows.values(), []):
             self.assertTrue(row.ours_alone, row.what)
@@ -192,7 +192,7 @@ class HitRows(PeelerTest):
         for row in of_rays:
             self.assertAlmostEqual(row.ratio, 1, 9)
             self.assertTrue(row.met)
-        self.assertEqual(len(bench.asked), 2 * len(scenes.SOUPS))  # times, and then memory
+        self.assertEqual(len(bench.asked), 2 * len(scenes.SOUPS))  # first for times, then for memory
 
     def test_occlusion_has_to_be_as_good(self):
         def answers(ours):
@@ -210,7 +210,7 @@ class HitRows(PeelerTest):
 
     @unittest.skipUnless(BUILT, "benchmark_hit_engine and bake_ao are not built (target benchmarks)")
     def test_rows_of_tiny_pictures(self):
-        """Runs the programs themselves, with the table's command."""
+        """Runs the real programs, with the commands of the table."""
         with tempfile.TemporaryDirectory() as scratch:
             told = pathlib.Path(scratch) / "rows.json"
             done = subprocess.run(
@@ -227,13 +227,13 @@ class HitRows(PeelerTest):
         self.assertEqual(len(list(results.rows(done.stdout))), len(rows))
         for row in rows:
             if row["what"].startswith("exponent"):
-                self.assertTrue(math.isfinite(row["ratio"]), row)  # with hardly any hits it may be anything
+                self.assertTrue(math.isfinite(row["ratio"]), row)  # with hardly any hits, the ratio may be anything
             else:
                 self.assertGreater(row["ratio"], 0, row)
 
 
 class ViewRows(PeelerTest):
-    """The rows about many views, data sets and masks, of small scenes in place of the models."""
+    """Tests the table rows on many views, data sets and masks, with small scenes in place of the models."""
 
     BUILD = pathlib.Path(PEELER).parent
 
@@ -262,7 +262,7 @@ class ViewRows(PeelerTest):
     @unittest.skipUnless((BUILD / "tests" / "benchmark_embree_views").is_file(),
                          "benchmark_embree_views is not built (target benchmarks)")
     def test_data_sets(self):
-        """Embree gets the same task: it finds as many layers nearly everywhere."""
+        """Embree gets the same task, so it finds equally many layers nearly everywhere."""
         with mock.patch("view_rows.models", lambda: {"bracket": EXAMPLES / "scenes" / "bracket.glb"}):
             rows = self.rows("datasets", SCENE)
         self.assertEqual([row.scene for row in rows], 2 * ["bracket"] + 2 * ["all 1 models"])
@@ -272,7 +272,7 @@ class ViewRows(PeelerTest):
             self.assertRegex(row.note, "^[0-9.]+ objects a minute, Embree [0-9.]+$")
 
     def test_models(self):
-        """Selects the form with the fewest requirements among the large enough models."""
+        """Of the models that are large enough, chooses the form with the fewest required extensions."""
         lines = ["path\ttriangles_in_default_scene\textensionsRequired"]
         lines += [f"{path}\t{triangles}\t{needed}" for path, triangles, needed in (
             ("gltf-sample-assets/Duck/glTF-Draco/Duck.gltf", 4212, "KHR_draco_mesh_compression"),
@@ -286,7 +286,7 @@ class ViewRows(PeelerTest):
 
 
 def patterns():
-    """Returns a picture of bands and blocks, and the same with a darker block, a shift and a red corner."""
+    """Returns a picture of bands and blocks, and a copy with a darker block, a shift and a red corner."""
     y, x = np.mgrid[0:48, 0:64] / 16
     a = np.stack([0.5 + 0.5 * np.sin(3 * x), 0.5 + 0.4 * np.cos(2 * y + x), (x + y) % 1], axis=-1)
     b = a.copy()
@@ -298,7 +298,7 @@ def patterns():
 
 class Flip(PeelerTest):
     def test_is_that_of_its_authors(self):
-        """The authors' program (FLIP.h, in C++) gives a mean of 0.3634523 for these pictures."""
+        """For these pictures, the mean of the authors' own program (FLIP.h, in C++) is 0.3634523."""
         error = flip.flip(*patterns())
         self.assertAlmostEqual(error.mean(), 0.3634523, 5)
         self.assertAlmostEqual(flip.PIXELS_PER_DEGREE, 67.0206, 4)
@@ -323,7 +323,7 @@ class Flip(PeelerTest):
 
 class AgainstThree(PeelerTest):
     def test_compared(self):
-        """Half of the picture is covered, and a tenth too bright."""
+        """The picture is half covered, and we are a tenth too bright there."""
         theirs = np.zeros((16, 16, 4))
         theirs[:8] = (0.5, 0.5, 0.5, 1)
         ours = theirs * (1.1, 1.1, 1.1, 1)
@@ -331,13 +331,13 @@ class AgainstThree(PeelerTest):
         self.assertAlmostEqual(measured.psnr, -20 * np.log10(0.05), 6)
         self.assertAlmostEqual(measured.luminance, 1.1, 6)
         self.assertGreater(measured.flip, 0)
-        # Values brighter than a screen differ in luminance, and look the same.
+        # Values too bright for a screen differ in luminance but look the same.
         bright = against_three.compared(4 * theirs, 8 * theirs)
         self.assertEqual((bright.psnr, bright.flip, bright.luminance), (np.inf, 0, 0.5))
         self.assertEqual(against_three.compared(theirs, theirs).psnr, np.inf)
 
     def test_sample_positions(self):
-        """Four samples give the same picture as their positions moved here."""
+        """Checks the positions that make three.js take the same four samples per pixel as we do."""
         self.assertEqual(against_three.sample_positions(1), [(0.5, 0.5)])
         positions = against_three.sample_positions(4)
         self.assertEqual(positions, [(0.125, 0.125), (0.375, 0.625), (0.625, 0.375), (0.875, 0.875)])
@@ -376,7 +376,7 @@ class AgainstThree(PeelerTest):
         self.assertIn("Nothing is below 30 dB", against_three.reasons({"Fox": against_three.Measured(np.inf, 0, 1)}))
 
     def test_reasons(self):
-        """Every reason belongs to an existing row, and is in the guide."""
+        """Every reason belongs to an existing row, and stands in the guide."""
         names = {*three_scenes.MADE, *(model.split("/")[0] for model in three_scenes.MODELS)}
         self.assertLessEqual(reasons.THREE.keys(), names)
         guide = (SOURCE / "examples/guide/light.md").read_text(encoding="utf-8")
@@ -399,7 +399,7 @@ class Results(PeelerTest):
             self.assertGreater(len(list(results.rows(text))), 0, name)
 
     def test_tables_of_comparisons(self):
-        """A comparison of three rows has its own table, and reads the same as one in the common table."""
+        """A comparison of three rows gets its own table, which parses like a comparison in the common table."""
         rows = [side_by_side.Row("draw", name, "9x9", "them, twice", [7], [2], 0.5) for name in "abc"]
         rows.append(side_by_side.Row("write", "d", "8x8", "them", [1], [2], 1, "MB"))
         text = table.tables(rows)
@@ -425,7 +425,7 @@ class Results(PeelerTest):
         self.assertEqual([row["scene"] for row in results.rows(sections["views"])], ["new"])
 
     def test_numbers(self):
-        """Other results give another table, and results without a required row are an error."""
+        """Different results change the table, and results that lack a required row are an error."""
         readme = (SOURCE / "README.md").read_text(encoding="utf-8")
         self.assertEqual(results.with_numbers(readme, self.TEXT), readme)
         row = "| spheres | 1920x1080 | "

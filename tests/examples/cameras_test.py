@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cameras of other programs: OpenCV projects the positions of layers into their own pixels, for every camera format,
-and COLMAP reads our files, and we read its files."""
+"""Tests cameras of other programs. For every camera format, OpenCV projects the positions of layers into the pixels
+that they belong to. COLMAP reads our files, and we read COLMAP's."""
 
 import json
 import pathlib
@@ -21,13 +21,13 @@ COLMAP = shutil.which("colmap")
 
 SCENE = EXAMPLES / "scenes" / "coincident.glb"
 SIZE = (150, 110)
-# Off-centre, with non-square pixels. OpenCV's convention: (0, 0) is the centre of the first pixel.
+# An off-centre camera with non-square pixels. In OpenCV's convention, (0, 0) is the centre of the first pixel.
 K = np.array([[180.0, 0, 61.25], [0, 205.5, 70.5], [0, 0, 1]])
-NEAREST = 1e-3  # pixels
+NEAREST = 1e-3  # the largest error of a projection, in pixels
 
 
 def looking(eye, target, up=(0, 1, 0)):
-    """Returns world to camera, in OpenCV's axes: x right, y down, z forward."""
+    """Returns the matrix from world to camera, in OpenCV's axes: x right, y down, z forward."""
     forward = np.subtract(target, eye)
     forward = forward / np.linalg.norm(forward)
     right = np.cross(forward, up)
@@ -40,18 +40,18 @@ def looking(eye, target, up=(0, 1, 0)):
 
 
 VIEWS = [looking((0.5, 0.6, 0.9), (0.02, 0.05, 0)), looking((-0.7, 0.4, 0.5), (0, 0.1, 0))]
-# Conversion between OpenCV's and OpenGL's camera axes; and Blender's world, with +Z up.
+# FLIP converts between OpenCV's and OpenGL's camera axes; BLENDER converts to Blender's world, with +Z up.
 FLIP = np.diag([1.0, -1, -1, 1])
 BLENDER = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 
 
 def opengl(view):
-    """Returns camera to world, looking along -Z."""
+    """Returns the matrix from camera to world, for a camera that looks along -Z."""
     return np.linalg.inv(view) @ FLIP
 
 
 def quaternion(turn):
-    """Returns w, x, y, z of a rotation by less than half a turn."""
+    """Returns w, x, y, z for a rotation by less than half a turn."""
     w = np.sqrt(1 + np.trace(turn)) / 2
     x, y, z = turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]
     return [w, x / (4 * w), y / (4 * w), z / (4 * w)]
@@ -118,12 +118,12 @@ class Cameras(PeelerTest):
         self.folder = pathlib.Path(scratch.name)
 
     def made(self, arguments):
-        """Renders the layers of the views, as arrays."""
+        """Renders the layers of the views; returns one NumPy archive per view."""
         self.render(SCENE, "-o", self.folder / "@.npz", "--channels", "position", *arguments)
         return [np.load(self.folder / f"000{i}.npz") for i in range(len(VIEWS))]
 
     def assert_pixels(self, arrays, view):
-        """Every position projects to its own pixel."""
+        """Expects every position to project into the pixel that it belongs to."""
         splits, (x0, y0, width, _) = arrays["ray_splits"], arrays["bundle_window"][0]
         pixels = np.repeat(np.arange(len(splits) - 1), np.diff(splits))
         self.assertGreater(len(pixels), 2000)
@@ -147,7 +147,7 @@ class Cameras(PeelerTest):
                 self.assertLess(farthest, NEAREST)
 
     def test_formats_agree(self):
-        """The same camera in every format gives the same layers, up to rounding of its numbers."""
+        """The same camera gives the same layers in every format, except for the rounding of its numbers."""
         reference = None
         for name, write in FORMATS.items():
             folder = self.folder / name.replace(".", "_")
@@ -168,7 +168,7 @@ class Cameras(PeelerTest):
         self.assertRegex(told, r"Cameras: [15]\b")
         self.assertRegex(told, r"Images: 5\b")
         self.assertGreater(int(re.search(r"Points: (\d+)", told)[1]), 1000)
-        # As text, through COLMAP, and back: the same poses.
+        # COLMAP converts our model to text; read back, the text has the same poses.
         text = self.folder / "text"
         text.mkdir()
         subprocess.run([COLMAP, "model_converter", "--input_path", model, "--output_path", text, "--output_type", "TXT"],
@@ -185,7 +185,7 @@ class Cameras(PeelerTest):
         (self.folder / "sheared.jsonl").write_text('{"size": [9, 9], "K": [[9, 1, 4], [0, 9, 4], [0, 0, 1]], '
                                                    '"eye": [1, 1, 1], "target": [0, 0, 0]}\n')
         with (self.folder / "large.json").open("wb") as file:
-            file.truncate(2 << 30)  # a sparse file: it takes no space
+            file.truncate(2 << 30)  # a sparse file, which occupies no space
         np.save(self.folder / "nan.npy", np.full((1, 3, 4), np.nan))
         np.save(self.folder / "poses.npy", np.stack([view[:3] for view in VIEWS]))
         for file, more, code, told in (

@@ -15,7 +15,7 @@ PATH = os.environ["PATH"] + ":/usr/sbin:/sbin"
 
 
 def sources():
-    """Returns [(address, suite)] of this Debian's package sources; suites as in "bookworm-security"."""
+    """Returns [(address, suite)] for the package sources of this Debian; a suite looks like "bookworm-security"."""
     form = "$(REPO_URI) $(RELEASE) $(COMPONENT) $(ORIGIN)"
     done = subprocess.run(
         ["apt-get", "indextargets", "--format", form, "Created-By: Packages"],
@@ -28,13 +28,13 @@ def sources():
 
 
 def suite():
-    """Returns the name of this Debian's release; "" on other systems."""
+    """Returns the name of this machine's Debian release; "" on other systems."""
     names = [name for _, name in sources() if "-" not in name]
     return names[0] if names else ""
 
 
 def sources_of(name):
-    """Returns the same for another release."""
+    """Returns the same sources for another release."""
     return [(address, known.replace(suite(), name, 1)) for address, known in sources()]
 
 
@@ -43,7 +43,7 @@ def mirror_of(name):
 
 
 def impediment(name, memory):
-    """Returns the reason why a root of that release, of `memory` bytes, cannot be made here; nothing if it can."""
+    """Returns why a root of that release, with `memory` bytes, cannot be made here; nothing if it can."""
     if not shutil.which("debootstrap", path=PATH):
         return "no debootstrap (examples/install_dependencies.sh test)"
     mirror = mirror_of(name)
@@ -61,7 +61,7 @@ def impediment(name, memory):
 
 
 def make_root(name, folder):
-    """Makes a root and returns its mirror. Raises RuntimeError."""
+    """Makes a root folder, and returns the address of the mirror used. Raises RuntimeError."""
     mirror = mirror_of(name)
     done = subprocess.run(
         ["debootstrap", "--variant=minbase", name, folder, mirror],

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Both commands of the README on a fresh Debian 13, and a build without a preset: another compiler, Mesa, libraries.
-Only with PEELER_TEST_ALL: it installs and compiles everything, and takes as long as a short run."""
+"""Tests both commands of the README on a fresh Debian 13, and a build without a preset, hence with another compiler,
+Mesa and libraries. Runs only with PEELER_TEST_ALL: it installs and compiles everything, and takes as long as a short
+run."""
 
 import os
 import pathlib
@@ -14,7 +15,7 @@ import own_machine
 from peeler_command import SOURCE, PeelerTest, main, skip
 
 SUITE = "trixie"
-NEEDED = 11e9  # bytes of memory
+NEEDED = 11e9  # the memory needed, in bytes
 ASSETS = pathlib.Path(os.environ.get("PEELER_ASSETS") or SOURCE.parent / "shared" / "assets")
 
 
@@ -32,14 +33,14 @@ class Debian13(PeelerTest):
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(SOURCE / name, target)
         root.folder = "/peeler"
-        # The style check asks git for our files, and the layout depends on clang-format's release: it runs only on
-        # Debian 12.
+        # The style check asks git for our files, and its verdict depends on the release of clang-format, so it runs
+        # only on Debian 12.
         root.variables["PEELER_STYLE"] = "unchecked"
         if ASSETS.is_dir():
             pathlib.Path(root.root, "assets").mkdir()
             own_machine.mount(str(ASSETS), f"{root.root}/assets", "none", flags=own_machine.MS_BIND)
             root.variables["PEELER_ASSETS"] = "/assets"
-        plain = "rm -rf build/* && sh tests/run.sh plain"  # to save the files' memory
+        plain = "rm -rf build/* && sh tests/run.sh plain"  # frees the memory of the files first
         for command in ("sh examples/quickstart.sh", "sh tests/run.sh", plain):
             with self.subTest(command):
                 done = root.run(["sh", "-c", command])

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A builder of Dockerfiles without Docker: each stage in its own Debian root, with chroot.
+"""Builds Dockerfiles without Docker: each stage in its own Debian root, with chroot.
 
-Supports only the instructions that examples/Dockerfile uses; refuses the rest."""
+Supports only the instructions that examples/Dockerfile uses, and rejects all others."""
 
 import concurrent.futures
 import glob
@@ -20,7 +20,7 @@ class Failed(Exception):
 
 
 def instructions(file):
-    """Returns [(line number, instruction, its text)]."""
+    """Returns [(line number, instruction, text of the instruction)]."""
     found, text, start = [], "", 0
     with open(file, encoding="utf-8") as lines:
         for number, line in enumerate(lines, 1):
@@ -55,15 +55,15 @@ def plans(file):
 
 
 def copied(text):
-    """Returns the source stage, if any; the sources; the target."""
+    """Returns the source stage (None if there is none), the sources and the target."""
     *sources, target = text.split()
     stage = sources.pop(0)[7:] if sources[0].startswith("--from=") else None
     return stage, sources, target
 
 
 def copy(pattern, to, target):
-    """Copies a folder's contents into the target, which is `to` outside; a file into it if the target ends with a
-    slash. Returns False if nothing has that name."""
+    """Copies a folder's contents into the target, or a file into it if the target ends with a slash. `to` is the
+    target's path outside the root. Returns False if nothing matches the pattern."""
     found = glob.glob(pattern)
     for source in found:
         if os.path.isdir(source):
@@ -76,7 +76,7 @@ def copy(pattern, to, target):
 
 
 class Stage:
-    """A root folder and the state for later instructions."""
+    """A stage's root folder, and the state that its instructions leave for later ones."""
 
     def __init__(self, base, root):
         subprocess.run(["cp", "-a", base, root], check=True)
@@ -87,7 +87,7 @@ class Stage:
             subprocess.run(["mount", "--rbind", f"/{name}", f"{root}/{name}"], check=True)
 
     def run(self, command, user=None, **options):
-        """Runs `command` in this root; its output and standard error are in .stdout."""
+        """Runs `command` in this root. The result holds its output and standard error, both in .stdout."""
         words = [
             "chroot",
             *([f"--userspec={user}"] if user else []),
@@ -110,21 +110,22 @@ class Stage:
         )
 
     def path(self, name):
-        """Returns the outside path of a path of the Dockerfile."""
+        """Returns the path outside the root for a path in the Dockerfile."""
         return self.root + os.path.normpath(os.path.join(self.folder, name))
 
 
 class Builder:
     def __init__(self, base, context, scratch, replace=None):
-        """`base` is the root for FROM debian:12; replace(stage, command) is called before each RUN, and returns True
-        if it did something instead."""
+        """`base` is the root for FROM debian:12. replace(stage, command) is called before each RUN; it returns True if
+        it did something else in place of the command."""
         self.base, self.context, self.scratch = base, context, scratch
         self.replace = replace or (lambda stage, command: False)
-        self.stages = {}  # name: the future Stage
+        self.stages = {}  # from a name to its future Stage
         self.entrypoint = None
 
     def build(self, file):
-        """Returns the last stage. Raises Failed. Stages are built concurrently, until one copies from another."""
+        """Returns the last stage. Raises Failed. Builds stages concurrently; a stage that copies from another waits for
+        it."""
         stages = plans(file)
         with concurrent.futures.ThreadPoolExecutor(len(stages)) as threads:
             for name, plan in stages:

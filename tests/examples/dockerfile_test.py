@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""examples/Dockerfile: checks without a build, and with PEELER_TEST_ALL all of it, run in fresh roots that
-debootstrap makes, in memory (minutes)."""
+"""Tests examples/Dockerfile: by checks without a build and, with PEELER_TEST_ALL, by running all of it in fresh roots
+that debootstrap makes in memory (which takes minutes)."""
 
 import glob
 import os
@@ -20,12 +20,12 @@ from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main, peeler
 
 ALL = bool(os.environ.get("PEELER_TEST_ALL"))
 FILE = EXAMPLES / "Dockerfile"
-NEEDED = 8e9  # bytes of memory
+NEEDED = 8e9  # the memory needed, in bytes
 SUITE = "bookworm"  # debian:12, on any machine
 
 
 def installed_packages():
-    """Returns {package: the packages that it depends on} of this machine."""
+    """Returns {package: the packages that it depends on} for this machine."""
     done = subprocess.run(
         ["dpkg-query", "-W", "-f", "${Package}\t${Pre-Depends}, ${Depends}\n"],
         text=True,
@@ -48,15 +48,15 @@ def with_dependencies(packages, needs):
 
 
 def libraries(program):
-    """Returns the files that the dynamic linker loads for it, without those of sanitizers."""
+    """Returns the libraries that the dynamic linker loads for the program, except those of sanitizers."""
     done = subprocess.run(["ldd", program], text=True, capture_output=True, check=True)
     files = re.findall(r"=> (/\S+)", done.stdout)
     return {file for file in files if not re.search(r"lib[a-z]+san\.so", file)}
 
 
 def packages_of(files):
-    """Returns {file: its package}, for files that have one."""
-    known_as = {}  # /lib is a link to /usr/lib, and some files are links to one of several
+    """Returns {file: its package}, for the files that belong to a package."""
+    known_as = {}  # /lib is a link to /usr/lib, and some files are links to one of several alternatives
     for file in files:
         for name in (file, f"/usr{file}", file.removeprefix("/usr"), os.path.realpath(file)):
             known_as[name] = file
@@ -66,7 +66,7 @@ def packages_of(files):
 
 
 def replaceable(held):
-    """Returns this machine's chosen packages among alternatives, if another one is in `held`."""
+    """Returns the packages that this machine has chosen among alternatives, if `held` contains another alternative."""
     packages = set()
     for link in glob.glob("/etc/alternatives/lib*.so*"):
         others = subprocess.run(
@@ -81,11 +81,11 @@ def replaceable(held):
 
 
 class Parts(PeelerTest):
-    """The instructions, against this repository and the files built here."""
+    """Checks the instructions against this repository and the files built here."""
 
     @classmethod
     def setUpClass(cls):
-        cls.stages = dict(dockerfile.plans(FILE))  # all instructions are known
+        cls.stages = dict(dockerfile.plans(FILE))  # also proves that all instructions are known
         scratch = tempfile.TemporaryDirectory()
         cls.addClassCleanup(scratch.cleanup)
         cls.scratch = pathlib.Path(scratch.name)
@@ -113,7 +113,7 @@ class Parts(PeelerTest):
         self.assertEqual(self.texts("1", "WORKDIR"), ["/work"])
 
     def test_what_is_copied_is_enough_to_build(self):
-        """Runs the Dockerfile's own commands in other folders, except the compiler's."""
+        """Runs the Dockerfile's own commands in other folders, except for the compilation."""
         source, made = self.scratch / "source", self.scratch / "made"
         for text in self.texts("build", "COPY"):
             stage, names, target = dockerfile.copied(text)
@@ -133,7 +133,7 @@ class Parts(PeelerTest):
             for name in re.findall(r'(?m)^#include "(.+)"', file.read_text(encoding="utf-8")):
                 self.assertTrue((source / name).exists(), f"{file} needs {name}")
 
-        # Installed: the build of this test; and everything that the other stage copies.
+        # Installs the program of this build, and everything that the other stage copies.
         prefix = str(self.scratch / "usr" / "local")
         shutil.copy(self.program, made / "peeler")
         shutil.copytree(f"{self.build}/lib/peeler", made / "lib" / "peeler", dirs_exist_ok=True)
@@ -200,7 +200,7 @@ class Dockerfile(PeelerTest):
         image = builder.build(FILE)
         self.say(f"built; {shutil.disk_usage(self.scratch).used / 1e9:.1f} GB")
 
-        # Like `docker run --user` and the example at the top of the file.
+        # Runs it as `docker run --user` and the example at the top of the Dockerfile do.
         shutil.copy(EXAMPLES / "scenes" / "coincident.glb", f"{image.root}/work/scene.glb")
         os.chown(f"{image.root}/work", 65534, 65534)
         osmesa = ("--size", "320x180", "--backend", "osmesa")
@@ -216,7 +216,7 @@ class Dockerfile(PeelerTest):
             self.assertEqual(done.returncode, 0, done.stdout)
         self.assertIn("layers.exr: good, 6 layers", done.stdout)
 
-        # The same picture as outside.
+        # The picture is the same as one rendered outside.
         outside = f"{self.scratch}/outside.exr"
         self.render(f"{image.root}/work/scene.glb", "-o", outside, *osmesa)
         done = peeler("compare", f"{image.root}/work/osmesa.exr", outside)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Existence of everything that documents and comments refer to: files, sections, links, pictures, options."""
+"""Tests that everything exists that documents and comments refer to: files, sections, links, pictures, options."""
 
 import os
 import pathlib
@@ -14,13 +14,14 @@ COMMENTED = {
     *(".h", ".cpp", ".glsl", ".frag", ".vert", ".comp", ".cmake", ".py", ".sh", ".html"),
     *(".yaml", ".sbatch", ".txt"),
 }
-# "core/README.md, "Order"": a path from the repository's folder, and optionally one of its headings.
+# A citation such as "core/README.md, "Order"": a path from the repository's root, with an optional heading of that
+# file.
 CITED = re.compile(r'(?<![\w./*-])([\w-][\w./-]*\.md)\b(?:, "([^"]+)")?')
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 LONGEST_README = 130
 # The marks of an unfinished merge.
 CONFLICT = re.compile(r"^(?:<{7}|>{7}) ", re.M)
-# Other programs' options in documents.
+# Options of other programs, which our documents may mention.
 FOREIGN = {"--prefix", "--version", "--help", "--cpus-per-task"}
 
 
@@ -40,23 +41,23 @@ def without_blocks(text):
 
 
 def headings(text):
-    """Returns the headings in the form that comments cite: without markup."""
+    """Returns the headings as comments cite them, without markup."""
     found = re.findall(r"^#+ +(.*?) *$", without_blocks(text), re.M)
     return [heading.replace("`", "") for heading in found]
 
 
 def anchor(heading):
-    """Returns GitHub's anchor of a heading."""
+    """Returns the anchor that GitHub gives to a heading."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
 
 
 def running_text(text):
-    """Returns a commented file as one line, so that a citation may span two lines."""
+    """Returns the text without line breaks and comment signs, so that a citation may span two lines."""
     return re.sub(r"\s*\n\s*(?://+<?|#|\*)?\s*", " ", text)
 
 
 def dead_citations(text, root):
-    """Yields cited documents and sections of a commented file that do not exist."""
+    """Yields the documents and sections that the text cites and that do not exist."""
     for name, section in CITED.findall(running_text(text)):
         if not (root / name).is_file():
             yield f"there is no {name}"
@@ -65,7 +66,7 @@ def dead_citations(text, root):
 
 
 def dead_links(text, path):
-    """Yields the broken relative links of a document."""
+    """Yields the relative links of a document that lead nowhere."""
     for target in LINK.findall(without_blocks(text)):
         if re.match(r"[a-z]+:", target):
             continue
@@ -143,7 +144,7 @@ class Documents(unittest.TestCase):
 
 
 class Finding(unittest.TestCase):
-    """Proves that these tests can fail."""
+    """Proves that these checks can fail."""
 
     def test_citations(self):
         text = '// core/README.md (core/README.md,\n/// "Order"; core/README.md, "Chaos") and lost.md.'

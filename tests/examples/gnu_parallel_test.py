@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""examples/gnu-parallel/frames.sh, run, stopped and resumed."""
+"""Tests examples/gnu-parallel/frames.sh: run, stopped and resumed."""
 
 import csv
 import os
@@ -20,10 +20,11 @@ class GnuParallel(PeelerTest):
         scratch = tempfile.TemporaryDirectory()
         self.addCleanup(scratch.cleanup)
         self.folder = pathlib.Path(scratch.name)
-        self.frames = self.folder / "it's the folder"  # a name that a shell would split
+        self.frames = self.folder / "it's the folder"  # a name that an unquoted shell word would split
 
     def run_script(self, **environment):
-        """Runs 6 chunks of 3 frames, 2 at a time; returns the process, and {chunk: its codes in the joblog}."""
+        """Runs 6 chunks of 3 frames, 2 chunks at a time. Returns the finished process, and {chunk: its exit codes in
+        the job log}."""
         script = EXAMPLES / "gnu-parallel" / "frames.sh"
         out = self.frames / "walk.####.exr"
         command = ["sh", script, 6, 2, animated_scene(), "-o", out, *FRAMES, "--quiet"]
@@ -49,7 +50,7 @@ class GnuParallel(PeelerTest):
         return done, codes
 
     def test_resume(self):
-        # A file in place of the folder: the first failure ends the run.
+        # A file stands in place of the folder, so the first failure ends the run.
         self.frames.write_text("")
         done, codes = self.run_script()
         self.assertNotEqual(done.returncode, 0)
@@ -57,7 +58,7 @@ class GnuParallel(PeelerTest):
         self.assertEqual({code for chunk in codes.values() for code in chunk}, {4}, done.stderr)
 
         self.frames.unlink()
-        done, codes = self.run_script(PEELER_HOSTS="2/:")  # this machine, without ssh
+        done, codes = self.run_script(PEELER_HOSTS="2/:")  # ":" is this machine, without ssh
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual([chunk[-1] for chunk in codes.values()], [0] * 6)
         self.assertEqual(len(codes[1]), 2, "the chunk that had failed ran again")
@@ -67,7 +68,7 @@ class GnuParallel(PeelerTest):
         self.render(animated_scene(), "-o", self.folder / "whole" / "walk.####.exr", *FRAMES)
         self.assertEqual(fingerprints(self.frames), fingerprints(self.folder / "whole"))
 
-        # All done: nothing runs.
+        # Everything is done, so nothing runs.
         before = (self.folder / "peeler.joblog").read_bytes()
         done, _ = self.run_script()
         self.assertEqual(done.returncode, 0, done.stderr)

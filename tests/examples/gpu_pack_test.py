@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The package for a machine with a GPU (tests/gpu): its table of scenes, its reader of fragments and its verdicts;
-with PEELER_TEST_ALL all of it, packed and run in a fresh root that debootstrap makes in memory, with only the C
-library and Mesa's EGL (minutes)."""
+"""Tests the package for a machine with a GPU (tests/gpu): its table of scenes, its reader of fragments and its
+verdicts. With PEELER_TEST_ALL, tests all of it, packed and run in a fresh root that debootstrap makes in memory, with
+only the C library and Mesa's EGL (which takes minutes)."""
 
 import os
 import pathlib
@@ -19,17 +19,18 @@ import own_machine
 from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main, peeler
 
 ALL = bool(os.environ.get("PEELER_TEST_ALL"))
-NEEDED = 4e9  # bytes of memory
-LARGEST = 60_000_000  # bytes of the archive
+NEEDED = 4e9  # the memory needed, in bytes
+LARGEST = 60_000_000  # the maximum size of the archive, in bytes
 GPU = SOURCE / "tests" / "gpu"
 BUILD = pathlib.Path(shutil.which(PEELER) or PEELER).resolve().parent
-MODELS = 8  # of the asset folder
+MODELS = 8  # the number of models from the asset folder
 
-# Three fragments of two pixels: pixel, Z, R, G, B, A (bits), node, instance, triangle.
+# Three fragments in two pixels: pixel, Z, R, G, B, A (as bits), node, instance, triangle.
 FRAGMENTS = ((3, 1000, 50, 51, 52, 53, 1, 0, 7), (3, 2000, 60, 61, 62, 63, 1, 0, 8), (5, 3000, 1, 2, 3, 4, 2, 0, 0))
-# The same fragments in nine moved pictures: pixel, node, instance, triangle, number of pictures, least and largest Z.
+# The same fragments as in nine moved pictures: pixel, node, instance, triangle, number of pictures, least and largest
+# Z.
 MOVED = "3 1 0 7 9 990 1010\n3 1 0 8 4 2000 2000\n4 1 0 8 5 2000 2000\n5 2 0 0 9 3000 3000\n"
-HALF = 14336  # 0.5
+HALF = 14336  # 0.5 as a half float
 
 
 def changed(column, by, row=0):
@@ -38,8 +39,8 @@ def changed(column, by, row=0):
     return rows
 
 
-# Other fragments; the numbers of the same ones, of other depth, of other colour, at edges and beyond; whether that
-# passes.
+# Each verdict: the other fragments; how many are equal, differ in depth, differ in colour, lie at edges, and exceed all
+# limits; whether the comparison passes.
 VERDICTS = (
     (FRAGMENTS, (3, 0, 0, 0, 0), True),
     (FRAGMENTS[::-1], (3, 0, 0, 0, 0), True),
@@ -144,7 +145,7 @@ class BareMachine(PeelerTest):
         debian.make_root(debian.suite(), f"{scratch}/base")
         root = dockerfile.Stage(f"{scratch}/base", f"{scratch}/root")
         root.variables |= {"LC_ALL": "C.UTF-8", "DEBIAN_FRONTEND": "noninteractive"}
-        if "PEELER_GPU_SECONDS" in os.environ:  # of a busy machine
+        if "PEELER_GPU_SECONDS" in os.environ:  # a longer limit, for a busy machine
             root.variables["PEELER_GPU_SECONDS"] = os.environ["PEELER_GPU_SECONDS"]
         install = "apt-get update -qq && apt-get install -y -qq --no-install-recommends libegl1 libgl1-mesa-dri"
         done = root.run(["sh", "-c", install])

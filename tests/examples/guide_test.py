@@ -22,32 +22,32 @@ from peeler_command import PEELER, SOURCE, main
 PATTERNS = ("README.md", "*/README.md", "examples/*/*.md")
 RUN, NO_RUN, PRINTED = "sh", "sh no-run: ", "text"
 INDENTED = re.compile(r"(?: {4,}|\t)(?:\$ )?(?:peeler|sh|python3|cmake|docker|mkdir) ")
-# The renderer and its time depend on the machine.
+# The chosen renderer and its times depend on the machine.
 OF_THE_MACHINE = re.compile(r"peeler: (no GPU can be used, so .*|[a-z]+ +\d+ %)")
-# With a sanitizer, the required memory and its first use are not the product's.
+# With a sanitizer, the memory need and its first use differ from the product's.
 OF_A_SANITIZER = "the memory budget is" if os.environ.get("PEELER_SANITIZE") else None
 
 
 @dataclasses.dataclass
 class Block:
-    """A fenced block of a document, and the line of its opening fence."""
+    """A fenced block of a document, with the line number of its opening fence."""
 
     language: str
     line: int
     text: str
 
     def commands(self):
-        """Returns the number of commands: lines without comments, with continued lines as one."""
+        """Returns the number of commands: comments do not count, and continued lines count once."""
         joined = self.text.replace("\\\n", "")
         return sum(1 for line in joined.splitlines() if line and not line.lstrip().startswith("#"))
 
 
 class Wrong(Exception):
-    """An error in a document's format for this test."""
+    """A document breaks the format that this test requires."""
 
 
 def blocks(text):
-    """Returns all blocks of a document, in order."""
+    """Returns all fenced blocks of a document, in order."""
     found, opened = [], None
     for number, line in enumerate(text.splitlines(), 1):
         if line.startswith("```") and opened is None:
@@ -74,13 +74,14 @@ def blocks(text):
 
 
 def printed(text):
-    """Returns the compared part of an output."""
+    """Returns the part of an output that is compared."""
     lines = [line.rstrip() for line in text.splitlines()]
     return "".join(line + "\n" for line in lines if not OF_THE_MACHINE.fullmatch(line))
 
 
 def pattern(expected):
-    """Returns the pattern of a text block: an ellipsis matches anything in its line, alone any lines."""
+    """Returns the regular expression for a text block: an ellipsis matches anything within its line; alone on a line,
+    it matches any lines."""
     lines = []
     for line in expected.splitlines():
         anything = ".*?".join(map(re.escape, line.rstrip().split("…")))
@@ -89,7 +90,7 @@ def pattern(expected):
 
 
 def first_difference(expected, output):
-    """Returns the number and text of the first line of a text block that is not printed; 0 if all are."""
+    """Returns the number and text of the first line of a text block that was not printed; 0 and "" if all were."""
     if pattern(expected).fullmatch(output):
         return 0, ""
     lines = expected.splitlines()
@@ -100,7 +101,7 @@ def first_difference(expected, output):
 
 
 def left_out(found):
-    """Returns one line per reason, with the number of commands."""
+    """Returns one line per reason, with the number of commands that were left out for it."""
     counts = collections.Counter()
     for block in found:
         if block.language.startswith(NO_RUN):
@@ -126,7 +127,7 @@ class Commands(unittest.TestCase):
         programs.mkdir()
         (programs / "peeler").symlink_to(shutil.which(PEELER))
         (programs / "python3").symlink_to("/usr/bin/python3")  # Debian's Python, which has numpy
-        # A copy: commands may write there.
+        # Commands work on a copy, because they may write there.
         shutil.copytree(SOURCE / "examples", self.folder / "examples")
         self.environment = {
             key: value
@@ -141,7 +142,7 @@ class Commands(unittest.TestCase):
         )
 
     def run_block(self, block):
-        """Returns the output of a block."""
+        """Returns what the commands of a block print."""
         done = subprocess.run(
             ["sh", "-eu", "-c", block.text],
             cwd=self.folder,
@@ -159,7 +160,7 @@ class Commands(unittest.TestCase):
 
     def run_document(self, path):
         found = blocks(path.read_text(encoding="utf-8"))
-        # First: ctest keeps only the beginning of a long output.
+        # The count is printed first because ctest keeps only the beginning of a long output.
         print(left_out(found), flush=True)
         for block, after in zip(found, [*found[1:], None]):
             if block.language != RUN:
@@ -185,7 +186,7 @@ def add_test(path):
 
 
 class Reading(unittest.TestCase):
-    """Proves that the test itself can fail."""
+    """Proves that this test can fail."""
 
     def test_blocks(self):
         run = "```sh\ntrue\n```\n```text\nno\n```\n"

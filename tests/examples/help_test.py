@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The examples at the top of every --help run as printed."""
+"""Tests that the examples at the top of every --help run as printed."""
 
 import pathlib
 import re
@@ -11,7 +11,7 @@ import unittest
 
 from peeler_command import EXAMPLES, PEELER, main, peeler
 
-# Options that make an example fast without changing its subject; the last value of an option counts.
+# Options that make an example fast without changing its subject; if an option is repeated, its last value counts.
 QUICK = {
     "render": "--size 64x36 --samples 1",
     "rays": "--resolution 32",
@@ -48,7 +48,7 @@ class Examples(unittest.TestCase):
         (self.folder / "bin" / "peeler").symlink_to(pathlib.Path(PEELER).resolve())
         shutil.copy(EXAMPLES / "scenes" / "jellyfish.glb", self.folder / "scene.glb")
         shutil.copy(EXAMPLES / "scenes" / "bracket.glb", self.folder / "part.glb")
-        shutil.copy(EXAMPLES / "scenes" / "plant.glb", self.folder)  # has texture coordinates
+        shutil.copy(EXAMPLES / "scenes" / "plant.glb", self.folder)  # this scene has texture coordinates
         picture = ["--size", "64x36"]
         self.make("scene.glb", "-o", "layers.exr", "--channels", "normal,id", *picture)
         self.make("scene.glb", "-o", "deep.exr", "--as", "deep", "--channels", "id", *picture)

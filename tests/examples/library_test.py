@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""examples/library in a stranger's setup: the library installed somewhere, their compiler, without our source tree."""
+"""Tests examples/library as a stranger would use it: with an installed library, another compiler, and without our
+source tree."""
 
 import os
 import pathlib
@@ -13,7 +14,7 @@ from peeler_command import EXAMPLES, PEELER, PeelerTest, main, peeler, skip
 BUILD = pathlib.Path(os.environ.get("PEELER_BUILD", pathlib.Path(PEELER).parent))
 SCENE = EXAMPLES / "scenes" / "engine.glb"
 PUBLIC = EXAMPLES.parent / "cmd" / "library" / "include"
-# Driver leaks are not the fault of a client or the library.
+# Neither a client nor the library is to blame for leaks in drivers.
 os.environ["LSAN_OPTIONS"] = f"suppressions={EXAMPLES.parent}/tests/sanitizers/leaks.txt:print_suppressions=0"
 
 
@@ -37,7 +38,7 @@ class Library(PeelerTest):
         cls.libraries = next(cls.prefix.rglob("libpeeler.so")).parent
         shutil.copytree(EXAMPLES / "library", cls.home / "example")
         cls.built = cls.home / "built"
-        # A client with a sanitizer covers the headers' inline code, and the data that it receives.
+        # A client with a sanitizer also covers the inline code of the headers, and the data that the client receives.
         cls.configured = run(
             "cmake", "-S", cls.home / "example", "-B", cls.built,
             f"-DCMAKE_PREFIX_PATH={cls.prefix}", "-DCMAKE_BUILD_TYPE=Debug",
@@ -74,7 +75,7 @@ class Library(PeelerTest):
     def test_a_scene_of_arrays_has_its_layers(self):
         done = run(self.built / "arrays")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        # Three squares of 16 x 16 pixels, 2, 3 and 4 in front of the eye.
+        # The scene has three squares of 16 x 16 pixels, at distances 2, 3 and 4 from the eye.
         self.assertEqual(done.stdout, "768 fragments, of the pixel in the middle at 2 3 4\n")
 
     def test_errors_come_as_errors(self):

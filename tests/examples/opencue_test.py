@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every command line that examples/opencue/peeler_outline.py submits, run.
+"""Tests examples/opencue/peeler_outline.py by running every command line that it submits.
 
-Debian has no PyOutline: a module that records its arguments replaces it."""
+Debian has no PyOutline, so a module that records its arguments takes its place."""
 
 import os
 import pathlib
@@ -39,11 +39,11 @@ class Outline:
 
 
 def submitted(*arguments):
-    """Returns the outline that the script launches."""
+    """Returns the outline that the script launches with these arguments."""
     launched = []
 
     def launch(job, use_pycuerun=True):
-        # With it, Cuebot would see pycuerun's command line, which has no #FRAMESPEC#.
+        # With pycuerun, Cuebot would see the command line of pycuerun, which lacks #FRAMESPEC#.
         assert not use_pycuerun
         launched.append(job)
 
@@ -65,8 +65,8 @@ def submitted(*arguments):
 
 
 def frame_specs(text, chunk):
-    """Yields each chunk's first frame and Cuebot's text for #FRAMESPEC# (FrameSet.getChunk). `text` is a range,
-    with at most a step, so every chunk is again one or a single frame."""
+    """Yields the first frame of each chunk, and Cuebot's text for #FRAMESPEC# (FrameSet.getChunk). `text` is one range,
+    optionally with a step, so every chunk is a range or a single frame too."""
     numbers, _, step = text.partition("x")
     first, last = (int(number) for number in (numbers.split("-") * 2)[:2])
     frames = range(first, last + 1, int(step or 1))
@@ -77,8 +77,8 @@ def frame_specs(text, chunk):
 
 
 def command_lines(job):
-    """Yields them in dependency order. PyOutline's serialize_simple joins the words with spaces, Cuebot's
-    DispatchSupportService.prepareRqdRunFrame replaces the tokens."""
+    """Yields the command lines in dependency order. PyOutline's serialize_simple joins the words with spaces, and
+    Cuebot's DispatchSupportService.prepareRqdRunFrame replaces the tokens."""
     done = []
     for layer in job.layers:
         assert not set(layer.after) - set(done)
@@ -108,7 +108,7 @@ class OpenCue(PeelerTest):
         self.folder = pathlib.Path(scratch.name)
 
     def test_job(self):
-        frames = self.folder / "it's the [1] folder"  # a name that a shell would split
+        frames = self.folder / "it's the [1] folder"  # a name that an unquoted shell word would split
         frames.mkdir()
         scene = animated_scene()
         job = submitted(
@@ -131,7 +131,7 @@ class OpenCue(PeelerTest):
         )
         for line in lines:
             print(line)
-            # RQD writes the line to a file and runs it with a shell, anywhere.
+            # RQD writes the line to a file and runs it with a shell, in any folder.
             (self.folder / "rqd-cmd").write_text(line)
             done = subprocess.run(
                 ["sh", str(self.folder / "rqd-cmd")],

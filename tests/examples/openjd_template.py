@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A render manager's expansion of an Open Job Description template: steps, tasks, command lines.
+"""Expands an Open Job Description template as a render manager does: into steps, tasks and command lines.
 
 Supports the part of "Template Schemas [Version: 2023-09]" (OpenJobDescription/openjd-specifications, wiki) that
-examples/openjd uses, with section numbers in brackets; refuses the rest."""
+examples/openjd uses, and rejects the rest. Section numbers of that document stand in square brackets."""
 
 import os
 import re
 
 import yaml
 
-# The allowed names of each object; those with * are required.
+# The names that each kind of object may have; names with * are required.
 OBJECTS = {
-    # [1.1]
+    # the template itself [1.1]
     "template": "specificationVersion* extensions name* description parameterDefinitions steps*",
     "STRING": "name* type* description default allowedValues minLength maxLength",  # [2.1]
     "PATH": "name* type* description default objectType dataFlow",  # [2.2]
@@ -51,7 +51,7 @@ def check(kind, value):
 
 
 def resolve(text, values):
-    """Resolves format strings [7.3]."""
+    """Replaces the format strings in a text by their values [7.3]."""
 
     def value(match):
         require(match[1] in values, f"{match[0]} is not known here")
@@ -79,7 +79,7 @@ def integers(expression):
 
 
 def range_expression(values):
-    """Returns increasing integers as an <IntRangeExpr>, with pairs written as in the conformance tests."""
+    """Returns an <IntRangeExpr> for increasing integers; pairs are written as in the conformance tests."""
     parts, at = [], 0
     while at < len(values):
         end = at + 1
@@ -96,7 +96,7 @@ def range_expression(values):
 
 
 def chunked(values, size):
-    """Returns the fewest chunks with at most `size` values each, as even as possible."""
+    """Splits the values into the fewest chunks with at most `size` values each, as evenly as possible."""
     require(size >= 1, "chunks of nothing")
     count = -(-len(values) // size)
     sizes = [len(values) // count + (i < len(values) % count) for i in range(count)]
@@ -105,7 +105,7 @@ def chunked(values, size):
 
 class Job:
     def __init__(self, file, values, folder):
-        """`values`: the job parameters, given in `folder`."""
+        """`values` are the parameters of a job that is submitted from `folder`."""
         with open(file, encoding="utf-8") as text:
             self.template = check("template", yaml.safe_load(text))
         require(self.template["specificationVersion"] == "jobtemplate-2023-09", "another version")
@@ -115,7 +115,7 @@ class Job:
             name = definition["name"]
             require(name in values or "default" in definition, f"no value for {name}")
             value = values.pop(name, None)
-            if definition["type"] == "PATH":  # [7.4]: relative to the folder of submission
+            if definition["type"] == "PATH":  # [7.4]: relative to the folder from which the job is submitted
                 value = (
                     os.path.join(folder, value)
                     if value is not None
@@ -136,7 +136,7 @@ class Job:
                 )
 
     def tasks(self, step):
-        """Returns [{name of a task parameter: its value}], one per run of the step's action."""
+        """Returns [{name of a task parameter: its value}], with one element per run of the step's action."""
         if "parameterSpace" not in step:
             return [{}]
         definitions = check("space", step["parameterSpace"])["taskParameterDefinitions"]
@@ -154,7 +154,8 @@ class Job:
         return [{definition["name"]: range_expression(chunk)} for chunk in chunked(values, size)]
 
     def command(self, step, task, session):
-        """Returns a task's command line, to be run in `session`; writes the embedded files there."""
+        """Returns the command line of a task that is run in the folder `session`, and writes the embedded files
+        there."""
         script = check("script", step["script"])
         values = {**self.values, "Session.WorkingDirectory": session}
         for name, value in task.items():

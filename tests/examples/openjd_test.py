@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every command line of examples/openjd/peeler.yaml, run."""
+"""Tests examples/openjd/peeler.yaml by running every command line that it gives."""
 
 import importlib.util
 import os
@@ -19,7 +19,7 @@ TEMPLATE = str(EXAMPLES / "openjd" / "peeler.yaml")
 
 
 class Expansion(PeelerTest):
-    """The expansion, against the specification and its conformance tests."""
+    """Tests the expansion itself against the specification and its conformance tests."""
 
     def test_ranges(self):
         for expression, values in (  # [3.4.1.1.1], the table of examples
@@ -54,7 +54,7 @@ class OpenJD(PeelerTest):
         self.lines = []
 
     def run_job(self, **values):
-        """Runs the steps in their order; returns the exit codes."""
+        """Runs the steps in order, and returns their exit codes."""
         job = openjd_template.Job(TEMPLATE, {"Peeler": PEELER, **values}, str(self.folder))
         codes = []
         for step in job.steps:
@@ -76,7 +76,7 @@ class OpenJD(PeelerTest):
 
     def test_job(self):
         scene = animated_scene()
-        (self.folder / "the frames").mkdir()  # a name that a shell would split
+        (self.folder / "the frames").mkdir()  # a name that an unquoted shell word would split
         values = {
             "Scene": str(scene),
             "OutputFolder": "the frames",
@@ -105,7 +105,7 @@ class OpenJD(PeelerTest):
             fingerprints(self.folder / "the frames"), fingerprints(self.folder / "whole")
         )
 
-        # "How Jobs Are Run", Stdout/Stderr Messages.
+        # Progress messages follow "How Jobs Are Run", Stdout/Stderr Messages.
         for _, text in self.lines[:-1]:
             progress = [
                 float(n) for n in re.findall(r"^openjd_progress: (\d+(?:\.\d+)?)$", text, re.M)
@@ -115,7 +115,7 @@ class OpenJD(PeelerTest):
             self.assertLessEqual(progress[-1], 100)
             self.assertIsNone(re.search(r"^openjd_fail:", text, re.M))
 
-        # Again: all files exist.
+        # A second run finds all files.
         before = {
             file: os.stat(file).st_mtime_ns for file in (self.folder / "the frames").iterdir()
         }

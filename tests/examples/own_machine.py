@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A virtual machine for a test: its own processes, network, host name and mounts.
+"""Gives a test a virtual machine: processes, network, host name and mounts of its own.
 
-Daemons of the test see no other processes, and nothing of them outlives it: when the first process of a PID
-namespace ends, for any reason, the kernel ends all the others, and a tmpfs goes with the last process of its mount
-namespace (namespaces(7), pid_namespaces(7)). For root on Linux."""
+The test's daemons see no other processes, and nothing of them outlives the test: when the first process of a PID
+namespace ends, for any reason, the kernel ends all the others, and a tmpfs disappears with the last process of its
+mount namespace (namespaces(7), pid_namespaces(7)). Needs root on Linux."""
 
 import ctypes
 import fcntl
@@ -13,17 +13,17 @@ import socket
 import struct
 import sys
 
-# linux/sched.h, linux/mount.h, linux/prctl.h, linux/sockios.h, linux/if.h
+# These constants come from linux/sched.h, linux/mount.h, linux/prctl.h, linux/sockios.h and linux/if.h.
 CLONE_NEWNS, CLONE_NEWUTS, CLONE_NEWIPC = 0x00020000, 0x04000000, 0x08000000
 CLONE_NEWPID, CLONE_NEWNET = 0x20000000, 0x40000000
 MS_BIND, MS_REC, MS_PRIVATE = 0x1000, 0x4000, 0x40000
 PR_SET_PDEATHSIG = 1
 SIOCSIFADDR, SIOCGIFFLAGS, SIOCSIFFLAGS, IFF_UP = 0x8916, 0x8913, 0x8914, 1
 
-# The test's own memory, mounted on a folder that every Linux has.
+# A folder that every Linux has; the test's own tmpfs is mounted there.
 SCRATCH = "/dev/shm"
 
-# The address besides 127.0.0.1. Slurm calls getaddrinfo() with AI_ADDRCONFIG, which finds nothing on a machine with
+# An address besides 127.0.0.1. Slurm calls getaddrinfo() with AI_ADDRCONFIG, which finds nothing on a machine that has
 # only 127.0.0.1.
 ADDRESS = "10.0.0.1"
 
@@ -49,7 +49,7 @@ def mount(source, target, kind, flags=0, data=""):
 
 
 def impediment():
-    """Returns the reason why run() would fail here; nothing if it would work."""
+    """Returns why run() would fail here; nothing if it would work."""
     if os.geteuid() != 0:
         return "namespaces need root"
     child = os.fork()
@@ -67,9 +67,9 @@ def impediment():
 
 
 def run(host_name, body, network=True):
-    """Returns the result of body() (an exit code), run on the machine `host_name`; without `network` it shares this
-    machine's network. SIGTERM to this process ends everything at once, with 143. Only once per process, which cannot
-    start others afterwards. Raises OSError if namespaces are not permitted."""
+    """Returns the result of body() (an exit code), run on the machine `host_name`; without `network`, that machine
+    shares this machine's network. SIGTERM to this process ends everything at once, with 143. May be called only once
+    per process, which cannot start other processes afterwards. Raises OSError if namespaces are not permitted."""
     check(
         libc.unshare(
             CLONE_NEWNS
@@ -91,7 +91,7 @@ def run(host_name, body, network=True):
             if network:
                 bring_up_loopback()
             code = body()
-        except BaseException:  # after any exception, this must not continue as a second test
+        except BaseException:  # whatever happened, this process must not go on as a second test
             sys.excepthook(*sys.exc_info())
         finally:
             sys.stdout.flush()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cleanup of own_machine: nothing of a test's machine is left, however it ends."""
+"""Tests the cleanup of own_machine: nothing is left of a test's machine, however the test ends."""
 
 import os
 import pathlib
@@ -11,7 +11,7 @@ import time
 import own_machine
 from peeler_command import PeelerTest, main, skip
 
-# A daemon without a waiting parent, and a file in the machine's memory.
+# A test that starts a daemon without a parent to wait for it, and writes a file into the machine's memory.
 TEST = """
 import os, subprocess, time, own_machine
 def body():
@@ -25,7 +25,7 @@ print(own_machine.run("elsewhere", body), flush=True)
 
 
 def running(word):
-    """Whether a process has this argument."""
+    """Returns whether a running process has this argument."""
     for entry in os.listdir("/proc"):
         try:
             if word.encode() in pathlib.Path("/proc", entry, "cmdline").read_bytes().split(b"\0"):
@@ -50,13 +50,13 @@ class OwnMachine(PeelerTest):
         return child
 
     def assert_runs(self, seconds):
-        end = time.monotonic() + 300  # it may have started without executing that program yet
+        end = time.monotonic() + 300  # the process may not have executed the program yet
         while not running(str(seconds)) and time.monotonic() < end:
             time.sleep(0.02)
         self.assertTrue(running(str(seconds)))
 
     def assert_gone(self, seconds):
-        end = time.monotonic() + 300  # the kernel needs a moment, and a busy machine longer
+        end = time.monotonic() + 300  # the kernel needs a moment, longer on a busy machine
         while running(str(seconds)) and time.monotonic() < end:
             time.sleep(0.02)
         self.assertFalse(running(str(seconds)))

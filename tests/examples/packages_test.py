@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The Debian packages and the archive (cmd/packages): the contents of this build's packages, and with
-PEELER_TEST_ALL all of them, built, checked by lintian and used in fresh roots that debootstrap makes, in memory
-(minutes). $PEELER_PACKAGES is a folder of finished packages."""
+"""Tests the Debian packages and the archive (cmd/packages): the contents of this build's packages and, with
+PEELER_TEST_ALL, all packages: built, checked by lintian, and used in fresh roots that debootstrap makes in memory
+(which takes minutes). $PEELER_PACKAGES may name a folder of finished packages."""
 
 import json
 import os
@@ -20,13 +20,13 @@ import own_machine
 from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main, peeler
 
 ALL = bool(os.environ.get("PEELER_TEST_ALL"))
-NEEDED = 8e9  # bytes of memory
-LARGEST = 60_000_000  # bytes of the archive
+NEEDED = 8e9  # the memory needed, in bytes
+LARGEST = 60_000_000  # the maximum size of the archive, in bytes
 BUILD = pathlib.Path(shutil.which(PEELER) or PEELER).resolve().parent
 TOOLS = ("cpack", "dpkg-deb", "dpkg-shlibdeps", "file")
 SCENE = "coincident.glb"
 RENDER = ("render", SCENE, "-o", "layers.exr", "--size", "320x180", "--quiet")
-# Modules loaded on demand: OpenImageIO for the first, OpenVDB for the second.
+# Commands that load modules on demand: the first OpenImageIO, the second OpenVDB.
 MORE = (
     ("flatten", "layers.exr", "-o", "composite.tif", "--quiet"),
     ("rays", SCENE, "-o", "inside.vdb", "--voxels", "16", "--quiet"),
@@ -49,13 +49,13 @@ def run(*command, **options):
 
 
 def packages_in(folder):
-    """Returns {name: file}."""
+    """Returns {package name: its file}."""
     return {file.name.partition("_")[0]: file for file in sorted(pathlib.Path(folder).glob("*.deb"))}
 
 
 @unittest.skipUnless(all(map(shutil.which, TOOLS)), f"needs {', '.join(TOOLS)}")
 class Parts(PeelerTest):
-    """The packages of this build, packed fast."""
+    """Tests the packages of this build, packed with fast compression."""
 
     @classmethod
     def setUpClass(cls):
@@ -104,7 +104,7 @@ class Parts(PeelerTest):
         self.assertGreater(len(pages), 10)
         self.assertEqual(pages - files, set())
         for page in (self.scratch / "peeler/usr/share/man/man1").iterdir():
-            # Neither a name nor a time (RFC 1952), so that the same page gives the same file.
+            # The gzip header holds no name and no time (RFC 1952), so that the same page gives the same file.
             head = page.read_bytes()[:8]
             self.assertEqual((head[3], head[4:8]), (0, bytes(4)), page)
         for file in (
@@ -114,7 +114,7 @@ class Parts(PeelerTest):
             self.assertIn(file, files)
         version = self.field("peeler", "Version")
         self.assertIn(f"libpeeler0 (= {version})", self.field("peeler", "Depends"))
-        # Its modules are the library's.
+        # The modules that the program loads are in the package of the library.
         together = self.scratch / "together"
         for name in ("peeler", "libpeeler0"):
             shutil.copytree(self.scratch / name, together, symlinks=True, dirs_exist_ok=True)
@@ -122,7 +122,7 @@ class Parts(PeelerTest):
             self.assertTrue((together / "usr/lib/peeler" / module.name).exists(), module.name)
 
     def test_python(self):
-        """One package for all architectures, which runs the program."""
+        """One package serves all architectures and runs the program."""
         if "python3-peeler" not in self.packages:
             return
         version = self.field("peeler", "Version")
@@ -150,7 +150,7 @@ class Parts(PeelerTest):
         self.assertRegex(
             run("dpkg-deb", "-I", self.packages["libpeeler0"], "shlibs"), r"^libpeeler 0 libpeeler0 \(>="
         )
-        # Installed, it finds its own prefix.
+        # The installed file finds its own prefix.
         (config,) = (self.scratch / "libpeeler-dev").rglob("peeler.pc")
         prefix = re.search(r"^prefix=\$\{pcfiledir\}/(.*)$", config.read_text(), re.M)[1]
         usr = self.scratch / "libpeeler-dev" / "usr"
@@ -226,7 +226,7 @@ class Roots(PeelerTest):
         cls.scratch = own_machine.SCRATCH
         own_machine.mount("none", cls.scratch, "tmpfs", data=f"size={int(NEEDED)}")
         cls.say(f"a root of {debian.make_root(debian.suite(), f'{cls.scratch}/base')}")
-        # The same files from the program in the build folder.
+        # The program in the build folder makes the expected files.
         cls.expected = pathlib.Path(cls.scratch, "expected")
         cls.expected.mkdir()
         shutil.copy(EXAMPLES / "scenes" / SCENE, cls.expected)
@@ -238,7 +238,7 @@ class Roots(PeelerTest):
         print(f"{time.monotonic() - cls.started:6.1f} s  {what}", flush=True)
 
     def root(self, name, *packages):
-        """Returns a fresh root with these packages, and all of ours in /packages."""
+        """Returns a fresh root that has these packages installed, and all of ours in /packages."""
         root = dockerfile.Stage(f"{self.scratch}/base", f"{self.scratch}/{name}")
         self.addCleanup(self.remove, root)
         root.variables |= {"LC_ALL": "C.UTF-8", "DEBIAN_FRONTEND": "noninteractive"}
@@ -268,11 +268,11 @@ class Roots(PeelerTest):
         self.run_in(root, "apt-get", "install", "-y", "-qq", "--no-install-recommends", *packages)
 
     def files(self, *names):
-        """Returns the paths of packages in a root."""
+        """Returns the paths of our packages in a root."""
         return [f"/packages/{self.packages[name].name}" for name in names]
 
     def renders_the_same(self, root, program):
-        """Renders as a user who may write only there."""
+        """Renders as a user who may write only to /work, and expects the same files."""
         root.folder = "/work"
         for arguments in (RENDER, *MORE):
             self.run_in(root, program, *arguments, user="65534:65534")
@@ -312,7 +312,7 @@ class Roots(PeelerTest):
         self.run_in(root, "apt-get", "purge", "-y", "-qq", "--auto-remove", *self.packages)
         left = [file for file in brought if os.path.lexists(root.root + file)]
         self.assertEqual(left, [])
-        # Nor anything generated from them.
+        # Nothing that was generated from the packages remains.
         found = self.run_in(root, "find", "/usr", "/etc", "/var", "/opt", "/root", "-name", "*peeler*")
         self.assertEqual(found, "")
 
@@ -326,7 +326,7 @@ class Roots(PeelerTest):
         self.renders_the_same(root, f"/work/{name}/bin/peeler")
         licences = pathlib.Path(root.root, "work", name, "share/doc/peeler/licences")
         self.assertGreater(len(list(licences.iterdir())), 30)
-        # Moved, and without GL.
+        # The archive works from another folder, and without GL.
         self.run_in(root, "mv", f"/work/{name}", "/work/elsewhere")
         self.run_in(root, "dpkg", "--purge", "--force-depends", "libegl1", "libstdc++6")
         root.folder = "/work"
@@ -345,7 +345,7 @@ class Roots(PeelerTest):
         info = run(BUILD / "peeler", "info", "layers.exr", "--json", cwd=self.expected)
         fragments = re.search(r'"fragmentsStored": (\d+)', info)[1]
         self.assertIn(f" {fragments} fragments of ", printed)
-        # The same as the command's, fragment for fragment.
+        # The library finds exactly the fragments that the command finds.
         made = pathlib.Path(root.root, "work", "library.exr")
         compared = run(BUILD / "peeler", "compare", made, self.expected / "layers.exr", "--json")
         self.assertTrue(json.loads(compared)["identical"], compared)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shared parts of the tests of examples/: the built program, scenes, reports of skipped tests."""
+"""Parts shared by the tests of examples/: the built program, scenes, reports of skipped tests."""
 
 import hashlib
 import os
@@ -11,11 +11,11 @@ import unittest
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 EXAMPLES = SOURCE / "examples"
 PEELER = os.environ.get("PEELER", "peeler")
-SKIPPED = 77  # ctest's SKIP_RETURN_CODE
+SKIPPED = 77  # SKIP_RETURN_CODE of ctest
 
 
 def animated_scene():
-    """Returns a real walking model, if the model collections exist; otherwise our swimming one."""
+    """Returns a real walking model if the model collections exist; otherwise our own swimming one."""
     assets = pathlib.Path(os.environ.get("PEELER_ASSETS") or SOURCE.parent / "shared" / "assets")
     model = assets / "gltf-sample-assets" / "CesiumMan" / "glTF-Binary" / "CesiumMan.glb"
     if model.is_file():
@@ -25,14 +25,14 @@ def animated_scene():
 
 
 def peeler(*arguments, **options):
-    """Runs peeler; its output is in .stdout and .stderr."""
+    """Runs peeler. The result holds its output in .stdout and .stderr."""
     return subprocess.run(
         [PEELER, *map(str, arguments)], text=True, capture_output=True, check=False, **options
     )
 
 
 def fingerprints(folder, pattern="*.exr"):
-    """Returns {file name: hash of its bytes}."""
+    """Returns {file name: hash of the file's bytes}."""
     files = sorted(pathlib.Path(folder).glob(pattern))
     return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
 
@@ -51,7 +51,7 @@ class PeelerTest(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def assert_nothing_else(self, folder, count):
-        """Expects no other files, e.g. temporary ones."""
+        """Expects `count` files and nothing else, such as temporary files."""
         self.assertEqual(len(os.listdir(folder)), count, os.listdir(folder))
 
 
@@ -61,6 +61,6 @@ def skip(reason):
 
 
 def main():
-    """Runs the tests of the calling file; returns the exit code."""
+    """Runs the tests of the calling file, and returns the exit code."""
     program = unittest.main(module="__main__", exit=False, verbosity=2)
     return 0 if program.result.wasSuccessful() else 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Training samples, read in the usual ways: by torch if it is installed, otherwise by numpy."""
+"""Tests training samples by reading them in the usual ways: with torch if it is installed, otherwise with numpy."""
 
 import json
 import pathlib
@@ -35,8 +35,8 @@ class Samples(PeelerTest):
         return json.loads(done.stdout)
 
     def test_lari(self):
-        """formats/README.md, "Samples for LaRI and X-Ray": picture, depth of layers, pose; for a model in the unit
-        cube, with a focal length of 35/32 of the width."""
+        """A sample is as formats/README.md, "Samples for LaRI and X-Ray" says: a picture, depths of layers, and a pose,
+        for a model in the unit cube and a focal length of 35/32 of the width."""
         self.made(*SCENES, "-o", self.folder / "{stem}_@@@.png", "--preset", "lari", "--views", VIEWS, "--size",
                   "96x96")
         for scene in SCENES:
@@ -48,13 +48,13 @@ class Samples(PeelerTest):
                 self.assertEqual((picture.shape, layers.shape, pose.shape), ((96, 96, 4), (96, 96, 15), (3, 4)))
                 self.assertEqual(layers.dtype, np.float16)
                 there = layers != -1
-                # LaRI's own check, with a threshold of 0: the picture's mask equals the first layer's.
+                # This is LaRI's own check, with a threshold of 0: the picture's mask equals that of the first layer.
                 np.testing.assert_array_equal(picture[..., :3].sum(-1) > 0, there[..., 0])
                 np.testing.assert_array_equal(picture[..., 3] > 0, there[..., 0])
                 self.assertTrue(np.all(there[..., 1:] <= there[..., :-1]))
                 depth = np.where(there, layers, np.inf).astype(float)
                 self.assertTrue(np.all(depth[..., 1:] >= depth[..., :-1]))
-                # Into Blender's world, with +Z up: nothing is outside the unit cube.
+                # In Blender's world, with +Z up, no point is outside the unit cube.
                 rows, columns = np.nonzero(there[..., 0])
                 z = layers[rows, columns, 0].astype(float)
                 focal = 96 * 35 / 32
@@ -63,7 +63,7 @@ class Samples(PeelerTest):
                 self.assertLess(np.abs(world).max(), 0.5 + 2e-3)
 
     def test_planes_are_those_of_the_lists(self):
-        """For every view, and for rays without GL."""
+        """Holds for every view, and for rays without GL."""
         shared = ("--views", VIEWS, "--size", "80x60", "--channels", "position,normal,facing,id")
         self.made(SCENES[1], "-o", self.folder / "list@.npz", *shared)
         self.made(SCENES[1], "-o", self.folder / "plane@.npz", *shared, "--dense", 4)

@@ -13,11 +13,11 @@ from own_machine import ADDRESS
 
 PROGRAMS = ("slurmctld", "slurmd", "munged", "sbatch", "scontrol", "scancel", "squeue")
 
-# Timeout in seconds. A requeued job takes about ten.
+# A timeout in seconds; a requeued job takes about ten.
 ENDLESS = 200
 
-# cred_expire: how long a requeued job waits for its old credential to expire; Slurm's minimum is 5 seconds.
-# config_overrides: allows more CPUs than the machine has.
+# cred_expire is how long a requeued job waits for its old credential to expire; Slurm's minimum is 5 seconds.
+# config_overrides allows more CPUs than the machine has.
 CONFIGURATION = """\
 ClusterName=test
 SlurmctldHost={host}({address})
@@ -54,7 +54,7 @@ def missing_programs():
 
 class Cluster:
     def __init__(self, folder):
-        """`folder` is empty. Returns when the node accepts jobs."""
+        """`folder` must be empty. Returns when the node accepts jobs."""
         self.folder = folder
         for name in ("state", "spool"):
             os.mkdir(f"{folder}/{name}")
@@ -89,7 +89,7 @@ class Cluster:
             time.sleep(0.1)
 
     def ask(self, *command, check=True, **options):
-        """Returns the output of a Slurm command, or of a script that calls some."""
+        """Returns the output of a Slurm command, or of a script that calls Slurm commands."""
         done = subprocess.run(
             command,
             env={**self.environment, **options.pop("environment", {})},
@@ -104,18 +104,19 @@ class Cluster:
         return done.stdout
 
     def tasks(self, job):
-        """Returns scontrol's text about every task of a job (the job itself, if it is not an array)."""
+        """Returns the fields that scontrol reports for every task of a job (for the job itself if it is not an
+        array)."""
         text = self.ask("scontrol", "show", "job", "--oneliner", job)
         return [dict(re.findall(r"(\w+)=(\S*)", line)) for line in text.splitlines()]
 
     def wait_for(self, job):
-        """Returns the tasks when all of them have ended."""
+        """Waits until all tasks of a job have ended, and returns them."""
         waiting = ("squeue", "--noheader", f"--jobs={job}")
         self.wait_until(lambda: not self.ask(*waiting, check=False).strip())
         return self.tasks(job)
 
     def state(self):
-        """Returns the cluster's state, for the report of a failure."""
+        """Returns a text about the cluster's state, for the report of a failure."""
         text = self.ask("squeue", check=False) + self.ask("sinfo", check=False)
         for name in sorted(os.listdir(self.folder)):
             if name.endswith((".log", ".out")):

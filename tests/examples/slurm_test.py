@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The scripts of examples/slurm on a real cluster.
+"""Tests the scripts of examples/slurm on a real cluster.
 
-With PEELER_TEST_ALL there are 50 frames instead of 20, and a job reaches its time limit."""
+With PEELER_TEST_ALL, there are 50 frames instead of 20, and one job reaches its time limit."""
 
 import os
 import pathlib
@@ -34,7 +34,7 @@ SHARE = FRAMES // TASKS
 
 
 def running_peelers():
-    """Returns {process id: the number of its task, 0 outside an array}."""
+    """Returns {process id: the number of its task; 0 outside an array} for the running peelers."""
     found = {}
     for entry in os.listdir("/proc"):
         try:
@@ -49,7 +49,7 @@ def running_peelers():
 
 
 def sent(process, number):
-    """Sends a signal; returns False if the process has ended meanwhile."""
+    """Sends a signal. Returns False if the process has ended in the meantime."""
     try:
         os.kill(process, number)
     except ProcessLookupError:
@@ -69,7 +69,8 @@ class Slurm(PeelerTest):
         cls.scene = animated_scene()
         if not ALL:
             return
-        # Slurm checks the clock every 30 seconds, while the other tests run; sleep replaces a slow peeler.
+        # This job waits while the other tests run, because Slurm checks the clock only every 30 seconds; sleep stands
+        # in for a slow peeler.
         cls.late_log = cls.scratch / "late.log"
         cls.late = cls.sbatch(
             "300", PEELER="sleep", SBATCH_TIMELIMIT="1", SBATCH_OUTPUT=str(cls.late_log)
@@ -81,13 +82,13 @@ class Slurm(PeelerTest):
 
     @classmethod
     def sbatch(cls, *arguments, **environment):
-        """Submits one job of peeler.sbatch."""
+        """Submits one job of peeler.sbatch, and returns its number."""
         command = ("sbatch", "--parsable", str(SLURM / "peeler.sbatch"), *map(str, arguments))
         settings = {"PEELER": PEELER, "SBATCH_OUTPUT": str(cls.scratch / "log.%j"), **environment}
         return cls.cluster.ask(*command, environment=settings).strip()
 
     def submit(self, script, *arguments, **environment):
-        """Submits a script's jobs; returns the number of the last one."""
+        """Submits the jobs of a script; returns the number of the last one."""
         command = ("sh", str(SLURM / script), *map(str, arguments))
         settings = {"PEELER": PEELER, "SBATCH_OUTPUT": str(self.folder / "log.%a"), **environment}
         return self.cluster.ask(*command, environment=settings, cwd=self.folder).strip()
@@ -107,8 +108,8 @@ class Slurm(PeelerTest):
         )
 
     def disturb(self, folder, job):
-        """Kills one task (SIGKILL), and stops another like its time limit (SIGTERM to the script), each with some
-        but not all of its frames done. Returns {task: its finished frames and their times}, and the maximum number
+        """Kills one task (SIGKILL), and stops another as its time limit would (SIGTERM to the script), each when it has
+        done some but not all of its frames. Returns {task: its finished frames and their times}, and the maximum number
         of tasks running at once."""
         signals, done, most = [signal.SIGKILL, signal.SIGTERM], {}, 0
         end = time.monotonic() + slurm_cluster.ENDLESS
@@ -118,7 +119,7 @@ class Slurm(PeelerTest):
             for process, task in peelers.items():
                 if task in done or not signals or not 0 < len(self.finished(folder, task)) < SHARE:
                     continue
-                if not sent(process, signal.SIGSTOP):  # otherwise it would finish first
+                if not sent(process, signal.SIGSTOP):  # otherwise the process would end first
                     continue
                 if len(self.finished(folder, task)) < SHARE:
                     done[task] = self.finished(folder, task)
@@ -196,7 +197,7 @@ class Slurm(PeelerTest):
         scenes.mkdir()
         for name in ("coincident", "bracket", "panes"):
             shutil.copy(EXAMPLES / "scenes" / f"{name}.glb", scenes)
-        (scenes / "broken.glb").write_bytes(b"glTF")  # skipped
+        (scenes / "broken.glb").write_bytes(b"glTF")  # a broken scene, which is skipped
         options = ("--views", 4, "--shard-member", "png", "--shard-count", 3, "--size", "64x48")
         runs = []
         for _ in range(2):  # the second run has nothing to do
@@ -205,7 +206,7 @@ class Slurm(PeelerTest):
                 *options,
             )
             tasks = {int(task["ArrayTaskId"]): task for task in self.cluster.wait_for(job)}
-            # The first task has bracket and broken.
+            # The first task has the scenes bracket and broken.
             self.assertEqual(tasks[1]["ExitCode"], "3:0", self.log())
             self.assertEqual(tasks[2]["ExitCode"], "0:0", self.log())
             written = {}
@@ -252,10 +253,11 @@ class Slurm(PeelerTest):
         for name, job in jobs.items():
             task = self.cluster.wait_for(job)[0]
             ends[name] = task["ExitCode"], task["Restarts"]
-        # A retry would not help.
+        # Without more memory, a retry would fail as well.
         self.assertEqual(ends["memory"], ("33:0", "0"), logs["memory"].read_text())
         self.assertIn("give it more memory", logs["memory"].read_text())
-        # No GPU here, but maybe elsewhere or later; not for ever.
+        # There is no GPU here, but there may be one on another machine or later, so the job is retried, but not for
+        # ever.
         if ends["gpu"] == ("0:0", "0"):
             self.skipTest("this machine has a GPU: no exit code 5")
         self.assertEqual(ends["gpu"], ("5:0", "1"), logs["gpu"].read_text())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Output hashes: every whole file records its sources.
+// Tests output hashes: every complete file records the hash of its sources.
 #include "formats/output_hash.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ constexpr const char* kHash = "0123456789abcdef";
 
 class EachFormat : public testing::TestWithParam<OutputFormat> {
   protected:
-    /// Writes a file of the format with kHash as its hash.
+    /// Writes a file of the format whose output hash is kHash; returns the path.
     std::string write(OutputOptions options = {}) const {
         const OutputFormat& format = GetParam();
         const std::string path = scratch_ / ("out" + std::string(format.extensions.front()));
@@ -93,12 +93,12 @@ TEST(OutputHash, IsOfAllThatDecidesWhatIsInTheFile) {
         return hashes.insert(outputHash(view, path, options)).second;
     };
     EXPECT_TRUE(isNew());
-    EXPECT_FALSE(isNew("b.exr"));  // under any name
+    EXPECT_FALSE(isNew("b.exr"));  // the file's name does not matter
     options.provenance.version = "2";
     options.provenance.renderer = "other";
     options.provenance.method = "dual";
     EXPECT_FALSE(isNew());
-    options.as = "ldi";  // the default, explicitly
+    options.as = "ldi";  // naming the default makes no difference
     EXPECT_FALSE(isNew());
     options.as = "deep";
     EXPECT_TRUE(isNew());

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzz target for Draco data, decoded like peeler_decode, but in this process: formats/modules/
-// draco_decoder.cpp is linked in, with another name for its main function and, here, other versions
-// of the functions in helper_main.cpp.
+// Fuzz target for Draco data. Decodes as peeler_decode does, but in this process:
+// formats/modules/draco_decoder.cpp is linked in with another name for its main function, and this
+// file replaces the functions of helper_main.cpp.
 //
-// The input: the number of requested attributes, id, type and components of each, then the data.
+// The input holds the number of requested attributes, the id, type and components of each, and then
+// the data.
 #include <array>
 
 #include "formats/gltf/gltf_decoders.h"
@@ -57,7 +58,7 @@ void takeDraco(Input input) {
     try {
         work(request, result);
     } catch (const std::bad_alloc&) {
-        // helper_main.cpp reports it as an error.
+        // helper_main.cpp would report this as an error.
     }
 }
 

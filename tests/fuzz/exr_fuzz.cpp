@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzz target for OpenEXR files of any kind, read in every way of the commands.
+// Fuzz target for OpenEXR files of any kind, read in every way that a command reads them.
 #include <peeler/camera_choice.h>
 #include <peeler/composite.h>
 #include "cmd/verify/verified_file.h"
@@ -11,7 +11,7 @@
 namespace peeler::fuzz {
 namespace {
 
-/// Returns the top rows of the picture that fit a small amount of memory.
+/// Returns the top rows of a picture, as many as fit into a small amount of memory.
 Window topOf(const LayeredInput& input) {
     Window window = input.info().plan.view.crop;
     window.y1 = std::min(window.y1, window.y0 + input.rowsFor(std::uint64_t{1} << 24));

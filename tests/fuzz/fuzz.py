@@ -17,13 +17,13 @@ import tempfile
 
 SOURCE = pathlib.Path(__file__).resolve().parent
 SECONDS = 60
-# Also findings: more than these seconds or megabytes for one input.
+# Limits for one input, in seconds and megabytes; exceeding them counts as a finding.
 LIMITS = ["-timeout=10", "-rss_limit_mb=2048"]
-MOST_BYTES = 16384  # of an input
-# Libraries take tens of megabytes for a small picture. Their shadow is cleared by writing zeros instead of mapping new
-# pages, which took half of the time of `image` and `round_trip`.
+MOST_BYTES = 16384  # the maximum size of an input
+# Libraries allocate tens of megabytes for a small picture. This option clears the sanitizer's shadow memory by writing
+# zeros instead of mapping new pages, which took half the time of `image` and `round_trip`.
 SHADOW = "clear_shadow_mmap_threshold=67108864"
-# LeakSanitizer crashes beside the threads of OpenImageIO's libraries.
+# LeakSanitizer crashes when the libraries of OpenImageIO have started threads.
 NO_LEAKS = "detect_leaks=0"
 LOADS_LIBRARIES = {"image"}
 STATISTICS = re.compile(r"stat::(\w+): +(\d+)")
@@ -31,7 +31,7 @@ COVERAGE = re.compile(r"cov: (\d+) ft: (\d+)")
 
 
 def run(build, target, seconds, scratch):
-    """Returns (the result line, whether there is a finding)."""
+    """Returns (the line about the result, whether there is a finding)."""
     corpus, findings = build / "corpus" / target, build / "findings" / target
     output = build / "logs" / f"{target}.txt"
     for needed in (corpus, findings, output.parent):
@@ -39,8 +39,8 @@ def run(build, target, seconds, scratch):
     begins = [corpus, build / "seeds" / target, SOURCE / "corpus" / target]
     dictionary = SOURCE / f"{target}.dict"
     command = [build / "tests" / f"{target}_fuzz", f"-max_total_time={seconds}", *LIMITS]
-    # No value profiles: with their features libFuzzer spends most of its time on their frequencies, and `grammar` makes
-    # 62 executions per second after a quarter of an hour, instead of a thousand.
+    # Without value profiles: with them, libFuzzer spends most of its time on the frequencies of their features, and
+    # after a quarter of an hour `grammar` makes 62 executions per second instead of a thousand.
     command += [f"-max_len={MOST_BYTES}", "-print_final_stats=1"]
     command += [f"-artifact_prefix={findings}/"]
     command += [f"-dict={dictionary}"] if dictionary.exists() else []
@@ -57,7 +57,7 @@ def run(build, target, seconds, scratch):
     told = dict(STATISTICS.findall(text))
     covered = (COVERAGE.findall(text) or [("?", "?")])[-1]
     found = sorted(set(findings.iterdir()) - before)
-    ended = "number_of_executed_units" in told  # libFuzzer prints it at its end, with or without a finding
+    ended = "number_of_executed_units" in told  # libFuzzer prints this when it ends, with or without a finding
     line = f"{target}: {int(told.get('number_of_executed_units', 0)):,} executions in {seconds} s, "
     line += f"coverage {covered[0]} edges, {covered[1]} features"
     for path in found:
@@ -77,7 +77,7 @@ def main(build, wanted="all", seconds=SECONDS):
         [build / "tests/write_seeds", build / "seeds"],
         check=True, env={**os.environ, "ASAN_OPTIONS": NO_LEAKS},
     )
-    # In memory: targets write files all the time. Removed however a target ended.
+    # Targets write files all the time, so the folder is in memory. It is removed however a target ends.
     shared = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
     found = False
     with tempfile.TemporaryDirectory(dir=shared) as scratch:

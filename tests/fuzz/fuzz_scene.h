@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene of one triangle and one camera, for targets that need a scene.
+// A scene with one triangle and one camera, for targets that need a scene.
 #pragma once
 
 #include <peeler/scene.h>

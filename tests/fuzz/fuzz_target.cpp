@@ -13,7 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// In memory if possible: files are written and synced all the time.
+/// Returns the parent of the scratch folder, in memory if possible because targets write and sync
+/// files all the time.
 fs::path placeOfFolder() {
     const bool chosen = std::getenv("TMPDIR") != nullptr;
     return !chosen && access("/dev/shm", W_OK) == 0 ? "/dev/shm" : fs::temp_directory_path();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shared parts of the fuzz targets: their declaration, files from bytes, numbers from bytes.
+// Parts shared by the fuzz targets: their declaration, and how to make files and numbers from
+// bytes.
 #pragma once
 
 #include <algorithm>
@@ -19,18 +20,18 @@ namespace peeler::fuzz {
 
 using Input = std::span<const std::uint8_t>;
 
-/// A function that takes any bytes. It may throw Error, the normal refusal of input; any other end
-/// is a finding.
+/// A function that takes any bytes. It may throw Error, which is how input is normally rejected; if
+/// it ends in any other way, that is a finding.
 struct Target {
     const char* name;
     void (*take)(Input);
 };
 
-/// Returns all targets linked into a program, in no order.
+/// Returns all targets linked into the program, in no particular order.
 std::vector<Target>& targets();
 
-/// Runs `work`, and rethrows only findings: anything but an Error, and an Error that declares
-/// itself a bug.
+/// Runs `work`, and rethrows only findings: exceptions other than Error, and Errors that declare
+/// themselves a bug.
 template <class Work>
 void attempt(Work&& work) {
     try {
@@ -40,8 +41,8 @@ void attempt(Work&& work) {
     }
 }
 
-/// Returns a file with this name and these bytes, in a folder of this process, which is removed
-/// with it.
+/// Returns the path of a file with this name and these bytes, in a folder that is removed when this
+/// process ends.
 std::string fileOf(std::string_view name, Input bytes);
 std::filesystem::path scratchFolder();
 
@@ -49,7 +50,7 @@ inline std::string textOf(Input bytes) {
     return {bytes.begin(), bytes.end()};
 }
 
-/// A reader of numbers from the beginning of the bytes; after their end, all numbers are 0.
+/// Takes numbers from the beginning of the bytes; when they are used up, every number is 0.
 class Taker {
   public:
     explicit Taker(Input bytes) : bytes_(bytes) {}
@@ -63,7 +64,7 @@ class Taker {
         bytes_ = bytes_.subspan(size);
         return value;
     }
-    /// Returns a number from 0 to `count` − 1, from one byte.
+    /// Returns a number from 0 to `count` − 1, made from one byte.
     std::size_t below(std::size_t count) { return take<std::uint8_t>() % count; }
     bool flip() { return below(2) == 1; }
     Input rest() const { return bytes_; }
@@ -74,8 +75,8 @@ class Taker {
 
 }  // namespace peeler::fuzz
 
-// A libFuzzer program has one target, and one thread: inputs are small, and findings must be
-// reproducible. The regression tests have all targets in a table.
+// A libFuzzer program has one target and, because inputs are small and findings must be
+// reproducible, one thread. The regression tests have all targets in a table.
 #ifdef PEELER_LIBFUZZER
 #include <peeler/work.h>
 #include "formats/image/image_library.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every fuzz target takes its seeds, mutations of them, and earlier findings: as a plain test,
-// without libFuzzer.
+// Runs every fuzz target on its seeds, on mutations of them, and on earlier findings, as a plain
+// test without libFuzzer.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A mutator that imitates damage, editors and bad exporters. Deterministic for a seed.
+/// Mutates inputs in ways that imitate damage, editors and bad exporters. A seed always gives the
+/// same mutations.
 class Mutator {
   public:
     explicit Mutator(std::uint64_t seed) : random_(seed) {}
@@ -65,7 +66,7 @@ class Mutator {
         }
     }
 
-    /// Overwrites bytes with a number that challenges limits, signs and sizes.
+    /// Overwrites bytes with a number that tests limits, signs and sizes.
     void overwrite(fuzz::SeedBytes& bytes, std::size_t at) {
         static constexpr std::array<std::uint64_t, 8> kNumbers = {
             0, 1, 0x7F, 0xFF, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, ~std::uint64_t{0}};
@@ -78,7 +79,7 @@ class Mutator {
     std::mt19937_64 random_;
 };
 
-/// Returns the number of mutations for a target: 2,000 per format.
+/// Returns the number of mutations for a target: by default, 2,000 per format.
 std::size_t mutationsOf(const fuzz::Target& target) {
     const std::size_t formats = std::string_view(target.name) == "meshes" ? 3 : 1;
     return formats * (test::exhaustive() ? 2000 : 40);
@@ -104,7 +105,7 @@ TEST_P(Fuzz, TakesItsSeeds) {
 
 TEST_P(Fuzz, TakesMutationsOfItsSeeds) {
     const char* const given = std::getenv("PEELER_TEST_SEED");
-    // The short run decides whether a change lands, so it is deterministic.
+    // The short run decides whether a change is merged, so its seed is fixed.
     const std::uint64_t seed = given                ? std::stoull(given)
                                : test::exhaustive() ? std::random_device{}()
                                                     : 1;
@@ -119,7 +120,7 @@ TEST_P(Fuzz, TakesMutationsOfItsSeeds) {
 
 TEST_P(Fuzz, TakesWhatItOnceFound) {
     const fs::path folder = test::sourceDir() / "tests/fuzz/corpus" / GetParam().name;
-    if (!fs::exists(folder)) return;  // no findings
+    if (!fs::exists(folder)) return;  // nothing was ever found
     for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
         SCOPED_TRACE(entry.path().string());
         const std::string bytes = test::bytesOf(entry.path());

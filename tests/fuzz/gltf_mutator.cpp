@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A mutator that keeps a .glb (or .gltf) valid as a container: it changes values, keys and indices
+// Mutates a .glb (or .gltf) so that it remains a valid container: changes values, keys and indices
 // in the parsed JSON, or bytes of the binary chunk, and rebuilds the container.
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -24,7 +24,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Random = std::minstd_rand;
 
-/// Keys and words of glTF files, without those that the schema rejects anyway.
+/// Keys and values of glTF files, except those that the schema rejects anyway.
 constexpr const char* kWords[] = {"accessors",
                                   "alphaCutoff",
                                   "alphaMode",
@@ -194,7 +194,7 @@ std::optional<Parsed> parsed(Input bytes) {
     }
 }
 
-/// Stores the file as bytes; returns 0 if it is too large.
+/// Stores the file in `out`, and returns its size in bytes; 0 if it is larger than `most`.
 std::size_t store(const Parsed& file, std::uint8_t* out, std::size_t most) {
     std::string text = file.json.dump(-1, ' ', false, Json::error_handler_t::replace);
     std::string bytes;
@@ -217,7 +217,7 @@ std::size_t store(const Parsed& file, std::uint8_t* out, std::size_t most) {
     return bytes.size();
 }
 
-/// Lists every value of a document, the root first.
+/// Lists every value of a document, beginning with the root.
 void listValues(Json& value, std::vector<Json*>& all) {
     all.push_back(&value);
     if (value.is_structured())
@@ -241,7 +241,7 @@ class Mutator {
         }
     }
 
-    /// Replaces a value of this file with one of another file.
+    /// Replaces a value of this file with a value from another file.
     void cross(Json& json, Json& other) {
         Json& from = anyOf(other);
         Json& to = anyOf(json);
@@ -265,7 +265,8 @@ class Mutator {
         const std::size_t size = file.binary.size();
         file.binary.resize(size + below(65));
         file.binary.resize(LLVMFuzzerMutate(file.binary.data(), size, file.binary.size()));
-        // A buffer longer than the chunk is refused at once.
+        // The length of the buffer is usually corrected, because a buffer longer than the chunk is
+        // rejected at once.
         if (below(8) != 0 && file.json.contains("buffers") && file.json["buffers"].is_array() &&
             !file.json["buffers"].empty() && file.json["buffers"][0].is_object())
             file.json["buffers"][0]["byteLength"] = file.binary.size();
@@ -351,7 +352,7 @@ class Mutator {
             object[key] = anyValue(json);
     }
 
-    /// Returns a copy of an existing value, or a new one.
+    /// Returns a copy of an existing value, or a new value.
     Json anyValue(Json& json) {
         const std::size_t how = below(7);
         if (how == 0) return anyNumber();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzz target for values of the command line: cameras, frames, numbers, names with number
-// placeholders; and the JSON camera of files. The input: the kind, then the text.
+// Fuzz target for values on the command line: cameras, frames, numbers, and names with placeholders
+// for numbers; also for the JSON camera that files contain. The input holds the kind of value, then
+// the text.
 #include <iterator>
 #include <sstream>
 
@@ -16,7 +17,7 @@
 namespace peeler::fuzz {
 namespace {
 
-/// Parses the words as the options of a camera, and builds its view.
+/// Parses the words as camera options, and builds the view that they describe.
 void takeCameraWords(const std::string& text) {
     cmd::ArgumentParser parser;
     cmd::VerbOptions verb = parser.addVerb("render", {});
@@ -35,7 +36,7 @@ void takeCameraWords(const std::string& text) {
     if (view.projection.perspective) intrinsicsOf(view);
 }
 
-/// A file's camera, written again, is the same.
+/// Expects a file's camera to be the same after it was written again.
 void takeCameraJson(const std::string& text) {
     const std::string again = cameraJson(viewFromJson(text));
     if (cameraJson(viewFromJson(again)) != again)

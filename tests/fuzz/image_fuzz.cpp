@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzz target for flat pictures: PNG, JPEG, TIFF, Radiance or OpenEXR as picture and environment,
-// PNG, JPEG and WebP as texture.
+// Fuzz target for flat pictures: reads PNG, JPEG, TIFF, Radiance and OpenEXR as pictures and
+// environments, and PNG, JPEG and WebP as textures.
 #include "formats/gltf/gltf_decoders.h"
 #include "formats/image/environment_file.h"
 #include "formats/image/flat_image.h"

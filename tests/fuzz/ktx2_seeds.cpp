@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// KTX 2.0 seeds with all texel formats and supercompressions.
+// KTX 2.0 seeds for all texel formats and supercompressions.
 #include <libdeflate.h>
 #include <zstd.h>
 
@@ -13,7 +13,7 @@
 namespace peeler::fuzz {
 namespace {
 
-/// Returns a block of every mode, with low values in all fields.
+/// Returns blocks in every mode, with low values in all fields.
 SeedBytes blocksOfAllModes() {
     SeedBytes blocks;
     for (std::size_t mode = 0; mode < std::size(test::kUastcLayouts); ++mode) {
@@ -44,7 +44,7 @@ SeedBytes packed(std::uint32_t scheme, const SeedBytes& bytes) {
     return out;
 }
 
-/// Returns runs of predictions and selectors, and a history.
+/// Returns a Basis stream with runs of predictions and selectors, and with a history.
 SeedBytes basisOfRuns() {
     test::BasisBooks books;
     books.endpoints = {{16, 8, 24, 0}, {1, 2, 3, 7}, {31, 31, 31, 2}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mesh seeds: a PLY, an STL and an OBJ of every kind.
+// Mesh seeds: PLY, STL and OBJ files of every kind.
 #include "formats/arrays/tensor_file.h"
 #include "formats/cameras/camera_files.h"
 #include "fuzz/seeds.h"

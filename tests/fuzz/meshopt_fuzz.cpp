@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzz target for compressed streams of EXT_meshopt_compression. The input: mode, filter, stride,
-// count (two bytes), then the stream.
+// Fuzz target for compressed streams of EXT_meshopt_compression. The input holds the mode, filter,
+// stride and count (two bytes), then the stream.
 #include <array>
 
 #include "formats/gltf/gltf_decoders.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Picture seeds: OpenEXR files of every kind that is read, and pictures of other formats.
+// Picture seeds: OpenEXR files of every kind that peeler reads, and pictures in other formats.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
@@ -45,7 +45,8 @@ OutputOptions outputOptions(const char* layout, const char* compression) {
     return options;
 }
 
-/// Returns a flat picture like other programs': scan lines, or tiles of 4 × 4 with all levels.
+/// Returns a flat picture as other programs write it: in scan lines, or in 4 × 4 tiles with all
+/// mipmap levels.
 SeedBytes flatPicture(Imf::Compression compression, bool tiled, const char* channel) {
     constexpr int kWidth = 9, kHeight = 7;
     Imf::Header header(kWidth, kHeight);
@@ -72,7 +73,7 @@ SeedBytes flatPicture(Imf::Compression compression, bool tiled, const char* chan
     return bytesAt(path);
 }
 
-/// Returns a deep file like other programs'.
+/// Returns a deep file as other programs write it.
 SeedBytes deepPicture(int tile, Imf::Compression compression) {
     test::DeepPart part;
     part.window = {{1, 0}, {6, 4}};
@@ -91,7 +92,7 @@ SeedBytes deepPicture(int tile, Imf::Compression compression) {
     return bytesAt(path);
 }
 
-/// Returns a Radiance picture: flat pixels, or the run lengths of wide pictures.
+/// Returns a Radiance picture, with flat pixels or with the run lengths of wide pictures.
 SeedBytes radiance(int width, bool packed) {
     std::string text =
         "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X " + std::to_string(width) + "\n";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzz target for files of points (PLY or .npz), and for the other readers of arrays.
+// Fuzz target for point files (PLY or .npz), and for the other readers of arrays.
 #include "formats/arrays/array_containers.h"
 #include "formats/arrays/array_reader.h"
 #include "formats/arrays/point_reader.h"

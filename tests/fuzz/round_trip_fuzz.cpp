@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzz target for round trips: a picture made from the input goes through every writer with a
-// reader, and must come back with the same bits.
+// Fuzz target for round trips: writes a picture made from the input in every format that peeler
+// also reads, and expects to read the same bits.
 #include <cmath>
 #include <stdexcept>
 
@@ -22,8 +22,8 @@ void require(bool holds, const char* what) {
     if (!holds) throw std::logic_error(std::string("not the same: ") + what);
 }
 
-/// Takes channels in the order of files: sorted, those with the same name up to the last dot in one
-/// array.
+/// Takes channels in the order that files have: sorted, and with those whose names differ only
+/// after the last dot in one array.
 std::vector<FragmentArray> takeChannels(Taker& taker) {
     static constexpr std::array kNames = {
         "N.X",  "N.Y",   "N.Z",   "P.X",   "id.object", "id.instance", "id.material", "facing",
@@ -35,7 +35,8 @@ std::vector<FragmentArray> takeChannels(Taker& taker) {
     return fragmentArrays(channels);
 }
 
-/// Takes a depth of at least `least`, mostly in steps that a reader must not lose.
+/// Takes a depth of at least `least`: mostly `least` itself or the next float, which a reader must
+/// tell apart.
 float takeDepth(Taker& taker, float least) {
     if (taker.flip()) return least;
     if (taker.flip()) return std::nextafter(least, 3e38F);
@@ -64,7 +65,7 @@ void takeFragments(Taker& taker, LayeredImage& image) {
     }
 }
 
-/// Takes a plan with a camera of long numbers.
+/// Takes a plan whose camera has numbers with many digits.
 void takePlan(Taker& taker, SyntheticPicture& picture) {
     LayeredImage& image = picture.image;
     Plan& plan = picture.plan;
@@ -155,12 +156,12 @@ void checkLayeredFile(const std::string& path, const SyntheticPicture& picture,
     LayeredImage image;
     reader->read(info.plan.view.crop, image);
     LayeredImage wanted = picture.image;
-    // Without a fragment there is no layer with channels.
+    // A picture without fragments has no layer, hence no channels.
     if (wanted.fragments() == 0) wanted.extra = image.extra, wanted.color = image.color;
     requireSame(image, wanted);
 }
 
-/// Expects an array's file to end with these bytes, its numbers.
+/// Expects an array's file to end with these bytes, which are the numbers of the array.
 void requireNumbers(const NpzArchive& archive, const char* name, std::span<const std::byte> bytes) {
     const NpzArchive::Member* const member = archive.find(name);
     require(member != nullptr, name);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scene seeds with every feature of glTF, and compressed meshes.
+// Scene seeds that use every feature of glTF, and compressed meshes.
 #include <draco/compression/expert_encode.h>
 #include <draco/mesh/mesh.h>
 
@@ -21,7 +21,7 @@ SeedBytes glbOf(GltfBuilder builder) {
     return seedOf(test::glb(builder.gltf.dump(), builder.bin));
 }
 
-/// Returns the JSON as a .gltf with a data: URI of zeros as its buffer.
+/// Returns the JSON as a .gltf, with a data: URI full of zeros as its buffer.
 SeedBytes gltfOf(GltfBuilder builder) {
     const std::size_t triples = (builder.bin.size() + 2) / 3;
     builder.gltf["buffers"] = {
@@ -30,7 +30,7 @@ SeedBytes gltfOf(GltfBuilder builder) {
     return seedOf(builder.gltf.dump());
 }
 
-/// Returns every attribute, a sparse accessor, morph targets, a skin.
+/// Returns a mesh with every attribute, a sparse accessor, morph targets and a skin.
 GltfBuilder richMesh() {
     GltfBuilder builder = test::triangle();
     Json& attributes = builder.attributes();
@@ -80,7 +80,7 @@ GltfBuilder richMesh() {
     return builder;
 }
 
-/// Returns motion in every interpolation.
+/// Returns a scene with animations in every interpolation.
 GltfBuilder animated() {
     GltfBuilder builder = richMesh();
     const int times =
@@ -107,7 +107,8 @@ GltfBuilder animated() {
     return builder;
 }
 
-/// Returns materials with all their extensions, textures from a view and from a URI.
+/// Returns a scene whose materials have all extensions, and textures from a buffer view and from a
+/// URI.
 GltfBuilder material() {
     GltfBuilder builder = test::triangle();
     builder.attributes()["TEXCOORD_0"] = builder.addAccessor<float>({0, 0, 1, 0, 0, 1}, "VEC2");
@@ -182,7 +183,7 @@ GltfBuilder instances() {
     return builder;
 }
 
-/// Returns a compressed strip of quads with three attributes.
+/// Returns a strip of quads with three attributes, compressed with Draco.
 SeedBytes dracoBytes(int method, int position_bits) {
     constexpr std::uint32_t kColumns = 4;
     draco::Mesh mesh;

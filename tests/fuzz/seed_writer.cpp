@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Seed writer of all targets: write_seeds FOLDER makes FOLDER/TARGET/seed_N.
+// Writes the seeds of all targets: write_seeds FOLDER makes FOLDER/TARGET/seed_N.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fuzzing seeds: small inputs for every target, made by the product's own writers and the tests'
-// builders.
+// Fuzzing seeds: small inputs for every target, made with the product's own writers and with the
+// builders of the tests.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace peeler::fuzz {
 
 using SeedBytes = std::vector<std::uint8_t>;
 
-/// Inputs by the name of the target.
+/// The inputs of each target, by the target's name.
 using Seeds = std::map<std::string, std::vector<SeedBytes>>;
 
 void addMeshSeeds(Seeds& seeds);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Seeds of points and arrays, camera files, and pictures of random numbers.
+// Seeds for points and arrays, for camera files, and for pictures of random numbers.
 #include <libdeflate.h>
 
 #include <memory>
@@ -16,7 +16,7 @@ namespace {
 
 using test::PackedNumbers;
 
-/// Returns a ZIP of one member, deflated as in numpy.savez_compressed.
+/// Returns a ZIP with one member, deflated as numpy.savez_compressed does it.
 std::string packedZip(const std::string& name, const std::string& bytes) {
     const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
         libdeflate_alloc_compressor(6), libdeflate_free_compressor);

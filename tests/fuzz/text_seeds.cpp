@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Seeds of peeler batch jobs, and of command-line values.
+// Seeds for jobs of peeler batch, and for values on the command line.
 #include "formats/exr/exr_files.h"
 #include "fuzz/seeds.h"
 
@@ -23,7 +23,7 @@ constexpr const char* kBatches[] = {
 {"job":2,"verb":"render","hash":"0123456789abcde0","exitCode":3,"milliseconds":8,"warnings":["w"],"error":{"what":"no","hint":"try"}}
 )"};
 
-/// By the indices of the target's table.
+/// A text, and the index of its grammar in the target's table.
 struct Value {
     char grammar;
     const char* text;

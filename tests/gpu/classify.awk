@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-# awk -f classify.awk MOVED EXPECTED FOUND: what is the same in two lists of fragments (fragments() in common.sh) and
-# what differs, by class. Rasterisers place vertices on a grid of 1/256 of a pixel, and interpolate depths over the
-# triangles before or after that; MOVED (moved.awk) says what a fragment is in pictures that are moved by a step of
-# that grid. Filters of textures differ by more. Prints a line, then up to five of what is beyond all limits; fails if
-# that is more than one fragment in 50 (masks: a filtered alpha is above the cutoff or not).
+# awk -f classify.awk MOVED EXPECTED FOUND: compares two lists of fragments (made by fragments() in common.sh), and
+# counts equal fragments and, by class, different ones. Rasterisers round vertices to a grid of 1/256 of a pixel, and
+# interpolate depths before or after they do so; MOVED (made by moved.awk) holds the depths of each fragment in pictures
+# that are moved by a step of that grid. Texture filters differ by more. Prints the counts on a line, then up to five
+# fragments that exceed all limits. Fails if more than one fragment in 50 does (which may happen at masks, where a
+# filtered alpha is above or below the cutoff).
 BEGIN {
-    color_limit = 1 / 20 # of white
+    color_limit = 1 / 20 # as a fraction of white
     beyond_share = 1 / 50
-    rounding = 2 # units in the last place of a float
+    rounding = 2 # in units in the last place of a float
 }
 function distance(a, b) { return a > b ? a - b : b - a }
 function half(bits, exponent) {

@@ -1,21 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=sh
-# Shared parts of pack.sh and run.sh; $here is the unpacked folder.
+# Parts shared by pack.sh and run.sh; $here is the unpacked folder.
 
-# Libraries in search order: ours, the machine's, and ours that the machine lacks.
+# The libraries in search order: our own, the machine's, and those of ours that the machine may lack.
 machine=/usr/lib/x86_64-linux-gnu:/lib/x86_64-linux-gnu:/usr/lib64:/lib64:/usr/lib:/lib
 libraries=$here/lib:$machine:$here/lib/spare
-mesa=$here/lib/osmesa:$libraries:$here/lib/osmesa/spare # with the rasteriser that was packed
+mesa=$here/lib/osmesa:$libraries:$here/lib/osmesa/spare # libraries with Mesa's rasteriser as it was packed
 
 peeler() {
     LD_LIBRARY_PATH=$libraries "$here/bin/peeler" "$@"
 }
 
-scenes() { # scenes [NAME]: lines of the table, name, file, options
+scenes() { # scenes [NAME]: prints lines of the table: name, file, options
     awk -v name="${1:-}" '!/^#/ && NF && (name == "" || $1 == name)' "$here/scenes.txt"
 }
 
-# capture NAME OUT CAMERAS [OPTIONS]: captures every fragment of a scene, as arrays. OUT contains @ for several cameras.
+# capture NAME OUT CAMERAS [OPTIONS]: captures every fragment of a scene as arrays. OUT contains @ if there are several
+# cameras.
 capture() {
     set -- "$@" $(scenes "$1" | cut -s -d ' ' -f 2- | awk '{ $1 = ""; print }')
     scene=$here/scenes/$1.glb out=$2 cameras=$3
@@ -23,8 +24,9 @@ capture() {
     peeler render "$scene" -o "$out" --cameras "$cameras" --channels id --quiet "$@"
 }
 
-# array FILE NAME BYTES TYPE: prints an array of an .npz, one line per BYTES, in od's TYPE. peeler's members are not
-# compressed, and the first 64-bit size of a header is the member's (formats/README.md, "Arrays and points").
+# array FILE NAME BYTES TYPE: prints an array of an .npz, with BYTES bytes per line, in the format TYPE of od. Members
+# that peeler writes are not compressed, and the first 64-bit size in a header is that of the member (formats/README.md,
+# "Arrays and points").
 array() {
     at=0
     while [ "$(od -An -tu4 -j "$at" -N 4 "$1" | tr -d ' ')" = 67324752 ]; do # PK\3\4
@@ -43,8 +45,8 @@ array() {
     return 1
 }
 
-# fragments FILE: prints one line per fragment of an .npz: its pixel, the bits of Z, R, G, B, A, and its triangle: node,
-# instance, number.
+# fragments FILE: prints one line per fragment of an .npz: its pixel, the bits of Z, R, G, B and A, and its triangle
+# (node, instance, number).
 fragments() {
     array "$1" z 4 u4 >"$1.z"
     array "$1" rgba 8 u2 >"$1.rgba"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Benchmark of counting, with panes that cover the picture and with many small triangles:
-// - buffer: atomicAdd on a storage buffer, row by row, like peeler
+// Benchmark of counting fragments, with panes that cover the picture and with many small triangles:
+// - buffer: atomicAdd on a storage buffer, row by row, as peeler does
 // - tiles: the same, in squares of 8 × 8 pixels
 // - image: imageAtomicAdd on R32UI
-// - interlock: load and store there, ordered by ARB_fragment_shader_interlock
+// - interlock: load and store on that image, ordered by ARB_fragment_shader_interlock
 // - blending: adds 1 to R32F, which is exact below 2^24
 #include <dlfcn.h>
 
@@ -18,7 +18,7 @@
 namespace peeler::benchmark {
 namespace {
 
-/// The drawn triangles, which cover the picture or are anywhere in it.
+/// The triangles to draw: they cover the picture, or lie anywhere in it.
 struct Triangles {
     const char* name;
     int count;
@@ -44,13 +44,13 @@ void main() {
 })"},
 };
 
-/// The storage of the counts.
+/// The kind of storage for the counts.
 enum class Counts { kBuffer, kTiles, kImage, kTarget };
 
 struct Way {
     const char* name;
     Counts counts;
-    const char* extension;  ///< the required one, or ""
+    const char* extension;  ///< the extension that this way requires, or ""
     const char* fragment_shader;
 };
 
@@ -77,7 +77,7 @@ layout(location = 0) out float one;
 void main() { one = 1.0; })"},
 };
 
-/// Returns the beginning of all counting shaders: pixel addresses, and the definitions of a way.
+/// Returns the beginning of all counting shaders: pixel addresses, and the definitions for a way.
 std::string beginningOf(const Settings& settings, const Way& way) {
     std::string text;
     if (*way.extension) text += std::string("#extension ") + way.extension + " : require\n";
@@ -89,7 +89,7 @@ std::string beginningOf(const Settings& settings, const Way& way) {
            "}\n";
 }
 
-/// glBindImageTexture, which peeler itself does not use.
+/// Returns glBindImageTexture, which peeler itself does not use.
 PFNGLBINDIMAGETEXTUREPROC bindImageTexture() {
     void* const library = dlopen("libEGL.so.1", RTLD_NOW | RTLD_LOCAL);
     using ProcAddress = void* (*)(const char*);
@@ -99,7 +99,7 @@ PFNGLBINDIMAGETEXTUREPROC bindImageTexture() {
     return reinterpret_cast<PFNGLBINDIMAGETEXTUREPROC>(lookup("glBindImageTexture"));
 }
 
-/// The pixels' counts in the storage of every way.
+/// The counts of all pixels, in the storage of every way.
 class Counter {
   public:
     Counter(const gl::Functions& gl, const Settings& settings)
@@ -118,7 +118,8 @@ class Counter {
         vertices_ = gl::VertexArray(gl, arrays);
     }
 
-    /// Returns the milliseconds of a counting pass; its counts are then in `counts`, row by row.
+    /// Runs a counting pass, and returns its time in milliseconds; stores the counts in `counts`,
+    /// row by row.
     double time(const Way& way, const Triangles& triangles, std::vector<std::uint32_t>& counts) {
         const Shaders shaders(gl_, beginningOf(settings_, way),
                               {{GL_VERTEX_SHADER, triangles.vertex_shader},

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Benchmark of sorting, with lists for a quarter of the pixels, in random order and in one that
-// neighbours share:
-// - cpu: depthSort(), like peeler; cpuAfterGpu: the same with sorted lists
+// Benchmark of sorting fragment lists, which a quarter of the pixels have. Their fragments are in
+// random order: different for each pixel, or shared by runs of neighbours.
+// - cpu: depthSort(), as peeler does; cpuAfterGpu: the same with lists that are already sorted
 // - gpu: a compute shader, one insertion sort per pixel; readBack: from GPU to CPU memory
 #include <algorithm>
 #include <cstdint>
@@ -16,21 +16,21 @@
 namespace peeler::benchmark {
 namespace {
 
-constexpr std::size_t kWords = 4;  // of a fragment: depth, primitive, two for colour
+constexpr std::size_t kWords = 4;  // words per fragment: depth, primitive, two for colour
 
-/// Lists of `most` fragments, or up to half fewer.
+/// Lists of `most` fragments each, or up to half fewer.
 struct Lists {
     std::vector<std::uint32_t> first{0}, words;
 
     Lists(std::size_t pixels, std::uint32_t most, bool alike) {
-        // Coherent neighbours: runs of pixels with the same surfaces.
+        // Neighbours are coherent if runs of pixels have the same depths.
         const std::size_t run = alike ? 64 : 1;
         std::minstd_rand random(most);
         std::vector<float> depths(most);
         for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
             if (pixel % run == 0)
                 for (float& depth : depths)
-                    depth = static_cast<float>(random() % 64) / 64.0F;  // some coincide
+                    depth = static_cast<float>(random() % 64) / 64.0F;  // so that some coincide
             const std::uint32_t count =
                 most - static_cast<std::uint32_t>(random() % (most / 2 + 1));
             for (std::uint32_t k = 0; k < count; ++k) {
@@ -79,7 +79,7 @@ gl::Buffer bufferOf(const gl::Functions& gl, const std::vector<T>& values) {
     return buffer;
 }
 
-/// Sorts lists on the CPU, into `out`; returns the milliseconds.
+/// Sorts lists on the CPU, into `out`; returns the time in milliseconds.
 double sortedByCpu(const Settings& settings, const Lists& lists, const std::uint32_t* words,
                    LayeredImage& out) {
     out.window = {0, 0, 256, static_cast<int>((lists.first.size() - 1) / 256)};
@@ -119,7 +119,7 @@ Json sorted(const gl::Functions& gl, const Settings& settings, std::uint32_t mos
     LayeredImage by_cpu, by_both;
     row["cpu"] = sortedByCpu(settings, lists, lists.words.data(), by_cpu);
     row["cpuAfterGpu"] = sortedByCpu(settings, lists, words, by_both);
-    const auto colors = by_cpu.color.as<std::uint32_t>();  // which identify fragments
+    const auto colors = by_cpu.color.as<std::uint32_t>();  // the colours identify the fragments
     for (std::size_t i = 0; i < by_cpu.fragments(); ++i)
         if (!std::equal(words + kWords * i + 2, words + kWords * (i + 1), &colors[2 * i]))
             throw std::runtime_error("lists of " + std::to_string(most) + " in another order");

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# awk -f moved.awk: of the fragments of nine pictures (fragments() in common.sh), one after the other, of every one a
-# line: its pixel, node, instance and triangle, in how many pictures it is, and the least and largest bits of Z.
+# awk -f moved.awk: reads the fragments of nine pictures (made by fragments() in common.sh) one after the other. Prints
+# a line per fragment: its pixel, node, instance and triangle, the number of pictures that contain it, and the least and
+# greatest bits of its Z.
 {
     key = $1 " " $7 " " $8 " " $9
     if (!seen[key]++) least[key] = most[key] = $2

@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# sh tests/gpu/pack.sh [BUILD] [OUTPUT]: packs everything that a bare machine with a GPU needs to test this build:
-# programs, libraries, scenes, and their results here. There, run.sh needs the C library, the driver, and the tools of
-# every Debian (gzip, but not xz).
+# sh tests/gpu/pack.sh [BUILD] [OUTPUT]: packs everything that is needed to test this build on a bare machine with a
+# GPU: programs, libraries, scenes, and the results that the scenes have here. On that machine, run.sh needs only the C
+# library, the driver, and the tools of every Debian (gzip, but not xz).
 #   BUILD   a folder with a finished build on Debian (default: build/ci)
 #   OUTPUT  the archive (default: BUILD/peeler-gpu.tar.gz)
 set -eu
@@ -22,15 +22,15 @@ for file in run.sh common.sh classify.awk moved.awk scenes.txt; do
 done
 . "$here/common.sh"
 
-# The results of every scene here, and its fragments if the picture moves by 1/256 of a pixel (classify.awk; no edge is
-# missed: a step along both axes is longer than that).
+# Packs what every scene gives here, and also its fragments when the picture is moved by 1/256 of a pixel
+# (classify.awk). That misses no edge, because a step along both axes is longer than 1/256.
 renderer=$(peeler render "$source/examples/scenes/panes.glb" -o "$scratch/any.npz" --size 16x16 --json --quiet |
     sed -n 's/^ *"renderer": "\(.*\)",$/\1/p')
 echo "# made by $renderer: scene, fragments, layers" >"$here/references.txt"
 git -C "$source" rev-parse HEAD >"$here/commit" 2>/dev/null || echo unknown >"$here/commit"
 scenes | while read -r name file options; do
     if [ -f "$source/examples/scenes/$file" ]; then
-        cp "$source/examples/scenes/$file" "$here/examples/scenes" # where tests look for it
+        cp "$source/examples/scenes/$file" "$here/examples/scenes" # tests look for the file there
         ln -s "../examples/scenes/$file" "$here/scenes/$name.glb"
     elif [ -f "$assets/$file" ]; then
         cp "$assets/$file" "$here/scenes/$name.glb"

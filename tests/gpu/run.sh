@@ -1,33 +1,34 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# sh run.sh: tests a build on this machine's GPU, in the folder from pack.sh, in at most 9 minutes. Writes a page and
-# JSON, results.*; exit code 0 if everything passed. Without a GPU it does the same in software. PEELER_GPU_SECONDS is
-# the total time (default: 540). (sh run.sh PART runs one part, and prints its findings.)
+# sh run.sh: tests a build on this machine's GPU, in the folder made by pack.sh, within 9 minutes. Writes results.* (a
+# page and JSON); the exit code is 0 if everything passed. Without a GPU, it does the same in software.
+# PEELER_GPU_SECONDS is the total time (default: 540). (sh run.sh PART runs one part, and prints its findings.)
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 . "$here/common.sh"
 work=$here/work
 results=$here/results
 
-# The parts in order, with their shares of the time: later parts may use the time that earlier ones leave.
+# The parts in order, each with its share of the time; later parts may use the time that earlier parts leave.
 parts="devices 2  tests 46  methods 13  backends 8  references 8  lost 4  frames 9  benchmark 10"
 
-# The skipped GL tests: those that need Embree, and those that compare a software EGL with OSMesa.
+# The GL tests that are skipped: those that need Embree, and those that compare a software EGL with OSMesa.
 embree=ClosedMeshes.*:Clip.ABallKeepsAsManyLayersAsEmbreeFindsHitsInside
 osmesa=Backends.*:Shadows.AreTheSameOnBothBackends
 
-methods="front-to-back two-pass back-to-front dual dual-max" # besides the default, a-buffer
-growth=16777216 # bytes that a process may grow by while it renders frames after a tenth of them
+methods="front-to-back two-pass back-to-front dual dual-max" # all but the default, a-buffer
+growth=16777216 # the bytes by which a process may grow while it renders frames, once a tenth of them are done
 
 say() { # say passed|failed|skipped|measured WHAT TEXT
     printf '%s\t%s\t%s\n' "$1" "$2" "$(printf '%s' "$3" | tr '\n\t' '; ')"
 }
 
-number() { # number KEY FILE: the last value of a key in JSON that has a line for each
+number() { # number KEY FILE: prints the last value of a key in JSON that has one key per line
     sed -n 's/^ *"'"$1"'": \(.*[^,]\),*$/\1/p' "$2" | tail -n 1 | tr -d '"'
 }
 
-# judge WHAT FOUND EXPECTED NAME: checks that two files of a scene's fragments are the same, or differ within limits.
+# judge WHAT FOUND EXPECTED NAME: checks that the fragments of a scene are the same in two files, or differ within
+# limits.
 judge() {
     if cmp -s "$2" "$3"; then
         say passed "$1" "the same bytes, $(number fragmentsStored "$work/report.json") fragments"
@@ -46,7 +47,7 @@ judge() {
     say $verdict "$1" "$text"
 }
 
-captured() { # captured NAME OUT [OPTIONS]: a scene as it was when it was packed; says so if it fails
+captured() { # captured NAME OUT [OPTIONS]: captures a scene as it was captured for the package; reports a failure
     name=$1 out=$2
     shift 2
     capture "$name" "$out" "$here/references/$name.json" --report "$work/report.json" "$@" 2>"$work/error" ||
@@ -57,7 +58,7 @@ names() {
     awk '!/^#/ { print $1 }' "$here/references.txt"
 }
 
-render_any() { # render_any OPTIONS: the quickest scene, with its report
+render_any() { # render_any OPTIONS: renders the quickest scene, and writes its report
     peeler render "$here/scenes/panes.glb" -o "$work/any.png" --size 64x36 --quiet --report "$work/any.json" "$@"
 }
 
@@ -86,7 +87,7 @@ tests() {
     PEELER_SOURCE=$here
     export PEELER_TEST_BACKEND PEELER_SOURCE
     for shard in 0 1 2 3 4 5 6 7; do
-        # The software rasteriser gets no extra threads, as under ctest.
+        # As under ctest, the software rasteriser gets no extra threads.
         (
             code=0
             GTEST_TOTAL_SHARDS=8 GTEST_SHARD_INDEX=$shard LP_NUM_THREADS=0 LD_LIBRARY_PATH=$libraries \
@@ -129,7 +130,7 @@ methods() {
     done
 }
 
-# Compares the GPU, or its substitute, with the packed rasteriser.
+# Compares the GPU, or the software in its place, with the packed rasteriser.
 backends() {
     if [ ! -f "$here/lib/osmesa/libOSMesa.so.8" ]; then
         say skipped all "no libOSMesa.so.8 was packed"
@@ -196,7 +197,7 @@ frames() {
         say failed "$count frames" "exit code $code: $(head -n 3 "$work/error")"
         return
     fi
-    # The peak resident memory so far, frame by frame.
+    # For each frame, the report has the peak of resident memory up to then.
     set -- $(sed -n 's/^ *"peakMemory": \([0-9]*\),*$/\1/p' "$work/frames.json" |
         awk -v early=$((count / 10)) 'NR == early { first = $1 } END { print NR, first, $1 }')
     [ "$1" = $count ] && [ $(($3 - $2)) -le $growth ] && verdict=passed || verdict=failed
@@ -204,7 +205,7 @@ frames() {
         "$1 rendered, $(($2 >> 20)) MiB resident at most after a tenth of them, $(($3 >> 20)) MiB after all"
 }
 
-# Times alternative ways of counting and sorting, beside peeler's (gpu_choices.cpp).
+# Times other ways to count and sort, next to peeler's own (gpu_choices.cpp).
 choices() {
     size="1920 1080 5"
     [ ! -f "$work/software" ] || size="480 270 3"
@@ -241,8 +242,8 @@ benchmark() {
         END { printf "%d hits, %.1f million a second counted, captured and sorted", hits, hits / ms / 1e3 }' "$report")"
 }
 
-# write_results SECONDS: writes the page from the parts' findings, and JSON from the commands' JSON; sets `code` to 1 if
-# anything failed.
+# write_results SECONDS: writes the page from the findings of the parts, and the JSON from that of the commands; sets
+# `code` to 1 if anything failed.
 write_results() {
     awk -F '\t' -v when="$(date -u +%FT%TZ)" -v seconds="$1" -v page="${results}.md" -v json="${results}.json" '
         function quoted(text) {
@@ -310,7 +311,7 @@ set -- $parts
 while [ $# -gt 0 ]; do
     start=$(date +%s)
     PART_SECONDS=$(((deadline - start) * $2 / shares))
-    [ "$PART_SECONDS" -gt 0 ] || PART_SECONDS=1 # 0 would be no limit
+    [ "$PART_SECONDS" -gt 0 ] || PART_SECONDS=1 # 0 would mean no limit
     shares=$((shares - $2))
     export PART_SECONDS
     code=0

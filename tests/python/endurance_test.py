@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Many renders and loads in one process do not increase memory, descriptors or threads.
+"""Tests that many renders and loads in one process do not increase its memory, descriptors or threads.
 
-Mesa's software rasteriser keeps GL objects in the process's memory: leaked objects would show. PEELER_TEST_ALL makes it
-50,000 renders and 3,000 loads.
-"""
+Mesa's software rasteriser keeps GL objects in the memory of the process, so leaked objects would show. PEELER_TEST_ALL
+makes it 50,000 renders and 3,000 loads."""
 
 import ctypes
 import gc
@@ -12,15 +11,15 @@ import unittest
 from module import ALL, ModuleTest, descriptors, np, peeler, resident, scene, threads
 
 RENDERS, LOADS = (50_000, 3_000) if ALL else (600, 60)
-WARM = 60  # renders after which drivers and allocators have filled their caches
-MOST_GROWTH = 6 << 20  # bytes: allocator overhead; a leak of 130 bytes per render exceeds it in 50,000
+WARM = 60  # the number of renders after which drivers and allocators have filled their caches
+MOST_GROWTH = 6 << 20  # bytes of allocator overhead; a leak of 130 bytes per render would exceed it in 50,000
 
 LIBC = ctypes.CDLL("libc.so.6")
 
 
 def state():
     gc.collect()
-    LIBC.malloc_trim(0)  # returns cached free memory, which does not count
+    LIBC.malloc_trim(0)  # returns cached free memory to the system, so that it does not count
     return resident(), descriptors(), threads()
 
 
@@ -54,7 +53,7 @@ class Endurance(ModuleTest):
 
         def load(i):
             loaded = scene(names[i % 2])
-            if i % 10 == 0:  # drops uploaded scenes, too
+            if i % 10 == 0:  # drops uploaded scenes too
                 self.r.layers(loaded, size=(16, 16))
 
         self.assert_flat("loads of scenes", load, LOADS)
@@ -82,7 +81,7 @@ class Endurance(ModuleTest):
         def errors(i):
             for kind in range(4):
                 fail(kind)
-            # The reusable state of a stopped render depends on where it stopped.
+            # How much of a stopped render can be reused depends on where it stopped.
             self.r.layers(panes, size=(200, 200))
 
         self.assert_flat("rounds of errors", errors, RENDERS // 40)

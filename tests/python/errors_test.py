@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Errors are reported, and leave a usable Renderer; threads and processes."""
+"""Tests that errors are reported and leave a usable Renderer, also in threads and processes."""
 
 import multiprocessing
 import os
@@ -16,7 +16,7 @@ TRIANGLE = [[-1, -1, 0], [1, -1, 0], [0, 1, 0]]
 
 
 def lengths(names):
-    """Renders in another process."""
+    """Runs in another process: renders the scenes, and returns their numbers of fragments."""
     with peeler.Renderer() as r:
         return [len(r.layers(scene(name), size=(48, 27))) for name in names]
 
@@ -81,7 +81,7 @@ class Errors(ModuleTest):
             {"vertices": np.zeros((3, 3), complex)},
             {"faces": [[0.0, 1.0, 2.0]]},
             {"faces": np.zeros((1, 3), bool)},
-            {"colors": np.full((3, 3), 128)},  # int64, NumPy's type for lists
+            {"colors": np.full((3, 3), 128)},  # int64 is NumPy's type for lists of int
             {"colors": np.full((3, 3), 128.0)},
             {"colors": np.full((3, 3), np.nan)},
             {"colors": np.ones((3, 3), bool)},

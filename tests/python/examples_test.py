@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The examples of examples/python run, and their pictures are not empty."""
+"""Tests that the examples of examples/python run, and that their pictures are not empty."""
 
 import os
 import subprocess
@@ -34,7 +34,7 @@ class Examples(ModuleTest):
             for number in range(picture.n_frames):
                 picture.seek(number)
                 frames.append(np.asarray(picture.convert("RGB")).astype(int))
-        # Pixels without layers are paper: 0.82 of linear light is 234 in sRGB.
+        # Pixels without layers have the colour of paper: 0.82 of linear light, which is 234 in sRGB.
         paper = [(np.abs(frame - 234).max(axis=2) <= 1).sum() for frame in frames]
         self.assertEqual(paper, sorted(paper))
         self.assertLess(paper[0], paper[-1])

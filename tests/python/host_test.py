@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The module in a host's process: it changes nothing there, and survives forks, threads, interrupts, and the loss of
-the worker."""
+"""Tests the module in the process of a host: it changes nothing there, and survives forks, threads, interrupts and the
+loss of its worker."""
 
 import asyncio
 import contextlib
@@ -19,18 +19,18 @@ import warnings
 
 from module import BUILD, SCENES, ModuleTest, np, peeler, scene, threads
 
-OPEN = set(os.listdir("/proc/self/fd"))  # from the tests' caller
+OPEN = set(os.listdir("/proc/self/fd"))  # descriptors inherited from the caller of the tests
 LARGE = {"size": (2400, 1600), "samples": 16}
-LATEST = 0.3  # seconds from Ctrl-C to KeyboardInterrupt
+LATEST = 0.3  # the maximum time from Ctrl-C to KeyboardInterrupt, in seconds
 
 
 def files():
-    """Returns descriptors and their targets."""
+    """Returns {descriptor: its target}."""
     found = {}
     for name in os.listdir("/proc/self/fd"):
         with contextlib.suppress(OSError):
             target = os.readlink(f"/proc/self/fd/{name}")
-            if not target.endswith("/fd"):  # this listing itself
+            if not target.endswith("/fd"):  # not the descriptor of this listing itself
                 found[int(name)] = target
     return found
 
@@ -41,7 +41,7 @@ def lines(path):
 
 
 def state():
-    """Returns the state that a host could see change."""
+    """Returns everything whose change a host could notice."""
     return {
         "environment": (dict(os.environ), lines("/proc/self/environ")),
         "folder": os.getcwd(),
@@ -55,7 +55,7 @@ def state():
 
 
 def worker_processes():
-    """Returns the worker of this process, and the processes of its jobs."""
+    """Returns the process of this process's worker, then those of the worker's jobs."""
     first = peeler._worker._get()._process.pid
     return [first, *map(int, lines(f"/proc/{first}/task/{first}/children")[0].split())]
 
@@ -66,7 +66,7 @@ def is_at_work():
 
 
 class Sending:
-    """A thread that acts a moment after a call has submitted its job."""
+    """A thread that acts shortly after a call has submitted its job."""
 
     def __init__(self, act, after=0.15):
         self.act, self.after, self.at = act, after, None
@@ -94,7 +94,7 @@ def fragments(_=None):
 
 
 class DataSet:
-    """A stand-in for a torch DataLoader's data set: indexed, pickled or forked."""
+    """Stands in for the data set of a torch DataLoader, which is indexed, pickled or forked."""
 
     def __init__(self):
         self.scene, self.r = scene("panes"), peeler.Renderer()
@@ -113,7 +113,7 @@ def item(work):
 
 
 def load(dataset, indices, results):
-    """Loads items like a DataLoader's process."""
+    """Loads items as a process of a DataLoader does."""
     results.put([(i, dataset[i]) for i in indices])
 
 
@@ -127,7 +127,7 @@ class Host(ModuleTest):
         self.assertEqual(len(self.r.layers(self.panes, size=(48, 27))), self.expected)
 
     def calls(self, exr, **large):
-        """Returns {name: call} of everything that does work; large: with a picture that takes long."""
+        """Returns {name: call} for every function that does work. `large` makes pictures that take long."""
         image = peeler.read(exr)
         engine, glb = scene("engine"), SCENES / "engine.glb"
         out = lambda name: self.folder / name
@@ -266,7 +266,7 @@ class Host(ModuleTest):
         mesh = peeler.Scene.from_arrays([[-1, -1, 0], [1, -1, 0], [0, 1, 0]])
         of_mesh = len(self.r.layers(mesh, size=(48, 27)))
         self.assertEqual(child(lambda: len(self.r.layers(mesh, size=(48, 27))) - of_mesh + self.expected), 0)
-        self.assertEqual(len(self.r.layers(mesh, size=(48, 27))), of_mesh)  # its file still exists
+        self.assertEqual(len(self.r.layers(mesh, size=(48, 27))), of_mesh)  # the mesh's file still exists
         self.assert_usable()
 
     def test_processes_of_every_kind(self):
@@ -275,7 +275,7 @@ class Host(ModuleTest):
                 self.assertEqual(pool.map(fragments, range(3)), [self.expected] * 3, kind)
 
     def test_a_data_loader(self):
-        """Eight processes, like those of torch.utils.data.DataLoader."""
+        """Loads in eight processes, as torch.utils.data.DataLoader does."""
         dataset = DataSet()
         here = [dataset[i][1] for i in range(len(dataset))]
         for kind in ("fork", "spawn"):
@@ -327,7 +327,7 @@ class Host(ModuleTest):
             task.cancel()
             with self.assertRaises(asyncio.CancelledError):
                 await task
-            while is_at_work():  # the job is gone
+            while is_at_work():  # until the job has stopped
                 await asyncio.sleep(0.01)
             self.assertLess(time.monotonic() - start, LATEST)
 
@@ -352,7 +352,7 @@ class Host(ModuleTest):
         modes = [os.stat(folder).st_mode & 0o777 for folder in folders]
         self.assertEqual(modes, [0o700] * len(folders))
         left = [name for folder in folders for name in os.listdir(folder)]
-        self.assertEqual(len(left), 1, left)  # the mesh
+        self.assertEqual(len(left), 1, left)  # the file of the mesh
         del mesh
         self.assertEqual([name for folder in folders for name in os.listdir(folder)], [])
         self.assertGreater(float(image.z.sum()), 0)

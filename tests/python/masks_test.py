@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""bop_toolkit's readers and procedures get the same from our masks as from one render per object."""
+"""Tests that the readers and procedures of bop_toolkit get the same results from our masks as from one render per
+object."""
 
 import glob
 import json
@@ -20,7 +21,7 @@ try:
 
     try:
         import imageio.v2
-    except ImportError:  # Debian 12's version has it under an older name
+    except ImportError:  # the version in Debian 12 has it under an older name
         sys.modules["imageio.v2"] = imageio
     from bop_toolkit_lib import inout, misc, visibility
 except ImportError as missing:
@@ -29,7 +30,7 @@ except ImportError as missing:
 
 WIDTH, HEIGHT = 120, 90
 MODELS = pathlib.Path(os.environ.get("PEELER_ASSETS") or SOURCE.parent / "shared" / "assets") / "gltf-sample-assets"
-# Whole models, and their numbers of objects.
+# Entire models, and how many objects each has.
 WHOLE_MODELS = (
     ("GearboxAssy/glTF-Draco/GearboxAssy.gltf", 95),
     ("2CylinderEngine/glTF/2CylinderEngine.gltf", 67),
@@ -39,7 +40,7 @@ WHOLE_MODELS = (
 
 
 def first_layer(image):
-    """Returns the Z of the nearest fragments, 0 for none, like BOP's depth pictures."""
+    """Returns the Z of the nearest fragments, and 0 where there is none, as in BOP's depth pictures."""
     counts = np.diff(image.splits.astype(np.int64))
     z = np.zeros(counts.size, np.float32)
     z[counts > 0] = image.z[image.splits[:-1][counts > 0]]
@@ -47,7 +48,8 @@ def first_layer(image):
 
 
 def decoded(rle):
-    """bop_toolkit's pycoco_utils.rle_to_binary_mask; its module needs more than Debian's packages."""
+    """Decodes a mask as pycoco_utils.rle_to_binary_mask of bop_toolkit does; that module needs more than Debian's
+    packages."""
     flat = np.zeros(np.prod(rle["size"]), dtype=bool)
     ends = np.cumsum(rle["counts"])
     for begin, end in zip(ends[0::2], ends[1::2]):
@@ -62,7 +64,8 @@ class Masks(ModuleTest):
         return folder, result
 
     def compare(self, name, canvas=1):
-        """scripts/calc_gt_masks.py and calc_gt_info.py, with one render per object instead of their renderer."""
+        """Does the work of scripts/calc_gt_masks.py and calc_gt_info.py, with one render per object in place of their
+        renderer."""
         folder, result = self.masks(name, canvas=canvas)
         gt = inout.load_scene_gt(folder / "scene_gt.json")
         info = inout.load_json(folder / "scene_gt_info.json", keys_to_int=True)
@@ -121,7 +124,7 @@ class Masks(ModuleTest):
         self.compare("glasses", canvas=3)
 
     def compare_whole(self, path, count):
-        """Compares masks with renders of single objects, and visible masks with each other and the first layer."""
+        """Compares masks with renders of single objects, and visible masks with each other and with the first layer."""
         low, high = peeler.Scene(path).bounds
         size, middle = np.linalg.norm(high - low), (low + high) / 2
         eye = middle + 1.4 * size * np.array([0.5, 0.4, 0.77])
@@ -147,7 +150,7 @@ class Masks(ModuleTest):
             self.assert_same(amodal, alone, name)
             self.assertFalse((visible & ~amodal).any(), name)
             seen += visible // 255
-        self.assert_same(seen, covered().astype(np.uint8))  # no pixel twice, and none missing
+        self.assert_same(seen, covered().astype(np.uint8))  # no pixel is in two masks, and none is missing
         print(f"{path.stem}: {len(listed)} of {count} objects, {seen.sum()} pixels")
 
     @unittest.skipUnless(ALL, "a render an object of whole models: only under PEELER_TEST_ALL")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shared parts of the tests of the Python module: the module, the command line, scenes, folders."""
+"""Parts shared by the tests of the Python module: the module, the command line, scenes, folders."""
 
 import os
 import pathlib
@@ -27,7 +27,7 @@ def scene(name, **keywords):
 
 
 def command(*arguments):
-    """Runs the command line."""
+    """Runs a command of peeler, and returns its output."""
     quiet = [] if arguments[0] == "info" else ["--quiet"]
     done = subprocess.run(
         [BUILD / "peeler", *map(str, arguments), *quiet],
@@ -55,7 +55,7 @@ def threads():
 
 
 class ModuleTest(unittest.TestCase):
-    """A test with one Renderer per class, and one folder per test."""
+    """A test case with one Renderer per class and one folder per test."""
 
     @classmethod
     def setUpClass(cls):
@@ -71,7 +71,7 @@ class ModuleTest(unittest.TestCase):
         self.folder = pathlib.Path(folder.name)
 
     def assert_same(self, a, b, what=""):
-        """Expects the same numbers bit for bit, with the same type and shape."""
+        """Expects bit for bit the same numbers, with the same type and shape."""
         a, b = np.ascontiguousarray(a), np.ascontiguousarray(b)
         self.assertEqual((a.dtype, a.shape), (b.dtype, b.shape), what)
         self.assertEqual(a.tobytes(), b.tobytes(), what)

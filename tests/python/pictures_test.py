@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of the Python module equal the command line's files, without copies."""
+"""Tests that pictures of the Python module equal the files of the command line, and are not copied."""
 
 import subprocess
 import unittest
@@ -8,7 +8,7 @@ from module import SCENES, ModuleTest, command, np, peeler, resident, scene
 
 
 def owner(array):
-    """Returns the owner of an array's memory."""
+    """Returns the object that owns an array's memory."""
     while isinstance(array, np.ndarray):
         array = array.base
     return array
@@ -41,7 +41,7 @@ class Pictures(ModuleTest):
                     self.assert_same(img["position"], there["positions"])
                     self.assert_same(img["distance"], there["t_hit"])
                     self.assert_same(img["uv"], there["texcoords"])
-                # The files equal the command line's, too, byte for byte.
+                # The saved files equal those of the command line byte for byte.
                 img.save(self.folder / "saved.exr")
                 self.assertEqual((self.folder / "saved.exr").read_bytes(), exr.read_bytes())
                 img.save(self.folder / "saved.npz")
@@ -63,7 +63,7 @@ class Pictures(ModuleTest):
     def test_no_copy_is_made(self):
         engine = scene("engine")
         keywords = {"size": (960, 540), "channels": ["normal", "id", "position"]}
-        warm = self.r.layers(engine, **keywords)  # the renderer's own memory
+        warm = self.r.layers(engine, **keywords)  # allocates the renderer's own memory
         before = resident()
         img = self.r.layers(engine, **keywords)
         arrays = [img.z, img.rgba, img.splits, *(img[c] for c in img.channels), img["N.X"]]
@@ -74,13 +74,13 @@ class Pictures(ModuleTest):
         self.assertLess(grown, 1.35 * taken)
         for array in arrays:
             self.assertTrue(array.flags.writeable)
-            if array is not arrays[2]:  # splits, which has 32 bits
+            if array is not arrays[2]:  # `splits`, whose 32-bit numbers have memory of their own
                 self.assertIs(owner(array), owner(img.z))
         self.assertTrue(np.shares_memory(arrays[0], img.z))
         self.assertTrue(np.shares_memory(arrays[-1], img["normal"]))
         self.assertEqual(len(warm), len(img))
         z = img.z
-        del img, arrays, array  # the array keeps its owner alive
+        del img, arrays, array  # an array keeps its memory alive
         self.assert_same(z, warm.z)
 
     def test_dlpack(self):
@@ -193,9 +193,9 @@ class Pictures(ModuleTest):
 
 class Cameras(ModuleTest):
     def test_intrinsics_and_pose_are_opencvs(self):
-        """Vertices of a scene appear where the formula puts them."""
+        """Expects the vertices of a scene where the formula puts them."""
         rng = np.random.default_rng(1)
-        # Small triangles, each at its own place, with its number as a colour.
+        # The triangles are small and apart; the colour of each is its number.
         places = rng.uniform(-1, 1, (12, 3))
         corner = np.array([[0, 0, 0], [0.06, 0, 0], [0, 0.06, 0]]) - [0.02, 0.02, 0]
         vertices = (places[:, None] + corner).reshape(-1, 3)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rays of the Python module give the same hits as `peeler rays`."""
+"""Tests that rays of the Python module give the same hits as `peeler rays`."""
 
 import unittest
 
@@ -80,7 +80,7 @@ class Rays(ModuleTest):
         self.assertEqual(found["solids"][0]["node"], "open")
 
     def test_hits_next_to_points(self):
-        """Between two squares at z = 0 and z = 1."""
+        """The points lie between two squares, at z = 0 and z = 1."""
         square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)
         both = peeler.Scene.from_arrays(np.vstack((square, square + [0, 0, 1])),
                                         [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])

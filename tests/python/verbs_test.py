@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Verbs as functions, and the stub against what is there."""
+"""Tests the verbs as functions, and compares the stub with the module."""
 
 import ast
 import inspect
@@ -11,7 +11,7 @@ import unittest
 from module import BUILD, SCENES, ModuleTest, command, np, peeler, scene
 
 STUB = BUILD / "python" / "peeler" / "__init__.pyi"
-# Options of `peeler render` for files, the scene, the Renderer, sequences and reports.
+# Options of `peeler render` that other objects provide: for files, the scene, the Renderer, sequences and reports.
 ELSEWHERE = set(
     "output no_clobber no_mkdir background exposure tone_map as_ no_composite fxaa skip_existing keep_going dry_run layout "
     "dense fill dense_type compression deep_merge deep_z_tolerance deep_alpha_tolerance scene include exclude allow_outside ignore_extension "
@@ -22,13 +22,13 @@ ELSEWHERE = set(
 
 
 def options(verb):
-    """The keywords of a verb's options."""
+    """Returns the keywords for a verb's options."""
     names = re.findall(r"^ +(?:-\w,)?--([a-z][a-z-]*)", command(verb, "--help", "all"), re.MULTILINE)
     return {n.replace("-", "_") + ("_" if n == "as" else "") for n in names}
 
 
 def stubs():
-    """Returns {name or Class.name: node} of all functions of the stub."""
+    """Returns {name or Class.name: node} for all functions of the stub."""
     found = {}
     for node in ast.parse(STUB.read_text(encoding="utf-8")).body:
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The built command on every model of the glTF collections, small: it writes a picture with all channels, arrays,
-hits and baked values, or refuses the file. Looks for sanitizer findings, which have their own exit code.
+"""Runs the built command on every model of the glTF collections, in small pictures: it writes a picture with all
+channels, arrays, hits and baked values, or refuses the file. Looks for sanitizer errors, which have an exit code of
+their own.
 
     PEELER=build/asan/peeler python3 -B tests/sanitizers/every_model_test.py I/N
 
-runs the I-th of every N models of $PEELER_ASSETS (or ../shared/assets beside the repository)."""
+runs the I-th of every N models of $PEELER_ASSETS (or ../shared/assets next to the repository)."""
 
 import os
 import pathlib

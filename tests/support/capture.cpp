@@ -152,7 +152,7 @@ gl::Context* openStrictly() {
 }  // namespace
 
 gl::Context& sharedContext() {
-    // Leaked on purpose: GL libraries have their own exit handlers.
+    // The context is leaked on purpose, because GL libraries have exit handlers of their own.
     static gl::Context* context = openStrictly();
     return *context;
 }

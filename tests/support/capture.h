@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Capture of small scenes in tests, without files.
+// Captures of small scenes in tests, without files.
 #pragma once
 
 #include <functional>
@@ -12,28 +12,30 @@
 
 namespace peeler::test {
 
-/// A scene under construction: meshes of plain triangles with unlit materials.
+/// A scene under construction: meshes of plain triangles whose materials are unlit.
 class SceneBuilder {
   public:
     SceneBuilder();
-    /// Adds a material and returns its index. `rgba` is the base colour, straight alpha.
+    /// Adds a material and returns its index. `rgba` is the base colour, not premultiplied.
     int material(const glm::vec4& rgba, AlphaMode mode = AlphaMode::kBlend,
                  bool double_sided = true);
-    /// Adds a mesh of triangles (three positions each) in its own node and returns the node.
+    /// Adds a mesh of triangles (three positions each) in a node of its own and returns the node.
     int triangles(const std::vector<glm::vec3>& positions, int material,
                   const glm::dmat4& placement = glm::dmat4(1));
-    /// Adds a quad (two triangles) with these corners, counter-clockwise.
+    /// Adds a quad (two triangles) with these corners, in counter-clockwise order, and returns the
+    /// node.
     int quad(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d,
              int material, const glm::dmat4& placement = glm::dmat4(1));
-    /// Adds a rectangle of half extents (w, h) facing +Z at z.
+    /// Adds a rectangle of half extents (w, h) that faces +Z at z, and returns the node.
     int rectangle(float w, float h, float z, int material);
-    /// Adds a sphere with normals, tangents (along the parallels) and texture coordinates.
+    /// Adds a sphere with normals, tangents along the parallels, and texture coordinates; returns
+    /// the node.
     int sphere(const glm::vec3& center, float radius, int material);
-    /// Adds a node with an existing mesh.
+    /// Adds a node that shows an existing mesh, and returns the node.
     int instance(int mesh, const glm::dmat4& placement);
-    /// Adds a node with a light, which shines along −Z of `placement`.
+    /// Adds a node with a light that shines along −Z of `placement`.
     void light(const Light& light, const glm::dmat4& placement);
-    /// Makes a material dielectric, with roughness 1, and lit instead of unlit. Returns its index.
+    /// Makes a material lit, dielectric, and of roughness 1. Returns the material's index.
     int lit(int material);
 
     const Scene& scene() const { return scene_; }
@@ -43,11 +45,11 @@ class SceneBuilder {
     Scene scene_;
 };
 
-/// Returns a view of the surroundings of the origin: a perspective camera at the origin looking
-/// along -Z, with tan of half the vertical field of view 0.5, near 0.1 and no far plane.
+/// Returns the view of a perspective camera at the origin that looks along -Z. The tangent of half
+/// its vertical field of view is 0.5; near is 0.1, and there is no far plane.
 View testView(int width, int height);
 
-/// Collects all bands into one image.
+/// A sink that joins all bands into one image.
 class CollectSink : public Sink {
   public:
     void begin(const Plan&) override {}
@@ -57,7 +59,7 @@ class CollectSink : public Sink {
     std::vector<Window> bands;
 };
 
-/// The results of a capture.
+/// The results of a capture: the plan, the image and the report.
 struct Captured {
     Plan plan;
     CaptureReport report;
@@ -65,27 +67,27 @@ struct Captured {
     std::vector<Window> bands;
 };
 
-/// Returns the context of testBackend(), made once per process. Driver messages about errors,
-/// undefined behaviour, and of high severity fail the current test (KHR_debug). Throws Error
-/// (kDevice) if there is no context.
+/// Returns the context of testBackend(), which is made once per process. Messages of the driver
+/// (KHR_debug) about errors or undefined behaviour, or of high severity, fail the current test.
+/// Throws Error (kDevice) if there is no context.
 gl::Context& sharedContext();
 
-/// Runs `test` in its own thread and waits for it: a context belongs to the thread that makes it,
-/// so contexts other than the shared one are made there.
+/// Runs `test` in a thread of its own and waits for it. A context belongs to the thread that makes
+/// it, so contexts other than the shared one are made there.
 void inOwnThread(const std::function<void()>& test);
 
 Captured capture(const Scene& scene, const View& view, const CaptureSettings& settings = {},
                  gl::Context& context = sharedContext());
 
-/// Returns a hit source by its --engine name: cpu, or gl, on the shared context.
+/// Returns the hit source with this --engine name: "cpu", or "gl" on the shared context.
 std::unique_ptr<HitSource> openHits(const std::string& engine, const PosedScene& posed);
 
-/// Captures with an open source, for tests that capture a scene many times; sources other than a
-/// GlRenderer give hits only.
+/// Captures with a source that is already open, for tests that capture a scene many times. Sources
+/// other than a GlRenderer give hits only.
 Captured capture(HitSource& source, const View& view, const CaptureSettings& settings = {});
 
-/// Compares bit for bit: windows, offsets, depth, colour, extra arrays. Returns "" or the first
-/// difference.
+/// Compares windows, offsets, depth, colour and extra arrays bit for bit. Returns "" or a
+/// description of the first difference.
 std::string difference(const LayeredImage& a, const LayeredImage& b);
 
 /// Returns the colour of a fragment as floats.

@@ -2,7 +2,7 @@
 """Headless Chromium without a GPU, driven through Debian's chromedriver and Selenium."""
 import shutil
 
-ENDLESS = 300  # timeout in seconds; a frame takes a fraction of one
+ENDLESS = 300  # timeout in seconds; a frame takes a fraction of a second
 FLAGS = [
     "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle",
     "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--force-device-scale-factor=1",
@@ -11,11 +11,11 @@ FLAGS = [
 
 
 class Missing(Exception):
-    """A missing program or module."""
+    """Names a program or module that is missing."""
 
 
 def start():
-    """Returns its driver; `quit()` ends it."""
+    """Returns the driver of a new browser; its `quit()` ends the browser."""
     try:
         from selenium import webdriver
         from selenium.webdriver.chrome.service import Service
@@ -30,5 +30,5 @@ def start():
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = webdriver.Chrome(service=Service(driver), options=options)
-    driver.set_script_timeout(ENDLESS)  # the default is half a minute
+    driver.set_script_timeout(ENDLESS)  # the default is 30 seconds
     return driver

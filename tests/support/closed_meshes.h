@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Closed meshes with shared vertices, and their known properties.
+// Closed meshes with shared vertices whose properties are known.
 #pragma once
 
 #include <algorithm>
@@ -56,8 +56,8 @@ inline Primitive icosphere(int level) {
     return sphere;
 }
 
-/// Returns a torus around Y: the tube's centre at distance 1, its radius `minor`; `around` times
-/// `across` quads.
+/// Returns a torus around Y of `around` times `across` quads. The tube's centre is at distance 1
+/// and its radius is `minor`.
 inline Primitive torus(double minor, std::uint32_t around, std::uint32_t across) {
     Primitive torus;
     for (std::uint32_t i = 0; i < around; ++i) {
@@ -84,7 +84,8 @@ inline Primitive cube() {
     return cube;
 }
 
-/// Returns the volume inside, negative if triangles face inwards (by the divergence theorem).
+/// Returns the volume inside the mesh (by the divergence theorem), which is negative if triangles
+/// face inwards.
 inline double volumeOf(const Primitive& mesh) {
     double volume = 0;
     for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
@@ -101,7 +102,7 @@ inline Primitive placed(Primitive mesh, float size, const glm::vec3& at) {
     return mesh;
 }
 
-/// Returns a scene of meshes in separate nodes, with materials "m0", "m1", …
+/// Returns a scene with each mesh in a node of its own, and with materials "m0", "m1", …
 inline Scene sceneOf(std::vector<Mesh> meshes) {
     Scene scene;
     scene.scenes.resize(1);

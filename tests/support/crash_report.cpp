@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Crash reports of test programs: some crashes, especially in drivers' threads, occur once in
-// thousands of runs, on a machine that cannot be inspected afterwards.
+// Prints crash reports of test programs. They are needed because some crashes, especially in
+// drivers' threads, occur once in thousands of runs, on a machine that cannot be inspected
+// afterwards.
 #include <execinfo.h>
 #include <fcntl.h>
 #include <ucontext.h>
@@ -34,10 +35,10 @@ std::uintptr_t instruction(const void* context) {
 #endif
 }
 
-/// Prints the lines of the maps that contain these addresses: a driver's compiled code has no name,
-/// and no unwinder gets past it.
+/// Prints the memory mappings that contain these addresses. They tell which library crashed where
+/// code compiled by a driver has no name and no unwinder gets past it.
 void sayMaps(const std::array<std::uintptr_t, 2>& addresses) {
-    static std::array<char, 1 << 18> maps;  // no heap: the crash may be in the heap
+    static std::array<char, 1 << 18> maps;  // static, since the crash may be in the heap
     std::size_t size = 0;
     const int file = open("/proc/self/maps", O_RDONLY | O_CLOEXEC);
     for (ssize_t got; (got = read(file, maps.data() + size, maps.size() - 1 - size)) > 0;)
@@ -66,14 +67,14 @@ void report(int number, siginfo_t* info, void* context) {
     std::array<void*, 64> frames;
     backtrace_symbols_fd(frames.data(), backtrace(frames.data(), static_cast<int>(frames.size())),
                          STDERR_FILENO);
-    raise(number);  // the original end (SA_RESETHAND)
+    raise(number);  // ends the process as without this handler (SA_RESETHAND)
 }
 
 const bool kReports = [] {
-    // Loads the unwinder while allocation is still safe.
+    // The first call loads the unwinder, while allocation is still safe.
     std::array<void*, 1> frame;
     backtrace(frame.data(), 1);
-    // A stack overflow is a crash, too.
+    // Reports of a stack overflow need a stack of their own.
     static std::array<char, 1 << 16> stack;
     const stack_t own{.ss_sp = stack.data(), .ss_flags = 0, .ss_size = stack.size()};
     sigaltstack(&own, nullptr);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Distance of a point from the edges of a projected, possibly clipped, triangle.
+// Distance of a point from the edges of a projected triangle, which may be clipped.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace peeler::test {
 
-/// Returns the distance; infinite without corners.
+/// Returns the distance of the point from the polygon's edges; infinite if there are no corners.
 inline double distanceToEdges(std::span<const glm::dvec2> corners, const glm::dvec2& point) {
     double nearest = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < corners.size(); ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Embree 3 (Debian 12) and Embree 4 (Debian 13) behind one interface: a query's context became one
-// of its arguments.
+// Embree 3 (Debian 12) and Embree 4 (Debian 13) behind one interface. In version 4, the context of
+// a query became a part of its arguments.
 #pragma once
 
 #if __has_include(<embree4/rtcore.h>)
@@ -11,20 +11,21 @@
 
 namespace peeler::test {
 
-/// Returns a device without its own threads: test scenes are small, and ThreadSanitizer does not
-/// see how those threads synchronise.
+/// Returns a device without threads of its own: test scenes are small, and ThreadSanitizer does not
+/// understand how Embree's threads synchronise.
 inline RTCDevice newEmbreeDevice() {
     return rtcNewDevice("threads=1");
 }
 
-/// The data of a query for its filters. A filter casts it to its own struct, which begins with it.
+/// The data of a query that its filters receive. A filter casts it to a struct of its own that
+/// begins with it.
 #if RTC_VERSION_MAJOR >= 4
 using EmbreeContext = RTCRayQueryContext;
 #else
 using EmbreeContext = RTCIntersectContext;
 #endif
 
-/// The coherence of a query's rays.
+/// How coherent the rays of a query are.
 enum class RayOrder { kIncoherent, kCoherent };
 
 #if RTC_VERSION_MAJOR >= 4

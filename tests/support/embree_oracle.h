@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An independent oracle: all hits of a ray with a scene's triangles, from Embree.
+// Independent oracle: all hits of a ray with a scene's triangles, found by Embree.
 #pragma once
 
 #include <algorithm>
@@ -20,10 +20,10 @@ struct Triangle {
 struct TriangleSoup {
     std::vector<Triangle> triangles;
     std::vector<float> vertices;      // 9 per triangle
-    std::vector<char> culled_behind;  // only front faces are hit
+    std::vector<char> culled_behind;  // whether only front faces can be hit
 };
 
-/// Returns the world-space triangles of a scene, with strips and fans split.
+/// Returns the triangles of a scene in world space; strips and fans become single triangles.
 inline TriangleSoup soupOf(const Scene& scene) {
     TriangleSoup soup;
     const PosedScene shown(scene);
@@ -53,7 +53,7 @@ inline TriangleSoup soupOf(const Scene& scene) {
     return soup;
 }
 
-/// Triangles in an Embree scene.
+/// An Embree scene of triangles.
 class EmbreeScene {
   public:
     explicit EmbreeScene(const TriangleSoup& soup, RTCFilterFunctionN filter = nullptr,
@@ -89,7 +89,7 @@ class EmbreeScene {
     RTCScene scene_;
 };
 
-/// Returns an infinite ray for Embree.
+/// Returns an infinite ray in Embree's form.
 inline RTCRay embreeRay(const glm::vec3& origin, const glm::vec3& direction) {
     RTCRay ray{};
     ray.org_x = origin.x;
@@ -106,10 +106,10 @@ inline RTCRay embreeRay(const glm::vec3& origin, const glm::vec3& direction) {
 /// A hit from Embree.
 struct OracleHit {
     float t = 0;
-    unsigned triangle = 0;  ///< in the soup
+    unsigned triangle = 0;  ///< index in the soup
 };
 
-/// All hits of a ray, in no order.
+/// Finds all hits of a ray, in any order.
 class AllHits {
   public:
     explicit AllHits(const TriangleSoup& soup, RTCSceneFlags flags = RTC_SCENE_FLAG_ROBUST)
@@ -117,8 +117,8 @@ class AllHits {
     AllHits(const AllHits&) = delete;
     AllHits& operator=(const AllHits&) = delete;
 
-    /// Returns distances along the ray (scene units if `direction` is a unit vector), in any order.
-    /// `cull`: back faces of single-sided surfaces are not hit. Thread-safe.
+    /// Returns the distances of hits along the ray, in any order; in scene units if `direction` is
+    /// a unit vector. With `cull`, back faces of single-sided surfaces are not hit. Thread-safe.
     std::vector<float> operator()(const glm::dvec3& origin, const glm::dvec3& direction,
                                   bool cull) const {
         std::vector<float> t;
@@ -141,7 +141,7 @@ class AllHits {
 
   private:
     struct Collector {
-        EmbreeContext context;  // first: Embree passes this pointer back
+        EmbreeContext context;  // must be first, since Embree passes this pointer back
         const TriangleSoup* soup = nullptr;
         bool cull = false;
         std::vector<OracleHit> hits{};
@@ -150,7 +150,7 @@ class AllHits {
         auto* collector = reinterpret_cast<Collector*>(arguments->context);
         const auto* ray = reinterpret_cast<const RTCRay*>(arguments->ray);
         const auto* hit = reinterpret_cast<const RTCHit*>(arguments->hit);
-        arguments->valid[0] = 0;  // continue: collect all hits
+        arguments->valid[0] = 0;  // rejects the hit, so that Embree continues with the next
         const float facing =
             ray->dir_x * hit->Ng_x + ray->dir_y * hit->Ng_y + ray->dir_z * hit->Ng_z;
         if (collector->cull && collector->soup->culled_behind[hit->primID] && facing >= 0) return;

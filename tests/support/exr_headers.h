@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Modified headers of OpenEXR files.
+// Functions that change headers of OpenEXR files.
 #pragma once
 
 #include <OpenEXR/ImfHeader.h>
@@ -8,7 +8,7 @@
 
 namespace peeler::test {
 
-/// Returns a header without an attribute. (OpenEXR 3.1's Header::erase() leaks the erased one.)
+/// Returns the header without this attribute. (OpenEXR 3.1's Header::erase() leaks the attribute.)
 inline Imf::Header without(const Imf::Header& header, const std::string& name) {
     Imf::Header rest;
     for (auto i = header.begin(); i != header.end(); ++i)

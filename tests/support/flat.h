@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Composites of layers; a composite made on the fly is its own single layer.
+// Composites of layers. An image that was composited on the fly is already one layer.
 #pragma once
 
 #include <peeler/composite.h>
 
 namespace peeler::test {
 
-/// Composites an image over nothing.
+/// Composites an image over nothing; returns the composite.
 inline CompositeImage flat(const LayeredImage& image) {
     CompositeImage out;
     compositeOver(image, {}, out);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes that have broken peeler before.
+// Scenes that once broke peeler.
 #pragma once
 
 #include <vector>
@@ -13,11 +13,11 @@ struct HardScene {
     Scene scene;
 };
 
-/// Returns the scenes, which are the same every time.
+/// Returns the scenes, which are the same in every run.
 std::vector<HardScene> hardScenes();
 
-/// Returns the first of them with every other surface as glass, mostly coloured: with each alpha
-/// mode, lit and unlit.
+/// Returns the first scene of hardScenes() with every other surface made of glass, mostly coloured,
+/// in each alpha mode, lit and unlit.
 Scene glassScene();
 
 }  // namespace peeler::test

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// All hits of bundles against an independent oracle: every triangle near a ray in Embree's tree is
-// tested again in double precision.
+// Independent oracle for the hits of bundles: Embree's tree finds the triangles near a ray, each of
+// which is tested again in double precision.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -24,12 +24,12 @@
 
 namespace peeler::test {
 
-/// A ray of any direction length, the unit of `t`.
+/// A ray whose direction has any length, which is the unit of `t`.
 struct DoubleRay {
     glm::dvec3 origin{0}, direction{0};
 };
 
-/// Returns where a ray meets a triangle, from either side and including its edges.
+/// Returns the `t` at which a ray meets a triangle, from either side, edges included.
 inline std::optional<double> meetingT(const Triangle& triangle, const DoubleRay& ray) {
     const auto& [a, b, c] = triangle.corner;
     const glm::dvec3 e1 = b - a, e2 = c - a, across = glm::cross(ray.direction, e2);
@@ -37,19 +37,19 @@ inline std::optional<double> meetingT(const Triangle& triangle, const DoubleRay&
     const glm::dvec3 from = glm::cross(ray.origin - a, e1);
     const double u = glm::dot(ray.origin - a, across) / determinant;
     const double v = glm::dot(ray.direction, from) / determinant;
-    // NaN, from an edge-on triangle, is not a hit.
+    // NaN, which an edge-on triangle gives, fails this test and is not a hit.
     if (!(u >= 0 && v >= 0 && u + v <= 1)) return std::nullopt;
     return glm::dot(e2, from) / determinant;
 }
 
 /// A hit in double precision.
 struct DoubleHit {
-    unsigned triangle = 0;  ///< in the soup
+    unsigned triangle = 0;  ///< index in the soup
     double t = 0;
 };
 
-/// All hits of a ray. Embree uses single precision, so it only finds the nearby triangles: their
-/// boxes are enlarged by more than its error.
+/// Finds all hits of a ray. Since Embree uses single precision, it only finds nearby triangles,
+/// whose boxes are enlarged by more than its error.
 class DoubleHits {
   public:
     explicit DoubleHits(const TriangleSoup& soup)
@@ -78,7 +78,7 @@ class DoubleHits {
     DoubleHits(const DoubleHits&) = delete;
     DoubleHits& operator=(const DoubleHits&) = delete;
 
-    /// Returns hits in front of the origin, ordered by triangle. Thread-safe.
+    /// Returns the hits in front of the origin, ordered by triangle. Thread-safe.
     std::vector<DoubleHit> operator()(const DoubleRay& ray) const {
         Query query{embreeContext(RayOrder::kIncoherent), ray, {}};
         RTCRayHit near{};
@@ -91,7 +91,7 @@ class DoubleHits {
 
   private:
     struct Query {
-        EmbreeContext context;  // first: Embree passes this pointer back
+        EmbreeContext context;  // must be first, since Embree passes this pointer back
         DoubleRay ray;
         std::vector<DoubleHit> hits;
     };
@@ -113,7 +113,7 @@ class DoubleHits {
         const auto& self = *static_cast<const DoubleHits*>(arguments->geometryUserPtr);
         auto& query = *reinterpret_cast<Query*>(arguments->context);
         const unsigned triangle = arguments->primID;
-        // The ray keeps its length: collect all hits.
+        // The ray is not shortened, because all hits are collected.
         if (const auto t = meetingT(self.soup_.triangles[triangle], query.ray))
             query.hits.push_back({triangle, *t});
     }
@@ -124,13 +124,15 @@ class DoubleHits {
     double room_ = 0;
 };
 
-/// The agreement of a hit source and the oracle.
+/// How far the hits of a source agree with the oracle's.
 struct HitAgreement {
     std::size_t rays = 0, hits = 0;
-    std::size_t differing = 0;  ///< rays with other hit counts
-    std::size_t elsewhere = 0;  ///< those, and rays with other triangles
-    double farthest = 0;  ///< distance of such a ray from the edges of such a triangle, in rays
-    double largest_error = 0;  ///< of Z, relative to the scene's size
+    std::size_t differing = 0;  ///< rays whose numbers of hits differ
+    std::size_t elsewhere = 0;  ///< the same, and rays that hit different triangles
+    /// Greatest distance of a ray in `elsewhere` from the nearest edge of a triangle on which the
+    /// two disagree, in ray spacings.
+    double farthest = 0;
+    double largest_error = 0;  ///< greatest error of Z, relative to the scene's size
 
     void add(const HitAgreement& other) {
         rays += other.rays;
@@ -151,14 +153,14 @@ struct HitAgreement {
     }
 };
 
-/// Returns the scene without alpha tests: the oracle does not read textures.
+/// Returns the scene without alpha tests, because the oracle does not read textures.
 inline Scene withoutAlpha(Scene scene) {
     for (Material& material : scene.materials)
         material.alpha_mode = AlphaMode::kOpaque;
     return scene;
 }
 
-/// Compares a source's hits with the oracle's. Its scene consists of triangles only.
+/// Compares the hits of a source with the oracle's. The scene must consist of triangles only.
 class HitsOracle {
   public:
     explicit HitsOracle(const PosedScene& posed)
@@ -180,7 +182,8 @@ class HitsOracle {
         return all;
     }
 
-    /// Returns parallel bundles, one of them along an axis, and a pinhole in front of everything.
+    /// Returns the views of parallel bundles, one of which is along an axis, and of a pinhole in
+    /// front of everything.
     std::vector<View> views(int directions, int resolution) const {
         std::vector<View> views;
         auto along = sphereDirections(directions);
@@ -204,7 +207,7 @@ class HitsOracle {
                     HitAgreement& agreement) const {
         const LayeredImage& image = traced.image;
         const glm::dvec2 at = glm::dvec2(x, y) + view.sample;
-        DoubleRay ray;  // t is the camera's Z
+        DoubleRay ray;  // its t is the camera's Z
         ray.origin = worldPosition(view, at.x, at.y, 0);
         ray.direction = worldPosition(view, at.x, at.y, 1) - ray.origin;
         const std::vector<DoubleHit> expected = hits_(ray);
@@ -259,7 +262,7 @@ class HitsOracle {
     Bounds box_;
 };
 
-/// Returns disconnected triangles of any shape, anywhere.
+/// Returns disconnected triangles of any shape at random positions.
 inline Scene randomTriangles(unsigned seed, int count) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> place(-1, 1), extent(-0.4F, 0.4F);
@@ -276,7 +279,8 @@ inline Scene randomTriangles(unsigned seed, int count) {
     return sceneOf({{"", {primitive}}});
 }
 
-/// Returns the scene with a second copy of its tree: nodes form a forest, so they are copied.
+/// Returns the scene with a second copy of every root. All nodes below are copied, because a node
+/// may have only one parent.
 inline Scene doubled(Scene scene) {
     const std::vector<int> roots = scene.scenes.front().roots;
     const auto copy = [&](const auto& self, int node) -> int {
@@ -291,7 +295,7 @@ inline Scene doubled(Scene scene) {
     return scene;
 }
 
-/// Expects every ray to have twice the hits, at the same Z.
+/// Expects every ray to have each hit twice, at the same Z.
 inline void expectTwiceTheHits(const LayeredImage& once, const LayeredImage& twice) {
     ASSERT_EQ(2 * once.fragments(), twice.fragments());
     for (std::size_t p = 0; p < once.window.pixels(); ++p) {

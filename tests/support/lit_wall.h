@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A wall of one material under one lamp, and the reflection of a plain one by the formulas.
+// A wall of one material under one lamp, and formulas for a plain reflection.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,9 +12,9 @@
 
 namespace peeler::test {
 
-/// The radiance at the middle of a wall with this material, which faces the viewer, for light of
-/// irradiance 1 at normal incidence from `degrees` toward +X. The U axis is along +X; the mesh has
-/// tangents.
+/// A wall of one material that faces the viewer. radiance() gives the radiance at its middle for a
+/// lamp `degrees` from the normal toward +X (turned by `azimuth`), of irradiance 1 at normal
+/// incidence. The U axis is along +X; the mesh has tangents.
 class LitWall {
   public:
     explicit LitWall(const Material& material) {
@@ -47,7 +47,7 @@ class LitWall {
         return middle();
     }
 
-    /// Returns the middle without a lamp.
+    /// Returns the radiance at the middle with the lights as they are.
     glm::dvec3 middle() {
         CaptureSettings s;
         s.color_type = PixelType::kFloat;
@@ -75,14 +75,14 @@ inline Material whiteMetal(float roughness) {
     return m;
 }
 
-/// Returns distribution times visibility of GGX for the view along the normal.
+/// Returns GGX's distribution times visibility, viewed along the normal.
 inline double ggxAlongNormal(double alpha, double degrees) {
     const double a2 = alpha * alpha, l = std::cos(degrees * kPi / 180);
     const double h2 = (1 + l) / 2, d = h2 * (a2 - 1) + 1;
     return a2 / (kPi * d * d) * 0.5 / (l + std::sqrt(l * l * (1 - a2) + a2));
 }
 
-/// Returns Schlick's Fresnel term there.
+/// Returns Schlick's Fresnel term, viewed along the normal.
 inline double fresnel(double f0, double f90, double degrees) {
     const double v_dot_h = std::cos(degrees * kPi / 360);
     return f0 + (f90 - f0) * std::pow(1 - v_dot_h, 5);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Peeling methods as test parameters.
+// Names of peeling methods, as test parameters.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace peeler::test {
 
-/// Returns the names of the exact methods, or of the others.
+/// Returns the names of the exact methods or, if not `exact`, of all others.
 inline std::vector<std::string> methodNames(bool exact) {
     std::vector<std::string> names;
     for (const auto& method : peelMethods())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A reader of uncompressed .npz arrays, without Python.
+// A reader of .npz files without compression, without Python.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,10 @@
 namespace peeler::test {
 
 struct StoredArray {
-    std::string type;   ///< "<f4"
-    std::string shape;  ///< "(2, 3)"
+    std::string type;   ///< such as "<f4"
+    std::string shape;  ///< such as "(2, 3)"
     std::string numbers;
-    std::size_t offset = 0;  ///< of its local header
+    std::size_t offset = 0;  ///< of the array's local header in the file
 
     template <class T>
     std::vector<T> as() const {
@@ -27,7 +27,8 @@ struct StoredArray {
     }
 };
 
-/// Returns the arrays by name, from the local headers (APPNOTE.TXT, section 4.3.7).
+/// Returns the arrays of a file by name, as found from the local headers (APPNOTE.TXT, section
+/// 4.3.7).
 inline std::map<std::string, StoredArray> readNpz(const std::filesystem::path& path) {
     const std::string bytes = bytesOf(path);
     const auto number = [&](std::size_t at, std::size_t size) {
@@ -39,7 +40,7 @@ inline std::map<std::string, StoredArray> readNpz(const std::filesystem::path& p
     for (std::size_t at = 0; bytes.compare(at, 4, "PK\x03\x04") == 0;) {
         const std::size_t name_size = number(at + 26, 2), extra = number(at + 28, 2);
         const std::string name = bytes.substr(at + 30, name_size);
-        const std::size_t size = number(at + 30 + name_size + 4, 8);  // of the ZIP64 field
+        const std::size_t size = number(at + 30 + name_size + 4, 8);  // from the ZIP64 field
         const std::string npy = bytes.substr(at + 30 + name_size + extra, size);
         const std::size_t header = 10 + number(at + 30 + name_size + extra + 8, 2);
         const std::string text = npy.substr(10, header - 10);

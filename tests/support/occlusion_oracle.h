@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An independent oracle of ambient occlusion: receivers send their own rays through Embree.
+// Independent oracle of ambient occlusion: every receiver sends its own rays through Embree.
 #pragma once
 
 #include <cmath>
@@ -14,15 +14,16 @@
 
 namespace peeler::test {
 
-/// The unoccluded, cosine-weighted share of the hemisphere at points on triangles.
+/// Computes the unoccluded, cosine-weighted share of the hemisphere at points on triangles.
 class OcclusionOracle {
   public:
-    /// Hits nearer than `own_surface` (scene units) belong to the receiver's own surface. Rays
-    /// start on it: above it, they would be inside a touching part.
+    /// Ignores hits nearer than `own_surface` (scene units), which belong to the receiver's own
+    /// surface. Rays must start on that surface, because above it they would be inside a part that
+    /// touches.
     OcclusionOracle(const TriangleSoup& soup, float own_surface)
         : scene_(soup), own_surface_(own_surface) {}
 
-    /// Returns the shares along those `directions` that are above each receiver's surface.
+    /// Returns the shares along those of the `directions` that are above each receiver's surface.
     std::vector<float> along(const Receivers& receivers,
                              const std::vector<glm::dvec3>& directions) const {
         return forEach(receivers, [&](const glm::vec3& position, const glm::vec3& normal) {
@@ -38,8 +39,8 @@ class OcclusionOracle {
         });
     }
 
-    /// Returns the reference: `count` cosine-distributed directions, different for each receiver.
-    /// `raised` is the ray offset above the surface (scene units).
+    /// Returns the reference: shares along `count` cosine-distributed directions, different for
+    /// each receiver. Rays start `raised` (scene units) above the surface.
     std::vector<float> reference(const Receivers& receivers, int count, float raised = 0) const {
         std::vector<glm::dvec3> lobe;  // around +Z (Malley's method on a Fibonacci disc)
         for (int i = 0; i < count; ++i) {
@@ -66,7 +67,7 @@ class OcclusionOracle {
         return ray.tfar < 0;
     }
 
-    /// Receivers that see nothing get 0, as in bake().
+    /// Returns a share for each receiver; those without a normal get 0, as in bake().
     template <class Share>
     static std::vector<float> forEach(const Receivers& receivers, const Share& share) {
         constexpr std::size_t kAtOnce = 64;
@@ -85,7 +86,7 @@ class OcclusionOracle {
     float own_surface_;
 };
 
-/// Returns the root mean square difference of the receivers that see anything.
+/// Returns the root mean square difference over the receivers with a nonzero normal.
 inline double rootMeanSquare(const Receivers& receivers, const std::vector<float>& values,
                              const std::vector<float>& reference) {
     double sum = 0, count = 0;

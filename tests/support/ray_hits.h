@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ray hits from formulas: spheres represent the solids of a scene.
+// Ray hits given by formulas: spheres stand for the solids of a scene.
 #pragma once
 
 #include <algorithm>
@@ -29,8 +29,8 @@ inline Primitive tetrahedron(int material = 0, float size = 1) {
     return primitive;
 }
 
-/// Returns a scene of `count` nodes "body 0", "body 1", … each with a closed mesh of its own
-/// material "m0", "m1", …
+/// Returns a scene of `count` nodes "body 0", "body 1", …, each with a closed mesh and a material
+/// of its own: "m0", "m1", …
 inline Scene bodies(int count) {
     Scene scene;
     scene.scenes.resize(1);
@@ -48,7 +48,7 @@ inline Scene bodies(int count) {
     return scene;
 }
 
-/// Returns the draw-order key of the first triangle of the n-th node of bodies().
+/// Returns the draw-order key of the first triangle of bodies()' n-th node.
 inline std::uint32_t keyOf(int body) {
     return 1 + 4 * static_cast<std::uint32_t>(body);
 }
@@ -58,8 +58,8 @@ struct Hit {
     std::uint32_t key = 0;
 };
 
-/// Returns the hits of a bundle: `at(start, direction)` gives a ray's hits in any order; t is the
-/// distance from the start, for a pinhole bundle the eye.
+/// Returns the hits of a bundle. `at(start, direction)` gives the hits of a ray in any order; t is
+/// the distance from the start, which is the eye in a pinhole bundle.
 inline LayeredImage rayHits(
     const Bundle& bundle,
     const std::function<std::vector<Hit>(const glm::dvec3&, const glm::dvec3&)>& at) {
@@ -92,8 +92,8 @@ struct Sphere {
     double radius = 1;
 };
 
-/// Returns the hits of a bundle with spheres; those of the n-th have a key of the n-th node of
-/// bodies().
+/// Returns the hits of a bundle with spheres. Hits of the n-th sphere have the key of bodies()'
+/// n-th node.
 inline LayeredImage sphereHits(const Bundle& bundle, const std::vector<Sphere>& spheres) {
     return rayHits(bundle, [&](const glm::dvec3& start, const glm::dvec3& direction) {
         std::vector<Hit> hits;
@@ -110,7 +110,7 @@ inline LayeredImage sphereHits(const Bundle& bundle, const std::vector<Sphere>& 
     });
 }
 
-/// Two bodies, two spheres that represent them, and two bundles of parallel rays.
+/// Two bodies, two spheres that stand for them, and two bundles of parallel rays.
 class TracedSpheres {
   protected:
     void trace(RayOutput& output, std::span<const Bundle> bundles) const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Distances of points from the triangles of a scene: Embree finds the candidates.
+// Distances of points from a scene's triangles, for which Embree finds candidates.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace peeler::test {
 
-/// Returns the point of a triangle nearest to p (Ericson, "Real-Time Collision Detection", 2005,
-/// 5.1.5).
+/// Returns the point of a triangle that is nearest to p (Ericson, "Real-Time Collision Detection",
+/// 2005, 5.1.5).
 inline glm::dvec3 nearestPoint(const Triangle& triangle, const glm::dvec3& p) {
     const glm::dvec3 &a = triangle.corner[0], &b = triangle.corner[1], &c = triangle.corner[2];
     const glm::dvec3 ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
@@ -32,13 +32,14 @@ inline glm::dvec3 nearestPoint(const Triangle& triangle, const glm::dvec3& p) {
     return a + vb * scale * ab + vc * scale * ac;
 }
 
-/// Distances from points to the nearest triangle of a soup, which must outlive it.
+/// Computes the distance from a point to the nearest triangle of a soup, which must outlive the
+/// object.
 class SurfaceDistance {
   public:
     explicit SurfaceDistance(const TriangleSoup& soup)
         : soup_(soup), scene_(soup, nullptr, RTC_SCENE_FLAG_NONE) {}
 
-    /// Returns the distance in scene units, at most `limit`, the radius of the search.
+    /// Returns the distance in scene units; `limit`, the radius of the search, if it is not less.
     double operator()(const glm::dvec3& point, double limit) const {
         Search search{&soup_, point, limit};
         RTCPointQueryContext context;
@@ -63,7 +64,7 @@ class SurfaceDistance {
         const glm::dvec3 nearest =
             nearestPoint(search->soup->triangles[arguments->primID], search->point);
         search->distance = std::min(search->distance, glm::distance(nearest, search->point));
-        return false;  // the radius stays: the limit is small already
+        return false;  // keeps the radius, which is small already
     }
 
     const TriangleSoup& soup_;

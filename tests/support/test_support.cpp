@@ -71,8 +71,8 @@ bool contains(const Text& text, const std::string& part) {
 
 namespace {
 
-/// Until it executes another program a child shares its parent's memory, so Linux counts the
-/// parent's peak for the child. This resets the peak to the current size.
+/// Resets the peak memory to the current size. Linux would otherwise count the parent's peak for a
+/// child, which shares the parent's memory until it executes another program.
 void forgetPeakMemory() {
     std::ofstream("/proc/self/clear_refs") << 5;
 }
@@ -135,7 +135,7 @@ CommandResult StartedCommand::wait() {
     return {{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
              bytesOf(streams_ / "out"), bytesOf(streams_ / "err")},
             seconds(used.ru_utime) + seconds(used.ru_stime),
-            static_cast<std::uint64_t>(used.ru_maxrss) * 1024};  // Linux counts KiB
+            static_cast<std::uint64_t>(used.ru_maxrss) * 1024};  // Linux counts in KiB
 }
 
 CommandResult runCommand(const std::vector<std::string>& command,

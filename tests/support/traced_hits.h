@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All hits of a bundle from a source, and bundles with rays at chosen places.
+// All hits of a bundle, captured from a source, and bundles with rays at chosen positions.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ namespace peeler::test {
 struct TracedHits {
     Plan plan;
     CaptureReport report;
-    LayeredImage image;  ///< all bands as one
+    LayeredImage image;  ///< all bands joined
     std::vector<Window> bands;
 
     std::vector<std::uint32_t> keys(std::size_t pixel) const {
@@ -23,7 +23,7 @@ struct TracedHits {
     }
 };
 
-/// Stacks bands vertically.
+/// A sink that stacks bands vertically.
 class JoiningSink final : public Sink {
   public:
     explicit JoiningSink(TracedHits& traced) : traced_(traced) {}
@@ -73,8 +73,8 @@ inline TracedHits trace(HitSource& source, const View& view,
     return traced;
 }
 
-/// Returns rays along −Z from Z = 0 on, one unit apart: that of pixel (x, y) goes through (x + 0.5,
-/// −y − 0.5) if a corner of the picture is at the origin.
+/// Returns a view of rays along −Z that start at Z = 0, one unit apart. With the picture's upper
+/// left corner at the origin, the ray of pixel (x, y) goes through (x + 0.5, −y − 0.5).
 inline View parallelView(int width, int height, double far = 100) {
     View view;
     view.width = width;
@@ -89,7 +89,7 @@ inline View parallelView(int width, int height, double far = 100) {
     return view;
 }
 
-/// Returns a pinhole at `eye` that looks at the origin.
+/// Returns the view of a pinhole at `eye` that looks at the origin.
 inline View pinhole(const glm::dvec3& eye, int size, double half = 0.6, double near = 0.01) {
     View view;
     view.camera_to_world = *lookAlong(eye, -eye, {0.1, 1, 0.2});
@@ -107,8 +107,8 @@ inline Bundle bundleOf(const PosedScene& posed, const glm::dvec3& direction, int
     return parallelBundle("b", all, all, direction, grid);
 }
 
-/// Returns a square of two triangles that faces +Z, from (x0, −y1) to (x1, −y0): pixels of
-/// parallelView().
+/// Returns a square of two triangles that faces +Z, from (x0, −y1) to (x1, −y0), which are pixel
+/// coordinates of parallelView().
 inline Primitive square(float x0, float y0, float x1, float y1, float z) {
     Primitive primitive;
     primitive.positions = {{x0, -y1, z}, {x1, -y1, z}, {x1, -y0, z}, {x0, -y0, z}};
@@ -117,7 +117,7 @@ inline Primitive square(float x0, float y0, float x1, float y1, float z) {
     return primitive;
 }
 
-/// Returns the number of hits of each ray.
+/// Returns the number of hits for each ray.
 inline std::vector<std::uint32_t> countsOf(const LayeredImage& image) {
     std::vector<std::uint32_t> counts;
     for (std::size_t p = 0; p + 1 < image.offsets.size(); ++p)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler bake: refusals before any work, and output.
+// Tests peeler bake: its output, and the errors that it reports before any work.
 #include <OpenImageIO/imagebuf.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns the triangle, opaque; with `uvs` the corners have TEXCOORD_0 (0,0) (1,0) (1/2,1).
+/// Returns triangleScene() with an opaque material; with `uvs` the corners have TEXCOORD_0 (0,0)
+/// (1,0) (1/2,1).
 Json bakeScene(bool uvs = false) {
     Json scene = triangleScene();
     scene["materials"][0]["alphaMode"] = "OPAQUE";
@@ -34,14 +35,14 @@ std::string bufferWithUvs() {
     return bytes;
 }
 
-/// Runs with each engine (--engine).
+/// Instantiated for each engine (--engine).
 class BakeCommand : public testing::TestWithParam<const char*> {
   protected:
     void useUvs() { writeScene(folder_.path(), bakeScene(true), bufferWithUvs()); }
 
     std::string file(const std::string& name) const { return (folder_ / name).string(); }
 
-    /// Bakes with few, coarse rays, which is fast.
+    /// Bakes with few directions and a coarse grid of rays, to be fast.
     Outcome bake(const std::string& out, const std::vector<std::string>& more = {}) const {
         std::vector<std::string> arguments{"bake", scene_.string(), "-o",      file(out),
                                            "-q",   "--directions",  "32",      "--resolution",
@@ -84,7 +85,8 @@ TEST_P(BakeCommand, RefusesWhatContradictsItself) {
 
 TEST_P(BakeCommand, RefusesFilesThatItMustNotWrite) {
     std::error_code ignored;
-    fs::copy_file(scene_, folder_ / "scene.glb", ignored);  // JSON in a .glb is read, too
+    // Plain JSON is read even if the name ends in .glb.
+    fs::copy_file(scene_, folder_ / "scene.glb", ignored);
     scene_ = folder_ / "scene.glb";
     const std::string before = bytesOf(scene_);
     const Outcome same = bake("scene.glb");
@@ -170,7 +172,7 @@ TEST_P(BakeCommand, PutsOpenSkyIntoVertices) {
     EXPECT_EQ(json["target"], "vertices");
     EXPECT_EQ(json["receivers"], 3);
     EXPECT_EQ(json["outputs"][0]["bytes"], fs::file_size(file("out.glb")));
-    EXPECT_EQ(json["least"], 1);  // a lone triangle is open to the sky
+    EXPECT_EQ(json["least"], 1);  // nothing occludes a lone triangle
     EXPECT_EQ(json["greatest"], 1);
     const Scene scene = readGltf(file("out.glb"));
     ASSERT_EQ(scene.meshes[0].primitives[0].colors.size(), 3U);
@@ -185,7 +187,7 @@ TEST_P(BakeCommand, WritesTexturesOfEveryKind) {
     const OIIO::ImageBuf exr(file("out.exr"));
     EXPECT_EQ(exr.spec().width, 32);
     EXPECT_EQ(exr.spec().nchannels, 1);
-    EXPECT_EQ(exr.getchannel(16, 4, 0, 0), 1);  // inside the triangle
+    EXPECT_EQ(exr.getchannel(16, 4, 0, 0), 1);  // a texel inside the triangle
     ASSERT_EQ(bake("m.####.png", small).exit_code, 0);
     EXPECT_TRUE(fs::exists(file("m.0000.png")));
     ASSERT_EQ(bake("out.glb", {"--target", "texture", "--size", "32"}).exit_code, 0);
@@ -202,7 +204,7 @@ TEST_P(BakeCommand, KeepsItsBudget) {
     ASSERT_EQ(bake("free.glb").exit_code, 0);
     ASSERT_EQ(bake("tight.glb", {"--memory", "500M"}).exit_code, 0);
     EXPECT_TRUE(bytesOf(file("tight.glb")) == bytesOf(file("free.glb")));
-    if (std::string(GetParam()) == "gl")  // its libraries alone take more
+    if (std::string(GetParam()) == "gl")  // GL's libraries alone take more than 64 MiB
         expectRefused("none.glb", {"--memory", "64M"}, 33, "--memory");
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler batch: order, overlap, and the state after a batch or a job is killed. Jobs with a lease
-// on their scene run until the test releases it, on any machine.
+// Tests peeler batch: order, overlap, and the state after a batch or a job was killed. Jobs whose
+// scene file has a lease run until the test releases it, however fast the machine is.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <spawn.h>
@@ -32,7 +32,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using Strings = std::vector<std::string>;
 
-/// Returns false on a timeout.
+/// Waits until `done` returns true; returns false on a timeout.
 bool waitUntil(const std::function<bool()>& done) {
     for (const auto end = Clock::now() + 5min; Clock::now() < end;) {
         if (done()) return true;
@@ -41,18 +41,18 @@ bool waitUntil(const std::function<bool()>& done) {
     return false;
 }
 
-/// An empty file in place of a scene, with a lease on it (fcntl(2)): a reader waits until the lease
-/// is returned, or for /proc/sys/fs/lease-break-time, 45 seconds.
+/// An empty file in place of a scene, with a lease on it (fcntl(2)): whoever opens it waits until
+/// the lease is returned, or for /proc/sys/fs/lease-break-time, 45 seconds.
 class Gate {
   public:
     explicit Gate(fs::path path)
         : path_(std::move(path)), file_(open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
-        std::signal(SIGIO, SIG_IGN);  // the signal that a reader waits
+        std::signal(SIGIO, SIG_IGN);  // the kernel sends SIGIO when a reader waits
         EXPECT_EQ(fcntl(file_, F_SETLEASE, F_WRLCK), 0) << std::strerror(errno);
     }
-    /// Whether a reader has tried to open it.
+    /// Whether a reader waits to open the file.
     bool reader() const { return fcntl(file_, F_GETLEASE) != F_WRLCK; }
-    /// Releases the reader; later readers find the scene.
+    /// Replaces the file by this scene, for later readers, and releases the waiting one.
     void replaceBy(const fs::path& scene) {
         const fs::path other = path_.string() + ".new";
         fs::copy_file(scene, other);
@@ -69,7 +69,7 @@ class Gate {
     int file_;
 };
 
-/// Returns the id of the only child; "" if the kernel does not list children
+/// Returns the ID of a process's only child; "" if the kernel does not list children
 /// (CONFIG_PROC_CHILDREN).
 std::string childOf(pid_t process) {
     const std::string number = std::to_string(process);
@@ -95,7 +95,7 @@ std::vector<int> codesOf(const std::vector<Json>& lines) {
 class Batch : public testing::Test {
   protected:
     Batch() {
-        // A shell's background job ignores SIGINT, and the test's children would inherit that.
+        // Background jobs of a shell ignore SIGINT, which the test's children would inherit.
         std::signal(SIGINT, SIG_DFL);
     }
     Json job(const std::string& output, const std::string& scene = "") const {
@@ -214,8 +214,8 @@ TEST_F(Batch, ThatIsKilledLeavesNoOrphanAndResumes) {
     const std::string child = childOf(batch);
     kill(batch, SIGKILL);
     EXPECT_EQ(waitFor(batch), 137);
-    // The gate stays closed: the job itself would wait as long as the lease lasts. A finished
-    // process has no command line, even if a container's first process does not reap it.
+    // The gate stays closed, so the job by itself would wait until the lease expires. A process
+    // that has ended has no command line, even if a container's first process does not reap it.
     EXPECT_TRUE(
         waitUntil([&] { return child.empty() || bytesOf("/proc/" + child + "/cmdline").empty(); }));
     EXPECT_LT(Clock::now() - waits, 40s) << "the job runs without its batch";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Strings that are not UTF-8, contain terminal escapes or are very long, from files and command
-// lines: no verb reports an internal error, and none prints them verbatim. No verb waits for a
-// pipe.
+// Tests strings from files and command lines that are not UTF-8, contain terminal escapes or are
+// very long. No verb may report an internal error or print them verbatim, and no verb may wait for
+// a pipe.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 const std::string kOdd = "*[\xe8g]la\x1b[31mss\u202e*";
 
-/// Whether the text has no control sequences, is valid UTF-8, and is short.
+/// Whether the text contains no control sequences, is valid UTF-8, and is short.
 testing::AssertionResult isTame(const std::string& text) {
     std::string plain = text;
     for (std::size_t at = 0; (at = plain.find('\n', at)) != std::string::npos;)
@@ -38,13 +38,13 @@ class OddStrings : public testing::Test {
   protected:
     std::string at(const std::string& name) const { return (scratch_ / name).string(); }
 
-    /// Runs peeler; it must end normally, with tame messages.
+    /// Runs peeler, which must end normally and print only tame messages.
     Outcome run(const std::vector<std::string>& arguments) const {
         const Outcome result = runPeeler(arguments);
         EXPECT_NE(result.exit_code, 1) << arguments[0] << ": " << result.err;
         EXPECT_FALSE(contains(result.err, "bug in peeler")) << result.err;
         EXPECT_TRUE(isTame(result.err)) << arguments[0];
-        // JSON is for programs: it keeps all characters except control characters.
+        // JSON is for programs, so it keeps all characters except control characters.
         if (std::ranges::find(arguments, "--json") == arguments.end()) {
             EXPECT_TRUE(isTame(result.out)) << arguments[0];
         }
@@ -68,7 +68,8 @@ TEST_F(OddStrings, OfTheCommandLine) {
     run({"render", scene, "--" + kOdd});
 }
 
-/// A stderr line with "error" implies an exit code other than 0.
+/// Line feeds in names are escaped, because a stderr line with "error" implies an exit code other
+/// than 0.
 TEST_F(OddStrings, NamesWithLineFeedsStayInTheirLine) {
     const std::string name = "a\npeeler: error: boom";
     const fs::path folder = scratch_ / name;
@@ -130,7 +131,7 @@ TEST_F(OddStrings, OfAScene) {
     run({"bake", path, "-o", at("b.glb"), "--directions", "4", "--resolution", "8"});
 }
 
-/// Rendered files in which header text is replaced by the same number of bytes.
+/// In rendered files, texts in the header are replaced by odd ones of the same length.
 TEST_F(OddStrings, OfAttributes) {
     const std::string scene = writeScene(scratch_.path()).string();
     const std::string layers = at("a.exr");
@@ -210,7 +211,7 @@ TEST_F(OddStrings, NothingWaitsForAPipe) {
         EXPECT_TRUE(contains(result.err + result.out, "not a regular file"))
             << command[0] << ": " << result.err;
     }
-    // Existing outputs are inspected first.
+    // With --skip-existing, existing outputs are inspected first.
     for (const std::string name : {"p.exr", "p.png", "p.html", "p.npz", "p.jpg"}) {
         ASSERT_EQ(mkfifo(at(name).c_str(), 0600), 0);
         const Outcome result =

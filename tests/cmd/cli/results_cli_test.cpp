@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Results of the verbs, and their streams.
+// Tests the results of the verbs, and the streams on which they appear.
 #include <ImfArray.h>
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
@@ -152,7 +152,7 @@ TEST_F(Results, HashOfSettingsIsThatOfWhatWasAskedFor) {
     EXPECT_NE(bake("2", "--faces=both"), bake("4", "--faces=both"));
     EXPECT_NE(bake("2", "--faces=both"), bake("2", "--faces=front"));
 
-    // A sheet of a scene has the hash of the layers that it shows.
+    // A sheet of a scene has the same hash as a sheet of the layers rendered from it.
     ASSERT_EQ(render({}).exit_code, 0);
     const std::string sheet = (scratch_ / "a.png").string();
     EXPECT_EQ(
@@ -181,7 +181,7 @@ TEST_F(Results, ProgressLinesForPrograms) {
     EXPECT_EQ(last, 1);
 }
 
-/// Returns R, G, B, A and Z of a part, as bytes.
+/// Returns the channels R, G, B, A and Z of a file's first part, as bytes.
 std::vector<std::string> channelBytes(const fs::path& path) {
     Imf::MultiPartInputFile file(path.c_str());
     Imf::InputPart part(file, 0);
@@ -254,20 +254,21 @@ TEST_F(Results, FlattenBlendsTheTailAsARenderDoes) {
 }
 
 TEST_F(Results, CalibratedCamerasAreThoseOfNumbers) {
-    // OpenCV looks along +Z with Y down: this camera is at (0, 0, 5) and looks along -Z.
+    // OpenCV cameras look along +Z with Y down. This one is at (0, 0, 5) and looks along -Z.
     const std::string pose = "1,0,0,0,0,-1,0,0,0,0,-1,5";
     const auto camera = [&](const std::vector<std::string>& options) {
         EXPECT_EQ(render(options).exit_code, 0);
         return Json::parse(runPeeler({"info", image_.string(), "--json"}).out).at("camera");
     };
-    // 96 x 64 pixels with a focal length of 80; the principal point is half a pixel off the centre.
+    // The picture has 96 x 64 pixels and a focal length of 80. Pixel centres are whole numbers
+    // here, so the principal point is the centre.
     const std::vector<std::string> asked{"--intrinsics", "80,80,47.5,31.5", "--pose", pose};
     const Json found = camera(asked);
     EXPECT_EQ(found.at("cameraToWorld"), Json::parse("[[1,0,0,0],[0,1,0,0],[0,0,1,5],[0,0,0,1]]"));
     EXPECT_DOUBLE_EQ(found.at("halfHeight"), 0.4);
     EXPECT_DOUBLE_EQ(found.at("halfWidth"), 0.6);
     EXPECT_EQ(camera({"--intrinsics", "80,80,47.5,31.5", "--pose", pose + ",0,0,0,1"}), found);
-    // Shifted by ten pixels: the centre of a picture twenty pixels wider.
+    // Shifting the principal point by ten pixels gives a crop of a picture twenty pixels wider.
     const Json aside = camera({"--intrinsics", "80,80,57.5,31.5", "--pose", pose});
     EXPECT_EQ(aside.at("width"), 116);
     EXPECT_EQ(aside.at("crop"), Json::parse("[0,0,96,64]"));
@@ -287,7 +288,8 @@ TEST_F(Results, FlatImagesAreWritten) {
     std::vector<std::string> first{"render",        scene_.string(), "-o",
                                    direct.string(), "--size",        "96x64"};
     std::vector<std::string> second{"flatten", image_.string(), "-o", flat.string()};
-    first.insert(first.end(), {"--samples", "1", "--environment", "none"});  // like the EXR
+    // These are the settings with which the EXR was rendered.
+    first.insert(first.end(), {"--samples", "1", "--environment", "none"});
     first.insert(first.end(), look.begin(), look.end());
     second.insert(second.end(), look.begin(), look.end());
     ASSERT_EQ(runPeeler(first).exit_code, 0);
@@ -327,7 +329,7 @@ TEST_F(Results, InfoOnAScene) {
     EXPECT_EQ(json.at("cameras").at(0).at("name"), "front");
     EXPECT_EQ(json.at("bounds").at("min").size(), 3U);
     EXPECT_TRUE(json.at("warnings").empty());
-    // Names by id: all nodes, and all materials plus glTF's default.
+    // There are names for all IDs: every node, and every material plus glTF's default.
     EXPECT_EQ(json.at("objectNames").size(), 6U);
     EXPECT_EQ(json.at("materialNames").size(), 2U);
     const std::string first = json.at("objectNames").at(0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures on standard output.
+// Tests pictures that are written to standard output.
 #include <gtest/gtest.h>
 
 #include <string>

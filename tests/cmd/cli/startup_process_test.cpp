@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Libraries loaded at start-up, and the search for modules loaded later.
+// Tests which libraries are loaded at start-up, and the search for modules that are loaded later.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -20,10 +20,10 @@ fs::path exampleScene(const std::string& name) {
     return sourceDir() / "examples" / "scenes" / name;
 }
 
-/// A copy of peeler and its modules elsewhere.
+/// A copy of peeler and its modules in another place.
 class Copy {
   public:
-    /// Paths in a scratch folder; `modules` empty: no modules.
+    /// Copies to these paths in a scratch folder; without modules if `modules` is empty.
     Copy(const std::string& program, const std::string& modules) : program_(scratch_ / program) {
         fs::create_directories(program_.parent_path());
         fs::copy(peelerBinary(), program_);
@@ -43,7 +43,7 @@ class Copy {
     fs::path program_;
 };
 
-/// Returns the libraries that the dynamic linker reports.
+/// Returns the names of the libraries that the dynamic linker reports to load.
 std::string loadedBy(const std::vector<std::string>& arguments) {
     const ScratchDir scratch;
     const CommandResult result = runPeelerProcess(
@@ -132,7 +132,7 @@ TEST(Startup, ModulesStandBesideTheProgramOrAsInstalled) {
     }
 }
 
-/// Writes the triangle with a texture that looks like WebP.
+/// Writes the triangle with a texture whose bytes look like WebP.
 fs::path webpScene(const ScratchDir& scratch) {
     nlohmann::json scene = triangleScene();
     scene["extensionsUsed"] = {"EXT_texture_webp"};
@@ -149,14 +149,14 @@ fs::path webpScene(const ScratchDir& scratch) {
     return scratch / "scene.gltf";
 }
 
-/// Writes the triangle, declared as compressed with Draco.
+/// Writes the triangle with a declaration that it is compressed with Draco.
 fs::path dracoScene(const ScratchDir& scratch) {
     constexpr const char* kName = "KHR_draco_mesh_compression";
     nlohmann::json scene = triangleScene();
     scene["extensionsUsed"] = scene["extensionsRequired"] = {kName};
     scene["meshes"][0]["primitives"][0]["extensions"][kName] = {{"bufferView", 0},
                                                                 {"attributes", {{"POSITION", 0}}}};
-    scene["accessors"][0].erase("bufferView");  // no fallback
+    scene["accessors"][0].erase("bufferView");  // removes the uncompressed fallback
     std::ofstream(scratch / "triangle.bin", std::ios::binary) << triangleBuffer();
     std::ofstream(scratch / "scene.gltf") << scene;
     return scratch / "scene.gltf";
@@ -183,7 +183,8 @@ TEST(Startup, AModuleThatIsMissingIsSaidAndLeavesNoFile) {
         EXPECT_EQ(copy.render(jellyfish, output).exit_code, 0) << "needs none";
         fs::remove(copy.out() / output);
     }
-    // One writes a picture; the other reads a texture and must not blame it.
+    // The first command needs the module to write a picture; the second to read a texture, which it
+    // must not blame.
     for (const auto& [scene, output] :
          {std::pair(jellyfish, "picture.jpg"), std::pair(webpScene(scratch), "layers.exr")}) {
         const CommandResult result = copy.render(scene, output);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A path that cannot be examined is neither replaced nor skipped: the command reports it before any
-// work. Below a symlink to itself nothing can be examined, not even by root.
+// Tests that a path that cannot be examined is neither replaced nor skipped, but reported before
+// any work. Such paths are below a symbolic link to itself, where not even root can examine
+// anything.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command line itself: help, versions, and refusals before any work.
+// Tests the command line itself: help, versions, and errors reported before any work.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -35,7 +35,7 @@ TEST(Help, OfEveryVerbFitsATerminal) {
         EXPECT_EQ(result.exit_code, 0) << verb.name;
         EXPECT_EQ(result.err, "") << verb.name;
         EXPECT_TRUE(contains(result.out, std::string(verb.summary))) << result.out;
-        // The results of these verbs have no other form.
+        // These verbs print their results as JSON lines only.
         const bool lines = verb.name == "batch" || verb.name == "worker";
         const char* const form = lines ? "JSON line" : "--json";
         EXPECT_TRUE(contains(result.out, form)) << result.out;
@@ -107,8 +107,8 @@ TEST(Version, IsOneLineOnStdout) {
     EXPECT_EQ(runPeeler({"-V"}).out, runPeeler({"--version"}).out);
     const Outcome result = runPeeler({"--version"});
     EXPECT_EQ(result.exit_code, 0);
-    EXPECT_TRUE(std::regex_match(
-        result.out, std::regex(R"(peeler \d+\.\d+\.\d+( \([0-9a-f]{10,}\))?\n)")))
+    EXPECT_TRUE(
+        std::regex_match(result.out, std::regex(R"(peeler \d+\.\d+\.\d+( \([0-9a-f]{10,}\))?\n)")))
         << result.out;
     EXPECT_EQ(result.out.find('\n'), result.out.size() - 1);
     EXPECT_EQ(result.err, "");
@@ -122,7 +122,7 @@ TEST(Usage, NoVerbShowsTheHelpOnStderr) {
     EXPECT_TRUE(contains(result.err, "peeler: error: no verb given"));
 }
 
-/// A refused command line, and the required words of its message.
+/// A command line that is refused, and words that its message must contain.
 struct Refused {
     std::vector<std::string> arguments;  ///< SCENE and OUT stand for paths
     std::vector<std::string> parts;
@@ -150,7 +150,7 @@ TEST_P(Refusals, SayWhatWhereAndWhatToTry) {
     EXPECT_TRUE(fs::is_empty(out));
 }
 
-/// Returns `peeler render SCENE -o OUT/a.exr` with these options.
+/// Returns the command line `peeler render SCENE -o OUT/a.exr` with these options.
 Refused refusedRender(std::vector<std::string> options, std::vector<std::string> parts) {
     std::vector<std::string> arguments{"render", "SCENE", "-o", "OUT/a.exr"};
     arguments.insert(arguments.end(), options.begin(), options.end());
@@ -245,7 +245,7 @@ INSTANTIATE_TEST_SUITE_P(
         refusedRender({"--report", "OUT/a.exr"}, {"--report", "replace"}),
         Refused{{"flatten", "SCENE", "-o", "OUT/a.exr", "--layers", "none"}, {"--layers none"}}));
 
-/// Like "$NAME" in a script if NAME is unset.
+/// Empty values are refused, as they come from "$NAME" in a script if NAME is unset.
 TEST(Usage, NothingMeansAnEmptyValue) {
     const auto refused = [](const std::vector<std::string>& arguments, const std::string& where) {
         const Outcome result = runPeeler(arguments);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values and names on the command line.
+// Tests the parsing of values and names on the command line.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,7 +14,7 @@
 namespace peeler::cmd {
 namespace {
 
-/// Returns the kind of the Error that `work` throws; kInternal if it throws none.
+/// Returns the kind of the Error that `work` throws, or kInternal if it throws none.
 template <class Work>
 ErrorKind thrown(Work&& work) {
     try {
@@ -83,7 +83,7 @@ TEST(ParseColor, LinearAndSrgb) {
     EXPECT_EQ(parseColor("0.25,2,0"), (std::array<float, 4>{0.25F, 2, 0, 1}));
     EXPECT_EQ(parseColor("1,1,1,0.5"), (std::array<float, 4>{1, 1, 1, 0.5F}));
     EXPECT_EQ(parseColor("#ff0000"), (std::array<float, 4>{1, 0, 0, 1}));
-    // 0x80 / 255 decoded: 0.21586…; alpha is not encoded.
+    // 0x80 / 255 decodes to 0.21586…; alpha is not encoded.
     const auto grey = parseColor("#80808080");
     EXPECT_NEAR(grey[0], 0.2158605F, 1e-6F);
     EXPECT_FLOAT_EQ(grey[3], 128.0F / 255.0F);

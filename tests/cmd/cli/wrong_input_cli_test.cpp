@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Damaged scenes, missing files, folders and full disks: each has its exit code, a message with
-// problem, place and remedy, and leaves no file.
+// Tests damaged scenes, missing files, folders and full disks. Each has its exit code and a message
+// with problem, place and remedy; no file is left.
 #include <gtest/gtest.h>
 #include <sys/mount.h>
 #include <unistd.h>
@@ -122,13 +122,13 @@ TEST_F(WrongInput, OutputFolderThatTakesNothing) {
         {"render", scene.string(), "-o", (scratch_ / "absent" / "a.exr").string(), "--no-mkdir"});
     expectRefused(absent, 4, {"absent/a.exr"});
     expectRefused(renderTo(scene / "a.exr"), 4, {"scene.gltf/a.exr"});
-    expectRefused(renderTo(out_), 2, {out_.string()});  // a folder has no extension
+    expectRefused(renderTo(out_), 2, {out_.string()});  // the folder's name has no extension
 
     const fs::path named = scratch_ / "folder.exr";
     fs::create_directory(named);
     expectRefused(renderTo(named), 4, {"folder.exr"});
 
-    // Root may write anywhere but here.
+    // Even root cannot write to /proc.
     const fs::path closed = geteuid() == 0 ? fs::path("/proc") : scratch_ / "closed";
     if (geteuid() != 0) {
         fs::create_directory(closed);
@@ -182,7 +182,7 @@ TEST_F(WrongInput, FlattenOfWhatHasNoLayers) {
     expectRefused(runPeeler({"info", layered.string()}), 3, {"layered.exr"});
 }
 
-/// A 16 KiB file system, mounted on a folder.
+/// A file system of 16 KiB, mounted on a folder.
 class SmallDisk {
   public:
     explicit SmallDisk(const fs::path& folder) : folder_(folder) {

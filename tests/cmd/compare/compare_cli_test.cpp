@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// compare: known differences give known numbers and exit codes.
+// Tests peeler compare: known differences give known numbers and exit codes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 class CompareCommand : public testing::Test {
   protected:
-    /// Writes a layered file of random fragments, modified by `change`.
+    /// Writes a layered file of random fragments, modified by `change`; returns the path.
     std::string write(const std::string& name,
                       const std::function<void(SyntheticPicture&)>& change = {}) const {
         SyntheticOptions options;
@@ -47,15 +47,15 @@ class CompareCommand : public testing::Test {
     ScratchDir scratch_;
 };
 
-/// Adds to red, a quarter of all values.
+/// Adds `amount` to red, which is a quarter of all values.
 void addRed(SyntheticPicture& picture, float amount) {
     auto colors = picture.image.color.as<float>();
     for (std::size_t i = 0; i < colors.size(); i += 4)
         colors[i] += amount;
 }
 
-/// Removes the last fragment of the first `pixels` pixels with a fragment and no layer beyond the
-/// first, so that the plan stays true.
+/// Removes the last fragment of each of the first `pixels` pixels with two fragments, and corrects
+/// the plan.
 void dropFragments(SyntheticPicture& picture, int pixels) {
     LayeredImage& image = picture.image;
     for (std::size_t p = 0; p < image.window.pixels() && pixels > 0; ++p) {
@@ -118,7 +118,7 @@ TEST_F(CompareCommand, ThresholdsAreLimitsOfTheExitCode) {
         std::vector<std::string> thresholds;
         int exit_code;
     };
-    const Row rows[] = {{{"--max-color", "0.26"}, 1},  // depth is still 0
+    const Row rows[] = {{{"--max-color", "0.26"}, 1},  // the threshold of depth is still 0
                         {{"--max-depth", "0.126"}, 1},
                         {{"--max-depth", "0.126", "--max-color", "0.26"}, 0},
                         {{"--max-depth", "0.126", "--max-color", "0.24"}, 1},
@@ -166,7 +166,7 @@ TEST_F(CompareCommand, FlatImagesAgainstLayers) {
     const std::string a = write("a.exr");
     ASSERT_EQ(runPeeler({"flatten", a, "-o", path("flat.exr")}).exit_code, 0);
     EXPECT_EQ(compare({a, path("flat.exr")}).exit_code, 0);
-    // The fragments are too bright for a TIFF: the difference is the clipped part.
+    // The fragments are too bright for a TIFF, so the difference is the part that is clipped.
     ASSERT_EQ(runPeeler({"flatten", a, "-o", path("flat.tif")}).exit_code, 0);
     const Json clipped = json({a, path("flat.tif")});
     EXPECT_EQ(clipped.at("byLayer"), false);
@@ -177,7 +177,7 @@ TEST_F(CompareCommand, FlatImagesAgainstLayers) {
     EXPECT_EQ(json({a, b, "--composites"}).at("byLayer"), false);
 }
 
-/// Writes a flat picture of one grey.
+/// Writes a flat picture of a single grey.
 std::string writeGrey(const std::string& path, int width, int height, float grey) {
     CompositeImage picture;
     picture.window = {0, 0, width, height};
@@ -187,7 +187,7 @@ std::string writeGrey(const std::string& path, int width, int height, float grey
 }
 
 TEST_F(CompareCommand, FlatImagesAreComparedLinear) {
-    // Encoded 188 and 99 are linear 0.5029 and 0.1248.
+    // The encoded values 188 and 99 are 0.5029 and 0.1248 in linear light.
     const std::string a = writeGrey(path("a.png"), 8, 4, 0.5029F);
     const std::string b = writeGrey(path("b.png"), 8, 4, 0.1248F);
     const std::string c = writeGrey(path("c.exr"), 8, 4, 0.5029F);
@@ -257,7 +257,7 @@ TEST_F(CompareCommand, TheHeatMapShowsWhere) {
         for (std::size_t c = 0; c < 3; ++c)
             EXPECT_EQ(byteAt(pixel, c), bytes[c]) << pixel << ' ' << c;
     };
-    expectColor(changed, {188, 55, 84});    // the middle of the ramp
+    expectColor(changed, {188, 55, 84});    // middle of the ramp
     expectColor(dropped, {110, 240, 255});  // cyan
     std::size_t black = 0;
     for (std::size_t p = 0; p < heat.rgba.size(); ++p)

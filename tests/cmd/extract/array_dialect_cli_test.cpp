@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays with the same name in extract and rays have the same meaning: the arrays of a camera's
-// pixels agree between both verbs, and our reader takes both, and those of earlier versions.
+// Tests that arrays of the same name have the same meaning in extract and rays: the arrays for a
+// camera's pixels agree, and our example reader understands both, and those of earlier versions.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -69,13 +69,14 @@ class ArrayDialect : public testing::Test {
         const Outcome result = runPeeler(line);
         ASSERT_EQ(result.exit_code, 0) << result.err;
     }
-    /// Makes the pixels of a scene's camera with both verbs' defaults, on the same device.
+    /// Writes the pixels of a scene's camera with both verbs, using their defaults, on the same
+    /// device.
     void make(const std::string& scene, const std::string& camera) const {
         run({"render", scene, "-o", path("in.exr"), "--camera", camera, "--size", "96x54",
              "--precision", "float", "--channels",
              "normal,geometric-normal,facing,position,id,barycentric,distance"});
         run({"extract", path("in.exr"), "--npz", path("extract.npz")});
-        // A picture has the rasteriser's depths.
+        // The rays must have the rasteriser's depths, as a picture has.
         run({"rays", scene, "-o", path("rays.npz"), "--camera", camera, "--size", "96x54",
              "--no-refine", "--engine", "gl"});
     }
@@ -95,7 +96,7 @@ TEST_F(ArrayDialect, TheDefaultMaterialIsNone) {
     PEELER_REQUIRE_PYTHON("numpy");
     Json scene = stackScene(3);
     Json& primitives = scene["meshes"][0]["primitives"];
-    primitives[0].erase("material");  // one-sided, seen from the front
+    primitives[0].erase("material");  // the default material is one-sided, but seen from its front
     const std::string file = writeScene(scratch_.path(), scene);
     make(file, "front");
     const Outcome none = runPython(R"(
@@ -125,7 +126,7 @@ TEST_F(ArrayDialect, OurReaderTakesBothAndThoseOfBefore) {
     const Outcome told = runCommand({python(), reader, path("many.npz")});
     EXPECT_EQ(told.exit_code, 0) << told.err;
     EXPECT_EQ(told.out.find("points: "), 0U) << told.out;
-    // Required and missing arrays.
+    // A file may lack arrays that the reader does not need, but no others.
     run({"rays", scene_, "-o", path("some.npz"), "--axes", "--resolution", "8", "--columns",
          "t_hit"});
     EXPECT_EQ(runCommand({python(), reader, path("some.npz")}).exit_code, 0);
@@ -134,7 +135,7 @@ TEST_F(ArrayDialect, OurReaderTakesBothAndThoseOfBefore) {
     const Outcome lacking = runCommand({python(), reader, path("ids.npz")});
     EXPECT_EQ(lacking.exit_code, 1);
     EXPECT_NE(lacking.err.find("no array t_hit"), std::string::npos) << lacking.err;
-    // The positions of one file are points for the other.
+    // Positions of one file can be used as points in the other verb.
     run({"rays", scene_, "-o", path("next.npz"), "--points", path("extract.npz"), "--directions",
          "1", "--resolution", "32"});
 }
@@ -157,7 +158,7 @@ TEST_F(ArrayDialect, FacesAreThoseOfPicturesForTheRaysOfACamera) {
     EXPECT_LT(hits(camera), hits(with(camera, "both")));
     EXPECT_EQ(hits(direction), hits(with(direction, "both")));
     EXPECT_LT(hits(with(direction, "gltf")), hits(direction));
-    // Thickness counts both faces of one-sided surfaces, with a camera as well.
+    // Thickness needs both faces of one-sided surfaces, even for the rays of a camera.
     const Outcome inside = runPeeler({"rays", scene_, "--camera", "main", "--size", "16x9", "--map",
                                       "thickness", "-o", path("t.exr"), "-q"});
     EXPECT_EQ(inside.exit_code, 0) << inside.err;

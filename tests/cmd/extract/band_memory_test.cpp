@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory for reading bands: no band of a file exceeds its reader's promise, and a budget shrinks
-// bands until they fit.
+// Tests the memory for reading bands: no band exceeds the maximum that its reader states, and a
+// budget shrinks bands until they fit.
 #include "cmd/extract/band_memory.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ using cmd::BandUse;
 
 constexpr std::uint64_t kMegabyte = std::uint64_t{1} << 20;
 
-/// A picture of 1000 × 1000 pixels that is never read.
+/// A picture of 1000 × 1000 pixels that states sizes but is never read.
 class Promised final : public LayeredInput {
   public:
     Promised() { info_.plan.view.crop = {0, 0, 1000, 1000}; }
@@ -56,9 +56,9 @@ TEST(BandMemory, CountsWhatIsThereAtATime) {
     };
     const std::uint64_t nothing = bandMemory(input, 10, use(0));
     EXPECT_EQ(bandMemory(input, 10, use(1)) - nothing, 20'000U);
-    // For a single band, the output is made after the input is freed.
+    // If there is only one band, the output is made after the input has been freed.
     EXPECT_EQ(bandMemory(input, 1000, use(1)), bandMemory(input, 1000, use(0)));
-    // One chosen layer has one fragment per pixel.
+    // If one layer is chosen, each pixel has at most one fragment.
     const auto one = [](int) { return BandUse{.made = {.fragment = 1}, .layers = 1}; };
     EXPECT_EQ(bandMemory(input, 10, one) - nothing, 10'000U);
     DepthComplexity counted(input.info().plan.view.crop);
@@ -85,7 +85,7 @@ TEST(BandMemory, KeepsToABudget) {
     }
 }
 
-/// Returns the highest fragment count of all bands.
+/// Returns the highest number of fragments in any band.
 std::uint64_t mostFragments(LayeredInput& input, int rows) {
     const Window& crop = input.info().plan.view.crop;
     std::uint64_t most = 0;
@@ -102,7 +102,7 @@ TEST(BandMemory, NoBandHasMoreThanItsReaderSays) {
     const test::SyntheticPicture picture = test::makePicture({});
     const std::filesystem::path layered = scratch / "layered.exr", deep = scratch / "deep.exr";
     OutputOptions options;
-    options.provenance.version = "1.2.3";  // the reader trusts its headers
+    options.provenance.version = "1.2.3";  // the reader trusts headers of this program
     ExrLdiWriter layered_writer(layered, options);
     test::writePicture(layered_writer, picture, {1 << 20});
     ExrDeepWriter deep_writer(deep, options);

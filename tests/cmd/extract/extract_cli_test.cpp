@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// extract: known fragments become known points, arrays and files, read back by other programs.
+// Tests peeler extract: known fragments become known points, arrays and files, which other programs
+// read back.
 #include <Imath/half.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -23,8 +24,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Prints {"property": [values]} of a binary PLY, read by twenty independent lines that follow the
-/// standard.
+/// A Python program that prints {"property": [values]} of a binary PLY, read by twenty independent
+/// lines that follow the standard.
 constexpr const char* kReadPly = R"(
 import json, sys, numpy
 types = {'float': '<f4', 'double': '<f8', 'uchar': 'u1', 'uint': '<u4'}
@@ -50,8 +51,8 @@ finite = lambda v: [None if numpy.isinf(x) else x for x in v.flatten().tolist()]
 print(json.dumps({k: [str(a[k].dtype), list(a[k].shape), finite(a[k])] for k in a}))
 )";
 
-/// Returns four pixels, one with two fragments and one with none, from a camera at (10, 20, 30)
-/// that looks along +X with +Y up: right is +Z.
+/// Returns four pixels, one with two fragments and one with none. The camera is at (10, 20, 30) and
+/// looks along +X with +Y up, so right is +Z.
 SyntheticPicture knownPicture() {
     SyntheticPicture picture;
     auto& view = picture.plan.view;
@@ -84,10 +85,11 @@ SyntheticPicture knownPicture() {
     return picture;
 }
 
-// On the ray through (i + 0.5, j + 0.5): right is 3(2(i + 0.5)/6 − 1)z, up is 2(1 − 2(j + 0.5)/4)z.
+// Positions are on the ray through (i + 0.5, j + 0.5): 3(2(i + 0.5)/6 − 1)z to the right and 2(1 −
+// 2(j + 0.5)/4)z up.
 const Json kX = {12, 18, 14, 26}, kY = {21, 24, 18, 12}, kZ = {29, 26, 28, 38};
 
-/// Returns the k-th fragments, pixel by pixel.
+/// Returns the k-th fragment of every pixel that has one.
 LayeredImage layerByHand(const LayeredImage& image, std::uint32_t k) {
     LayeredImage layer = image;
     layer.offsets = {0};
@@ -151,13 +153,14 @@ TEST_F(ExtractCommand, PointsLieWhereTheFragmentsAre) {
         EXPECT_EQ(points.at("nx"), (Json{-1, -1, -1, -1}));
         EXPECT_EQ(points.at("ny"), (Json{0, 0.25, 0.5, 0.75}));
         EXPECT_EQ(points.at("nz"), (Json{0.5, 0.5, 0.5, 0.5}));
-        // Straight alpha and sRGB: linear 0.5 is 188.
+        // Colours are unpremultiplied and sRGB: linear 0.5 becomes 188.
         EXPECT_EQ(points.at("red"), (Json{255, 0, 188, 0}));
         EXPECT_EQ(points.at("green"), (Json{188, 255, 0, 0}));
         EXPECT_EQ(points.at("blue"), (Json{0, 255, 0, 0}));
         EXPECT_EQ(points.at("alpha"), (Json{128, 255, 64, 0}));
         EXPECT_EQ(points.at("layer"), (Json{0, 1, 0, 0}));
-        EXPECT_EQ(points.at("material"), (Json{99, 100, 101, 102}));  // the EXR stores them plus 1
+        // IDs in the EXR are greater by 1.
+        EXPECT_EQ(points.at("material"), (Json{99, 100, 101, 102}));
         EXPECT_EQ(points.at("node"), (Json{4294967279, 4294967280, 4294967281, 4294967282}));
         EXPECT_EQ(points.size(), 13U);
     }
@@ -247,8 +250,9 @@ TEST_F(ExtractCommand, APictureOfALayerIsStraightAndEncoded) {
     ASSERT_EQ(extract({in, "-o", path("l.png"), "--layer", "0", "--tone-map", "none"}).exit_code,
               0);
     const FlatImage flat = readFlatImage(path("l.png"));
-    EXPECT_EQ(flat.image.window, (Window{0, 0, 2, 2}));  // the crop, not the layer's window
-    EXPECT_NEAR(flat.image.rgba[0][0], 0.5F, 2e-3F);     // premultiplied again
+    // The picture covers the crop, not only the layer's data window.
+    EXPECT_EQ(flat.image.window, (Window{0, 0, 2, 2}));
+    EXPECT_NEAR(flat.image.rgba[0][0], 0.5F, 2e-3F);  // premultiplied again
     EXPECT_NEAR(flat.image.rgba[0][3], 0.5F, 2e-3F);
     EXPECT_EQ(flat.image.rgba[1][3], 0);
     ASSERT_EQ(extract({in, "-o", path("m.##.png"), "--layer", "1", "--layer", "0-1", "--tone-map",
@@ -282,11 +286,11 @@ TEST_F(ExtractCommand, DepthComplexityCountsFragments) {
     const auto byte = [&](std::size_t pixel, std::size_t c) {
         return std::lround(255 * srgbFromLinear(flat.image.rgba[pixel][c]));
     };
-    EXPECT_EQ(byte(0, 0), 252);  // the last anchor of the ramp
+    EXPECT_EQ(byte(0, 0), 252);  // last anchor of the ramp
     EXPECT_EQ(byte(0, 2), 164);
     EXPECT_EQ(byte(1, 0), 0);
     EXPECT_EQ(byte(1, 2), 4);
-    EXPECT_EQ(byte(2, 0), 188);  // its middle
+    EXPECT_EQ(byte(2, 0), 188);  // middle of the ramp
 }
 
 TEST_F(ExtractCommand, InfoPrintsTheNumbersOfThePoints) {
@@ -395,7 +399,7 @@ TEST_F(ExtractCommand, WhatItRefuses) {
     const Outcome result = extract({path("damaged.exr"), "--points", path("p.ply")});
     EXPECT_EQ(result.exit_code, 3) << result.err;
     EXPECT_EQ(scratch_.files().size(),
-              3U);  // the same files as before: no output, no temporary file
+              3U);  // the files from before; neither an output nor a temporary file
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Commands that start with standard streams closed, as with `2>&-`.
+// Tests commands that are started with closed standard streams, as by `2>&-`.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -28,7 +28,7 @@ class ClosedStreams : public testing::TestWithParam<const char*> {
     const std::string alone_ = (scratch_ / "alone.png").string();
 };
 
-/// Regression: the second of two frames contained the messages of the first.
+/// A regression test: the second of two frames used to contain the messages of the first.
 TEST_P(ClosedStreams, ArePartOfNoOutput) {
     ASSERT_EQ(runPeeler({"render", scene_, "-o", scratch_ / "as.##.png", "--frames", "1-3",
                          "--size", "32x18"})
@@ -42,7 +42,7 @@ TEST_P(ClosedStreams, ArePartOfNoOutput) {
             << frame;
 }
 
-/// Jobs are processes with pipes as streams.
+/// A batch must start jobs with pipes as streams, whatever its own streams are.
 TEST_P(ClosedStreams, AreNotThoseOfJobs) {
     ASSERT_EQ(runPeeler({"render", scene_, "-o", alone_, "--size", "32x18"}).exit_code, 0);
     const Json job{
@@ -56,7 +56,7 @@ TEST_P(ClosedStreams, AreNotThoseOfJobs) {
 INSTANTIATE_TEST_SUITE_P(Each, ClosedStreams,
                          testing::Values("<&-", ">&-", "2>&-", "<&- 2>&-", "<&- >&- 2>&-"));
 
-/// A requested output that cannot be written is reported.
+/// If the output was requested on a closed stream, the command must report an error.
 TEST(ClosedStandardOutput, IsAnErrorWhereItIsNeeded) {
     const ScratchDir scratch;
     const std::string scene = writeScene(scratch.path(), stackScene(3)).string();

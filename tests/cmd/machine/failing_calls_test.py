@@ -26,15 +26,17 @@ SCENE = SOURCE / "examples" / "scenes" / "coincident.glb"
 PEELER = os.environ["PEELER"]
 SHIM = os.environ["PEELER_FAILING_CALLS"]
 ALL = bool(os.environ.get("PEELER_TEST_ALL"))
-MOST = 300  # allocations of a kind
-TIME_LIMIT = 60  # seconds; no command takes two
-FEW = {"allocation": 2, "c_allocation": 3, "large_allocation": 2, "gl": 2, "thread": 9}  # in the short run
-ALWAYS = ("allocation", "mmap", "child", "gl", "thread")  # few commands make these calls, they find most, or are few
+MOST = 300  # the most allocations of one kind to try
+TIME_LIMIT = 60  # in seconds; no command takes longer than two
+# The number of calls to try in the short run, where it is not 1.
+FEW = {"allocation": 2, "c_allocation": 3, "large_allocation": 2, "gl": 2, "thread": 9}
+# These kinds are tried in every row: few commands make such calls, they find the most faults, or there are few of them.
+ALWAYS = ("allocation", "mmap", "child", "gl", "thread")
 
 GL = ["--backend", "egl", "--threads", "1", "--size", "32x18"]
 
-# PREPARED makes the inputs; OUT is an empty folder. Each command gives the same bytes twice, except for a report's
-# times.
+# PREPARED makes the inputs in IN; OUT is an empty folder. Each command gives the same bytes whenever it runs, except
+# for the times in a report.
 PREPARED = [
     ["render", SCENE, "-o", "IN/layers.exr", *GL],
     ["render", SCENE, "-o", "IN/tile.1.exr", "--tile", "1/2", *GL],
@@ -44,8 +46,8 @@ JOBS = [
     {"verb": "extract", "args": ["IN/layers.exr", "--npz", "OUT/arrays.npz"]},
     {"verb": "flatten", "args": ["IN/layers.exr", "-o", "OUT/flat.png"]},
 ]
-# A triangle "compressed" with Draco (https://google.github.io/draco/spec/): sequential, with its indices and floats
-# uncompressed.
+# A triangle "compressed" with Draco (https://google.github.io/draco/spec/), sequentially: its indices and floats are
+# stored uncompressed.
 TRIANGLE = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
 DRACO = b"DRACO\2\2\1\0\0\0" + b"\1\3\1\0\1\2" + b"\1\1\0\x09\3\0\0\0" + TRIANGLE
 COMPRESSED = {
@@ -86,13 +88,13 @@ COMMANDS = {
                    "--resolution", "8", "--engine", "cpu", "--threads", "2"],
 }
 
-# kind of call, mode of failure, errno, exit codes besides 0, the message (a regular expression; "": as strerror()).
-# With 0 as the only code, the command must recover. A command that ends with 0 writes the same files as without a
-# failure.
+# A row of the table: kind of call, mode of failure, errno, permitted exit codes besides 0, and the message (a regular
+# expression; "" = the text of strerror()). If 0 is the only permitted code, the command must recover. A command that
+# ends with 0 must write the same files as without a failure.
 Failure = collections.namedtuple("Failure", "call how error codes message")
 MEMORY, OUTPUT, DEVICE, INPUT, INTERNAL = {33}, {4}, {5}, {3}, {1}
 FAILURES = [
-    # If large allocations succeed, smaller ones do not fail, and operator new tries again.
+    # Only large allocations fail: while they succeed, smaller ones would, too, and operator new tries again.
     Failure("allocation", "large", errno.ENOMEM, MEMORY, "memory"),
     Failure("large_allocation", "once", errno.ENOMEM, MEMORY, "memory"),
     Failure("c_allocation", "once", errno.ENOMEM, MEMORY, "memory"),
@@ -133,16 +135,16 @@ FAILURES = [
     Failure("gl_error", "once", 0, MEMORY | DEVICE, "GL driver is out of memory|context was lost"),
 ]
 
-# OpenEXRCore has the same result for zlib's lack of memory and for a chunk that unpacks to more than expected.
+# OpenEXRCore reports a lack of memory in zlib in the same way as a chunk that unpacks to more than expected.
 AMBIGUOUS = "unable to decompress"
 
-# A decoder's input and output are in memory, but written like a file.
+# The input and output of a decoder are files in memory, written like other files.
 IN_MEMORY = "no memory for a decoder's data"
 
-# OpenEXR itself opens the file that is read back, once.
+# OpenEXR itself opens the file once to read it back.
 READ_BACK = "does not read back"
 
-# The record of failing_calls.h, and the names of its calls.
+# The record in failing_calls.h: its layout, and the names of the calls.
 CALLS = re.findall(
     r"^ +X\((\w+)\) +/\*",
     (SOURCE / "tests" / "support" / "failing_calls" / "failing_calls.h").read_text(),
@@ -162,7 +164,7 @@ class Command:
         self.reference = {}
 
     def words(self, arguments):
-        """Returns the arguments with folders in place of their names."""
+        """Returns the arguments with paths for IN and OUT."""
         places = {"IN": str(self.folder / "in"), "OUT": str(self.folder / "out")}
         return [re.sub(r"^(IN|OUT)\b", lambda m: places[m[0]], str(word)) for word in arguments]
 
@@ -177,7 +179,7 @@ class Command:
         (self.folder / "in" / "jobs.jsonl").write_text(text)
 
     def run(self, failure=None, number=0, afresh=True):
-        """Runs the command with the call of this number failing; 0: none."""
+        """Runs the command, failing the call of this number; 0 = none."""
         for name in ("out", "out.moved", "tmp"):
             if afresh or name == "tmp":
                 shutil.rmtree(self.folder / name, ignore_errors=True)
@@ -209,7 +211,7 @@ class Command:
         return Run(code, err, dict(zip(CALLS, counts)), failed, places)
 
     def files(self):
-        """Returns {name: bytes} of the output folder."""
+        """Returns {name: bytes} for the files in the output folder."""
         folder = self.folder / "out"
         if not folder.is_dir():
             return {}
@@ -222,7 +224,7 @@ class Command:
         return [n for n in self.files() if n.startswith(".")] + os.listdir(self.folder / "tmp")
 
     def not_whole(self):
-        """Yields the faults of files under final names."""
+        """Yields the faults of files that have their final names."""
         files = self.files()
         if "sample.png" in files and set(files) < set(self.reference):
             yield f"of files that belong together there are {sorted(files)}"
@@ -241,7 +243,7 @@ class Command:
 
 
 def times_in(value):
-    """Yields all milliseconds of a report."""
+    """Yields all times in milliseconds of a report."""
     if isinstance(value, list):
         for entry in value:
             yield from times_in(entry)
@@ -257,7 +259,7 @@ def times_in(value):
 
 
 def not_json(name, data):
-    """Yields the faults of JSON. The last line of JSON lines may be partial: it is written as jobs end."""
+    """Yields the faults of JSON. In JSON lines, the last line may be partial because lines are written as jobs end."""
     texts = data.decode().splitlines(keepends=True) if name.endswith(".jsonl") else [data.decode()]
     for text in texts:
         if name.endswith(".jsonl") and not text.endswith("\n"):
@@ -279,7 +281,7 @@ def members(data, folder):
 
 
 def not_samples(name, data, wanted):
-    """Yields the faults of a shard. An interrupted run's shard has fewer samples, all of them whole."""
+    """Yields the faults of a shard. After an interruption it may have fewer samples, but each must be complete."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             found = members(data, pathlib.Path(folder))
@@ -296,7 +298,7 @@ def not_samples(name, data, wanted):
 
 
 def problems_of(command, failure, run):
-    """Yields the faults of a run's outcome."""
+    """Yields the faults in the outcome of a run."""
     yield from command.not_whole()
     if failure.call == "c_allocation" and AMBIGUOUS in run.err:
         failure = failure._replace(codes=INPUT, message=AMBIGUOUS)
@@ -320,7 +322,7 @@ def problems_of(command, failure, run):
             yield f"a message without '{message}'"
     if command.hidden() and failure.error != errno.EROFS:
         yield f"hidden files are left: {command.hidden()}"
-    # Files left by a read-only file system are removed by the next run.
+    # On a read-only file system, hidden files cannot be removed; the next run must do it.
     if command.hidden() and failure.error == errno.EROFS:
         again = command.run(afresh=False)
         if again.code != 0 or command.hidden() or any(command.not_whole()):
@@ -328,12 +330,12 @@ def problems_of(command, failure, run):
 
 
 def numbers_of(failure, counted, places):
-    """Returns the numbers of the calls to fail."""
+    """Returns the numbers of the calls that are to fail, one at a time."""
     count = counted[failure.call]
     if failure.call in ("allocation", "c_allocation"):
         numbers, most = sorted(places), MOST
     elif failure.call == "room":
-        # Room for one byte less than a write, for no byte of the next, and for one byte of the next.
+        # There is room for one byte less than a write needs, for none of the next write, and for one byte of it.
         ends = {0, *places}
         numbers = sorted(n for end in ends for n in (end, end + 1, end + 2) if 0 < n <= count)
         most = len(numbers)
@@ -347,7 +349,7 @@ def numbers_of(failure, counted, places):
 
 
 def tried(command, failure, counted):
-    """Returns a row of the table, and the faults."""
+    """Returns a row of the table, and the faults found."""
     places = counted.places
     if failure.call in ("allocation", "c_allocation", "room"):
         places = command.run(failure).places

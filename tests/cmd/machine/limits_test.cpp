@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Processor and memory limits, read from invented trees and variables.
+// Tests processor and memory limits, which are read from invented file trees and variables.
 #include "cmd/machine/limits.h"
 #include "cmd/machine/resources.h"
 
@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMebi = 1 << 20;
 
-/// A machine made of files: paths below its root, and variables.
+/// A machine whose files (by path below its root) and variables are invented.
 class FakeMachine {
   public:
     FakeMachine& file(const std::string& path, const std::string& text) {
@@ -108,7 +108,8 @@ TEST(Limits, OfBothVersionsCountWhereBothAreMounted) {
     EXPECT_EQ(machine.processors()->amount, 4U);
 }
 
-/// A container's mount may begin at its own group, but the path is relative to the host's root.
+/// A container may mount only its own group, while the path in /proc is relative to the host's
+/// root.
 TEST(Limits, OfAContainerAreFoundBelowItsMount) {
     FakeMachine machine;
     machine.mounts("30 25 0:26 /docker/c0ffee /sys/fs/cgroup ro - cgroup2 cgroup rw\n")

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Threads, memory and devices under a scheduler; GPUs from the EGL of support/fake_egl.
+// Tests threads, memory and devices under a scheduler. GPUs are invented by the EGL of
+// support/fake_egl.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -20,9 +21,9 @@ namespace {
 namespace fs = std::filesystem;
 using Strings = std::vector<std::string>;
 
-/// Returns an environment without the settings of a scheduler that runs the tests.
+/// Returns an environment without settings of a scheduler that may run the tests themselves.
 Strings with(const Strings& more) {
-    Strings environment = more;  // first: the first occurrence of a name counts
+    Strings environment = more;  // comes first, since the first occurrence of a name counts
     for (const char* name : {"SLURM_CPUS_PER_TASK=", "SLURM_MEM_PER_NODE=", "SLURM_MEM_PER_CPU=",
                              "CUE_THREADS=", "CUE_MEMORY="})
         environment.emplace_back(name);
@@ -73,7 +74,7 @@ TEST(Devices, TellWhatTheMachineAllows) {
     EXPECT_FALSE(json.at("memory").at("source").get<std::string>().empty());
 }
 
-/// A child of our own cgroup, if this machine permits one; removed with the object.
+/// A child of our own cgroup, if the machine permits one, removed with the object.
 class RealCgroup {
   public:
     explicit RealCgroup(const fs::path& parent)
@@ -122,7 +123,7 @@ TEST(RealCgroups, LimitProcessors) {
     GTEST_SKIP() << "no cgroup of a CPU controller may be made here (root and a writable one)";
 }
 
-/// Limits a command to a number of processes and threads, including its own.
+/// Runs commands with a limit for processes and threads, which includes the command itself.
 class FewThreads : public testing::TestWithParam<const char*> {
   protected:
     void SetUp() override {
@@ -156,11 +157,10 @@ class FewThreads : public testing::TestWithParam<const char*> {
     ScratchDir scratch_;
     const std::string scene_ = writeScene(scratch_.path(), stackScene(3)).string();
     const fs::path out_ = scratch_ / "out.exr";
-    const std::string user_ =
-        std::to_string(50000 + getpid() % 10000);  // a user without other processes
+    const std::string user_ = std::to_string(50000 + getpid() % 10000);  // has no other processes
 };
 
-/// Regression: it hung in the driver.
+/// A regression test: this used to hang in the driver.
 TEST_P(FewThreads, AreAnErrorWhereThereAreNone) {
     for (const char* backend : {"egl", "osmesa"}) {
         const CommandResult none = render(1, {"--backend", backend, "--threads", "2"});
@@ -203,7 +203,7 @@ class FakeGpus : public Resources {
         environment.insert(environment.end(), more.begin(), more.end());
         return environment;
     }
-    /// Returns the renderer of the picture, or the exit code.
+    /// Returns the renderer that the picture records, or the exit code.
     std::string rendererOf(const Strings& options, const Strings& variables) const {
         const CommandResult run = render(options, gpus(variables));
         if (run.exit_code != 0) return std::to_string(run.exit_code);
@@ -240,7 +240,7 @@ TEST_F(FakeGpus, ThatCudaHidesAreNotUsed) {
         << "software, as without a GPU";
 }
 
-/// A batch passes the variable to the commands that it starts.
+/// A batch passes CUDA_VISIBLE_DEVICES on to the commands that it starts.
 TEST_F(FakeGpus, ThatCudaHidesAreNotUsedByJobs) {
     const fs::path jobs = scratch_ / "jobs.jsonl";
     const Json job{{"verb", "render"},
@@ -252,7 +252,7 @@ TEST_F(FakeGpus, ThatCudaHidesAreNotUsedByJobs) {
     EXPECT_NE(run.out.find("Fake GPU 2"), std::string::npos) << run.out;
 }
 
-/// A GPU finds the hits of rays if there is one, otherwise the CPU.
+/// Hits of rays are found by a GPU if there is one, otherwise by the CPU.
 TEST_F(FakeGpus, FindHits) {
     const auto found = [&](const Strings& options, const Strings& variables) {
         Strings arguments = {"rays",   scene_.string(), "-o", (scratch_ / "a.npz").string(),
@@ -274,7 +274,7 @@ TEST_F(FakeGpus, FindHits) {
     EXPECT_EQ(hidden, "cpu ");
 }
 
-/// The fake ends the process if its attributes are read.
+/// The fake EGL ends the process if attributes of the forbidden GPU are read.
 TEST_F(FakeGpus, OfOthersAreLeftAlone) {
     EXPECT_EQ(rendererOf({}, {"PEELER_FAKE_EGL_FORBIDDEN=0"}), "Fake GPU 1");
     const CommandResult run =

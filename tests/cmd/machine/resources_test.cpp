@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The meaning of --threads for each thread pool.
+// Tests what --threads means for each thread pool.
 #include "cmd/machine/resources.h"
 
 #include <OpenImageIO/imageio.h>
@@ -28,7 +28,7 @@ std::string rasterizer() {
 class Threads : public testing::Test {
   protected:
     void SetUp() override { forget(); }
-    // OpenImageIO's programs, which later tests start, use CUE_THREADS threads.
+    // CUE_THREADS must not remain, because OpenImageIO's programs, which later tests start, use it.
     void TearDown() override { forget(); }
 
   private:
@@ -40,9 +40,9 @@ class Threads : public testing::Test {
 
 TEST_F(Threads, AreTheSameInLoopsRasterizerAndLibraries) {
     setThreads(3);
-    imageLibrary();  // set when it is loaded, and at every change after that
+    imageLibrary();  // sets its threads when it is loaded, and at every later change
     EXPECT_EQ(threadCount(), 3);
-#ifndef __SANITIZE_THREAD__  // without threads in such a build
+#ifndef __SANITIZE_THREAD__  // such builds use no threads
     EXPECT_EQ(rasterizer(), "3");
     EXPECT_EQ(openImageIo("threads"), 3);
     EXPECT_EQ(openImageIo("exr_threads"), 3);

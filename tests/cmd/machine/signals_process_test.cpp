@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interrupted renders leave nothing behind.
+// Tests that renders leave no files behind when they are interrupted.
 #include <gtest/gtest.h>
 #include <sys/types.h>
 
@@ -18,8 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-/// Returns the process that writes a temporary file (its name contains the id) once it has bytes; 0
-/// if the run ends without one.
+/// Waits until a temporary file has bytes. Returns the ID of the process that writes it, which the
+/// file's name contains; 0 if the run ends without such a file.
 pid_t waitForWriter(const fs::path& folder, const std::future<CommandResult>& run) {
     const std::string mark = ".peeler-";
     while (run.wait_for(10ms) != std::future_status::ready) {
@@ -28,7 +28,7 @@ pid_t waitForWriter(const fs::path& folder, const std::future<CommandResult>& ru
             const std::size_t at = name.find(mark);
             std::error_code gone;
             if (at == std::string::npos || entry.file_size(gone) == 0 || gone) continue;
-            // .a.exr.peeler-<host>-<pid>-<n>.tmp
+            // The name is .a.exr.peeler-<host>-<pid>-<n>.tmp.
             const std::size_t end = name.rfind('-');
             return static_cast<pid_t>(std::stol(name.substr(name.rfind('-', end - 1) + 1)));
         }
@@ -40,13 +40,13 @@ class Signals : public testing::TestWithParam<int> {};
 
 TEST_P(Signals, LeaveNothingBehind) {
     const int number = GetParam();
-    // A shell's background job ignores SIGINT, and its children would inherit that.
+    // Background jobs of a shell ignore SIGINT, which the test's children would inherit.
     std::signal(number, SIG_DFL);
     const ScratchDir scratch;
     const fs::path out = scratch / "out";
     fs::create_directory(out);
     const fs::path scene = writeScene(scratch.path(), stackScene(60));
-    // The first band is written long before the last one.
+    // The first band is written long before the last, so the signal arrives in between.
     auto run = std::async(std::launch::async, [&] {
         return runPeelerProcess({"render", scene.string(), "-o", (out / "a.exr").string(), "--size",
                                  "2048x2048", "--memory", kShadowMemory ? "4G" : "600M"});

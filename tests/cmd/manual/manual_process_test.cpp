@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The manual as parsed by groff and mandoc, and the completions as run by bash, fish and zsh.
+// Tests the manual as groff and mandoc parse it, and the completions as bash, fish and zsh run
+// them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -41,10 +42,10 @@ Words sorted(Words words) {
     return words;
 }
 
-/// Command lines, and the completions that they must offer.
+/// Command lines, each with the completions that the shell must offer.
 using Offers = std::map<std::string, Words>;
 
-/// Returns the options of each verb, and the values of those that have choices.
+/// Returns the options of each verb and, on request, the values of options that have choices.
 Offers everyOffer(bool with_values) {
     Offers offers;
     for (const cmd::CommandDescription& verb : described().verbs) {
@@ -64,7 +65,8 @@ Offers everyOffer(bool with_values) {
     return offers;
 }
 
-/// Command lines in a folder of a few files; "=" means `--option=value` in one word.
+/// Command lines in a folder with a few files. "=" means that the shell passes `--option=value` as
+/// one word.
 const Offers kSome = {
     {"peeler re", {"render"}},
     {"peeler render --me", {"--memory", "--method"}},
@@ -85,7 +87,8 @@ void makeFiles(const fs::path& folder) {
     fs::create_directory(folder / "folder");
 }
 
-/// Parses lines of words, each with "== LINE" after (or before) them.
+/// Parses lines of words. Each group has a line "== LINE" before it if `before`, otherwise after
+/// it.
 Offers offersIn(const std::string& text, bool before) {
     Offers offers;
     Words words;
@@ -110,7 +113,7 @@ Offers offersIn(const std::string& text, bool before) {
 
 Offers askBash(const Offers& asked, const fs::path& folder, const fs::path& script) {
     store(script, cmd::bashCompletions(described()));
-    // Readline's word splitting, except "=", which the caller surrounds with spaces.
+    // The words are split as by readline, except at "=", which the caller surrounds with spaces.
     std::string program = "source " + script.string() +
                           "\nask() { COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); _peeler; "
                           "printf '%s\\n' \"${COMPREPLY[@]}\"; }\n";
@@ -135,7 +138,8 @@ Offers askFish(const Offers& asked, const fs::path& folder, const fs::path& scri
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(result.err, "");
     Offers offers = offersIn(result.out, true);
-    // From version 4 on it also offers matches that only contain the word, after the others.
+    // From version 4 on, fish also offers matches that contain the word elsewhere; they are
+    // removed.
     for (auto& [line, words] : offers) {
         const std::string word = line.substr(line.rfind(' ') + 1);
         std::erase_if(words, [&](const std::string& offer) { return !offer.starts_with(word); });
@@ -219,7 +223,7 @@ TEST_F(Completing, ByZshKnowsFilesAndWords) {
     expectOffers(askZsh(some, folder, scratch / "zsh"), some);
 }
 
-/// Writes each page to its own file, with a date.
+/// Writes each page, with a date, to a file of its own; returns the paths.
 Words storePages(const ScratchDir& scratch) {
     Words files;
     const auto add = [&](const cmd::CommandDescription& command) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The manual and the shell completions against --help: the same options and choices in all of them,
-// and no others.
+// Compares the manual and the shell completions with --help: all have the same options and choices.
 #include "cmd/manual/completions.h"
 #include "cmd/manual/manual_page.h"
 
@@ -28,7 +27,7 @@ const cmd::CommandDescription& program() {
     return described;
 }
 
-/// Returns the program itself, then its verbs.
+/// Returns the descriptions of the program itself and of its verbs.
 std::vector<const cmd::CommandDescription*> commands() {
     std::vector<const cmd::CommandDescription*> all{&program()};
     for (const cmd::CommandDescription& verb : program().verbs)
@@ -45,7 +44,7 @@ std::string pageOf(const cmd::CommandDescription& command) {
     return cmd::manualPage(program(), command, "");
 }
 
-/// Returns the matches of a pattern's group in each line of a text.
+/// Returns the text of the pattern's group for each match in a text.
 Names found(const std::string& text, const std::string& pattern) {
     const std::regex regex(pattern, std::regex::ECMAScript | std::regex::multiline);
     Names names;
@@ -54,7 +53,7 @@ Names found(const std::string& text, const std::string& pattern) {
     return names;
 }
 
-/// Returns the options at the beginning of the lines of --help: "  -o,--output FILE   the file",
+/// Returns the options at the beginning of lines of --help, such as "  -o,--output FILE   the file"
 /// and "  --legend,--no-legend{false}".
 Names optionsInHelp(const std::string& help) {
     Names names;
@@ -79,7 +78,8 @@ Names plain(const Names& roff) {
     return names;
 }
 
-/// Returns the part of a script about a verb (the last one, '' in bash, is about the program).
+/// Returns the part of a script that is about a verb. The last part ('' in bash) is about the
+/// program.
 std::string partOf(const std::string& script, const std::string& begin, const std::string& end) {
     const std::size_t from = script.find(begin);
     if (from == std::string::npos) return "";
@@ -278,7 +278,8 @@ TEST(EnvironmentVariables, AreThoseThatTheProductReads) {
     for (const cmd::EnvironmentVariable& row : cmd::environmentVariables())
         for (const std::string& name : found(std::string(row.names), "([A-Z_]+)"))
             listed.insert(name);
-    // Files that read variables contain their names as strings, and so do those that set them.
+    // A file that reads an environment variable contains its name as a string. So does a file that
+    // sets one; hence calls of setenv() are removed.
     const std::regex set("[^n]setenv\\([^;]*;");
     Names strings;
     for (const char* library : {"core", "formats", "cmd"}) {

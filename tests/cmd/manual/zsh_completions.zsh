@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# What zsh's own completion offers for each line, in a terminal that is none:
+# Prints the completions that zsh offers for each line, in a pseudo-terminal:
 #   zsh -f zsh_completions.zsh FOLDER HITS LINE...
-# FOLDER has the completions; HITS is a file to keep what is offered until a line is done.
+# FOLDER holds the completion scripts; HITS is a file for the offers so far.
 zmodload zsh/zpty zsh/zselect
 folder=$1 hits=$2
 shift 2
@@ -33,7 +33,7 @@ EOF
 zpty shell zsh -f -i
 zpty -w shell "source $hits.rc"
 
-# Its output has to be read, or it would stop when the terminal is full.
+# Waits for a line in HITS. Reads the shell's output meanwhile, because the shell stops when the terminal is full.
 wait_for() {
     local -i attempts
     for ((attempts = 0; attempts < 1200; ++attempts)); do

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// masks: against renders of each object alone, and the output files of many views.
+// Tests peeler masks: compares masks with renders of each object alone, and checks the output files
+// of many views.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Reads the samples of a grey picture of 8 or 16 bits, as 0 to 1.
+/// Reads the samples of a grey picture of 8 or 16 bits, as values from 0 to 1.
 std::vector<float> grey(const fs::path& path) {
     const auto decoder = imageDecoder("png", path.string());
     const StoredImage& image = decoder->image();
@@ -37,7 +38,7 @@ std::vector<char> maskOf(const fs::path& path) {
     return mask;
 }
 
-/// Returns the pixels with any fragment in a render.
+/// Returns, for every pixel of a render, whether it has any fragment.
 std::vector<char> coverageOf(const std::vector<std::string>& scene, const fs::path& scratch) {
     const std::string layers = (scratch / "alone.exr").string();
     std::vector<std::string> line{"render"};
@@ -66,7 +67,8 @@ Json run(std::vector<std::string> line) {
     return outcome.exit_code == 0 ? Json::parse(outcome.out) : Json();
 }
 
-/// Returns a numeric camera, which does not depend on the chosen objects.
+/// Returns the options for a camera given by numbers, which therefore does not depend on the chosen
+/// objects.
 std::vector<std::string> cameraFor(const fs::path& model) {
     const Outcome info = runPeeler({"info", model.string(), "--json"});
     EXPECT_EQ(info.exit_code, 0) << info.err;
@@ -84,7 +86,7 @@ std::vector<std::string> cameraFor(const fs::path& model) {
     return {"--eye", eye, "--target", target};
 }
 
-/// Compares the masks of every node of a model with the node alone.
+/// Compares the masks of every node of a model with renders of that node alone.
 void compareWithRenders(const fs::path& model) {
     SCOPED_TRACE(model.string());
     const ScratchDir scratch;
@@ -139,7 +141,7 @@ TEST(Masks, OfEachObjectAreThoseOfTheObjectAlone) {
                        "gltf-sample-assets/AlphaBlendModeTest/glTF/AlphaBlendModeTest.gltf");
 }
 
-/// Returns three triangles that fill the picture one behind the other, with opacity 0.5 and names.
+/// Returns three named triangles of opacity 0.5 that fill the picture, one behind the other.
 Json stack() {
     Json scene = stackScene(3);
     for (std::size_t i = 0; i < 3; ++i)
@@ -158,7 +160,7 @@ class MasksCommand : public testing::Test {
         line.insert(line.end(), more.begin(), more.end());
         return line;
     }
-    /// Returns the objects' names and visible pixel counts, for those with any.
+    /// Returns the number of visible pixels per object name, for objects with any.
     std::map<std::string, int> visible(const std::vector<std::string>& more) const {
         std::map<std::string, int> counts;
         const Json found = run(line(more));
@@ -240,14 +242,15 @@ TEST_F(MasksCommand, WritesWhatIsAskedFor) {
     EXPECT_EQ(orthographic.exit_code, 2);
     EXPECT_TRUE(contains(orthographic.err, "orthographic")) << orthographic.err;
     EXPECT_EQ(refused({"--ortho-height", "3", "--as", "coco"}).exit_code, 0);
-    // The sources of the scene stay.
+    // Output must not replace the files of the scene.
     fs::create_directories(scratch_ / "own/ids");
     const fs::path scene = writeScene(scratch_ / "own/ids", stack());
     EXPECT_EQ(runPeeler({"masks", scene.string(), "-o", (scratch_ / "own").string()}).exit_code, 2);
 }
 
 TEST_F(MasksCommand, CountsOnACanvas) {
-    // The panes are far larger than the picture, and also fill a canvas of three.
+    // The panes are far larger than the picture and fill the canvas, too, which is three times as
+    // wide and high.
     const Json found = run(line({"--canvas", "3"}))["objects"][0];
     EXPECT_EQ(found["canvasPixels"], 9 * 96);
     EXPECT_EQ(found["amodalPixels"], 96);
@@ -298,7 +301,7 @@ TEST_F(MasksCommand, OfManyViewsAreThoseOfTheirParts) {
     EXPECT_EQ(bytesIn(scratch_ / "parts"), bytesIn(scratch_ / "whole"));
     again.insert(again.end(), {"--see-through", "0.9"});
     EXPECT_EQ(skipped(run(line(again, "whole"))), std::vector<int>());
-    // Files of other settings are gone.
+    // Files that other settings wrote are removed.
     again.insert(again.end(), {"--as", "coco"});
     run(line(again, "whole"));
     EXPECT_FALSE(fs::exists(scratch_ / "whole/mask/000000_000000.png"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// merge: separately rendered tiles give the whole picture, byte for byte.
+// Tests peeler merge: tiles that were rendered separately give the whole picture, byte for byte.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -37,10 +37,11 @@ class MergeCommand : public testing::Test {
         writePicture(writer, picture);
         return path(name);
     }
-    /// Returns the version that merge will record.
+    /// Returns the version that merge will record in its output.
     static std::string version() {
         const std::string text = runPeeler({"--version"}).out;
-        return text.substr(7, text.find_first_of(" \n", 7) - 7);  // "peeler 1.2.3 (commit)\n"
+        // The output begins with "peeler 1.2.3 (commit)\n".
+        return text.substr(7, text.find_first_of(" \n", 7) - 7);
     }
     Outcome merge(std::vector<std::string> tiles,
                   const std::vector<std::string>& options = {}) const {
@@ -95,7 +96,7 @@ TEST_F(MergeCommand, ACropOfCropsAndATileWithoutFragments) {
     ASSERT_EQ(merge({b, a}).exit_code, 0);
     EXPECT_EQ(bytesOf(path("merged.exr")), bytesOf(both));
 
-    // The synthetic blocks leave some pixels empty.
+    // Some pixels of the synthetic picture are empty.
     Window empty{0, 0, 1, 1};
     while (picture.image.count(picture.image.pixelIndex(empty.x0, empty.y0)) != 0)
         ++empty.x0, ++empty.x1;
@@ -170,7 +171,7 @@ TEST_F(MergeCommand, ElementsRenderedApartAreThePictureOfBoth) {
         const std::string whole = render("whole.exr", {});
         const std::string a = render("a.exr", {"--include", "housing/upper"});
         const std::string b = render("b.exr", {"--exclude", "housing/upper"});
-        // They are not tiles of one picture.
+        // The two files are not tiles of one picture.
         EXPECT_EQ(merge({a, b}).exit_code, 3);
         const Outcome result = merge({a, b}, {"--elements", "--json"});
         ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -181,7 +182,7 @@ TEST_F(MergeCommand, ElementsRenderedApartAreThePictureOfBoth) {
         const Json told = Json::parse(runPeeler({"info", path("merged.exr"), "--json"}).out);
         EXPECT_EQ(told.at("provenance").at("scene"), "engine.glb");
         EXPECT_TRUE(told.at("provenance").at("settings").is_null());
-        // Ids and names are still those of the scene.
+        // IDs and names are still those of the scene.
         for (const std::string& from : {path("merged.exr"), whole}) {
             const Outcome flat =
                 runPeeler({"flatten", from, "--include", "base", "-o", from + ".base.exr", "-q"});
@@ -213,7 +214,7 @@ TEST_F(MergeCommand, ElementsOfOtherScenesKeepTheirNames) {
     flat(b, "base", "b.base.exr");
     const Outcome same = runPeeler({"compare", path("merged.base.exr"), path("b.base.exr")});
     EXPECT_EQ(same.exit_code, 0) << same.out;
-    // The third file has the names of the first.
+    // The third file has the same names as the first.
     const Json merged =
         Json::parse(runPeeler({"flatten", path("merged.exr"), "--include", "same cube twice", "-o",
                                path("cube.exr"), "--json", "-q"})
@@ -297,9 +298,10 @@ TEST_F(MergeCommand, TilesOfOtherSettingsAreToldTheOptions) {
         EXPECT_NE(result.err.find("they differ in " + row.differ), std::string::npos) << result.err;
         EXPECT_NE(result.err.find(row.first), std::string::npos) << result.err;
         EXPECT_NE(result.err.find(row.other), std::string::npos) << result.err;
-        // verify reports every difference, too, and neither prints hashes.
+        // verify rejects the same pairs, except that tiles may differ in their cameras. Neither
+        // merge nor verify prints hashes.
         const Outcome verified = runPeeler({"verify", a, b});
-        const bool camera_only = row.options.front() == "--camera";  // tiles may differ in cameras
+        const bool camera_only = row.options.front() == "--camera";
         EXPECT_EQ(verified.exit_code, camera_only ? 0 : 3) << verified.out;
         for (const std::string& text : {result.err, verified.out}) {
             EXPECT_FALSE(std::regex_search(text, std::regex("[0-9a-f]{16}"))) << text;
@@ -312,7 +314,7 @@ TEST_F(MergeCommand, TilesThatHaveChangedAreRefused) {
     const std::string b = write("b.exr", cutPicture(whole_, {40, 0, 90, 70}));
     const std::string good = bytesOf(b);
     std::string bytes = good;
-    bytes[bytes.find("peeler:renderer") + 30] ^= 1;  // ignored by all readers
+    bytes[bytes.find("peeler:renderer") + 30] ^= 1;  // a byte that all readers ignore
     std::ofstream(b, std::ios::binary) << bytes;
     const Outcome result = merge({a, b});
     EXPECT_EQ(result.exit_code, 3);
@@ -333,7 +335,7 @@ TEST_F(MergeCommand, WhatDoesNotBelongTogether) {
     ++large.plan.view.height;
     large.plan.view.projection.half_height *= 2;
     plain.image.extra.clear();
-    std::size_t fragment = 0;  // the first one of the shared column
+    std::size_t fragment = 0;  // first fragment of the column that both tiles have
     for (int y = 0; fragment == 0; ++y) {
         const std::size_t pixel = right.image.pixelIndex(39, y);
         if (right.image.count(pixel) != 0) fragment = right.image.offsets[pixel];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Selection, construction and framing of cameras.
+// Tests the selection, construction and framing of cameras.
 #include "cmd/options/camera_options.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@
 namespace peeler::cmd {
 namespace {
 
-/// Returns a scene with this box as its bounds.
+/// Returns a scene whose bounds are this box.
 Scene boxScene(const Bounds& box) {
     Scene scene;
     scene.materials.emplace_back();
@@ -81,8 +81,8 @@ void expectRigid(const glm::dmat4& m) {
     EXPECT_NEAR(glm::determinant(r), 1, 1e-12);
 }
 
-/// Returns the share of the frame that the box fills, the larger of width and height; infinite if a
-/// corner is in front of near or beyond far.
+/// Returns the larger of the shares of the frame's width and height that the box fills; infinite if
+/// a corner is in front of the near plane or beyond the far plane.
 double share(const View& v, const Bounds& box) {
     const glm::dmat4 clip = v.projection.matrix() * glm::inverse(v.camera_to_world);
     double worst = 0;
@@ -110,7 +110,7 @@ TEST(Framing, HoldsEveryCornerOfRandomScenes) {
             centre[i] = scale * (unit(random) - 0.5) * 10;
         }
         const Scene scene = boxScene({centre - extent, centre + extent});
-        const Bounds box = *PosedScene(scene, 0).bounds();  // in single precision
+        const Bounds box = *PosedScene(scene, 0).bounds();  // the bounds are in single precision
         CameraOptions options;
         const auto side = [&] { return 1 + static_cast<int>(std::pow(unit(random), 4) * 65535); };
         options.size = {side(), side()};
@@ -123,7 +123,7 @@ TEST(Framing, HoldsEveryCornerOfRandomScenes) {
         expectRigid(v.camera_to_world);
         ASSERT_LT(share(v, box), 0.95)
             << "round " << round << ", size " << options.size.width << " x " << options.size.height;
-        // A rod may be seen end-on, where the distance from the eye is the limit.
+        // Skip rods: if one is seen end-on, the distance from the eye limits its size in the frame.
         const glm::dvec3 sides = box.max - box.min;
         const double smallest = std::min({sides.x, sides.y, sides.z});
         const double middle =
@@ -155,20 +155,20 @@ TEST(Framing, LooksFromTheFrontAndAbove) {
     EXPECT_GT(eye.x, 0);
     EXPECT_GT(eye.y, 0);
     EXPECT_GT(eye.z, eye.x);
-    // With Z up the front is −Y.
+    // With Z up, the camera looks from −Y.
     CameraOptions z_up;
     z_up.up = glm::dvec3(0, 0, 2);
     const glm::dvec3 other = eyeOf(view(boxScene(kUnit), z_up));
     EXPECT_GT(other.x, 0);
     EXPECT_GT(other.z, 0);
     EXPECT_LT(other.y, -other.x);
-    // Upside down is no special case.
+    // An up direction of −Y needs no special treatment.
     CameraOptions down;
     down.up = glm::dvec3(0, -1, 0);
     EXPECT_LT(eyeOf(view(boxScene(kUnit), down)).y, 0);
 }
 
-/// Returns the extent of a scene's vertices in the picture, −1 to 1 being its sides.
+/// Returns the extent of a scene's vertices in the picture, whose sides are at −1 and 1.
 Bounds onScreen(const View& v, const Scene& scene) {
     const glm::dmat4 clip = v.projection.matrix() * glm::inverse(v.camera_to_world);
     Bounds reach{glm::dvec3(1e9), glm::dvec3(-1e9)};
@@ -188,7 +188,8 @@ TEST(Framing, LeavesFivePercentFreeAtBothEnds) {
             CameraOptions options;
             options.size = size;
             const Bounds reach = onScreen(view(scene, options), scene);
-            // The limiting side reaches from 5 % to 95 %, i.e. ±0.9; the other is shorter.
+            // The side that limits the frame is filled from 5 % to 95 %, i.e. ±0.9; the other side
+            // is filled less.
             const bool wide = reach.max.x - reach.min.x > reach.max.y - reach.min.y;
             const int side = wide ? 0 : 1;
             EXPECT_NEAR(reach.min[side], -0.9, 1e-6);
@@ -209,14 +210,14 @@ TEST(Framing, LooksAtFlatScenesFromTheFront) {
     expect(forward({{-2, -1, 0}, {2, 1, 0}}), {0, 0, -1});
     expect(forward({{-2, -1, 0}, {2, 1, 0.098}}), {0, 0, -1});  // thinner than a twentieth of 2
     expect(forward({{0, -1, -2}, {0, 1, 2}}), {-1, 0, 0});
-    expect(forward({{-2, 0, -1}, {2, 0, 1}}), {0, -1, 0});  // a floor, seen from above
+    expect(forward({{-2, 0, -1}, {2, 0, 1}}), {0, -1, 0});  // a floor is seen from above
     EXPECT_GT(view(boxScene({{-2, 0, -1}, {2, 0, 1}})).camera_to_world[1].z, -1.001);
     expect(glm::dvec3(view(boxScene({{-2, 0, -1}, {2, 0, 1}})).camera_to_world[1]), {0, 0, -1});
-    // Thicker boxes, a rod and a point are not boards.
+    // Thicker boxes, a rod and a point do not count as flat.
     for (const Bounds& box : {Bounds{{-2, -1, 0}, {2, 1, 0.102}}, Bounds{{-2, 0, 0}, {2, 0, 0}},
                               Bounds{{1, 1, 1}, {1, 1, 1}}, kUnit})
         expect(forward(box), pleasingForward({0, 1, 0}));
-    // With Z up the floor is the XY plane, and far is +Y.
+    // With Z up, a floor is in the XY plane, and the top of the picture is +Y.
     CameraOptions z_up;
     z_up.up = glm::dvec3(0, 0, 1);
     const View map = view(boxScene({{-2, -1, 0}, {2, 1, 0}}), z_up);
@@ -236,7 +237,8 @@ TEST(Framing, LooksAtFlatScenesFromTheSideThatTheyShow) {
     EXPECT_EQ(forward({0, 1, 3, 0, 3, 2}, false).z, -1);
     EXPECT_EQ(forward({0, 3, 1, 0, 2, 3}, false).z, 1);
     EXPECT_EQ(forward({0, 1, 3, 0, 3, 2}, true).z, -1);
-    EXPECT_EQ(forward({0, 1, 3, 3, 1, 0}, false).z, -1);  // both sides visible: uses the front
+    // Both sides are visible, so the front is used.
+    EXPECT_EQ(forward({0, 1, 3, 3, 1, 0}, false).z, -1);
 }
 
 TEST(Framing, OrthographicIsPlacedInFront) {
@@ -275,9 +277,11 @@ TEST(BuiltCamera, RefusesWhatCannotBe) {
     CameraOptions parallel;
     parallel.eye = glm::dvec3(0, 10, 0);
     parallel.up = glm::dvec3(0, -3, 0);
-    EXPECT_EQ(failure(scene, parallel)->kind(), ErrorKind::kUsage);  // the target is the centre
+    // By default the target is the centre.
+    EXPECT_EQ(failure(scene, parallel)->kind(), ErrorKind::kUsage);
     parallel.target = glm::dvec3(0, 0, 0);
-    EXPECT_EQ(failure(scene, parallel)->kind(), ErrorKind::kUsage);  // checked without the scene
+    // With an explicit target, the error is found without the scene.
+    EXPECT_EQ(failure(scene, parallel)->kind(), ErrorKind::kUsage);
     CameraOptions inside;
     inside.eye = glm::dvec3(0);
     EXPECT_EQ(failure(scene, inside)->kind(), ErrorKind::kUsage);
@@ -311,7 +315,8 @@ TEST(SceneCamera, KeepsItsVerticalFieldOfView) {
         EXPECT_DOUBLE_EQ(v.projection.half_width, std::tan(0.5) * v.width / v.height);
         EXPECT_EQ(v.projection.near, 0.5);
         EXPECT_EQ(v.projection.far, 50);
-        EXPECT_EQ(v.height, size.height == 0 ? 320 : size.height);  // 0: the camera's aspect ratio
+        // 0 stands for the camera's aspect ratio.
+        EXPECT_EQ(v.height, size.height == 0 ? 320 : size.height);
     }
     CameraOptions planes;
     planes.near = 1e-3;
@@ -405,7 +410,7 @@ TEST(Picture, CropMustLieInside) {
     EXPECT_EQ(view(boxScene(kUnit), options).crop, (Window{90, 40, 100, 50}));
     options.crop = Window{90, 40, 101, 50};
     EXPECT_EQ(failure(boxScene(kUnit), options)->kind(), ErrorKind::kUsage);
-    options.size = {100, 0};  // 16:9, so 56 rows
+    options.size = {100, 0};  // the aspect ratio 16:9 gives 56 rows
     options.crop = Window{0, 0, 1, 57};
     EXPECT_EQ(failure(boxScene(kUnit), options)->kind(), ErrorKind::kUsage);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// File sets (--layout per-file) through the verbs: nothing is lost or overwritten.
+// Tests file sets (--layout per-file) in all verbs: nothing is lost or overwritten.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -45,7 +45,7 @@ TEST_F(FileSets, AreNeverWrittenOverByWhatReadsThem) {
         EXPECT_EQ(run(command).exit_code, 2) << command[0] << ' ' << command[3];
     EXPECT_EQ(bytes("set.layer_002.exr"), layer);
     EXPECT_EQ(run({"verify", "set.exr", "set.layer_002.exr"}).exit_code, 0);
-    // A file with such a name that belongs to no set.
+    // This file has the name of a layer's file but belongs to no set.
     render("alone.exr");
     EXPECT_EQ(run({"flatten", "alone.exr", "-o", "alone.layer_000.exr"}).exit_code, 0);
 }

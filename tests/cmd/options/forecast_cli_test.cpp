@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// File sizes equal the forecast, or stay below it. --dry-run prints the same.
+// Tests that file sizes equal the forecast or stay below it, as stated, and that --dry-run prints
+// the same forecast.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -22,7 +23,8 @@ class Forecasts : public testing::Test {
         EXPECT_EQ(result.exit_code, 0) << result.err;
         return result.exit_code == 0 ? Json::parse(result.out) : Json();
     }
-    /// Runs the line dry and then for real, and compares sizes; `certainty` as in --dry-run.
+    /// Runs a command line dry and then for real, and compares the sizes. `certainty` is as
+    /// --dry-run prints it.
     void expectForecast(std::vector<std::string> line, const std::string& certainty) const {
         const std::vector<std::string> before = scratch_.files();
         std::vector<std::string> dry = line;
@@ -87,7 +89,7 @@ TEST_F(Forecasts, Rays) {
     expect("voxels.npz", "exact", {"--voxels", "40"});
     expect("voxels.vdb", "at most", {"--voxels", "40"});
     expect("next.npz", "exact", with({"--points", path("a.ply")}));
-    // Not a scene file: one triangle, at most one hit per ray.
+    // This scene has a single triangle, so there is at most one hit per ray.
     std::vector<std::string> tiny{"rays", writeScene(scratch_ / "."), "-o", path("tiny.exr")};
     tiny.insert(tiny.end(), {"--axes", "--resolution", "2"});
     expectForecast(tiny, "at most");
@@ -98,7 +100,7 @@ TEST_F(Forecasts, RaysWithoutAFile) {
         {"rays", glasses_, "--axes", "--resolution", "8", "--parity", "report", "--dry-run", "-q"});
     ASSERT_EQ(told.exit_code, 0) << told.err;
     EXPECT_EQ(Json::parse(told.out).at("outputs"), Json::array());
-    // A dry run ends like the real run.
+    // A dry run must end with the same exit code as the real run.
     EXPECT_EQ(runPeeler({"rays", glasses_, "--axes", "--resolution", "8", "--map", "first", "-o",
                          path("one.png"), "--dry-run", "-q"})
                   .exit_code,
@@ -166,7 +168,7 @@ TEST_F(Forecasts, Render) {
             expectSize(result, result.at("forecastBytes"), "at most");
         }
     }
-    // Without compression a picture of noise takes nearly the forecast size.
+    // Without compression, even this picture takes nearly as much as forecast.
     const Json plain = run({"render", glasses_, "-o", path("a.exr"), "--size", "400x225", "--as",
                             "deep", "--compression", "none", "--channels", "all"});
     EXPECT_GT(plain.at("bytes").get<double>(), 0.85 * plain.at("forecastBytes").get<double>());

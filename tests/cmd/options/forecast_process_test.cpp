@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A disk too small for the certain output gets no byte of it.
+// Tests that nothing is written if the size of the output is certain and the disk is too small for
+// it.
 #include <gtest/gtest.h>
 #include <sys/mount.h>
 #include <unistd.h>
@@ -14,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A 256 KiB file system that lives as long as the test.
+/// A file system of 256 KiB that exists during the test.
 class SmallDisk : public testing::Test {
   protected:
     void SetUp() override {
@@ -73,7 +74,7 @@ TEST_F(SmallDisk, MoreThanATenthIsAWarning) {
 }
 
 TEST_F(SmallDisk, WhatTakesLessAtMostIsWritten) {
-    // Without compression its layers would not fit the disk.
+    // The layers fit the disk only because they are compressed.
     const CommandResult result = runPeelerProcess(
         {"render", glasses_, "-o", path("a.exr"), "--size", "128x72", "--json", "--layers", "6"});
     EXPECT_EQ(result.exit_code, 0) << result.err;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Notes about file sizes before writing, for disks with known free space.
+// Tests the notes about file sizes that are printed before writing, for disks with known free
+// space.
 #include "cmd/options/forecast.h"
 #include "cmd/cli/console.h"
 
@@ -16,7 +17,7 @@ namespace {
 
 constexpr std::uint64_t kGb = 1'000'000'000;
 
-/// Returns the notes and warnings for a disk with this much free space.
+/// Returns the notes and warnings about a forecast for a disk with this much free space.
 std::string told(const Forecast& forecast, std::uint64_t free, bool always = false) {
     std::ostringstream out, err;
     Console console(out, err, false);
@@ -84,7 +85,7 @@ TEST(Forecast, FilesOfOneDiskAddUp) {
     EXPECT_EQ(forecast.size().bytes, 1700U);
     forecast.files[2].size = {500};
     EXPECT_THROW(reportForecast(forecast, console, false, disk), Error);
-    // Prints nothing for a disk of unknown free space.
+    // If the free space is unknown, nothing is printed.
     err.str("");
     reportForecast(forecast, console, true, [](const auto&) { return std::optional<DiskSpace>(); });
     EXPECT_EQ(err.str(), "");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The grammar of frames, and their file names.
+// Tests the grammar of frame lists, and the names of frames' files.
 #include "cmd/options/frames.h"
 
 #include <gtest/gtest.h>
@@ -64,7 +64,7 @@ TEST(Frames, RefusesWhatIsNone) {
                              "-1000000000-1"}) {
         EXPECT_THROW(parseFrames(text), Error) << "'" << text << "'";
     }
-    EXPECT_THROW(parseFrames("1-99999999"), Error);  // too many
+    EXPECT_THROW(parseFrames("1-99999999"), Error);  // too many frames
     EXPECT_EQ(parseFrames("1-1000000").size(), 1000000U);
     EXPECT_THROW(parseFrames("1-1000000,2000000"), Error);
 }

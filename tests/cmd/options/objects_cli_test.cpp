@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Selection of objects from files: it gives the same as a render of these objects alone.
+// Tests that choosing objects in a layered file gives the same picture as rendering only those
+// objects.
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <gtest/gtest.h>
@@ -23,7 +24,7 @@ namespace fs = std::filesystem;
 using cmd::ObjectOptions;
 using cmd::openChosen;
 
-/// A comparable fragment: depth, ids and the bits of its colour.
+/// A fragment that can be compared: depth, IDs and the bits of its colour.
 using Fragment = std::tuple<float, std::uint32_t, std::uint32_t, std::vector<std::byte>>;
 
 std::vector<std::vector<Fragment>> fragmentsOf(const std::string& path,
@@ -101,7 +102,8 @@ TEST_F(Objects, IncludeAndExcludePartitionTheFragments) {
             for (std::size_t p = 0; p < all.size(); ++p) {
                 kept += in[p].size();
                 left += out[p].size();
-                // Both are sorted, and so is their union.
+                // Fragments with and without the objects must together be all fragments, in any
+                // order.
                 std::vector<Fragment> both = in[p];
                 both.insert(both.end(), out[p].begin(), out[p].end());
                 std::vector<Fragment> sorted = all[p];
@@ -118,7 +120,7 @@ TEST_F(Objects, IncludeAndExcludePartitionTheFragments) {
 TEST_F(Objects, WhatIsChosenIsWhatARenderOfItHas) {
     const std::string whole = render("whole.exr", {"--channels", "id"});
     for (const std::vector<std::string>& choice : std::vector<std::vector<std::string>>{
-             {"--include", "base"},  // a node without a mesh: its descendants count
+             {"--include", "base"},  // this node has no mesh, so its descendants count
              {"--exclude", "housing/upper"},
              {"--include", "gearbox", "--exclude", "*bolt*"},
              {"--include", "*shell", "--include", "base/plate"}}) {
@@ -129,7 +131,7 @@ TEST_F(Objects, WhatIsChosenIsWhatARenderOfItHas) {
         flatten.insert(flatten.end(), choice.begin(), choice.end());
         run(flatten);
         expectEqual(alone, at("flat.exr"));
-        // The nearest layers are those of the selected objects.
+        // --layers keeps the nearest layers of the selected objects.
         const std::string near = render("near.exr", [&] {
             std::vector<std::string> more = rendered;
             more.insert(more.end(), {"--layers", "2"});
@@ -209,7 +211,7 @@ TEST_F(Objects, WhatCannotBeChosenIsRefused) {
     expectRefused({"flatten", whole, "-o", out, "--material", "glas"}, 2,
                   "no material matches this name: --material glas");
     EXPECT_FALSE(fs::exists(out));
-    // An empty picture has nothing to select.
+    // An empty picture has nothing that could be selected.
     const std::string empty = render(
         "empty.exr", {"--channels", "id", "--eye", "0,50,0", "--target", "0,99,1"}, "coincident");
     run({"flatten", empty, "-o", out, "--include", "floor"});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Valid combinations of layer-file options and outputs.
+// Tests which options of layer files can be combined with which outputs.
 #include "cmd/options/output_options.h"
 #include "cmd/options/output_checks.h"
 
@@ -11,7 +11,7 @@
 namespace peeler::cmd {
 namespace {
 
-/// Returns the option that the refusal names; "" if there is none.
+/// Returns the option that is refused; "" if none is.
 std::string refusal(OutputRequest output, const std::string& as) {
     output.path = "out.exr";
     output.options.as = as;
@@ -60,7 +60,7 @@ TEST(OutputOptionsTest, MergingIsForDeepFilesAndNeedsItsTolerances) {
     struct Case {
         DeepMerge merge;
         std::optional<float> z, alpha;
-        const char* refused;  ///< of a deep file
+        const char* refused;  ///< the option refused for a deep file
     };
     const Case cases[] = {
         {DeepMerge::kExact, {}, {}, ""},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// --engine of rays and bake: refusals, and the engine in the result.
+// Tests --engine of rays and bake: errors, and the engine that the result names.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
 
-/// Runs with each verb that has the option.
+/// Instantiated for each verb that has the option.
 class Engines : public testing::TestWithParam<const char*> {
   protected:
     Outcome run(const Words& more) const {

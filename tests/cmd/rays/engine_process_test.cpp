@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hits without GL: libraries that cannot be opened, and a root file system without them.
+// Tests hits without GL: with GL libraries that cannot be opened, and in a root file system without
+// any.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -17,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
 
-/// Returns commands of rays and bake for a scene with closed parts; files go to `out`.
+/// Returns command lines of rays and bake for a scene with closed parts; they write to `out`.
 std::vector<Words> commandsOn(const std::string& scene, const std::string& out) {
     const Words closed{"--include", "bowl/marble*"};
     const auto with = [](Words line, const Words& more) {
@@ -39,7 +40,7 @@ std::vector<Words> commandsOn(const std::string& scene, const std::string& out) 
     };
 }
 
-/// Invalid files with the names of GL libraries.
+/// Invalid files with the names of the GL libraries.
 class GlThatDoesNotOpen : public testing::Test {
   protected:
     GlThatDoesNotOpen() {
@@ -92,7 +93,7 @@ TEST_F(GlThatDoesNotOpen, IsToldOfToThoseWhoAsk) {
     }
 }
 
-/// A folder with the program, its linked libraries, and nothing else.
+/// A root folder that contains only the program, the libraries that it is linked to, and a scene.
 class BareRoot {
   public:
     BareRoot() {
@@ -111,7 +112,7 @@ class BareRoot {
     }
 
     const std::string& libraries() const { return libraries_; }
-    /// Runs peeler there. Its mounts are in their own namespace, and end with it.
+    /// Runs peeler with this root. Its mounts are in a namespace of their own and end with it.
     CommandResult run(Words line) const {
         Words command{"unshare",
                       "--mount",

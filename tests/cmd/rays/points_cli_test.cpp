@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// rays --points: files of points in, arrays out, read by numpy.
+// Tests rays --points, which reads files of points and writes arrays; NumPy reads the arrays.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -22,7 +22,8 @@ finite = lambda v: [None if x in (numpy.inf, 0xFFFFFFFF) else round(float(x), 6)
 print(json.dumps({k: [str(a[k].dtype), list(a[k].shape), finite(a[k])] for k in a}))
 )";
 
-/// Three triangles across Z: at 0, −0.1 and −0.2; no hits along X. Runs with each engine.
+/// Three triangles across Z, at 0, −0.1 and −0.2, so that rays along X hit nothing. Instantiated
+/// for each engine.
 class Points : public testing::TestWithParam<const char*> {
   protected:
     Points() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Results of rays for known hits: parity, result JSON, and too many voxels.
+// Tests the results for rays whose hits are known: parity, JSON, and the limit of voxels.
 #include "cmd/rays/ray_parity.h"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ TEST_F(RayParityTest, IsReported) {
         EXPECT_EQ(err.str(), "peeler: closed: each of " + groupedText(rays) +
                                  " rays enters as often as it leaves\n");
     }
-    // A lid is missing: the first body has a hole, and one ray goes through it.
+    // The first body lacks a lid, and one ray passes through that hole.
     scene_.meshes[0].primitives[0].positions.resize(9);
     const PosedScene shown(scene_, 0);
     const Solids open(shown);
@@ -79,7 +79,7 @@ TEST_F(RayParityTest, IsReported) {
     EXPECT_EQ(first.at("oddRays"), 1);
     EXPECT_EQ(first.at("openEdges"), 3);
     EXPECT_EQ(first.at("firstOddRays").at(0).at("x"), 9);
-    // The last hit of that body, at Z = 2.
+    // The position is that of the last hit of that body, at Z = 2.
     const glm::dvec3 place = worldPosition(bundles_[1].view, 9 + bundles_[1].view.sample.x,
                                            bundles_[1].view.sample.y, 2);
     for (std::size_t i = 0; i < 3; ++i)
@@ -107,7 +107,7 @@ TEST_F(RayParityTest, ResultsAreTold) {
 
 TEST_F(RayParityTest, VoxelsOverTheBudget) {
     const AxisBundles axes = axisBundles(box_, box_, {70});
-    // Three bits per cell, in whole words along z.
+    // Votes take three bits per cell, in whole words along z.
     const std::uint64_t bytes =
         24 * static_cast<std::uint64_t>(axes.cells.x * axes.cells.y * ((axes.cells.z + 63) / 64));
     EXPECT_NO_THROW(checkVoxelMemory(axes, 0));

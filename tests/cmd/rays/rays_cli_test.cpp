@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler rays: files of hits read by other programs, and refusals.
+// Tests peeler rays: the files of hits, which other programs read, and errors.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDeepFrameBuffer.h>
 #include <OpenEXR/ImfDeepScanLineInputPart.h>
@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Runs with each engine (--engine).
+/// Instantiated for each engine (--engine).
 class RaysCli : public testing::TestWithParam<const char*> {
   protected:
     void SetUp() override { scene_ = writeScene(scratch_ / "."); }
@@ -30,7 +30,7 @@ class RaysCli : public testing::TestWithParam<const char*> {
                          {"rays", scene_.string(), "--quiet", "--engine", GetParam()});
         return runPeeler(arguments);
     }
-    /// Expects a refusal with this exit code and words, and no output.
+    /// Expects an error with this exit code and these words, and no output.
     void expectRefused(const std::vector<std::string>& arguments, int exit_code,
                        const std::string& words) const {
         std::vector<std::string> all = arguments;
@@ -48,7 +48,7 @@ class RaysCli : public testing::TestWithParam<const char*> {
 INSTANTIATE_TEST_SUITE_P(By, RaysCli, testing::Values("cpu", "gl"),
                          [](const auto& row) { return std::string(row.param); });
 
-// The triangle (−1,−1,0), (1,−1,0), (0,1,0) faces +Z.
+// Checks the arrays of hits on the triangle (−1,−1,0), (1,−1,0), (0,1,0), which faces +Z.
 constexpr const char* kCheckArrays = R"(
 import sys, numpy as np
 a = np.load(sys.argv[1], allow_pickle=False)
@@ -108,7 +108,8 @@ TEST_P(RaysCli, NumpyReadsArraysWithTheNamesOfOpen3D) {
     EXPECT_EQ(std::stoull(read.out), json.at("hits").get<std::uint64_t>());
 }
 
-// Each file has one column (or two), equal to those in the file with all columns.
+// Checks that each file has only the requested columns, equal to those in the file with all
+// columns.
 constexpr const char* kCompareColumns = R"(
 import sys, zipfile, numpy as np
 whole = np.load(sys.argv[1], allow_pickle=False)
@@ -144,7 +145,7 @@ TEST_P(RaysCli, ChosenColumnsAreThoseOfTheWholeFile) {
     }
     const Outcome read = runPython(kCompareColumns, files);
     EXPECT_EQ(read.exit_code, 0) << read.err;
-    // Naming all columns equals "all".
+    // Naming all columns gives the same file as "all".
     write("all.npz", "all");
     write("named.npz",
           "material_ids,t_hit,geometry_ids,primitive_ids,primitive_uvs,facing,normals,"
@@ -206,7 +207,7 @@ for path, dtype in ((sys.argv[2], 'float32'), (sys.argv[3], 'float64')):
     EXPECT_EQ(read.exit_code, 0) << read.err;
 }
 
-// The camera at (0, 0, 2) looks at the plane z = 0 of the triangle.
+// The camera at (0, 0, 2) looks at the triangle, which lies in the plane z = 0.
 constexpr const char* kCheckCamera = R"(
 import sys, numpy as np
 a = np.load(sys.argv[1], allow_pickle=False)
@@ -233,7 +234,7 @@ TEST_P(RaysCli, RaysOfACamerasCropAreWhereTheHelpSaysTheyAre) {
     ASSERT_EQ(run.exit_code, 0) << run.err;
     const Outcome read = runPython(kCheckCamera, {out()});
     EXPECT_EQ(read.exit_code, 0) << read.err;
-    // Nothing nearer than the near plane is visible.
+    // The triangle is in front of the near plane, so it is not hit.
     near.insert(near.end(), {"--near", "2.5", "-o", out("near.npz"), "--json"});
     EXPECT_EQ(Json::parse(rays(near).out).at("hits"), 0);
 }
@@ -281,7 +282,7 @@ TEST_P(RaysCli, OpenExrReadsADeepPartABundle) {
             z[p] = &depths[p];
             distance[p] = &distances[p];
         }
-        // Half of its square.
+        // The triangle is half of the square that the bundle covers.
         EXPECT_NEAR(static_cast<double>(hits), 1250, 50);
         input.readPixels(window.min.y, window.max.y);
         for (std::size_t p = 0; p < pixels; ++p) {
@@ -341,7 +342,7 @@ TEST_P(RaysCli, LinesAndPointsAreNotHit) {
     Json lines = triangleScene();
     Json& primitives = lines["meshes"][0]["primitives"];
     primitives.push_back(primitives[0]);
-    primitives[1]["mode"] = 2;  // its outline
+    primitives[1]["mode"] = 2;  // the triangle's outline
     primitives.push_back(primitives[0]);
     primitives[2]["mode"] = 0;
     const auto hits = [&] {
@@ -378,7 +379,7 @@ TEST_P(RaysCli, AnOpenMeshFailsTheParity) {
     EXPECT_EQ(run.exit_code, 3);
     EXPECT_NE(run.err.find("first"), std::string::npos) << run.err;
     EXPECT_NE(run.err.find("3 edges are open"), std::string::npos) << run.err;
-    // The report exists, the file of hits does not.
+    // The report is written, the file of hits is not.
     const Outcome file = rays({"--axes", "--resolution", "32", "--parity", "fail", "-o", out(),
                                "--report", out("report.json")});
     EXPECT_EQ(file.exit_code, 3);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times, frames and node selection on the command line.
+// Tests times, frames and the selection of nodes on the command line.
 #include <ImfHeader.h>
 #include <ImfMultiPartInputFile.h>
 #include <gtest/gtest.h>
@@ -15,8 +15,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Writes a triangle ("sail") that moves 3 to the right within a second, in a second animation 3
-/// up; one that does not move ("rock"); an orthographic camera, 8 units wide, 80 pixels below.
+/// Writes a triangle ("sail") that moves 3 to the right within a second and, in a second animation,
+/// 3 up; a triangle that does not move ("rock"); and an orthographic camera, 8 units wide, used for
+/// 80 pixels.
 fs::path boats(const ScratchDir& folder) {
     GltfBuilder builder = triangle();
     const int times = builder.addAccessor<float>({0, 1}, "SCALAR");
@@ -58,8 +59,9 @@ TEST(Time, MovesTheScene) {
     const fs::path scene = boats(folder);
     const struct {
         std::vector<std::string> arguments;
-        int x0, y0;  ///< window of the sail, with its left edge at 40 and its tip at 30 at rest:
-                     ///< the first row below the tip is narrower than a pixel
+        /// Window of the sail, whose left edge is at 40 and tip at 30 at rest; the first row below
+        /// the tip is narrower than a pixel.
+        int x0, y0;
     } rows[] = {
         {{}, 40, 31},
         {{"--time", "0"}, 40, 31},
@@ -100,7 +102,8 @@ TEST(Frames, AreFilesOfTheirOwnWithTheirTimes) {
         const fs::path file = folder / ("f." + number + ".exr");
         EXPECT_EQ(frames[i].at("output"), file.string());
         EXPECT_EQ(windowOf(file).min.x, left[i]);
-        // The same as rendered alone, except for the attributes of the frame.
+        // The file must equal that of a frame rendered alone, except for the attributes of the
+        // frame.
         ASSERT_EQ(
             renderBoats(scene, folder / "alone.#.exr",
                         {"--frames", std::to_string(frame), "--fps", "10", "--exclude", "rock"})
@@ -113,7 +116,7 @@ TEST(Frames, AreFilesOfTheirOwnWithTheirTimes) {
     EXPECT_NE(header.out.find("peeler:frame (type int): 5"), std::string::npos) << header.out;
     EXPECT_NE(header.out.find("peeler:time (type double): 0.5"), std::string::npos);
     EXPECT_NE(header.out.find("framesPerSecond (type rational): 10/1"), std::string::npos);
-    // There are no other files.
+    // There must be no other files.
     std::size_t files = 0;
     for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder.path()))
         ++files;
@@ -168,7 +171,7 @@ TEST(Frames, RefusesWhatContradictsItself) {
         EXPECT_EQ(result.exit_code, 2) << row.words << '\n' << result.err;
         EXPECT_NE(result.err.find(row.words), std::string::npos) << result.err;
     }
-    // A single frame needs no # in its name.
+    // A single frame's name needs no #.
     EXPECT_EQ(renderBoats(scene, folder / "one.exr", {"--frames", "3"}).exit_code, 0);
 }
 

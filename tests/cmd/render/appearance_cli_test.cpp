@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// --variant, --transmission, --environment and --environment-rotation.
+// Tests the options --variant, --transmission, --environment and --environment-rotation.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -12,7 +12,8 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a wall of white glass with the variants "red" and "green", seen by the camera "front".
+/// Returns a wall of white glass with the variants "red" and "green", in the view of the camera
+/// "front".
 nlohmann::json glassScene() {
     nlohmann::json scene = stackScene(1);
     scene["materials"] = nlohmann::json::parse(R"([
@@ -33,7 +34,7 @@ nlohmann::json glassScene() {
 
 class Appearance : public testing::Test {
   protected:
-    /// Returns the middle pixel's first layer of a render with these options.
+    /// Returns the nearest layer of the middle pixel, rendered with these options.
     glm::vec4 rendered(const std::vector<std::string>& options) {
         const auto result = run(options);
         EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -53,14 +54,15 @@ class Appearance : public testing::Test {
         return runPeeler(command);
     }
 
-    /// Returns a Radiance picture of 4x2 pixels: red, green, green, blue in both rows.
+    /// Writes a Radiance picture of 4x2 pixels, red, green, green and blue in both rows; returns
+    /// the path.
     std::string sky() {
         std::string text = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n";
         for (int row = 0; row < 2; ++row) {
             for (const int bright : {0, 1, 1, 2}) {
                 std::string pixel(4, '\0');
                 pixel[static_cast<std::size_t>(bright)] = static_cast<char>(0x80);
-                pixel[3] = static_cast<char>(0x82);  // 2
+                pixel[3] = static_cast<char>(0x82);  // exponent: 0x80 stands for 2
                 text += pixel;
             }
         }
@@ -111,7 +113,8 @@ TEST_F(Appearance, InfoListsTheVariants) {
 
 TEST_F(Appearance, AnEnvironmentLightsTheScene) {
     const std::vector<std::string> options{"--environment", sky(), "--transmission", "opaque"};
-    // The wall faces +Z, the middle of the picture: green, with some light from both sides.
+    // The wall faces +Z, the middle of the environment, which is green; some light comes from both
+    // sides.
     const glm::vec4 ahead = rendered(options);
     const std::string hash = settings_hash_;
     EXPECT_GT(ahead.g, 3 * ahead.r);
@@ -121,8 +124,8 @@ TEST_F(Appearance, AnEnvironmentLightsTheScene) {
     turned.insert(turned.end(), {"--environment-rotation", "90"});
     const glm::vec4 aside = rendered(turned);
     EXPECT_NE(settings_hash_, hash);
-    // The part along −X, half green and half blue, is ahead now.
-    EXPECT_NEAR(aside.g, aside.b + aside.r, 0.02F);  // red, beyond blue, contributes, too
+    // Now the wall faces the former −X, half green and half blue.
+    EXPECT_NEAR(aside.g, aside.b + aside.r, 0.02F);  // with some red from beyond the blue
     EXPECT_LT(aside.r, 0.3F);
     turned.back() = "360";
     EXPECT_EQ(rendered(turned), ahead);
@@ -140,7 +143,7 @@ TEST_F(Appearance, AStudioIsBuiltIn) {
         {"--transmission", "opaque", "--environment", "studio", "--environment-rotation", "180"});
     EXPECT_GT(glm::distance(turned, lit), 0.02F);
     EXPECT_NE(lit_hash, settings_hash_);
-    // It is a name, not a file; a path reaches a file with that name.
+    // "studio" is a built-in name; a file of that name needs a path.
     const auto file = run({"--environment", "./studio"});
     EXPECT_EQ(file.exit_code, 3);
     EXPECT_NE(file.err.find("./studio"), std::string::npos) << file.err;
@@ -165,7 +168,7 @@ TEST_F(Appearance, PicturesForEyesAreInTheStudio) {
     EXPECT_EQ(settings("out.png", {}), studio);
     EXPECT_EQ(settings("out.html", {}), studio);
     EXPECT_EQ(settings("out.exr", {}), none);
-    // The built-in light casts the shadows.
+    // Shadows need the built-in light, so --shadows implies --environment none.
     EXPECT_EQ(settings("out.png", {"--shadows"}),
               settings("out.png", {"--shadows", "--environment", "none"}));
     EXPECT_EQ(run({"--environment", "none", "--environment-rotation", "5"}).exit_code, 2);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays between programs: a lossless round trip of layers through .safetensors, equal numbers in
-// .npz and .safetensors from every verb, and scenes from arrays.
+// Tests arrays that programs exchange: lossless round trips of layers through .safetensors, equal
+// numbers in .npz and .safetensors from every verb, and scenes from arrays.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Compares two files of arrays, one .npz and one .safetensors.
+/// Compares the arrays of two files, one .npz and one .safetensors.
 constexpr const char* kSameArrays = R"(
 import json, sys, numpy as np
 def tensors(path):
@@ -58,7 +58,8 @@ class ArraysBetweenPrograms : public testing::Test {
         return run(more);
     }
 
-    /// Runs a verb once per container; the files' arrays are equal, and as large as reported.
+    /// Runs a verb once for each file format. The files must have equal arrays and the reported
+    /// sizes.
     void expectSameArrays(std::vector<std::string> arguments) {
         arguments.insert(arguments.end(), {"-o", ""});
         for (const std::string_view extension : arrayExtensions()) {
@@ -133,7 +134,7 @@ TEST_F(ArraysBetweenPrograms, EveryVerbReadsThem) {
     const Json verified = run({"verify", arrays});
     EXPECT_EQ(verified["files"][0]["kind"], "layered");
     EXPECT_EQ(verified["files"][0]["fragments"], info["fragmentsFound"]);
-    // A second render keeps the file.
+    // A second render recognises the file and keeps it.
     const Json again = render("a.safetensors", {"--channels", "id", "--skip-existing"});
     EXPECT_EQ(again["skipped"], true) << again.dump();
 }
@@ -195,7 +196,7 @@ TEST_F(ArraysBetweenPrograms, ScenesComeAsArrays) {
     EXPECT_GT(picture["fragmentsStored"].get<int>(), 30);
     EXPECT_EQ(runPeeler({"convert", path, "-o", at("b.exr")}).exit_code, 3);
     EXPECT_EQ(runPeeler({"render", at("a.safetensors"), "-o", at("b.exr")}).exit_code, 3);
-    // Array files in a folder are not scenes.
+    // In a folder, files of arrays are not taken for scenes.
     const Outcome folder = runPeeler({"render", scratch_.path().string(), "-o", at("{stem}.exr")});
     EXPECT_EQ(folder.exit_code, 3) << folder.err;
 }
@@ -221,7 +222,7 @@ TEST_F(ArraysBetweenPrograms, CompositesAreMergedAsComposites) {
     const Json merged = run({"merge", at("whole.safetensors"), "-o", at("merged.exr")});
     EXPECT_EQ(merged.at("layers"), rendered.at("layers"));
     render("whole.exr", {"--as", "composite", "--precision", "float"});
-    // The layers behind the arrays are half floats.
+    // The tolerance is that of half floats, in which the layers were stored before the composite.
     const Json same = run({"compare", at("merged.exr"), at("whole.exr"), "--max-color", "0.001"});
     EXPECT_EQ(same.at("a").at("layered"), false);
 }

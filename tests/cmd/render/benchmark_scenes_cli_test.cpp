@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Benchmark scenes have their documented properties.
+// Tests that the benchmark scenes have the properties that are documented.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -11,7 +11,7 @@ namespace peeler::test {
 namespace {
 
 struct BenchmarkScenes : testing::Test {
-    /// Writes the scenes of these names into the scratch folder.
+    /// Writes the scenes of these names to the scratch folder.
     void make(const std::vector<std::string>& names) {
         std::vector<std::string> command = {python(), "-B",
                                             (sourceDir() / "tests/benchmarks/scenes.py").string(),
@@ -63,7 +63,8 @@ TEST_F(BenchmarkScenes, SoupsHaveTheTrianglesOfTheirNames) {
 
 TEST_F(BenchmarkScenes, SpheresHaveTheLayersAndFragmentsThatAreToldOfThem) {
     make({"spheres", "small-spheres", "large-spheres"});
-    // Fragments scale with pixels: these are a sixteenth of 7.1, 8.7 and 37.3 million.
+    // Fragments scale with pixels: at this size there must be a sixteenth of 7.1, 8.7 and 37.3
+    // million.
     const auto check = [&](const char* name, int layers, double fragments) {
         const auto picture = rendered(name, "480x270");
         EXPECT_NEAR(picture["layers"].get<int>(), layers, 2) << name;
@@ -85,7 +86,7 @@ TEST_F(BenchmarkScenes, PanesCoverEveryPixelWithEveryLayer) {
 
 TEST_F(BenchmarkScenes, ForestAndCityAreLarge) {
     make({"forest", "city"});
-    EXPECT_GE(triangles("forest"), 200'000U);  // two per leaf
+    EXPECT_GE(triangles("forest"), 200'000U);  // two triangles per leaf
     EXPECT_GE(triangles("city"), 100'000U);
     EXPECT_GT(rendered("forest", "160x90")["layers"], 10);
     EXPECT_GT(rendered("city", "160x90")["layers"], 5);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// --channels, --cryptomatte and --manifest: files and errors.
+// Tests --channels, --cryptomatte and --manifest: the files written, and errors.
 #include <gtest/gtest.h>
 
 #include <OpenEXR/ImfChannelList.h>
@@ -47,7 +47,7 @@ class ChannelsCli : public testing::Test {
         return image;
     }
 
-    /// Returns a channel of the first part, as bits; the part covers the picture.
+    /// Returns a channel of the first part as bits; the part must cover the picture.
     std::vector<std::uint32_t> composite(const std::string& name, const char* channel,
                                          Imf::PixelType type) {
         Imf::MultiPartInputFile file((folder_ / name).c_str());
@@ -92,7 +92,7 @@ TEST_F(ChannelsCli, StandInEveryLayerAfterColourAndZ) {
         EXPECT_EQ(channels["N.X"].type, Imf::HALF);
         EXPECT_EQ(channels["id.object"].type, Imf::UINT);
     }
-    // Without them, the rest is unchanged.
+    // Without these channels, the rest of the file must be the same.
     ASSERT_EQ(render("plain.exr", {}).exit_code, 0);
     LayeredImage all = read("all.exr");
     const LayeredImage plain = read("plain.exr");
@@ -138,7 +138,7 @@ TEST_F(ChannelsCli, ACompositeHasThoseOfTheFirstFragment) {
                   composite("plain.exr", channel, Imf::HALF));
 }
 
-/// Returns the fragment count of each id of a channel.
+/// Returns the number of fragments for each ID in a channel.
 std::map<std::uint32_t, std::size_t> counts(const LayeredImage& image, const std::string& channel) {
     const FragmentArray& array = arrayOf(image, channel);
     const auto c = static_cast<std::size_t>(
@@ -149,8 +149,8 @@ std::map<std::uint32_t, std::size_t> counts(const LayeredImage& image, const std
     return result;
 }
 
-/// Checks the names of a manifest's ids: the node of that name, rendered alone, has as many
-/// fragments as its id in the whole picture.
+/// Checks the names in an ID manifest: a node, rendered alone by its name, must have as many
+/// fragments as its ID has in the whole picture.
 void checkNames(const std::function<Outcome(const std::string&, std::vector<std::string>)>& render,
                 const std::function<LayeredImage(const std::string&)>& read,
                 const std::filesystem::path& manifest_path, std::size_t most) {
@@ -235,7 +235,8 @@ TEST_F(ChannelsCli, AStillSceneDoesNotMoveAndAMovingOneDoes) {
             most = std::max(most, std::abs(value));
         return most;
     };
-    // Half the frame rate doubles the motion, roughly; frame 24 at 24 per second is at 1 s.
+    // Half the frame rate roughly doubles the motion. Frame 24 at 24 frames per second is the time
+    // 1 s.
     ASSERT_EQ(render("a.exr", {"--channels", "motion", "--time", "1"}, jellyfish).exit_code, 0);
     ASSERT_EQ(render("b.exr", {"--channels", "motion", "--time", "1", "--fps", "12"}, jellyfish)
                   .exit_code,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays and depth planes of render, extract and rays agree; LaRI's and X-Ray's loaders read the
-// files written for them.
+// Tests that arrays and depth planes of render, extract and rays agree, and that files for LaRI and
+// X-Ray can be read as the loaders of those projects do.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Compares planes with lists: every array of n rows, with its own fill value.
+/// Compares planes with lists for every array of n rows, each with its own fill value.
 constexpr const char* kPlanesOfLists = R"(
 import sys, numpy as np
 dense, lists = (np.load(path, allow_pickle=False) for path in sys.argv[1:3])
@@ -50,8 +50,9 @@ assert 'z' in compared or 't_hit' in compared
 assert (counts > depth).any() and (counts < depth).any() and (counts == 0).any()
 )";
 
-/// Reads a sample like LaRI's src/datasets/objaverse.py, ldi_render_per_object.py and gso.py; the
-/// points at those depths match the picture's positions, and masks from all sources agree.
+/// Reads a sample as LaRI's src/datasets/objaverse.py, ldi_render_per_object.py and gso.py do.
+/// Points computed from its depths must match the picture's positions, and masks from all sources
+/// must agree.
 constexpr const char* kReadLari = R"(
 import sys, numpy as np
 from PIL import Image
@@ -84,7 +85,7 @@ print(off)
 assert off < 2e-3 * z[there].max(), off
 )";
 
-/// X-Ray's load_xrays() from src/dataset.py, and its use of the data.
+/// Reads a sample as load_xrays() of X-Ray's src/dataset.py does, and uses it as X-Ray does.
 constexpr const char* kReadXray = R"(
 import sys, numpy as np
 from scipy.sparse import csr_matrix
@@ -168,7 +169,7 @@ TEST_F(Dense, ArraysOfRenderAreThoseOfExtract) {
         const Json told = resultOf(with("render.npz"));
         EXPECT_EQ(told.at("bytes"), fs::file_size(path("render.npz")));
         EXPECT_EQ(told.at("forecastBytes"), told.at("bytes"));
-        // The same bytes up to the last array, a hash that only a render has.
+        // The bytes are the same up to the last array, which is a hash that only renders have.
         const auto arrays = readNpz(path("extract.npz")), more = readNpz(path("render.npz"));
         EXPECT_EQ(more.size(), arrays.size() + 1);
         EXPECT_EQ(more.at("output_hash").numbers.size(), 16U);
@@ -177,7 +178,7 @@ TEST_F(Dense, ArraysOfRenderAreThoseOfExtract) {
         EXPECT_TRUE(bytesOf(path("extract.npz")).substr(0, same) ==
                     bytesOf(path("render.npz")).substr(0, same))
             << line[1];
-        // The planes are equal, too.
+        // Files of planes are equal in the same way.
         run(with("render.npz", {"--dense", "2", "--fill", "-1"}));
         run({"extract", path("in.exr"), "--npz", path("extract.npz"), "--dense", "2", "--fill",
              "-1"});
@@ -205,12 +206,12 @@ TEST_F(Dense, PlanesHaveTheNumbersOfLists) {
     }
     render("dense.npz", {"--as", "dense", "--dense", "2", "--dense-type", "half"});
     python(kPlanesOfLists, {path("dense.npz"), path("lists.npz"), "nan", "half"});
-    // Without --dense there are as many planes as layers.
+    // Without --dense, there are as many planes as layers.
     render("all.npz", {"--as", "dense"});
     const Json told = resultOf({"render", engine_, "--size", "64x36", "-o", path("a.exr")});
     EXPECT_EQ(readNpz(path("all.npz")).at("z").shape,
               "(36, 64, " + std::to_string(told.at("layers").get<int>()) + ")");
-    // --layers counts the kept ones, and --layer keeps numbers.
+    // --layers limits the counts, too; with --layer, layers keep their numbers.
     render("three.npz", {"--dense", "3", "--layers", "2"});
     for (const std::uint32_t count : readNpz(path("three.npz")).at("count").as<std::uint32_t>())
         ASSERT_LE(count, 2U);
@@ -272,7 +273,7 @@ TEST_F(Dense, WhatIsThereIsLeftAlone) {
                                        "--as", "xray", "--dry-run"})
                                       .out);
     EXPECT_EQ(plan.at("pictures").at(0).at("upToDate"), true);
-    // A truncated file is written again.
+    // A file that is truncated is rendered again.
     fs::resize_file(path("a.npz"), fs::file_size(path("a.npz")) - 1);
     EXPECT_FALSE(isSkipped(render("a.npz", {"--as", "xray"})));
 

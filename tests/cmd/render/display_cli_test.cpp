@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Display pictures: defaults, metering, and outputs that stay linear.
+// Tests pictures for display: defaults, exposure metering, and outputs that stay linear.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns a white wall under a sun of 5000 lux, and a camera that looks at it.
+/// Returns a white wall in sunlight of 5000 lux, with a camera that looks at it.
 Json sunlitWall() {
     Json scene = stackScene(1);
     scene["materials"][0] = {{"doubleSided", true},
@@ -37,7 +37,7 @@ class ForEyes : public testing::Test {
         EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
         return outcome;
     }
-    /// Returns the result of rendering the sunlit wall.
+    /// Renders the sunlit wall; returns the JSON result.
     Json render(const std::string& name, std::vector<std::string> more) const {
         more.insert(more.begin(), {"render", lit_.string(), "-o", scratch_ / name, "--size",
                                    "48x32", "--json", "--samples", "1"});
@@ -78,13 +78,13 @@ TEST_F(ForEyes, HaveFourSamplesAndTheNeutralToneMap) {
 TEST_F(ForEyes, AreExposedForLampsAndSayByHowMuch) {
     const Json found = render("a.png", {});
     EXPECT_EQ(found["exposureAutomatic"], true);
-    // A white dielectric sends 5000/π·0.96 and some of the mirrored sky back; its minimum after
-    // exposure is √0.18 of white.
+    // A white dielectric reflects 5000/π·0.96 and some light of the sky. Metering brings it to at
+    // least √0.18 of white.
     EXPECT_NEAR(found["exposure"].get<double>(), std::log2(std::sqrt(0.18) / (5000 / 3.1416)),
                 0.25);
     const FlatImage picture = readFlatImage(scratch_ / "a.png");
     EXPECT_NEAR(picture.image.rgba[48 * 16 + 24][1], std::sqrt(0.18), 0.06);
-    // The metered exposure can be given, and gives the same picture; 0 keeps the light as it is.
+    // Specifying the metered exposure gives the same picture; exposure 0 leaves the light as it is.
     const Json given = render("b.png", {"--exposure", found["exposure"].dump()});
     EXPECT_EQ(given["exposureAutomatic"], false);
     EXPECT_EQ(readFlatImage(scratch_ / "b.png").image.rgba, picture.image.rgba);
@@ -122,7 +122,7 @@ TEST_F(ForEyes, LayersOfLampsAreMeteredFromTheFile) {
     const Json page =
         Json::parse(peeler({"view", scratch_ / "a.exr", "-o", scratch_ / "a.html", "--json"}).out);
     EXPECT_EQ(page["exposure"], flat["exposure"]);
-    // Displayable light stays, and a part of a picture is not metered.
+    // Light that can be displayed is left as it is, and parts of a picture are not metered.
     peeler({"render", glasses_.string(), "-o", scratch_ / "g.exr", "--size", "32x18"});
     EXPECT_EQ(
         Json::parse(peeler({"flatten", scratch_ / "g.exr", "-o", scratch_ / "g.png", "--json"})
@@ -148,7 +148,7 @@ TEST_F(ForEyes, DryRunsTellWhatWillBeDone) {
 TEST_F(ForEyes, BackgroundsKeepTheirDigits) {
     for (const char* tone_map : {"none", "neutral", "aces"}) {
         render("a.png", {"--background", "#888888", "--exposure", "-4", "--tone-map", tone_map,
-                         "--eye", "0,0,9", "--target", "0,0,10"});  // with its back to the wall
+                         "--eye", "0,0,9", "--target", "0,0,10"});  // looks away from the wall
         const FlatImage picture = readFlatImage(scratch_ / "a.png");
         for (const auto& pixel : picture.image.rgba)
             ASSERT_NEAR(pixel[0], linearFromSrgb(136.0F / 255), 1e-6);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A render farm's treatment of a process: it kills it at any moment, runs it for a thousand frames,
-// and starts it anywhere. The short run has a tenth of the kills and frames, or less.
+// Tests peeler under a render farm: killed at any moment, run for a thousand frames, and started
+// anywhere. The short run makes at most a tenth of the kills and frames.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -37,7 +37,7 @@ std::vector<std::string> animation(const std::string& frames, const fs::path& ou
 
 using Files = std::map<std::string, std::string>;
 
-/// Returns every file of a folder, with hidden ones counted separately.
+/// Returns the content of every file in a folder by name; hidden files are only counted.
 Files filesIn(const fs::path& folder, std::size_t* hidden = nullptr) {
     Files files;
     if (hidden) *hidden = 0;
@@ -51,7 +51,7 @@ Files filesIn(const fs::path& folder, std::size_t* hidden = nullptr) {
     return files;
 }
 
-/// Whether `peeler verify` accepts every file; missing frames are allowed.
+/// Whether `peeler verify` accepts every file; frames may be missing.
 testing::AssertionResult areGood(const fs::path& folder) {
     std::vector<std::string> all{"verify", "--json", "-q"};
     for (const auto& [name, bytes] : filesIn(folder))
@@ -76,7 +76,7 @@ ino_t inodeOf(const fs::path& path) {
     return stat(path.c_str(), &found) == 0 ? found.st_ino : 0;
 }
 
-/// A job of 20 frames, killed at random moments, with its files from an undisturbed run.
+/// Runs of 20 frames that are killed at random moments, and the files of an undisturbed run.
 class Ended : public testing::Test {
   protected:
     static constexpr int kFrames = 20;
@@ -92,11 +92,11 @@ class Ended : public testing::Test {
         ASSERT_EQ(whole_.size(), std::size_t{kFrames});
     }
 
-    /// Sends the signal at a random moment of a run: after a random number of its frames and a
-    /// random delay. It waits for frames, because a fixed time can be before the end on one machine
-    /// and after it on another.
+    /// Sends the signal at a random moment of a run: after a random number of frames and a random
+    /// delay. Waiting for frames is necessary because a fixed time might come after the end on a
+    /// fast machine.
     CommandResult endOne(int number) {
-        // Some files exist already, some are new.
+        // A random half of the files exists already.
         for (const auto& [name, bytes] : whole_)
             if (random_() % 2 == 0) fs::remove(out_ / name);
         const int done = static_cast<int>(random_() % (kFrames - 5));
@@ -107,7 +107,8 @@ class Ended : public testing::Test {
         StartedCommand run(peelerCommand(animation("1-20", out_)));
         while (done > 0 && run.running() && (inodeOf(last) == before || inodeOf(last) == 0))
             std::this_thread::sleep_for(100us);
-        // Within the next two frames or so, and half of the time before the first.
+        // The delay ends within about the next two frames or, before the first frame, within half
+        // of a run's time.
         const std::chrono::duration<double> most =
             done > 0 ? (Clock::now() - start) / kFrames : whole_time_ / 2;
         std::this_thread::sleep_for(part(random_) * most);
@@ -182,13 +183,13 @@ TEST_F(Ended, TerminationsLeaveNothing) {
     EXPECT_GT(ended, runs / 2);
 }
 
-/// The system resources of a process.
+/// System resources that a process holds.
 struct Held {
     std::uint64_t resident = 0;
     std::size_t files = 0;
 };
 
-/// Returns the resources of a process, which is stopped meanwhile; all 0 if it has ended.
+/// Returns the resources of a process, stopping it meanwhile; all 0 if it has ended.
 Held heldBy(pid_t pid) {
     const fs::path process = fs::path("/proc") / std::to_string(pid);
     kill(pid, SIGSTOP);
@@ -200,7 +201,7 @@ Held heldBy(pid_t pid) {
     std::error_code gone;
     for (fs::directory_iterator file(process / "fd", gone), end; !gone && file != end;
          file.increment(gone)) {
-        // Files being written, and their folder, come and go.
+        // Files being written, and their folder, come and go, so they are not counted.
         std::error_code closed;
         const fs::path target = fs::read_symlink(file->path(), closed);
         if (!closed && target.string().find("peeler-test-") == std::string::npos) ++held.files;
@@ -211,7 +212,7 @@ Held heldBy(pid_t pid) {
 
 TEST(LongSequence, MemoryAndFilesStayAsTheyAreAfterTheTenth) {
     const int frames = exhaustive() ? 1000 : 100;
-    const int half = frames / 2, last = frames * 7 / 10;  // while many frames remain
+    const int half = frames / 2, last = frames * 7 / 10;  // both while many frames remain
     const ScratchDir scratch;
     StartedCommand run(peelerCommand(animation("1-" + std::to_string(frames), scratch.path())));
     const auto heldAtFrame = [&](int frame) {
@@ -219,7 +220,7 @@ TEST(LongSequence, MemoryAndFilesStayAsTheyAreAfterTheTenth) {
         std::snprintf(name, sizeof name, "f.%04d.exr", frame);
         while (!fs::exists(scratch / name) && run.running())
             std::this_thread::sleep_for(1ms);
-        // The minimum of several samples: a frame or a driver may hold resources for a moment.
+        // Several samples are taken, because a frame or a driver may hold resources for a moment.
         Held least = heldBy(run.pid());
         for (int i = 0; i < 4; ++i) {
             std::this_thread::sleep_for(5ms);
@@ -245,7 +246,7 @@ TEST(LongSequence, MemoryAndFilesStayAsTheyAreAfterTheTenth) {
     }
 }
 
-/// Frames 1 to 4 under other conditions: the same bytes.
+/// Under other conditions, frames 1 to 4 must be the same bytes.
 TEST(Anywhere, TheSameBytes) {
     const ScratchDir scratch;
     const auto folder = [&](const std::string& name) {
@@ -267,7 +268,7 @@ TEST(Anywhere, TheSameBytes) {
         ASSERT_EQ(runPeelerProcess(animation(frame, processes)).exit_code, 0);
     EXPECT_EQ(filesIn(processes), expected);
 
-    // A German locale, built here: Debian installs none by default.
+    // The German locale is built here, because Debian installs none by default.
     const fs::path locales = folder("locales");
     const CommandResult made =
         runCommand({"localedef", "-i", "de_DE", "-f", "UTF-8", (locales / "de_DE.UTF-8").string()});
@@ -277,7 +278,7 @@ TEST(Anywhere, TheSameBytes) {
         const fs::path german = folder("german");
         const std::vector<std::string> environment{"LOCPATH=" + locales.string(),
                                                    "LANG=de_DE.UTF-8", "LC_ALL=de_DE.UTF-8"};
-        // The locale is in effect.
+        // Check that the locale is in effect.
         EXPECT_EQ(runCommand({"printf", "%.1f", "1,5"}, environment).out, "1,5");
         ASSERT_EQ(runPeelerProcess(animation("1-4", german), environment).exit_code, 0);
         EXPECT_EQ(filesIn(german), expected);
@@ -290,7 +291,7 @@ TEST(Anywhere, TheSameBytes) {
               0);
     EXPECT_EQ(filesIn(elsewhere), expected);
 
-    // The scene in another place, with a relative path.
+    // The scene is copied elsewhere and given by a relative path.
     const fs::path moved = folder("moved");
     fs::copy_file(sourceDir() / "examples" / "scenes" / "jellyfish.glb", moved / "jellyfish.glb");
     std::vector<std::string> here = animation("1-4", ".");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler render --fxaa, on the examples' engine.
+// Tests peeler render --fxaa on the engine of the examples.
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes that promise huge data, and scenes that try to read other files: the command stays small
-// and fast, and refuses or draws.
+// Tests scenes that claim huge data, and scenes that try to read other files. The command must need
+// little memory and time, and must either refuse or draw them.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -23,7 +23,7 @@ std::string toText(const Bytes& bytes) {
     return {bytes.begin(), bytes.end()};
 }
 
-/// Runs `info`, which loads the same data as `render`.
+/// Runs `info` on a scene, which loads the same data as `render`.
 CommandResult info(const fs::path& scene, const std::vector<std::string>& more = {}) {
     std::vector<std::string> arguments{"info", scene.string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -43,7 +43,7 @@ class HostileSizes : public testing::TestWithParam<Hostile> {};
 
 constexpr std::uint64_t kHugeCount = std::uint64_t{1} << 31U;
 
-/// Declares the positions as compressed in the buffer's 48 bytes; there is no fallback.
+/// Declares that the positions are compressed in the buffer's 48 bytes, without a fallback.
 void compress(Json& scene, std::uint64_t count, std::uint64_t stride) {
     scene["buffers"].push_back({{"byteLength", 1}});
     scene["bufferViews"][0] = {{"buffer", 1},
@@ -57,8 +57,8 @@ void compress(Json& scene, std::uint64_t count, std::uint64_t stride) {
                                    {"mode", "ATTRIBUTES"}}}}}};
 }
 
-/// Returns the memory bound of a process that allocates almost nothing: it begins as a copy of this
-/// one.
+/// Returns the memory, in bytes, that a process may have if it allocates almost nothing; it begins
+/// as a copy of this process.
 std::uint64_t mostMemory() {
     return residentBytes() + (std::uint64_t{200} << 20);
 }
@@ -67,7 +67,7 @@ TEST_P(HostileSizes, AreRefusedBeforeAnythingIsAllocated) {
     const ScratchDir scratch;
     Json scene = triangleScene();
     GetParam().change(scene);
-    // 0xA0 begins a meshopt stream.
+    // A meshopt stream begins with 0xA0.
     std::string buffer = triangleBuffer();
     buffer[0] = '\xA0';
     const CommandResult run = info(writeScene(scratch.path(), scene, buffer));
@@ -152,12 +152,12 @@ TEST(HostileScenes, APictureOf60000SquareIsNotDecoded) {
     EXPECT_TRUE(contains(strict.err, ": /images/0")) << strict.err;
 }
 
-/// A chain of nodes: recursion would overflow the stack, and matrix products from the root would
-/// take quadratic time.
+/// In a chain of nodes, recursion would overflow the stack, and multiplying matrices from the root
+/// would take quadratic time.
 TEST(HostileScenes, AChainOfAMillionNodesIsRefused) {
     const ScratchDir scratch;
     Json scene = triangleScene();
-    const int count = exhaustive() ? 1000000 : 100000;  // ten billion steps would never end, either
+    const int count = exhaustive() ? 1000000 : 100000;  // ten billion steps would be endless, too
     std::string nodes = "[";
     for (int i = 0; i + 1 < count; ++i)
         nodes += "{\"children\":[" + std::to_string(i + 1) + "]},";
@@ -186,7 +186,7 @@ TEST(HostileScenes, DeepJsonIsRefused) {
 
 // ---- the sandbox
 
-/// The target of a URI, and whether --allow-outside makes it readable.
+/// A URI of a file, and whether the file can be read with --allow-outside.
 struct Place {
     const char* name;
     std::string uri;
@@ -195,7 +195,8 @@ struct Place {
 
 class Sandbox : public testing::Test {
   protected:
-    /// scene/ holds the scene, outside/ the forbidden files; both in one scratch folder.
+    /// Makes a scratch folder with scene/, which holds the scene, and outside/, which holds the
+    /// forbidden files.
     Sandbox() {
         fs::create_directories(scene_ / "folder.bin");
         fs::create_directory(outside_);
@@ -208,7 +209,7 @@ class Sandbox : public testing::Test {
         EXPECT_EQ(mkfifo((scene_ / "pipe.bin").c_str(), 0600), 0);
     }
 
-    /// Returns the URIs of a file in outside/.
+    /// Returns URIs for a file in outside/.
     std::vector<Place> places(const std::string& file) const {
         return {{"Parent", "../outside/" + file, true},
                 {"Encoded", "%2e%2e/outside/" + file, true},
@@ -240,8 +241,8 @@ class Sandbox : public testing::Test {
         return write(scene, number);
     }
 
-    /// The results of a place, without and with --allow-outside. The current folder holds a decoy
-    /// of the same name.
+    /// The results for a scene that refers to one Place, without and with --allow-outside. Runs in
+    /// a folder that holds a decoy with the file's name.
     struct Runs {
         CommandResult plain, allowed;
     };

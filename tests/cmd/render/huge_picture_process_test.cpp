@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures larger than every driver's viewport, in little memory, read by OpenImageIO.
+// Tests pictures larger than any driver's viewport, rendered in little memory and read by
+// OpenImageIO.
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
@@ -18,25 +19,26 @@ namespace fs = std::filesystem;
 
 struct Picture {
     int width, height;
-    int left, top;       ///< of a part of it, across raster tiles (4096) and chunks
-    const char* target;  ///< moves the model there
+    /// The corner of the compared part, which crosses raster tiles (4096) and chunks.
+    int left, top;
+    const char* target;  ///< moves the model to the part
     const char* memory;
-    std::uint64_t peak;   ///< the same in bytes, at most
-    std::uintmax_t disk;  ///< bytes of required free space
+    std::uint64_t peak;   ///< limit of the process's memory, in bytes
+    std::uintmax_t disk;  ///< free disk space required, in bytes
 };
 constexpr int kPartWidth = 40, kPartHeight = 24;
 
-/// Wider than 32768 pixels, the maximum of all drivers.
+/// A picture wider than 32768 pixels, the maximum of all drivers.
 const Picture kHugePicture = {40000,     20000, 20470,      10228,
                               "0,0.1,0", "2G",  2000000000, std::uintmax_t{3} << 30};
-/// The short run's picture: two raster tiles wide and two high, with the model at their common
-/// corner, and less memory than the whole picture would take at once.
+/// The picture of the short run: two raster tiles wide and high, with the model at their common
+/// corner. The memory is less than the whole picture would take at once.
 const Picture kLargePicture = {8200,      4200,   4080,      4084,
                                "0,0.8,0", "400M", 400000000, std::uintmax_t{100} << 20};
 
 using Pixels = std::vector<float>;
 
-/// Returns R, G, B, A, Z of the part, from each subimage that contains it; pixels outside its data
+/// Returns R, G, B, A and Z of the part in each subimage that contains it. Pixels outside the data
 /// window are empty.
 std::vector<Pixels> partOf(const fs::path& file, const Picture& picture) {
     const auto input = OIIO::ImageInput::open(file.string());
@@ -81,7 +83,7 @@ TEST(HugePicture, IsRenderedInBandsAndTilesUnderItsBudget) {
     const fs::path scene = sourceDir() / "examples" / "scenes" / "engine.glb";
     const std::string size = std::to_string(picture.width) + "x" + std::to_string(picture.height);
     const auto render = [&](const std::string& name, const std::vector<std::string>& more) {
-        // From far away: the number of pixels determines the time.
+        // The camera is far away, so that the time depends only on the number of pixels.
         std::vector<std::string> all{"render", scene.string(), "-o",       scratch / name,
                                      "--eye",  "0.6,0.5,1.8",  "--target", picture.target,
                                      "--json", "--size",       size};
@@ -98,7 +100,7 @@ TEST(HugePicture, IsRenderedInBandsAndTilesUnderItsBudget) {
     EXPECT_GE(told.at("layers"), 3);
     EXPECT_LT(huge.peak_memory, picture.peak);
 
-    // Read with OpenImageIO; the part equals the same part rendered alone.
+    // The part, read by OpenImageIO, must equal the same part rendered alone.
     const std::vector<Pixels> whole = partOf(scratch / "huge.exr", picture);
     EXPECT_EQ(whole.size(), told.at("layers").get<std::size_t>() + 1);
     const std::string crop = std::to_string(picture.left) + "," + std::to_string(picture.top) +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lights as cameras, midpoint shadow maps as files, and lights in info.
+// Tests lights as cameras, midpoint shadow maps as files, and lights in `info`.
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Three opaque triangles at z = 0, −0.1 and −0.2 with corners (−100, −100), (100, −100), (0, 100),
-/// and lights that look along −Z: a sun, a lamp at z = 5, a bulb.
+/// Returns three opaque triangles at z = 0, −0.1 and −0.2 with the corners (−100, −100), (100,
+/// −100), (0, 100), and lights that shine along −Z: a sun, a lamp at z = 5, and a bulb.
 Json litScene() {
     Json scene = stackScene(3);
     scene["materials"][0]["alphaMode"] = "OPAQUE";

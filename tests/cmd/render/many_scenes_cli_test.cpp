@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Several scenes in one command, and output folders that are created.
+// Tests several scenes in one command, and output folders that the command creates.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -56,7 +56,7 @@ TEST_F(ManyScenes, OfAFolderHaveTheirNames) {
     EXPECT_EQ(json["scenes"][0]["layers"], 2);
     EXPECT_EQ(json["scenes"][0]["output"], out("scenes/a.exr"));
     EXPECT_FALSE(json.contains("failed"));
-    // Rendered one by one, the files are the same.
+    // The files must equal those of scenes rendered one by one.
     ASSERT_EQ(render({(scenes_ / "b.gltf").string(), "-o", out("alone.exr")}).exit_code, 0);
     EXPECT_EQ(bytesOf(out("alone.exr")), bytesOf(out("scenes/b.exr")));
 }
@@ -134,7 +134,7 @@ TEST_F(ManyScenes, FoldersAreMadeUnlessTheyMayNot) {
     EXPECT_FALSE(fs::exists(out_));
     EXPECT_EQ(render({scene, "-o", out("a.exr")}).exit_code, 0);
     EXPECT_TRUE(fs::exists(out_ / "a.exr"));
-    // A folder that cannot be created is reported before any work, also in a dry run.
+    // If a folder cannot be created, an error is reported before any work, even in a dry run.
     writeText(scratch_ / "file", "");
     for (const char* more : {"--quiet", "--dry-run"}) {
         const Outcome impossible =

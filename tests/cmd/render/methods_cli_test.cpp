@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Methods, limits, samples and clip volumes from the command line.
+// Tests methods, limits, samples and clip volumes on the command line.
 #include <ImfHeader.h>
 #include <ImfIntAttribute.h>
 #include <ImfMultiPartInputFile.h>
@@ -57,7 +57,7 @@ TEST_F(Methods, TheCompositeOfEveryExactMethodIsThatOfTheLayers) {
         EXPECT_EQ(result.at("method"), method.name);
         EXPECT_EQ(result.at("fragmentsCounted"), 5 * 96 * 64);
         EXPECT_EQ(result.at("complete"), true);
-        // Values up to 1 differ by at most the last bit of a half.
+        // Values up to 1 may differ by the last bit of a half.
         const Outcome compared =
             runPeeler({"compare", flat_.string(), image_.string(), "--max-color", "0.000489"});
         if (method.exact()) {
@@ -66,7 +66,7 @@ TEST_F(Methods, TheCompositeOfEveryExactMethodIsThatOfTheLayers) {
     }
 }
 
-/// Front-to-back methods perform the same operations as compositing the layers.
+/// Front-to-back methods perform the same operations as compositing of layers.
 TEST_F(Methods, FrontToBackIsTheSameToTheBit) {
     const std::string scene = (sourceDir() / "examples/scenes/panes.glb").string();
     const std::vector<std::string> size = {"--size", "320x180", "-q"};
@@ -159,7 +159,7 @@ TEST_F(Methods, SamplesAreSaidAndFlattenToTheComposite) {
 }
 
 TEST_F(Methods, ClipVolumesKeepOneSide) {
-    // The triangles stand at z = 0, −0.1, … −0.4.
+    // The triangles are at z = 0, −0.1, … −0.4.
     EXPECT_EQ(json(image_, {"--clip-plane", "0,0,1,0.25"}).at("layers"), 3);
     EXPECT_EQ(json(image_, {"--clip-plane", "0,0,1,0.25", "--clip", "outside"}).at("layers"), 2);
     EXPECT_EQ(
@@ -177,7 +177,8 @@ TEST_F(Methods, WrongClipVolumesAreUsageErrors) {
     EXPECT_NE(few.err.find("expected 6 numbers x,y,z,x,y,z: --clip-box 1,2,3"), std::string::npos)
         << few.err;
     expectUsageError({"--clip-mesh", "ball"}, "unknown node: --clip-mesh ball");
-    expectUsageError({"--clip-mesh", "5"}, "no triangles to clip with");  // the camera's node
+    // This node holds only the camera.
+    expectUsageError({"--clip-mesh", "5"}, "no triangles to clip with");
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Many frames: split among processes, kept if they exist, continued after a failure.
+// Tests sequences of frames: split among processes, skipped if they exist, continued after a
+// failure.
 #include <gtest/gtest.h>
 #include <sys/mount.h>
 #include <sys/stat.h>
@@ -44,7 +45,7 @@ class Sequence : public testing::Test {
                          const std::vector<std::string>& environment = {}) const {
         return runPeelerProcess(arguments(more), environment);
     }
-    /// Returns the numbers of the skipped frames.
+    /// Returns the numbers of the frames that were skipped.
     static std::set<int> skipped(const CommandResult& result) {
         std::set<int> frames;
         const Json told = Json::parse(result.out);
@@ -98,7 +99,7 @@ TEST_F(Sequence, RefusesWhatMakesNoSense) {
              {"--frames", "1-3", "--chunk", "0/2"},
              {"--frames", "1-3", "--chunk", "3/2"},
              {"--frames", "1-1000000000"},
-             // One of several frames, even if this process renders only one.
+             // The command is for several frames, even if this process renders only one of them.
              {"--frames", "1-3", "--chunk", "1/3", "-o", path("one.exr")},
              {"--tile", "2/1"},
              {"--tile", "1/2", "--as", "composite", "--fxaa"},
@@ -119,11 +120,11 @@ TEST_F(Sequence, SkipExistingLeavesAloneWhatWouldBeTheSame) {
     const auto first = node(1);
     EXPECT_EQ(skipped(render({"--frames", "1-4", "--skip-existing"})), (std::set{1, 2, 3, 4}));
     EXPECT_EQ(node(1), first);
-    // None of these settings affects the picture.
+    // None of these settings affects the picture, so all frames are kept.
     EXPECT_EQ(skipped(render({"--frames", "4-1", "--skip-existing", "--threads", "1", "--method",
                               "dual", "--memory", "1G", "--keep-going"})),
               (std::set{1, 2, 3, 4}));
-    // Every setting that affects the picture, and its words in the message.
+    // These are all settings that affect the picture, with the words in the message about each.
     const struct {
         std::vector<std::string> options;
         std::string difference;
@@ -201,7 +202,7 @@ TEST_F(Sequence, SkipExistingDoesNotHideWhatStrictRefuses) {
 }
 
 TEST_F(Sequence, FramesOfMotionAreOfOneSequence) {
-    // 1 / (next - this) differs for each of these.
+    // Rounding makes 1 / (next - this) differ between these frames.
     ASSERT_EQ(render({"--frames", "1-7", "--channels", "motion"}).exit_code, 0);
     std::vector<std::string> verify{"verify"};
     for (int i = 1; i <= 7; ++i)
@@ -244,7 +245,7 @@ TEST_F(Sequence, KeepGoingDoesTheOthersAndListsWhatFailed) {
 }
 
 TEST_F(Sequence, TheWorstExitCodeWins) {
-    fs::create_directory(frame(1));  // code 4; the others are incomplete, code 6
+    fs::create_directory(frame(1));  // exit code 4; the other frames are incomplete, code 6
     EXPECT_EQ(render({"--frames", "1-3", "--keep-going", "--strict", "--layers", "1"}).exit_code,
               6);
     EXPECT_EQ(render({"--frames", "1-3", "--keep-going", "--camera", "none"}).exit_code, 2);
@@ -261,7 +262,7 @@ TEST_F(Sequence, DryRunTellsAndWritesNothing) {
     EXPECT_EQ(pictures[0].at("crop"), Json::parse("[0, 27, 96, 27]"));
     EXPECT_EQ(pictures[0].at("exists"), false);
     EXPECT_EQ(pictures[1].at("exists"), true);
-    EXPECT_EQ(pictures[1].at("action"), "render");  // the existing file is the whole picture
+    EXPECT_EQ(pictures[1].at("action"), "render");  // the existing file is of the whole picture
     EXPECT_EQ(pictures[0].at("difference"), "");
     EXPECT_EQ(pictures[1].at("difference"), "--crop: 0,27,96,27, not 0,0,96,54");
     const CommandResult whole = render({"--frames", "2", "--skip-existing", "--dry-run"});
@@ -271,14 +272,14 @@ TEST_F(Sequence, DryRunTellsAndWritesNothing) {
                                           "--dry-run", "--report", "/nonexistent/r"}))
                   .exit_code,
               0);
-    // The plan matches the file.
+    // The plan's hash must be that of the rendered file.
     ASSERT_EQ(render({"--frames", "1-4", "--chunk", "1/2", "--tile", "2/2"}).exit_code, 0);
     const CommandResult info = runPeelerProcess({"info", frame(1), "--json"});
     EXPECT_NE(info.out.find(pictures[0].at("settingsHash").get<std::string>()), std::string::npos);
 }
 
 TEST_F(Sequence, SchedulersAreToldWithoutEverGoingBack) {
-    fs::create_directory(frame(3));  // fails
+    fs::create_directory(frame(3));  // makes frame 3 fail
     const struct {
         const char* style;
         std::regex line;
@@ -366,7 +367,7 @@ TEST_F(Sequence, AFolderThatGoesAway) {
     while (!fs::exists(folder / "f.2.exr") && run.running())
         std::this_thread::sleep_for(1ms);
     std::error_code failure;
-    while (fs::exists(folder) && run.running())  // it may still write
+    while (fs::exists(folder) && run.running())  // the process may still be writing
         fs::remove_all(folder, failure);
     const CommandResult result = run.wait();
     EXPECT_EQ(result.exit_code, 4) << result.err;

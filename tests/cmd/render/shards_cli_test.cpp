@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples in tar shards: the same files under keys; kept, chunked, refused.
+// Tests samples in tar shards: they are the usual files under their keys, and can be skipped,
+// chunked and refused.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -19,7 +20,7 @@ namespace fs = std::filesystem;
 using Strings = std::vector<std::string>;
 using Members = std::map<std::string, std::string>;
 
-/// Unpacks tar files, and prints their members' names in order.
+/// A Python program that unpacks tar files and prints the names of their members in order.
 constexpr const char* kUnpack = R"(
 import json, sys, tarfile
 names = []
@@ -52,7 +53,8 @@ class ShardsOfPictures : public testing::Test {
         EXPECT_EQ(result.exit_code, 0) << result.err;
         return result.exit_code == 0 ? Json::parse(result.out) : Json();
     }
-    /// Returns the members of shards by name; `order` receives the names, shard by shard.
+    /// Returns the contents of the shards' members by name; `order` receives the names, shard by
+    /// shard.
     Members unpacked(const Strings& shards, Json* order = nullptr) const {
         const fs::path folder = scratch_ / "unpacked";
         fs::remove_all(folder);
@@ -102,7 +104,7 @@ TEST_F(ShardsOfPictures, HoldTheFilesThatViewsWouldBe) {
         EXPECT_EQ(bytes.find(about.at("outputHash").get<std::string>()) != std::string::npos, true);
     }
     EXPECT_EQ(views[3].at("bytes"), members.at("a_x_0003.png").size());
-    // Nothing else is left: no scratch folder, no hidden file.
+    // Nothing else may be left: no scratch folder, no hidden file.
     EXPECT_EQ(filesIn(scratch_ / "out").size(), 3U);
 }
 
@@ -130,7 +132,7 @@ TEST_F(ShardsOfPictures, AreSharedByScenes) {
     unpacked({"s-00.tar", "s-01.tar"}, &order);
     EXPECT_EQ(order, Json({{"scenes_a_x.npz", "scenes_a_x.json", "scenes_b.npz", "scenes_b.json"},
                            {"below_b.npz", "below_b.json"}}));
-    // A chunk has a part of the scenes, and its own shards.
+    // Each chunk has a part of the scenes and shards of its own.
     Strings chunk = asked;
     chunk.insert(chunk.end(), {"--chunk", "2/2"});
     EXPECT_EQ(rendered(scenes_, "c{chunk}-##.tar", chunk).at("scenes").size(), 2U);
@@ -140,7 +142,7 @@ TEST_F(ShardsOfPictures, AreSharedByScenes) {
     const Outcome same = render(scenes_, "t-##.tar", {});
     EXPECT_EQ(same.exit_code, 2);
     EXPECT_TRUE(contains(same.err, "--shard-member")) << same.err;
-    // A failing scene is skipped, and existing samples are kept.
+    // If a scene fails, its samples are left out; existing samples are kept.
     const Outcome rest =
         runPeeler({"render", (scenes_ / "a.x.gltf").string(), (scenes_ / "none.gltf").string(),
                    (scenes_ / "below/b.gltf").string(), "-o", (scratch_ / "s-##.tar").string(),
@@ -167,7 +169,7 @@ TEST_F(ShardsOfPictures, KeepWhatIsThere) {
     EXPECT_FALSE(views[2].contains("skipped"));
     EXPECT_EQ(fs::last_write_time(scratch_ / "s-0000.tar"), written);
     EXPECT_EQ(bytesOf(scratch_ / "s-0001.tar"), second);
-    // Other settings give another picture.
+    // Other settings give other pictures, so the samples are rendered again.
     Strings other = asked;
     other.insert(other.end(), {"--background", "1,0,0"});
     EXPECT_FALSE(rendered(scene_, "s-#.tar", other).at("views")[0].contains("skipped"));

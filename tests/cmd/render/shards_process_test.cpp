@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs that write shards, killed at random moments: files under final names are whole.
+// Kills runs that write shards at random moments: files with final names must be complete.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -22,8 +22,8 @@ using namespace std::chrono_literals;
 
 constexpr int kViews = 24, kOfAShard = 4;
 
-/// Prints the members of shards and their hashes; fails if tarfile does not read a shard to its
-/// end, or if a sample is not whole.
+/// A Python program that prints the members of shards and their hashes; fails if tarfile cannot
+/// read a shard to its end or if a sample is incomplete.
 constexpr const char* kRead = R"(
 import hashlib, json, sys, tarfile
 found = {}
@@ -60,7 +60,7 @@ class KilledShards : public testing::Test {
                 std::to_string(kOfAShard),
                 "--skip-existing"};
     }
-    /// Returns the shards of a folder, and the number of other files in it.
+    /// Returns the shards in a folder, and the number of other files in it.
     static std::vector<std::string> shardsIn(const fs::path& folder,
                                              std::size_t* others = nullptr) {
         std::vector<std::string> shards;
@@ -106,7 +106,7 @@ TEST_F(KilledShards, AreWholeOrNotThere) {
         for (const std::string& shard : shardsIn(out))
             if (random() % 2 == 0) fs::remove(shard);
         const std::size_t before = shardsIn(out).size();
-        const std::size_t wanted = random() % 3;  // number of new shards before the kill
+        const std::size_t wanted = random() % 3;  // new shards to wait for before the kill
         std::uniform_real_distribution<double> part(0, wanted == 0 ? 0.5 : 0.2);
         StartedCommand run(peelerCommand(line(out)));
         while (wanted > 0 && run.running() && shardsIn(out).size() < before + wanted)
@@ -116,7 +116,7 @@ TEST_F(KilledShards, AreWholeOrNotThere) {
         const CommandResult result = run.wait();
         ASSERT_TRUE(result.exit_code == 137 || result.exit_code == 0) << result.err;
         killed += result.exit_code == 137;
-        // The machine was busier during the timed whole run.
+        // The run ended before the kill, so runs are faster now than when they were timed.
         if (result.exit_code == 0) takes *= 0.8;
         std::size_t others = 0;
         shardsIn(out, &others);

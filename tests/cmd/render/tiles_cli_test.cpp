@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Separately rendered strips, merged into the whole picture.
+// Tests strips of a picture that are rendered separately and merged.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,8 +15,9 @@ namespace fs = std::filesystem;
 struct Kind {
     const char* name;
     std::vector<std::string> options;
-    bool same_file =
-        true;  ///< otherwise only the same pixels: a composite's tiles do not know its background
+    /// Whether the files are the same, or only the pixels: tiles of a composite do not record its
+    /// background.
+    bool same_file = true;
 };
 
 class Tiles : public testing::TestWithParam<Kind> {};
@@ -34,7 +35,7 @@ TEST_P(Tiles, TogetherAreThePicture) {
     };
     render("whole.exr", {});
     for (const int count : {2, 3, 7}) {
-        // The order of the files does not matter.
+        // The order of the tiles must not matter.
         std::vector<std::string> merge{"merge", "-q", "-o", scratch / "merged.exr"};
         for (int i = count; i >= 1; --i) {
             const std::string tile = std::to_string(i) + "of" + std::to_string(count) + ".exr";
@@ -48,11 +49,10 @@ TEST_P(Tiles, TogetherAreThePicture) {
         if (GetParam().same_file) {
             EXPECT_EQ(bytesOf(scratch / "merged.exr"), bytesOf(scratch / "whole.exr")) << count;
         }
-        // Every channel of every part, with OpenImageIO.
+        // OpenImageIO compares every channel of every part.
         const Outcome diff = runCommand({"idiff", "-a", "-fail", "0", "-warn", "0",
                                          scratch / "merged.exr", scratch / "whole.exr"});
-        const bool deep =
-            std::string(GetParam().name) == "Deep";  // idiff does not read deep images
+        const bool deep = std::string(GetParam().name) == "Deep";  // idiff cannot read these
         if (!deep) {
             EXPECT_EQ(diff.exit_code, 0) << count << diff.out << diff.err;
         }
@@ -142,10 +142,10 @@ TEST(Strips, CompositesAreNotMixedWithLayersOrBackgrounds) {
     EXPECT_EQ(runPeeler({"merge", a, b, "-o", out, "--as", "ldi"}).exit_code, 2);
     EXPECT_EQ(runPeeler({"merge", a, b, "-o", out, "--background", "1,0,0"}).exit_code, 2);
     EXPECT_EQ(runPeeler({"merge", a, c, "-o", out}).exit_code, 3);
-    EXPECT_EQ(runPeeler({"merge", a, "-o", out}).exit_code, 3);  // without the other tile
+    EXPECT_EQ(runPeeler({"merge", a, "-o", out}).exit_code, 3);  // the other tile is missing
     EXPECT_EQ(runPeeler({"merge", b, "-o", out, "--allow-gaps"}).exit_code, 0);
     EXPECT_EQ(runPeeler({"merge", a, a, "-o", out}).exit_code, 3);
-    EXPECT_EQ(runPeeler({"merge", a, b, "-o", out}).exit_code, 0);  // without --as
+    EXPECT_EQ(runPeeler({"merge", a, b, "-o", out}).exit_code, 0);  // --as is not needed
     EXPECT_EQ(runPeeler({"verify", out}).exit_code, 0);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Many views of a scene in one process: orbits, and files of cameras.
+// Tests many views of a scene in one process: orbits and files of cameras.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -26,7 +26,7 @@ class Views : public testing::Test {
         arguments.insert(arguments.end(), more.begin(), more.end());
         return runPeeler(arguments);
     }
-    /// Returns the views of the report.
+    /// Returns the views in the report of a render.
     Json rendered(const std::string& output, const std::vector<std::string>& more) const {
         const Outcome result = render(output, more);
         EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -78,7 +78,8 @@ TEST_F(Views, AreWrittenForOtherPrograms) {
     EXPECT_GT(fs::file_size(scratch_ / "model/points3D.bin"), 1000U);
     const Json again = rendered("again/@.exr", {"--cameras", (scratch_ / "model").string()});
     ASSERT_EQ(again.size(), 3U);
-    // Quaternions and back: the same fragments, except for rounding of 1e-16.
+    // Poses were converted to quaternions and back, so fragments are the same except for rounding
+    // of 1e-16.
     EXPECT_EQ(runPeeler({"compare", (scratch_ / "0002.exr").string(),
                          (scratch_ / "again/0002.exr").string(), "--max-depth", "1e-5"})
                   .exit_code,
@@ -110,7 +111,7 @@ TEST_F(Views, AreWrittenIntoAFolderThatIsThere) {
         EXPECT_FALSE(fs::exists(scratch_ / "x"));
     };
     refused({"--views", "2", "--cameras-out", folder, "--no-clobber"}, 4, "already exists");
-    // No input file is replaced.
+    // Files that the command reads must not be replaced.
     refused({"--cameras", folder, "--cameras-out", folder + "/"}, 2, "would replace");
     refused({"--cameras", folder + "/images.bin", "--cameras-out", folder}, 2, "would replace");
     write("c/points3D.txt", "");
@@ -151,7 +152,7 @@ TEST_F(Views, ThatAreThereAreLeftAlone) {
     EXPECT_TRUE(views[0].contains("skipped"));
     EXPECT_FALSE(views[1].contains("skipped"));
     EXPECT_TRUE(views[2].contains("skipped"));
-    // Another size of the scene gives another picture.
+    // If the scene has another size, the picture is different, too.
     std::vector<std::string> other = asked;
     other.insert(other.end(), {"--normalize", "unit-cube"});
     const Json again = rendered("@.exr", other);
@@ -179,7 +180,8 @@ TEST_F(Views, OfRaysAreBundlesOrFiles) {
         hits += view.at("hits").get<std::uint64_t>();
     EXPECT_EQ(all.at("hits"), hits);
     EXPECT_EQ(alone[2].at("camera"), "0002");
-    // The same hits whether or not other views were traced before, and the same planes.
+    // A view's file is the same whether or not other views were traced before it; with --dense,
+    // too.
     const std::string third = text("0002.npz");
     fs::remove(scratch_ / "0002.npz");
     const Json again = rays("@.npz", {"--skip-existing", "--chunk", "2/2"}).at("views");
@@ -216,7 +218,7 @@ TEST_F(Views, OfSheetsAreSheets) {
     EXPECT_EQ(text("0001.png"), second);
     EXPECT_TRUE(sheets({"--skip-existing"})[1].contains("skipped"));
     EXPECT_FALSE(sheets({"--skip-existing", "--progression"})[1].contains("skipped"));
-    // A file that must not be replaced blocks only its own picture.
+    // A file that must not be replaced prevents only its own picture.
     fs::remove(scratch_ / "0000.png");
     const Outcome kept = runPeeler({"sheet", scene_, "-o", (scratch_ / "@.png").string(), "--views",
                                     "2", "--size", "40x30", "--keep-going", "--no-clobber"});
@@ -226,8 +228,8 @@ TEST_F(Views, OfSheetsAreSheets) {
 }
 
 TEST_F(Views, OfBopHaveObjectsInPlace) {
-    // A triangle with an object as its node, 2 in front of a camera at the origin and 1 to the
-    // right.
+    // The scene is a triangle whose node is the object 7. BOP's files put it 2 in front of a camera
+    // at the origin and 1 to the right.
     GltfBuilder builder = triangle();
     builder.gltf["nodes"] = {{{"name", "obj_000007"}, {"mesh", 0}, {"translation", {50, 60, 70}}}};
     builder.gltf["scenes"] = {{{"nodes", {0}}}};
@@ -242,12 +244,12 @@ TEST_F(Views, OfBopHaveObjectsInPlace) {
     EXPECT_EQ(views[0].at("camera"), "000004");
     const ExrInfo info = readExrInfo((scratch_ / "0000.exr").string());
     ASSERT_FALSE(info.plan.layers.empty());
-    // OpenCV's y is down: x from 1 to 2 and y from 0 to 1 at depth 2 are pixels 30 to 40 and 20 to
-    // 30 with a focal length of 20.
+    // In OpenCV's axes y points down. With a focal length of 20, x from 1 to 2 and y from 0 to 1 at
+    // depth 2 are pixels 30 to 40 and 20 to 30.
     EXPECT_EQ(info.plan.layers[0].data_window.x0, 30);
     EXPECT_EQ(info.plan.layers[0].data_window.y0, 20);
 
-    // Rays and sheets have it in the same place, and notice that it has moved.
+    // Rays and sheets must show the object in the same place, and notice when it moves.
     const auto made = [&](const char* verb, const char* name) {
         const Outcome result =
             runPeeler({verb, scene_, "-o", (scratch_ / name).string(), "--cameras", cameras,

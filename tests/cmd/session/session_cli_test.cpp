@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A session keeps its open files while they are unchanged, within its memory limit.
+// Tests that a session keeps opened scenes while their files are unchanged, within its memory
+// limit.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -17,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Records the messages.
+/// A reporter that records the messages.
 class Messages final : public cmd::Reporter {
   public:
     void failure(const Error&) override {}
@@ -32,7 +33,7 @@ class Messages final : public cmd::Reporter {
     }
 };
 
-/// Sets the file's time to a while ago.
+/// Sets a file's modification time to the past, so that the next change is noticed.
 void settle(const fs::path& path) {
     fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::seconds(1));
 }
@@ -84,12 +85,14 @@ TEST_F(SessionTest, OpensAgainWhatHasNotChanged) {
 TEST_F(SessionTest, ReadsAgainWhereAMissingFileAppears) {
     std::ofstream(scene_) << "mtllib paint.mtl\nusemtl red\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     settle(scene_);
-    settle(folder_.path());  // because readers warn, its files count, too
+    // Since the reader warns of a missing file, the session watches the folder, too.
+    settle(folder_.path());
     cmd::Session session(messages_, std::uint64_t{1} << 30);
     const cmd::SharedScene first = session.open(request());
     ASSERT_FALSE(messages_.warnings.empty());
     EXPECT_EQ(session.open(request()), first);
-    EXPECT_EQ(messages_.warnings.size() % 2, 0U);  // warnings of an open scene count, too
+    // A scene that is already open repeats its warnings.
+    EXPECT_EQ(messages_.warnings.size() % 2, 0U);
     std::ofstream(folder_ / "paint.mtl") << "newmtl red\nKd 1 0 0\n";
     messages_.warnings.clear();
     EXPECT_NE(session.open(request()), first);
@@ -128,7 +131,7 @@ TEST_F(SessionTest, KeepsContextsAndWhatIsUploaded) {
 }
 
 TEST_F(SessionTest, ForgetsWhatWasUsedLongestAgo) {
-    cmd::Session session(messages_, 1);  // room only for files in use
+    cmd::Session session(messages_, 1);  // there is room only for what is in use
     const fs::path second = folder_ / "second.obj";
     writeTriangle(second, 3);
     cmd::SceneRequest other = request();
@@ -141,7 +144,7 @@ TEST_F(SessionTest, ForgetsWhatWasUsedLongestAgo) {
     }
     const cmd::SharedScene scene = session.open(other);
     session.renderer(device(), scene, scene->at(0));
-    // Small scenes occupy no page of their own, so they may stay; they go with the rest.
+    // A small scene may have no memory pages of its own and stay; forget() removes it, too.
     session.forget();
     EXPECT_TRUE(first.expired());
 }

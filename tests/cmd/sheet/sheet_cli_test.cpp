@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// sheet: the cells, their places and their content.
+// Tests peeler sheet: the cells, their positions and their content.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Five half-transparent red triangles that each fill the picture of 96 x 64 pixels.
+/// Sheets of five half-transparent red triangles, each of which fills the picture of 96 x 64
+/// pixels.
 class SheetCommand : public testing::Test {
   protected:
     void SetUp() override {
@@ -62,22 +63,24 @@ TEST_F(SheetCommand, HasTheCompositeAndEveryLayer) {
     const CompositeImage page = readFlatImage(sheet_).image;
     EXPECT_EQ(page.window.width(), json.at("width"));
     EXPECT_EQ(page.window.height(), json.at("height"));
-    // Three columns of 96 pixels and four gaps of 4.
+    // The sheet has three columns of 96 pixels and four gaps of 4.
     EXPECT_EQ(page.window.width(), 3 * 96 + 4 * 4);
 }
 
 TEST_F(SheetCommand, CellsShowTheirPixels) {
-    // Unlit base colour (1, 0, 0, 0.5) over black: red is 0.5 for one layer, 1 - 2^-5 for all five.
+    // The base colour is (1, 0, 0, 0.5), unlit over black: red is 0.5 in one layer and 1 - 2^-5 in
+    // all five.
     ASSERT_EQ(sheet({"--background", "#000000", "--tone-map", "none"}).exit_code, 0);
     const CompositeImage page = readFlatImage(sheet_).image;
     const auto at = [&](int column, int from_bottom) {
         const int x = 4 + column * 100 + 48, y = page.window.height() - from_bottom;
         return page.rgba[static_cast<std::size_t>(y * page.window.width() + x)];
     };
-    const int lower = 20, upper = lower + 64 + 2 * 4 + 21;  // pixels above the lower edge
-    EXPECT_NEAR(at(0, upper)[0], 1 - 1 / 32.0, 0.01);       // composite
-    EXPECT_NEAR(at(1, upper)[0], 0.5, 0.01);                // layer 0
-    EXPECT_NEAR(at(2, lower)[0], 0.5, 0.01);                // layer 4
+    // These are heights above the lower edge of the page.
+    const int lower = 20, upper = lower + 64 + 2 * 4 + 21;
+    EXPECT_NEAR(at(0, upper)[0], 1 - 1 / 32.0, 0.01);  // composite
+    EXPECT_NEAR(at(1, upper)[0], 0.5, 0.01);           // layer 0
+    EXPECT_NEAR(at(2, lower)[0], 0.5, 0.01);           // layer 4
     EXPECT_NEAR(at(0, upper)[1], 0, 0.01);
 }
 
@@ -95,7 +98,7 @@ TEST_F(SheetCommand, ProgressionComesNearer) {
     const Json json = cells({"--progression"});
     EXPECT_EQ(labels(json), (std::vector<std::string>{"1 layer", "2 layers", "3 layers", "4 layers",
                                                       "all 5 layers"}));
-    // With all layers, red and alpha are 1 - 2^-5; with k, 1 - 2^-k; green and blue are 0.
+    // The composite's red and alpha are 1 - 2^-5, those of k layers 1 - 2^-k; green and blue are 0.
     for (int k = 1; k <= 5; ++k) {
         const Json& cell = json.at("cells").at(static_cast<std::size_t>(k - 1));
         const double apart = std::exp2(-k) - std::exp2(-5);
@@ -168,7 +171,7 @@ TEST_F(SheetCommand, SaysWhatDoesNotGoTogether) {
     EXPECT_EQ(runPeeler({"sheet", sheet_, "-o", (scratch_ / "other.png").string()}).exit_code, 3);
 }
 
-/// Returns two half-transparent triangles that fill the picture: the nearer one is red and drawn
+/// Returns two half-transparent triangles that fill the picture, the nearer one red and drawn
 /// first.
 nlohmann::json redBeforeGreen() {
     nlohmann::json scene = stackScene(2);
@@ -196,7 +199,7 @@ class SheetOfAScene : public testing::Test {
     std::string sheet_ = (scratch_ / "sheet.png").string();
 };
 
-// Sorted: red 1/2, green 1/4. In draw order green covers red: red 1/4, green 1/2.
+// Sorted, red is 1/2 and green 1/4. In draw order green covers red, so red is 1/4 and green 1/2.
 constexpr double kUnsortedRmse = 0.25 / 1.41421356;  // two of four channels are off by 1/4
 
 TEST_F(SheetOfAScene, ShowsUnsortedBlendingBesideTheComposite) {
@@ -217,19 +220,21 @@ TEST_F(SheetOfAScene, ShowsUnsortedBlendingBesideTheComposite) {
     }
     EXPECT_EQ(cells({"--methods", "none"}).size(), 3U);
     EXPECT_EQ(cells({"--layers", "1"}).size(), 2U);
-    EXPECT_EQ(cells({"--occlusion-ratio", "0.1"}).size(), 3U);  // nothing to limit, but a limit
+    // Any limit hides plain blending, even if it leaves nothing out.
+    EXPECT_EQ(cells({"--occlusion-ratio", "0.1"}).size(), 3U);
     EXPECT_EQ(cells({"--cells", "2"}).at(1).at("label"), "plain blending");
     EXPECT_EQ(cells({"--cells", "1"}).at(0).at("label"), "composite");
 }
 
 TEST_F(SheetOfAScene, ShowsWhatTheClipVolumeLeaves) {
-    // The nearer triangle lies at z = 0, the other at -0.1.
+    // The nearer triangle is at z = 0, the other at -0.1.
     const std::vector<std::string> behind{"--clip-plane", "0,0,-1,-0.05"};
-    EXPECT_EQ(cells(behind).size(), 3U);  // the composite, unsorted and a layer
+    EXPECT_EQ(cells(behind).size(), 3U);  // composite, plain blending and one layer
     auto of_methods = behind;
     of_methods.insert(of_methods.end(), {"--methods", "all"});
     for (const Json& cell : cells(of_methods))
-        EXPECT_LT(cell.value("max", 0.0), 1e-6) << cell;  // with one layer all are exact
+        // All methods are exact for a single layer.
+        EXPECT_LT(cell.value("max", 0.0), 1e-6) << cell;
     const auto refused = [&](const std::vector<std::string>& more) {
         std::vector<std::string> arguments{"sheet", scene_, "-o", sheet_};
         arguments.insert(arguments.end(), more.begin(), more.end());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// verify: every rule broken once, in files that OpenEXR itself accepts.
+// Tests peeler verify: every rule is broken once, in files that OpenEXR itself accepts.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfInputPart.h>
@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A part's channels as floats, and their data window.
+/// The channels of a part as floats, and their data window.
 struct Planes {
     Imath::Box2i window;
     std::map<std::string, std::vector<float>> channels;
@@ -40,7 +40,7 @@ struct Planes {
     }
 };
 
-/// Copies a file with OpenEXR's own classes, with one part changed. The copy has no hash.
+/// Copies a file with OpenEXR's own classes, changing one part. The copy has no hash.
 void rewrite(const std::string& from, const std::string& to, const std::string& part_name,
              const std::function<void(Planes&)>& change) {
     Imf::MultiPartInputFile in(from.c_str());
@@ -106,7 +106,7 @@ class VerifyCommand : public testing::Test {
         EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), 1) << result.out;
         EXPECT_EQ(result.err.find("peeler: error: ") == 0, exit_code != 0) << result.err;
     }
-    /// Returns the first pixel, row by row, with exactly this many fragments.
+    /// Returns the first pixel, row by row, that has exactly this many fragments.
     static std::array<int, 2> pixelWith(std::uint32_t fragments) {
         const LayeredImage& image = picture_.image;
         for (int y = 0; y < image.window.y1; ++y) {
@@ -120,7 +120,8 @@ class VerifyCommand : public testing::Test {
         return "(" + std::to_string(pixel[0]) + ", " + std::to_string(pixel[1]) + ")";
     }
 
-    /// Floats, since OpenEXR's classes would not convert them back to half.
+    /// The picture's colours are floats, since OpenEXR's classes would not convert them back to
+    /// half.
     static inline const SyntheticPicture picture_ = makePicture({.color_type = PixelType::kFloat});
     ScratchDir scratch_;
 };
@@ -129,7 +130,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 TEST_F(VerifyCommand, GoodFiles) {
     expect(write("a.exr"), 0, "a.exr: good, 7 layers, ");
-    // OpenEXR's own writer stores the same pixels.
+    // A copy by OpenEXR's own writer, with the same pixels, is good.
     const std::string copy = damaged("none", [](Planes&) {});
     expect(copy, 0, " fragments; without peeler:pixelHash\n");
     const Json json = Json::parse(verify({path("a.exr"), copy, "--json"}).out);
@@ -195,7 +196,7 @@ TEST_F(VerifyCommand, HeadersThatDoNotAgree) {
     const std::string count = std::to_string(picture_.plan.fragments_stored);
     std::string wrong = count;
     wrong.back() = wrong.back() == '9' ? '8' : static_cast<char>(wrong.back() + 1);
-    // In all parts: OpenEXR does not compare them.
+    // The counts are changed in all parts, since OpenEXR does not compare parts.
     for (const char* name : {"peeler:fragmentsStored", "peeler:fragmentsCounted"}) {
         for (std::size_t i = 0; (i = bytes.find(name, i)) != std::string::npos; ++i)
             bytes.replace(bytes.find(count, i), count.size(), wrong);
@@ -208,7 +209,7 @@ TEST_F(VerifyCommand, IncompleteFiles) {
     SyntheticPicture picture = picture_;
     picture.plan.fragments_counted += 5;
     expect(write("a.exr", {}, picture), 6, "not complete: ");
-    // The worse code wins.
+    // If several files have faults, the worst exit code counts.
     writeText(path("b.exr"), "no picture");
     EXPECT_EQ(verify({path("a.exr"), path("b.exr")}).exit_code, 3);
 }
@@ -220,7 +221,7 @@ TEST_F(VerifyCommand, FilesCutOffOrDamaged) {
         writeText(path("cut.exr"), bytes.substr(0, size));
         EXPECT_EQ(verify({path("cut.exr")}).exit_code, 3) << size;
     }
-    std::string changed = bytes;  // within the last chunk's packed pixels
+    std::string changed = bytes;  // changes a byte in the last chunk's packed pixels
     changed[changed.size() - 10] ^= 0x55;
     writeText(path("changed.exr"), changed);
     EXPECT_EQ(verify({path("changed.exr")}).exit_code, 3);
@@ -230,7 +231,8 @@ TEST_F(VerifyCommand, FilesCutOffOrDamaged) {
 TEST_F(VerifyCommand, FilesThatHaveChangedSinceTheyWereWritten) {
     const std::string bytes =
         bytesOf(write("a.exr", {}, makePicture({.width = 12, .height = 9, .most_layers = 2})));
-    // exr_integrity_test checks every bit of smaller pieces; here, reading the rest must not crash.
+    // Whether every changed bit is found is tested by exr_integrity_test; here, files with changes
+    // must not crash.
     for (std::size_t at = 0; at < bytes.size(); at += exhaustive() ? 1 : 29) {
         std::string changed = bytes;
         changed[at] = static_cast<char>(changed[at] ^ (1 << (at % 8)));
@@ -252,14 +254,14 @@ TEST_F(VerifyCommand, CamerasThatContradictThemselves) {
     rewrite(write("good.exr"), path("bad.exr"), "none", [](Planes&) {});
     std::string bytes = bytesOf(path("bad.exr"));
     const std::string name = std::string("worldToCamera") + '\0' + "m44f" + '\0';
-    bytes[bytes.find(name) + name.size() + 4 + 3] ^= 1;  // an exponent
+    bytes[bytes.find(name) + name.size() + 4 + 3] ^= 1;  // changes an exponent
     writeText(path("bad.exr"), bytes);
     expect(path("bad.exr"), 3, "composite: worldToCamera contradicts peeler:cameraJson");
 }
 
 TEST_F(VerifyCommand, ASequence) {
     const std::vector<std::string> frames{writeFrame(1), writeFrame(3), writeFrame(5)};
-    EXPECT_EQ(verify(frames).exit_code, 0);  // every second one
+    EXPECT_EQ(verify(frames).exit_code, 0);  // every second frame is a regular sequence
     const std::string seventh = writeFrame(9);
     const Outcome gap = verify({frames[0], frames[1], frames[2], seventh});
     EXPECT_EQ(gap.exit_code, 6);
@@ -276,7 +278,7 @@ TEST_F(VerifyCommand, OtherSettings) {
     const std::string a = writeFrame(1), b = writeFrame(2, "other");
     const Outcome result = verify({a, b});
     EXPECT_EQ(result.exit_code, 3);
-    // From before peeler:settings: only the fact of a difference is known.
+    // The first file is older than peeler:settings, so only the fact that settings differ is known.
     EXPECT_NE(result.out.find("frame2.exr: differs from " + a +
                               " in other settings, which peeler test did not record\n"),
               std::string::npos)
@@ -326,7 +328,7 @@ TEST_F(VerifyCommand, DifferencesAreToldInWords) {
     const Outcome skies = verify({writeWith("c.exr", sky), writeWith("d.exr", other_sky)});
     EXPECT_NE(skies.out.find(" in --environment, another file\n"), std::string::npos) << skies.out;
     EXPECT_EQ(skies.out.find("abcdef"), std::string::npos) << skies.out;
-    // Settings that are not a JSON object, or are nested too deeply, must not crash.
+    // Settings that are not a JSON object or are nested too deeply must not cause a crash.
     for (const std::string& text : {std::string("["), std::string(100000, '['), std::string("7")}) {
         const Outcome broken = verify({a, writeWith("b.exr", text)});
         EXPECT_EQ(broken.exit_code, 3);
@@ -361,7 +363,8 @@ TEST_F(VerifyCommand, FilesOfOthersAreReadToTheirEnd) {
     }
     expect(path("tiled.exr"), 0, "readable; not written by peeler");
     std::string bytes = bytesOf(path("tiled.exr"));
-    // The size of the last tile's pixels, in the smallest level (1 x 1: 4 bytes, uncompressed).
+    // The damaged byte is in the size of the last tile's pixels, at the smallest level (1 x 1: 4
+    // bytes, uncompressed).
     bytes[bytes.size() - 8] = 99;
     writeText(path("damaged.exr"), bytes);
     expect(path("damaged.exr"), 3, "OpenEXR cannot read it");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Baked values with analytic answers.
+// Tests baked values against analytic answers.
 #include "core/bake/bake.h"
 
 #include <gtest/gtest.h>
@@ -86,7 +86,8 @@ void box(SceneBuilder& builder, const glm::vec3& half, int material, bool inward
 void disc(SceneBuilder& builder, float height, double radius, int material) {
     constexpr int kSides = 90;
     const double wedge = 2 * kPi / kSides;
-    const double corner = radius * std::sqrt(wedge / std::sin(wedge));  // as large as the circle
+    // The corners are placed so that the polygon has the circle's area.
+    const double corner = radius * std::sqrt(wedge / std::sin(wedge));
     std::vector<glm::vec3> positions;
     const auto at = [&](int i) {
         return glm::vec3(corner * std::cos(wedge * i), height, corner * std::sin(wedge * i));
@@ -96,8 +97,8 @@ void disc(SceneBuilder& builder, float height, double radius, int material) {
     builder.triangles(positions, material);
 }
 
-/// Adds a sphere of radius 1 that faces inward, open above the height cos `opening` (radians from
-/// +Y).
+/// Adds an inward-facing sphere of radius 1 without its top: everything less than `opening` radians
+/// from +Y is missing.
 void bowl(SceneBuilder& builder, double opening, int material) {
     constexpr std::uint32_t kRows = 64, kColumns = 128;
     Primitive p;
@@ -160,7 +161,8 @@ TEST_P(Bake, NothingOccludesAConvexBody) {
         Bakery bakery(GetParam(), builder.scene());
         const auto ao = bakery.atVertices(settingsOf(BakeQuantity::kAmbientOcclusion, 256));
         SCOPED_TRACE(round ? "sphere" : "box");
-        // Between rays facets extend beyond their edges, and the sphere has many edges.
+        // Bundles approximate a facet by samples at rays, which extend it beyond its edges; hence
+        // the tolerance, and a larger one for the sphere's many edges.
         expectAll(ao, 1, round ? 0.03 : 5e-4);
         EXPECT_GT(mean(ao), 0.998);
     }
@@ -187,7 +189,7 @@ TEST_P(Bake, FarFromTheOriginTheSameIsSeen) {
     EXPECT_LT(std::sqrt(squares / static_cast<double>(near.size())), 0.005);
 }
 
-/// A floor, and a roof above its middle.
+/// A floor with a disc as a roof above its middle.
 class UnderARoof : public testing::TestWithParam<const char*> {
   protected:
     void build(double radius, float height, float floor = 2) {
@@ -206,9 +208,11 @@ INSTANTIATE_TEST_SUITE_P(By, UnderARoof, testing::Values("cpu", "gl"),
 
 TEST_P(UnderARoof, ADiscHidesItsFormFactor) {
     build(1, 0.75F);
-    // 1 − R² / (R² + h²): Howell's catalogue of configuration factors, B-12.
+    // The unoccluded share is 1 − R² / (R² + h²): Howell's catalogue of configuration factors,
+    // B-12.
     EXPECT_NEAR(value(settingsOf(BakeQuantity::kAmbientOcclusion, 1024)), 0.36, 0.01);
-    // The rest of the sky is the same: the normal is up.
+    // Sky visibility equals ambient occlusion here because the receiver's normal points straight
+    // up.
     EXPECT_NEAR(value(settingsOf(BakeQuantity::kSkyVisibility, 1024)), 0.36, 0.01);
 }
 
@@ -220,21 +224,23 @@ TEST_P(UnderARoof, AnInfinitePlateHidesAll) {
 TEST_P(UnderARoof, WhatIsFartherThanTheLargestDistanceHidesNothing) {
     build(1, 0.5F);
     BakeSettings settings = settingsOf(BakeQuantity::kAmbientOcclusion, 1024);
-    settings.max_distance = 0.8;  // that much of the disc: R² = D² − h²
+    settings.max_distance = 0.8;  // the rays reach only up to the disc's radius R with R² = D² − h²
     EXPECT_NEAR(value(settings), 0.25 / 0.64, 0.01);
     settings.max_distance = 0.49;
-    // A GPU's depths may include the floor itself in a grazing direction.
+    // On a GPU, rounded depths may let the floor occlude itself in a grazing direction; hence the
+    // tolerance.
     EXPECT_NEAR(value(settings), 1, 5e-5);
 }
 
 TEST_P(Bake, EveryPointOfABowlSeesAsMuchOfItsOpening) {
-    // Inside a sphere the form factor of a part is its share of the sphere, from every point.
+    // Inside a sphere, the form factor of any part is its share of the sphere's area, seen from
+    // every point.
     for (const double opening : {kPi / 2, kPi / 3}) {
         SceneBuilder builder;
         bowl(builder, opening, builder.material(glm::vec4(1), AlphaMode::kOpaque));
         Bakery bakery(GetParam(), builder.scene());
         std::vector<float> ao = bakery.atVertices(settingsOf(BakeQuantity::kAmbientOcclusion, 512));
-        // On the rim itself a ray cannot distinguish the bowl from its outside.
+        // Skip the rim, where a ray cannot distinguish the bowl's inside from its outside.
         ao.erase(ao.begin(), ao.begin() + std::ptrdiff_t{2} * 129);
         const double expected = (1 - std::cos(opening)) / 2;
         EXPECT_NEAR(mean(ao), expected, 0.005);
@@ -251,10 +257,10 @@ TEST_P(Bake, APlainSeesTheWholeSkyAndAWallHalfOfIt) {
     const Receivers receivers{{{0, 0, 3}, {0, 1, 0}, {0, 3, 0}}, {kUp, {0, 0, 1}, {0, 0, 1}}};
     const auto sky = bakery(receivers, settingsOf(BakeQuantity::kSkyVisibility));
     const auto open = bakery(receivers, settingsOf(BakeQuantity::kAmbientOcclusion));
-    EXPECT_LT(sky[0], 0.95);  // but for the wall
+    EXPECT_LT(sky[0], 0.95);  // the wall hides some of the sky
     EXPECT_NEAR(sky[1], 0.5, 0.01);
     EXPECT_NEAR(sky[2], 0.5, 0.01);
-    EXPECT_GT(open[1], 0.6);  // more is open than the sky
+    EXPECT_GT(open[1], 0.6);  // rays that pass below the horizon are unoccluded, too
     SceneBuilder plain;
     plate(plain, glm::vec3(0), 3, plain.material(glm::vec4(1), AlphaMode::kOpaque));
     Bakery lone(GetParam(), plain.scene());
@@ -271,7 +277,8 @@ TEST_P(Bake, BentNormalsLeanAwayFromWalls) {
     Bakery bakery(GetParam(), builder.scene());
     const Receivers receivers{{{0, 0, 0.2F}, {0, 0, -0.2F}}, {kUp, kDown}};
     const auto bent = bakery(receivers, settingsOf(BakeQuantity::kBentNormal, 1024));
-    // For half a hemisphere: (2/3, π/3) across and along the normal.
+    // Over half a hemisphere the cosine-weighted sum of directions is (2/3, π/3), across and along
+    // the normal.
     const double slope = 2 / kPi, along = 1 / std::hypot(1, slope);
     EXPECT_NEAR(bent[0], 0, 0.02);
     EXPECT_NEAR(bent[1], along, 0.02);
@@ -289,7 +296,7 @@ TEST_P(Bake, ThicknessOfASlabIsTheMeanOfItsDepthOverTheCosine) {
     BakeSettings settings = settingsOf(BakeQuantity::kThickness, 512);
     for (const double most : {1.0, 2.0, 4.0}) {
         settings.max_distance = most;
-        // ∫ min(h / cos, D) cos dω / π
+        // The mean capped thickness is ∫ min(h / cos, D) cos dω / π.
         expectAll(bakery(receivers, settings), 2 - 1 / most, 0.01);
     }
 }
@@ -298,7 +305,8 @@ TEST_P(Bake, ThicknessOfASphereIsTheMeanOfItsChords) {
     SceneBuilder builder;
     builder.sphere({0, 1, 0}, 3, builder.material(glm::vec4(1), AlphaMode::kOpaque));
     Bakery bakery(GetParam(), builder.scene());
-    expectAll(bakery.atVertices(settingsOf(BakeQuantity::kThickness)), 4, 0.06);  // 4 r / 3
+    // The cosine-weighted mean chord from a point of a sphere is 4 r / 3.
+    expectAll(bakery.atVertices(settingsOf(BakeQuantity::kThickness)), 4, 0.06);
 }
 
 TEST_P(Bake, InAFurnaceAllIsAsBright) {
@@ -331,7 +339,7 @@ TEST_P(Bake, LightBouncesInABowlByItsFormFactor) {
     for (const int bounces : {0, 1, 2}) {
         settings.bounces = bounces;
         const auto light = bakery.atVertices(settings);
-        // Every point of the white bowl sees half of the sky, and half of the bowl.
+        // Every point of the white bowl sees half of the sky and half of the bowl.
         EXPECT_NEAR(mean(light), 2 * kPi * (1 - std::pow(0.5, bounces + 1)), 0.02 * 2 * kPi);
         const float most = std::ranges::max(light);
         EXPECT_LT(most, 2 * kPi * 1.0001);  // nothing is brighter than the sky
@@ -344,7 +352,8 @@ TEST_P(Bake, OnlyFrontsOfSingleSidedSurfacesShine) {
     for (const bool double_sided : {false, true}) {
         SceneBuilder builder;
         plate(builder, glm::vec3(0), 3, builder.material(glm::vec4(0, 0, 0, 1)));
-        disc(builder, 1, 1, emitter(builder, 0, 1, double_sided));  // faces up
+        // The disc faces up, away from the receiver.
+        disc(builder, 1, 1, emitter(builder, 0, 1, double_sided));
         Bakery bakery(GetParam(), builder.scene());
         BakeSettings settings = settingsOf(BakeQuantity::kIrradiance, 256);
         settings.bounces = 0;
@@ -426,7 +435,7 @@ TEST_P(Bake, SumsOfReceiversCountUnderABudget) {
         EXPECT_NE(error.where().find("`memory`"), std::string::npos);
         EXPECT_FALSE(error.hint().empty());
     }
-    EXPECT_LT(residentBytes(), before + (16ULL << 20));  // no trial runs first
+    EXPECT_LT(residentBytes(), before + (16ULL << 20));  // it refuses without a trial run
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texel receivers: selection, places, shared texels, borders, values between and beyond them.
+// Tests texel receivers: selection and positions, shared texels, chart borders, values between
+// texels and dilated beyond charts.
 #include "core/bake/receivers.h"
 
 #include <gtest/gtest.h>
@@ -73,7 +74,7 @@ TEST(TexelReceivers, OfTiledOrMirroredUvsShareTexels) {
     EXPECT_EQ(tiled.receivers.size(), 128U);
     const PlacedTexels mirrored(oneMesh({quad(), quad(1, 0, 0, 1)}), {8, 0});
     EXPECT_EQ(mirrored.texels.atlases()[0].shared, 64U);
-    // Both sides of the mirror share texels: the mean is the middle.
+    // Both sides of the mirror share each texel, which gets their mean: 0.5 everywhere.
     std::vector<float> values;
     for (const glm::dvec3& position : mirrored.receivers.positions)
         values.push_back(static_cast<float>(position.x));
@@ -84,7 +85,8 @@ TEST(TexelReceivers, OfTiledOrMirroredUvsShareTexels) {
 }
 
 TEST(TexelReceivers, OfNarrowChartsAreTheNearestPoints) {
-    // A ribbon along v from 2.4 to 2.492 of 8 texels: the centre at 2.5 is just outside.
+    // A ribbon along V spans U from 2.4 to 2.492 of 8 texels: no texel centre is inside it, but the
+    // one at 2.5 is just outside.
     const PlacedTexels placed(oneMesh({quad(0.30F, 0, 0.3115F, 1)}), {8, 0});
     const TexelAtlas& atlas = placed.texels.atlases()[0];
     EXPECT_EQ(atlas.covered, 0U);
@@ -92,7 +94,7 @@ TEST(TexelReceivers, OfNarrowChartsAreTheNearestPoints) {
         const std::size_t texel = y * 8 + 2;
         ASSERT_EQ(atlas.first[texel + 1] - atlas.first[texel], 1U) << y;
         const glm::dvec3 position = placed.receivers.positions[atlas.first[texel]];
-        EXPECT_NEAR(position.x, 1, 1e-4);  // its right border
+        EXPECT_NEAR(position.x, 1, 1e-4);  // the nearest point is on the ribbon's right border
         EXPECT_NEAR(position.y, (static_cast<float>(y) + 0.5F) / 8, 1e-4);
     }
 }
@@ -155,15 +157,16 @@ TEST(TexelReceivers, GiveTheTexelUnderAHit) {
         const glm::vec3 p(placed.receivers.positions[i]);
         values.insert(values.end(), {p.x, p.y, 1});
     }
-    // Triangle 2 of the quad is (0,0) (1,1) (0,1): this is (0.3, 0.8), in texel (1, 3).
+    // Barycentric (0.3, 0.5) in triangle 2, which is (0,0) (1,1) (0,1), is the point (0.3, 0.8), in
+    // texel (1, 3).
     const glm::vec3 found = lookup(values, 2, {0.3F, 0.5F});
     EXPECT_NEAR(found.x, 0.375F, 1e-6);
     EXPECT_NEAR(found.y, 0.875F, 1e-6);
 }
 
 TEST(TexelCoverage, GivesEveryCentreOnAnEdgeToOneTriangle) {
-    // A fan around a point, with corners on centres and between them: only the outer edges are not
-    // shared, so every centre inside is covered exactly once.
+    // Triangle fans around a point have corners on texel centres and between them. Only the outer
+    // edges are not shared, so every centre inside must be covered exactly once.
     const unsigned seed = 20261121;
     std::mt19937 random(seed);
     std::uniform_int_distribution<int> half(4, 60);
@@ -173,7 +176,8 @@ TEST(TexelCoverage, GivesEveryCentreOnAnEdgeToOneTriangle) {
         std::vector<UvTriangle> triangles;
         for (std::size_t i = 0; i < 4; ++i) {
             UvTriangle triangle{corners[i], corners[(i + 1) % 4], middle};
-            if (random() % 2) std::swap(triangle[0], triangle[1]);  // mirrored charts, too
+            // Some triangles are turned over, as in mirrored charts.
+            if (random() % 2) std::swap(triangle[0], triangle[1]);
             triangles.push_back(triangle);
         }
         const TexelCoverage coverage(triangles, 32);
@@ -222,14 +226,16 @@ TEST(NearestFilled, IsTheNearestWithinReachAcrossBorders) {
 }
 
 TEST(TexelPixels, SpreadBeyondChartsAndFillTheRestWithTheMean) {
-    // The left quarter has one value per row; 2 texels further it is the same, then the mean.
+    // The chart fills the left quarter. Beyond its border, dilation repeats the border's value over
+    // 2 texels; all other texels get the mean.
     const PlacedTexels placed(oneMesh({quad(0, 0, 0.25F, 1)}), {16, 0});
     std::vector<float> values;
     for (const glm::dvec3& position : placed.receivers.positions)
         values.push_back(position.x < 0.999F && position.x > 0.001F ? 1.0F : 3.0F);
     const TexelAtlas& atlas = placed.texels.atlases()[0];
     const std::vector<float> pixels = placed.texels.pixels(atlas, values, 1, 2);
-    // Columns 0 to 3 have centres, −1 (15) and 4 touch; 13, 14 and 5, 6 are dilated.
+    // Texels 0 to 3 have their centres in the chart, texels 4 and 15 (= −1) touch it, and 5, 6, 13
+    // and 14 are dilated.
     const float mean = (4 * 1.0F + 2 * 3.0F) / 6;
     const float expected[] = {1, 1, 1, 1, 3, 3, 3, mean, mean, mean, mean, mean, mean, 3, 3, 3};
     for (std::size_t x = 0; x < 16; ++x)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vertex receivers: places, normals, and values between them.
+// Tests vertex receivers: positions, normals, and values interpolated between them.
 #include "core/bake/receivers.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace {
 
 using test::oneMesh;
 
-/// (0,0,0) (1,0,0) (0,1,0), with its front toward +Z.
+/// Returns the triangle (0,0,0) (1,0,0) (0,1,0), whose front faces +Z.
 Primitive triangle() {
     Primitive primitive;
     primitive.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
@@ -50,16 +50,17 @@ TEST(VertexReceivers, StandWhereTheNodePutsThem) {
 TEST(VertexReceivers, TakeTheVerticesOwnNormalsAndTurnThemAsSurfacesTurn) {
     Primitive primitive = triangle();
     primitive.normals.assign(3, glm::normalize(glm::vec3(1, 0, 1)));
-    primitive.normals[1] = {0, 0, 0};  // zero: the triangle's normal
+    primitive.normals[1] = {0, 0, 0};  // a zero normal is replaced by the triangle's
     const PlacedVertices placed(
         oneMesh({primitive}, glm::scale(glm::dmat4(1), glm::dvec3(2, 1, 1))));
-    // A plane with x + z = const is (x/2) + z = const after stretching x.
+    // Stretching x by 2 turns the plane x + z = const into x/2 + z = const.
     expectVector(placed.receivers.normals[0], glm::normalize(glm::vec3(0.5F, 0, 1)));
     expectVector(placed.receivers.normals[1], {0, 0, 1});
 }
 
 TEST(VertexReceivers, StayOnTheFrontOfMirroredInstances) {
-    // Mirrored by a node, the front is counter-clockwise before mirroring: still toward +Z.
+    // The front of a mirrored instance is the side that was counter-clockwise before mirroring, so
+    // it still faces +Z.
     const glm::dmat4 mirror = glm::scale(glm::dmat4(1), glm::dvec3(-1, 1, 1));
     Primitive with_normals = triangle();
     with_normals.normals.assign(3, {0, 0, 1});
@@ -72,7 +73,7 @@ TEST(VertexReceivers, StayOnTheFrontOfMirroredInstances) {
 }
 
 TEST(VertexReceivers, WithoutNormalsTakeTheMeanOfTheirTrianglesByArea) {
-    // Vertex 0 is in a triangle of area 1/2 toward +Z and in one of area 1 toward +X.
+    // Vertex 0 belongs to a triangle of area 1/2 that faces +Z and one of area 1 that faces +X.
     Primitive primitive = triangle();
     primitive.positions.insert(primitive.positions.end(), {{0, 2, 0}, {0, 0, 1}, {9, 9, 9}});
     primitive.indices = {0, 1, 2, 0, 3, 4};
@@ -80,13 +81,14 @@ TEST(VertexReceivers, WithoutNormalsTakeTheMeanOfTheirTrianglesByArea) {
     expectVector(placed.receivers.normals[0], glm::normalize(glm::vec3(2, 0, 1)));
     expectVector(placed.receivers.normals[1], {0, 0, 1});
     expectVector(placed.receivers.normals[3], {1, 0, 0});
-    expectVector(placed.receivers.normals[5], {0, 0, 0});  // without a triangle: it sees nothing
+    // A vertex without triangles has no normal and sees nothing.
+    expectVector(placed.receivers.normals[5], {0, 0, 0});
 }
 
 TEST(VertexReceivers, FollowDeformedMeshes) {
     Primitive primitive = triangle();
     MorphTarget target;
-    target.positions = {{0, 0, 0}, {-1, 0, 1}, {0, 0, 0}};  // the second corner to (0,0,1)
+    target.positions = {{0, 0, 0}, {-1, 0, 1}, {0, 0, 0}};  // moves the second corner to (0,0,1)
     primitive.targets = {target};
     Scene scene = oneMesh({primitive});
     scene.meshes[0].weights = {1};
@@ -117,7 +119,7 @@ TEST(VertexReceivers, InterpolateTheCornersOfAKey) {
     scene.meshes[0].primitives = {triangle(), strip};
     const PlacedVertices placed(scene);
     const SurfaceLookup lookup = placed.vertices.lookup();
-    std::vector<float> values;  // per vertex: (its number, 10 times that, 1)
+    std::vector<float> values;  // the vertex's number n as (n, 10 n, 1)
     for (int i = 0; i < 7; ++i)
         values.insert(values.end(), {static_cast<float>(i), 10.0F * static_cast<float>(i), 1});
     expectVector(lookup(values, 1, {0.25F, 0.5F}), {1.25F, 12.5F, 1});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Visibility rays of receivers, against one-by-one rays in double precision.
+// Compares visibility rays with brute-force rays in double precision.
 #include "core/bake/visibility_rays.h"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ class RandomPoints {
     } one_;
 };
 
-/// Returns triangles of all sizes around the origin, long ones and small ones.
+/// Returns triangles around the origin in all sizes and shapes, from small to long.
 Primitive soup(RandomPoints& random, int triangles) {
     Primitive p;
     for (int i = 0; i < triangles; ++i) {
@@ -54,11 +54,12 @@ Primitive soup(RandomPoints& random, int triangles) {
     return p;
 }
 
-/// Returns random places with random normals.
+/// Returns receivers at random positions with random normals.
 Receivers scattered(RandomPoints& random, std::size_t count) {
     Receivers receivers;
     for (std::size_t i = 0; i < count; ++i) {
-        // Some in a cluster: cells have none, few and many.
+        // A quarter of them are clustered, so that some grid cells are empty, some have few and
+        // some many.
         receivers.positions.push_back(i % 4 == 0 ? random(0.02) : random(1.1));
         receivers.normals.push_back(random.normal());
     }
@@ -71,9 +72,9 @@ std::vector<std::uint32_t> all(const Receivers& receivers) {
     return chosen;
 }
 
-/// The distance of a ray's next hit, by Cramer's rule for each triangle; `doubtful`: a hit, or a
-/// near miss, is so close to an edge, to its own surface or to the grazing angle that rounding
-/// decides.
+/// The distance of a ray's next hit, by Cramer's rule for each triangle. A ray is `doubtful` if
+/// rounding decides: a hit or near miss is close to an edge, to the ray's own surface or to the
+/// grazing angle.
 struct RayHit {
     double distance = kInfinity;
     bool doubtful = false;
@@ -182,7 +183,7 @@ TEST(VisibilityRays, HaveTheSameBitsOnEveryProcessor) {
         at[2].push_back(static_cast<float>(place.z));
         side.push_back(i % 2 == 0 ? 1.0F : -1.0F);
     }
-    const std::uint32_t first[] = {0, kCount};  // all in one cell
+    const std::uint32_t first[] = {0, kCount};  // all receivers in one cell
     for (const Faces faces : {Faces::kBoth, Faces::kFront}) {
         const Occluders occluders(PosedScene(scene), faces);
         for (const bool for_every : {false, true}) {
@@ -221,7 +222,7 @@ Primitive square(float z = 0) {
     return p;
 }
 
-/// Returns the visible distances of points along +Z.
+/// Returns the distances that points see along +Z.
 std::vector<float> seenUpward(const Scene& scene, const std::vector<glm::dvec3>& points,
                               Faces faces = Faces::kBoth) {
     const Occluders occluders(PosedScene(scene), faces);
@@ -234,7 +235,7 @@ std::vector<float> seenUpward(const Scene& scene, const std::vector<glm::dvec3>&
 
 TEST(VisibilityRays, GoThroughWhatAlphaLeavesOut) {
     Primitive p = square();
-    // Among enough triangles for several patches.
+    // Triangles elsewhere are added so that there are several patches.
     p.positions.insert(p.positions.end(), {{5, 0, 0}, {6, 0, 0}, {6, 1, 0}});
     p.texcoords[0].resize(p.positions.size());
     for (int i = 0; i < 300; ++i)
@@ -279,7 +280,8 @@ TEST(VisibilityRays, AreNotStoppedByWhatIsNowhere) {
         p.texcoords[0].resize(p.positions.size());
         p.indices.insert(p.indices.end(), {first, first + 1, first + 2});
     }
-    // Its bounds are not finite either, so such a scene supports no other quantity.
+    // Only must not crash: the scene's bounds are not finite either, so no other quantity can be
+    // baked.
     seenUpward(scene, {{0.3, 0.2, -2}});
     Scene line = oneMesh({square()});
     line.meshes[0].primitives[0].indices.insert(line.meshes[0].primitives[0].indices.end(),
@@ -322,7 +324,7 @@ std::vector<float> baked(HitSource& source, const Receivers& receivers,
     return bake(source, receivers, settings, capture, {}, {});
 }
 
-/// Receivers in a scene, with lines or bundles.
+/// Receivers in a scene, with two hit sources: one for individual rays, one that prefers bundles.
 struct Both {
     RandomPoints random;
     Scene scene = oneMesh({soup(random, 60), square(-0.5F)});
@@ -351,7 +353,7 @@ TEST(VisibilityRays, AreTheSameForAllThreadsAndBudgets) {
     RandomPoints random;
     const Scene scene = oneMesh({soup(random, 50)});
     const PosedScene shown(scene);
-    // More than one batch.
+    // The second count needs more than one chunk.
     for (const std::size_t count : {std::size_t{500}, std::size_t{140'000}}) {
         const Receivers receivers = scattered(random, count);
         HitRasterizer source(shown);
@@ -362,7 +364,7 @@ TEST(VisibilityRays, AreTheSameForAllThreadsAndBudgets) {
         const std::uint64_t tight = residentBytes() + (count > 1000 ? 60ULL : 4ULL) * (1 << 20);
         EXPECT_EQ(baked(source, receivers, BakeQuantity::kAmbientOcclusion, tight), one);
         setThreadCount(0);
-        // A subset has other neighbours and other rounding.
+        // In a subset, receivers have different neighbours and therefore different rounding.
         Receivers few;
         std::vector<float> expected;
         for (std::size_t r = 0; r < count; r += count / 250) {
@@ -397,14 +399,15 @@ TEST(VisibilityRays, TellBeforeTheyLook) {
                 EXPECT_LT(done, 1);
                 told.push_back(bytes);
             });
-        // All lines run at once, bundles in 8 pairs.
+        // All individual rays run at once, but bundles run in 8 pairs.
         ASSERT_EQ(told.size(), source == &lines ? 1U : 8U);
         const std::uint64_t before = forecastBake(*source, receivers, settings, {}, {});
         EXPECT_GT(before, 1'000'000U);
         EXPECT_NEAR(static_cast<double>(before), static_cast<double>(told.back()),
                     0.5 * static_cast<double>(before));
     }
-    // A million receivers store values, and two sums.
+    // For each of a million receivers, memory holds its value and two sums: the total and that of a
+    // group of directions.
     Receivers many = scattered(random, 1'000'000);
     const std::uint64_t few = forecastBake(lines, receivers, settings, {}, {});
     EXPECT_GT(forecastBake(lines, many, settings, {}, {}), few + 30'000'000);

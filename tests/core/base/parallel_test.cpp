@@ -82,7 +82,7 @@ INSTANTIATE_TEST_SUITE_P(Threads, Parallel, testing::Values(1, 2, 5));
 TEST(ParallelThreads, ALoopThatComesSecondGetsThreads) {
     setThreadCount(3);
     std::atomic<bool> begun{false}, ends{false};
-    // The first loop would keep its three threads as long as the second lasts.
+    // The first loop keeps its three threads busy until the second loop has ended.
     std::thread other([&] {
         parallelFor(1000, [&](std::size_t) {
             begun = true;
@@ -93,7 +93,7 @@ TEST(ParallelThreads, ALoopThatComesSecondGetsThreads) {
     while (!begun)
         std::this_thread::yield();
     std::atomic<int> there{0};
-    // Each body waits for the other, so one thread alone would end with fewer.
+    // Each body waits for the other, so the first one's check fails if a single thread runs both.
     parallelFor(2, [&](std::size_t) {
         ++there;
         for (int i = 0; there < 2 && i < 30000; ++i)
@@ -110,9 +110,9 @@ void expectLoopsInAChild() {
     const pid_t child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
-        alarm(60);  // ends a wait without end
+        alarm(60);  // ends the child if it hangs
         std::atomic<int> there{0};
-        // Each body waits for the other, so one thread alone would never end.
+        // Each body waits for the other, so a single thread would hang.
         parallelFor(2, [&](std::size_t) {
             for (++there; there < 2;)
                 std::this_thread::yield();

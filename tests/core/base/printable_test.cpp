@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Strings from files in messages, and the maximum length of errors.
+// Tests how strings from files are made printable for messages, and the maximum length of error
+// texts.
 #include "core/base/printable.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The transfer function at its known points, and its inverse.
+// Tests the sRGB transfer function at known points, and its inverse.
 #include "core/base/color.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ TEST(Srgb, KnownPoints) {
     EXPECT_FLOAT_EQ(srgbFromLinear(1.0F), 1);
     EXPECT_NEAR(linearFromSrgb(0.5), 0.21404114, 1e-8);
     EXPECT_NEAR(srgbFromLinear(0.18), 0.46135612, 1e-8);
-    // Where the linear segment meets the curve.
+    // The linear segment meets the curve here.
     EXPECT_NEAR(linearFromSrgb(0.04045), 0.0031308, 1e-7);
     EXPECT_NEAR(linearFromSrgb(0.040451), 0.0031308, 1e-6);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages that name parameters.
+// Tests messages that name parameters.
 #include <gtest/gtest.h>
 
 #include <string>

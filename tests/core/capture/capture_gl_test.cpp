@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Captures with analytic answers.
+// Tests captures against analytic answers.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,7 +36,7 @@ TEST_P(Capture, QuadsGiveTheirLayersDepthsAndColours) {
     constexpr int kQuads = 9;
     std::vector<glm::vec4> colors;
     std::vector<float> depths;
-    // Added far to near, so that draw order is the reverse of depth order.
+    // The quads are added far to near, so that the draw order is the reverse of the depth order.
     for (int i = kQuads - 1; i >= 0; --i) {
         const float t = static_cast<float>(i) / kQuads;
         const float z = 0.7F + 3.3F * t * t;
@@ -70,15 +70,14 @@ TEST_P(Capture, QuadsGiveTheirLayersDepthsAndColours) {
 }
 
 TEST_P(Capture, TiltedPlaneHasTheDepthOfItsPlane) {
-    // z = -3 + 0.8 x - 0.3 y
+    // The plane is z = -3 + 0.8 x - 0.3 y.
     SceneBuilder builder;
     const auto at = [](float x, float y) { return glm::vec3(x, y, -3 + 0.8F * x - 0.3F * y); };
     builder.quad(at(-2, -2), at(2, -2), at(2, 2), at(-2, 2), builder.material({1, 1, 1, 0.5F}));
     const View view = testView(128, 96);
     const auto result = capture(builder.scene(), view, settings());
-    // GPUs interpolate between vertices snapped to a grid of 1/256 of a pixel, an error of half a
-    // step along both axes: 1/z changes by (0.8 + 0.3) / 3 times half a step's share of the
-    // picture.
+    // GPUs snap vertices to a grid of 1/256 pixel, an error of half a grid step along each axis.
+    // 1/z then changes by (0.8 + 0.3) / 3 times the share of the picture that half a step is.
     const double step = 2 * view.projection.half_width / view.width / 512;
     const double snapped = sharedContext().device().software ? 0 : 1.1 / 3 * step;
     std::size_t covered = 0;
@@ -115,8 +114,8 @@ TEST_P(Capture, CoincidentQuadsAreLayersInDrawOrder) {
 TEST_P(Capture, WhatIsBehindTheCameraOrBeyondTheFarPlaneIsNoFragment) {
     SceneBuilder builder;
     const int grey = builder.material({0.5F, 0.5F, 0.5F, 1});
-    builder.rectangle(9, 9, 1, grey);       // behind
-    builder.rectangle(9, 9, -0.05F, grey);  // nearer than the near plane
+    builder.rectangle(9, 9, 1, grey);       // behind the camera
+    builder.rectangle(9, 9, -0.05F, grey);  // in front of the near plane
     builder.rectangle(9, 9, -3, grey);
     builder.rectangle(9, 9, -50, grey);  // beyond the far plane
     View view = testView(16, 16);
@@ -155,7 +154,7 @@ TEST_P(Capture, TransparentMeansAlphaAboveZeroAndMaskTheCutoff) {
     builder.rectangle(9, 9, -4, builder.material({1, 1, 1, 1e-3F}));
     const auto result = capture(builder.scene(), testView(8, 8), settings());
     ASSERT_EQ(result.plan.layers.size(), 2U);
-    EXPECT_EQ(color(result.image, 0).a, 1);  // a mask that passes is opaque
+    EXPECT_EQ(color(result.image, 0).a, 1);  // a masked fragment that passes the cutoff is opaque
     EXPECT_NEAR(color(result.image, 1).a, 1e-3, 1e-6);
 }
 
@@ -178,7 +177,7 @@ TEST_P(Capture, SurfacesVisibleStopsAtTheNearestOpaqueOne) {
     builder.rectangle(9, 9, -1, glass);
     builder.rectangle(9, 9, -2, glass);  // coincides with the wall and is drawn before it
     builder.rectangle(9, 9, -2, wall);
-    builder.rectangle(9, 9, -2, glass);  // … and after it: hidden
+    builder.rectangle(9, 9, -2, glass);  // … and after the wall, which therefore hides it
     builder.rectangle(9, 9, -3, wall);
     builder.rectangle(9, 9, -4, glass);
     CaptureSettings s = settings();
@@ -193,11 +192,13 @@ TEST_P(Capture, SurfacesVisibleStopsAtTheNearestOpaqueOne) {
 TEST_P(Capture, FacesFollowTheMaterialOrTheOption) {
     SceneBuilder builder;
     const int single = builder.material({1, 1, 1, 1}, AlphaMode::kBlend, false);
-    builder.rectangle(9, 9, -1, single);                                       // faces the camera
-    builder.quad({-9, -9, -2}, {-9, 9, -2}, {9, 9, -2}, {9, -9, -2}, single);  // faces away
+    builder.rectangle(9, 9, -1, single);  // faces the camera
+    // This one faces away from the camera.
+    builder.quad({-9, -9, -2}, {-9, 9, -2}, {9, 9, -2}, {9, -9, -2}, single);
     const glm::dmat4 mirror(glm::dvec4(-1, 0, 0, 0), glm::dvec4(0, 1, 0, 0), glm::dvec4(0, 0, 1, 0),
                             glm::dvec4(0, 0, -2, 1));
-    builder.instance(0, mirror);  // negative scale flips the winding, and it still faces the camera
+    // Negative scale flips the winding, but the instance still faces the camera.
+    builder.instance(0, mirror);
     const std::pair<Faces, std::uint64_t> expected[] = {
         {Faces::kGltf, 2}, {Faces::kFront, 2}, {Faces::kBack, 1}, {Faces::kBoth, 3}};
     for (const auto& [faces, layers] : expected) {

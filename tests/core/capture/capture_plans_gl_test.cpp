@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Capture plans as values: captured later, in another order, and more than once.
+// Tests that capture plans are values: they can be captured later, in another order, and more than
+// once.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -15,7 +16,7 @@
 namespace peeler::test {
 namespace {
 
-/// Captures the plans in turn, and then the first ones again, and compares with immediate captures.
+/// Captures all plans in turn and then the first ones again; compares with captures made at once.
 void expectTheSameInAnyOrder(HitSource& source, const std::vector<View>& views,
                              const std::vector<CaptureSettings>& settings) {
     std::vector<Captured> expected;
@@ -78,8 +79,8 @@ TEST(PicturePlans, OfLayersCompositesAndSamplesInAnyOrder) {
     View view = testView(64, 48);
     view.camera_to_world[3].z = 4;
     std::vector<CaptureSettings> settings(4);
-    settings[1].composite = true;  // kept during the count
-    settings[2].samples = 4;       // kept, too
+    settings[1].composite = true;  // fragments are kept during the count
+    settings[2].samples = 4;       // kept during the count, too
     settings[3].max_layers = 1;
     settings[3].shadows = true;
     expectTheSameInAnyOrder(renderer, std::vector(4, view), settings);

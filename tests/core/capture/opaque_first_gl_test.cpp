@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Composites captured without the fragments behind opaque surfaces: the same bits as the composite
-// of all layers.
+// Tests that composites captured without the fragments behind opaque surfaces equal, bit for bit,
+// composites of all layers.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -21,7 +21,7 @@
 namespace peeler::test {
 namespace {
 
-/// Returns "", or the first pixel with a different bit in colour or Z.
+/// Returns "" or a description of the first pixel that differs in any bit of colour or Z.
 std::string pixelThatDiffers(const CompositeImage& a, const CompositeImage& b) {
     if (a.window != b.window) return "another window";
     for (std::size_t p = 0; p < a.rgba.size(); ++p) {
@@ -53,7 +53,8 @@ CompositeImage compositeOfLayers(GlRenderer& renderer, const View& view, Capture
     return mean;
 }
 
-/// Compares a composite with that of all layers, and its statistics with the visible ones.
+/// Compares a composite captured opaque-first with the composite of all layers, and its statistics
+/// with those of the visible fragments.
 void expectTheSame(const Scene& scene, const View& view, CaptureSettings settings,
                    const std::string& what) {
     const PosedScene shown(scene, 0);
@@ -75,12 +76,13 @@ void expectTheSame(const Scene& scene, const View& view, CaptureSettings setting
     }
 }
 
-/// Makes the materials blended, opaque and cut out in turn.
+/// Makes the materials opaque, masked and blended in turn.
 Scene mixed(Scene scene, std::size_t first) {
     for (std::size_t i = first; i < scene.materials.size(); i += 3) {
         scene.materials[i].alpha_mode = AlphaMode::kOpaque;
         if (i + 1 < scene.materials.size())
-            scene.materials[i + 1].alpha_mode = AlphaMode::kMask;  // half of them vanish
+            // Half of the masked materials fail the cutoff and vanish.
+            scene.materials[i + 1].alpha_mode = AlphaMode::kMask;
     }
     return scene;
 }
@@ -115,7 +117,7 @@ TEST(OpaqueFirst, EqualsTheCompositeOfAllLayers) {
     }
 }
 
-// Blended materials transmit half of the light, per channel.
+// Blended materials transmit half of the light, with a different share per channel.
 TEST(OpaqueFirst, FiltersOpaqueSurfacesThroughColouredGlass) {
     for (const auto& [name, plain] : hardScenes()) {
         Scene scene = mixed(plain, 1);
@@ -136,9 +138,9 @@ TEST(OpaqueFirst, FiltersOpaqueSurfacesThroughColouredGlass) {
     }
 }
 
-// Four surfaces in one plane, in every order of blended, opaque and cut-out ones (some of them
-// fully cut out), some of them the same mesh: draw order decides what hides what. A picture shows
-// 16 orders side by side.
+// Four surfaces lie in one plane, in every order of blended, opaque and masked ones; some are fully
+// cut out, some are the same mesh. Draw order decides which hides which. Each picture shows 16
+// orders side by side.
 TEST(OpaqueFirst, KeepsDrawOrderWhereSurfacesCoincide) {
     struct Kind {
         AlphaMode mode;
@@ -195,7 +197,7 @@ TEST(OpaqueFirst, HoldsForEveryWayToSeeAScene) {
     expectTheSame(scene, view, {}, "cropped");
 }
 
-// Only the scene's part of a picture is composited.
+// Only the part of a picture that the scene covers is composited.
 TEST(OpaqueFirst, LeavesEmptyWhatIsBesideTheScene) {
     const Scene scene = mixed(hardScenes()[0].scene, 0);
     for (const bool tinted : {false, true}) {
@@ -206,7 +208,8 @@ TEST(OpaqueFirst, LeavesEmptyWhatIsBesideTheScene) {
             for (const glm::dvec2 aside : {glm::dvec2(0), glm::dvec2(7, 4), glm::dvec2(-11, 0),
                                            glm::dvec2(0, 9), glm::dvec2(90)}) {
                 View view = testView(240, 160);
-                view.camera_to_world[3] = {aside, 12, 1};  // small, and in a corner or at a side
+                // The scene is small, in a corner or at a side of the picture.
+                view.camera_to_world[3] = {aside, 12, 1};
                 expectTheSame(scene, view, settings, "beside the scene");
                 view.crop = {30, 20, 100, 150};
                 expectTheSame(scene, view, settings, "beside the scene, cropped");
@@ -218,7 +221,7 @@ TEST(OpaqueFirst, LeavesEmptyWhatIsBesideTheScene) {
 TEST(OpaqueFirst, DoesNotDependOnBandsTilesOrTheDriversExtensions) {
     const Scene scene = mixed(hardScenes()[0].scene, 0);
     View view = testView(4200, 150);
-    view.projection.half_width = 0.5;  // the whole picture, stretched over two raster tiles
+    view.projection.half_width = 0.5;  // the same frustum, stretched over two raster tiles
     view.crop = {3900, 10, 4200, 140};
     for (const int samples : {1, 4}) {
         CaptureSettings settings;
@@ -236,7 +239,7 @@ TEST(OpaqueFirst, DoesNotDependOnBandsTilesOrTheDriversExtensions) {
     }
 }
 
-// Under a budget there is first no room to keep the plan's results, and then none for the render
+// The first budget has no room to keep the plan's results, the second not even for the render
 // targets of opaque surfaces.
 TEST(OpaqueFirst, DoesNotDependOnTheBudget) {
     if (kShadowMemory) GTEST_SKIP() << "its memory is not the product's";
@@ -280,7 +283,7 @@ TEST(OpaqueFirst, NeitherListsNorCountsWhereNothingIsTransparent) {
     EXPECT_EQ(passes(builder.scene()), std::pair(2, true));
 }
 
-// Limits and approximations depend on every fragment.
+// Layer limits and approximations depend on all fragments, even hidden ones.
 TEST(OpaqueFirst, LeavesLimitsAndApproximationsAlone) {
     const Scene scene = mixed(hardScenes()[0].scene, 0);
     const std::size_t all = capture(scene, testView(160, 120)).image.fragments();

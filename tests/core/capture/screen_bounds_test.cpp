@@ -23,7 +23,8 @@ Box around(const std::vector<glm::vec3>& points) {
 TEST(ScreenBounds, OfAUnitSquareAreItsPixelsAndAMargin) {
     const Box box = around({{-0.5F, -0.5F, 0}, {0.5F, 0.25F, 0}});
     const Window bounds = screenBounds(box, glm::dmat4(1), kWidth, kHeight);
-    // From NDC -0.5 to 0.5 and -0.5 to 0.25, two pixels more on every side.
+    // The square spans -0.5 to 0.5 by -0.5 to 0.25 in NDC; the bounds add a margin of pixels on
+    // every side.
     EXPECT_EQ(bounds.y0, 90 - 2 - 1);
     EXPECT_EQ(bounds.x0, 160 - 2 - 1);
     EXPECT_EQ(bounds.x1, 480 + 2 + 1);
@@ -71,7 +72,7 @@ TEST(ScreenBounds, AreNoneForNoPoints) {
     EXPECT_TRUE(screenBounds({}, glm::dmat4(1), kWidth, kHeight).empty());
 }
 
-// Near a corner of a huge world, single precision is off by many pixels.
+// Near a corner of a huge world, single precision is off by many pixels, so the bounds must grow.
 TEST(ScreenBounds, GrowWithWhatSinglePrecisionLoses) {
     const glm::dmat4 far_away = glm::translate(glm::dmat4(1), {-1e7, 0, 0});
     const Box box = around({{1e7F, 0, 0}, {1e7F, 0.01F, 0}});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Supersampling: composites converge, and merged layers composite to the same picture.
+// Tests supersampling: composites converge, and merged layers composite to the same picture.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -45,7 +45,8 @@ float worstColor(const CompositeImage& a, const CompositeImage& b) {
     return most;
 }
 
-/// Renders 16 × 16 samples per pixel in a regular grid: a picture 16 times as large, averaged.
+/// Renders 16 × 16 samples per pixel in a regular grid: captures a picture 16 times as wide and
+/// high and averages it.
 CompositeImage reference(const Scene& scene, const View& view) {
     constexpr int kGrid = 16;
     View large = view;
@@ -74,7 +75,7 @@ CompositeImage reference(const Scene& scene, const View& view) {
 TEST(Supersampling, ConvergesToAGridOf16By16Samples) {
     const View view = exhaustive() ? testView(80, 60) : testView(48, 36);
     for (const auto& [name, scene] : hardScenes()) {
-        // Its edges are horizontal, and a grid of 16 rows is no better there than 16 samples.
+        // For this scene's horizontal edges, a grid of 16 rows is no better than 16 samples.
         if (name == std::string("grazing quads")) continue;
         const CompositeImage wanted = reference(scene, view);
         double last = 1e9;
@@ -114,7 +115,7 @@ TEST(Supersampling, LayersOfTheExampleScenesCompositeToTheSupersampledComposite)
         const CompositeImage composite = flat(capture(scene, view, samplesAPixel(4, true)).image);
         CaptureSettings stored = samplesAPixel(4, false);
         stored.color_type = PixelType::kHalf;
-        // Values brighter than white are shown as white.
+        // Values brighter than white are clipped, as on a display.
         auto shown = [](CompositeImage image) {
             for (auto& color : image.rgba)
                 for (float& component : color)
@@ -157,7 +158,8 @@ TEST(Supersampling, MethodsAndBandsAgree) {
 }
 
 TEST(Supersampling, SamplesThatSeeNothingInABandAddNothingToIt) {
-    SceneBuilder builder;  // its upper edge lies at 8.25 rows of 24: a quarter of row 8 is empty
+    // The quad's upper edge is at 8.25 rows of 24, so a quarter of row 8 is empty.
+    SceneBuilder builder;
     builder.quad({-9, -9, -2}, {9, -9, -2}, {9, 0.625F, -2}, {-9, 0.625F, -2},
                  builder.material({1, 0.5F, 0.25F, 0.5F}));
     const View view = testView(32, 24);
@@ -165,7 +167,8 @@ TEST(Supersampling, SamplesThatSeeNothingInABandAddNothingToIt) {
         CaptureSettings settings = samplesAPixel(4, true);
         settings.method = method.name;
         const auto whole = capture(builder.scene(), view, settings);
-        // One row per band for on-the-fly composites; layers need more per row.
+        // This limit makes on-the-fly composites use one row per band; layers need more memory per
+        // row.
         settings.band_bytes = method.composite ? 1 << 12 : 1 << 14;
         const auto cut = capture(builder.scene(), view, settings);
         EXPECT_GE(cut.bands.size(), method.composite ? 24U : 2U);
@@ -202,7 +205,7 @@ TEST(Supersampling, KeepsTheNearestMergedLayers) {
 
 TEST(Supersampling, AnEdgeHasItsCoverageInAlpha) {
     SceneBuilder builder;
-    // Edges at x = 4.25 and 12.75 pixels of 16 (half_width 2/3 at distance 2 spans 8/3 units).
+    // Edges are at x = 4.25 and 12.75 of 16 pixels (half_width 2/3 at distance 2 spans 8/3 units).
     const auto at = [](double pixel) { return static_cast<float>((pixel / 8 - 1) * 4 / 3); };
     builder.quad({at(4.25), -9, -2}, {at(12.75), -9, -2}, {at(12.75), 9, -2}, {at(4.25), 9, -2},
                  builder.material({0.5F, 1, 0.25F, 0.5F}));

@@ -34,7 +34,8 @@ TEST(Gather, SortsByDepthThenDrawOrderAndKeepsTheNearest) {
         for (std::size_t p = 0; p < window.pixels(); ++p)
             std::shuffle(primitive.begin() + first[p], primitive.begin() + first[p + 1], random);
         for (std::size_t i = 0; i < n; ++i) {
-            depth[i] = 0.1F + 0.1F * static_cast<float>(random() % 5);  // many coincide
+            // There are only five depths, so that many coincide.
+            depth[i] = 0.1F + 0.1F * static_cast<float>(random() % 5);
             color[i] = i;
         }
         LayeredImage image;
@@ -68,8 +69,8 @@ TEST(Gather, SortsByDepthThenDrawOrderAndKeepsTheNearest) {
     }
 }
 
-/// Lists of fragments with random colours, many at one depth; half or float, with or without
-/// coloured opacity.
+/// Lists of fragments with random colours, many of them at the same depth. Colours are half or
+/// float, with or without per-channel opacity.
 struct Captured {
     Captured(const Window& window, PixelType type, bool tinted, std::mt19937& random) {
         std::uniform_real_distribution<float> component(0, 1);
@@ -79,7 +80,8 @@ struct Captured {
                 const float depth = 0.1F + 0.1F * static_cast<float>(random() % 5);
                 words.insert(words.end(), {std::bit_cast<std::uint32_t>(depth), i});
                 FragmentArray color{colorNames(tinted), type, {}};
-                for (int c = 0; c < (tinted ? 8 : 4); ++c)  // the last one is not an opacity
+                // The eighth number is padding, not an opacity.
+                for (int c = 0; c < (tinted ? 8 : 4); ++c)
                     test::appendColor(color, component(random));
                 const auto stored = color.as<std::uint32_t>();
                 words.insert(words.end(), stored.begin(), stored.end());

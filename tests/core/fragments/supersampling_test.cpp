@@ -14,7 +14,7 @@ struct Fragment {
     std::array<float, 4> rgba;
 };
 
-/// Returns one pixel of one sample.
+/// Returns a picture of one pixel, as one sample sees it.
 LayeredImage pixelOfSample(const std::vector<Fragment>& fragments) {
     LayeredImage image;
     image.window = {0, 0, 1, 1};
@@ -71,7 +71,7 @@ TEST(Supersampling, DifferentSurfacesStayApart) {
     const auto image = merged({pixelOfSample({{2, 7, kRed}}), pixelOfSample({{2, 8, kGreen}})});
     ASSERT_EQ(image.fragments(), 2U);
     EXPECT_EQ(colorOf(image, 0), (std::array<float, 4>{0.5F, 0, 0, 0.5F}));
-    // The area not covered by red.
+    // Green covers the area that red does not.
     EXPECT_EQ(colorOf(image, 1), kGreen);
 }
 
@@ -83,7 +83,7 @@ TEST(Supersampling, WhatIsHiddenInEverySampleKeepsItsCoverage) {
 }
 
 TEST(Supersampling, FrontAndBackOfABallMergeWithTheirLike) {
-    // The second sample is near the ball's edge.
+    // The second sample is near the ball's edge, where its front and back are closer together.
     const auto image = merged({pixelOfSample({{1, 3, kGlass}, {9, 3, kGlass}}),
                                pixelOfSample({{4.5F, 3, kGlass}, {5.5F, 3, kGlass}})});
     ASSERT_EQ(image.fragments(), 2U);
@@ -105,7 +105,7 @@ TEST(Supersampling, SurfacesThatCrossKeepTheOrderOfEverySample) {
                                pixelOfSample({{1.5F, 2, kRed}, {2.5F, 1, kGlass}})});
     CompositeImage composite;
     compositeOver(image, {}, composite);
-    // Half of each: glass over red, red over glass.
+    // The result is half glass over red and half red over glass.
     EXPECT_FLOAT_EQ(composite.rgba[0][0], (0.5F + 1) / 2);
     EXPECT_FLOAT_EQ(composite.rgba[0][2], 0.125F);
     EXPECT_FLOAT_EQ(composite.rgba[0][3], 1);

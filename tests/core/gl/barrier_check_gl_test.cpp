@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PEELER_CHECK_BARRIERS finds missing barriers between passes. (It is set in the tests of the
-// labels gl, cli and assets: all their drawing is checked.)
+// Tests of PEELER_CHECK_BARRIERS, which finds missing barriers between passes. (The tests labelled
+// gl, cli and assets set it, so all their drawing is checked.)
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -52,7 +52,7 @@ GLuint programOf(const gl::Functions& gl, std::initializer_list<Stage> stages) {
     return program;
 }
 
-/// Passes over two buffers of a checked context.
+/// Drawing passes that access two buffers, in a checked context.
 struct Passes {
     const gl::Functions& gl;
     gl::Buffer numbers{gl, 16}, copies{gl, 16};
@@ -90,7 +90,8 @@ std::string complaint(const std::function<void(const Passes&)>& act) {
     return said;
 }
 
-/// Returns the complaint about one pass after another, with or without a barrier between them.
+/// Returns the complaint about two passes, one after the other, with or without a barrier between
+/// them.
 std::string complaintOf(GLuint Passes::*first, GLuint Passes::*second, bool barrier) {
     return complaint([&](const Passes& passes) {
         passes.run(passes.*first);
@@ -111,7 +112,7 @@ TEST(BarrierCheck, WantsOneBeforeWhatAPassReadsIsWritten) {
     EXPECT_EQ(complaintOf(&Passes::reader, &Passes::writer, true), "");
 }
 
-// A barrier for shaders does not cover the CPU.
+// A barrier for shader accesses does not cover the CPU's.
 TEST(BarrierCheck, WantsOneBeforeTheCpuReadsOrClears) {
     EXPECT_NE(complaint([](const Passes& passes) {
                   passes.run(passes.writer);
@@ -135,8 +136,8 @@ TEST(BarrierCheck, WantsOneBeforeTheCpuReadsOrClears) {
               "");
 }
 
-// A pass begins when a framebuffer is bound. Within a pass, shaders have atomics and disjoint
-// places.
+// Binding a framebuffer begins a pass. Within one pass no barrier is needed, since shaders use
+// atomics or write to disjoint elements.
 TEST(BarrierCheck, WantsNoneWithinAPass) {
     const auto draws = [](const Passes& passes, bool in_one_pass) {
         const gl::Functions& gl = passes.gl;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A borrowed context: every row of the state table with a value that ruins pictures, unusable
-// states, and contexts that are not current.
+// Tests rendering in a borrowed GL context: with each row of the state table at a value that would
+// ruin pictures, with unusable states, and without a current context.
 #include "core/gl/borrowed_state.h"
 
 #include <dlfcn.h>
@@ -28,7 +28,8 @@ namespace {
 
 using Values = std::vector<double>;
 
-/// The RendererOptions::adopt function of a client of the tests' backend.
+/// Returns a GL function's address; the RendererOptions::adopt function of a client that uses the
+/// tests' backend.
 void* functionOf(const char* name) {
     using Lookup = void* (*)(const char*);
     static const Lookup lookup = [] {
@@ -47,7 +48,7 @@ Function function(const char* name) {
     return reinterpret_cast<Function>(functionOf(name));
 }
 
-/// A host's context, current on this thread, and its objects.
+/// The host: its context, current on this thread, and its objects.
 struct Host {
     std::unique_ptr<gl::Context> context = gl::createContext({.backend = testBackend()});
     const gl::Functions& gl = context->functions();
@@ -90,7 +91,8 @@ struct Host {
         gl.CreateVertexArrays(1, &name);
         return name;
     }
-    /// Returns a program whose vertex shader has `place`, which transform feedback can capture.
+    /// Returns a program whose vertex shader has an output `place` for transform feedback to
+    /// capture.
     GLuint program() const {
         const GLuint shader = gl.CreateShader(GL_VERTEX_SHADER);
         const char* text =
@@ -116,8 +118,8 @@ RendererOptions borrowing() {
     return options;
 }
 
-/// Returns layers of glass, metal in an environment, a texture with rows of an odd length, a culled
-/// face, a mirrored one, points and lines.
+/// Returns a scene of layers of glass, metal in an environment, a texture whose rows have an odd
+/// length, a culled face, a mirrored one, points and lines.
 std::shared_ptr<const Scene> makeScene() {
     SceneBuilder builder;
     const int textured = builder.lit(builder.material({1, 0.8, 0.6, 0.6}));
@@ -159,7 +161,7 @@ std::shared_ptr<const Scene> makeScene() {
     return std::make_shared<const Scene>(scene);
 }
 
-/// A Renderer's pictures of a new scene, and the state in which it made the first one.
+/// Pictures that a Renderer made of a new scene, and the GL state during the first one.
 struct Pictures {
     std::vector<LayeredImage> layers;
     std::vector<CompositeImage> composites;
@@ -209,7 +211,7 @@ Pictures render(Renderer& renderer, const std::function<Values()>& state = {}) {
     return pictures;
 }
 
-/// Returns the pictures of our own context.
+/// Returns the pictures made in a context of our own.
 const Pictures& expected() {
     static const Pictures pictures = [] {
         RendererOptions options;
@@ -233,12 +235,14 @@ void expectExpected(const Pictures& pictures, const std::string& where) {
     }
 }
 
-/// A row's worst value, and how to read it without the table.
+/// The worst value for a row of the state table: how to set it, and how to read it independently of
+/// the table.
 struct Hostile {
     std::string name;
     std::function<void(const Host&)> set;
     std::function<Values(const Host&)> read;
-    bool set_by_passes = false;  ///< peeler's passes set it to any value, including this one
+    /// whether peeler's passes may themselves set this value
+    bool set_by_passes = false;
 };
 
 Hostile enabled(const std::string& name, GLenum capability,
@@ -254,7 +258,7 @@ Hostile enabled(const std::string& name, GLenum capability,
             [=](const Host& host) { return Values{double(host.gl.IsEnabled(capability))}; }};
 }
 
-/// Returns a parameter of one number.
+/// Returns the row of a parameter with a single number.
 Hostile number(const std::string& name, GLenum parameter, std::function<void(const Host&)> set) {
     return {name, std::move(set), [=](const Host& host) {
                 std::array<GLdouble, 16> values{};
@@ -273,7 +277,8 @@ Hostile pixelStore(const std::string& name, GLenum parameter, GLint value) {
                   [=](const Host& host) { host.gl.PixelStorei(parameter, value); });
 }
 
-/// Returns a reader of this many numbers of each index below a limit.
+/// Returns a reader of indexed state: `numbers` numbers of each parameter, at every index below
+/// `limit`.
 std::function<Values(const Host&)> byIndex(const std::vector<GLenum>& parameters, GLenum limit,
                                            std::size_t numbers) {
     return [=](const Host& host) {
@@ -586,7 +591,7 @@ void expectRowIsKept(const Hostile& hostile, bool initial) {
     EXPECT_EQ(hostile.read(host), before) << "put back";
     EXPECT_TRUE(hostile.set_by_passes || pictures.state != before) << "set";
     expectExpected(pictures, hostile.name);
-    // A Renderer's bindings from an earlier call are gone in the next.
+    // A second call must not rely on bindings that the Renderer made in the first.
     expectExpected(render(renderer), hostile.name + ", again");
     EXPECT_EQ(hostile.read(host), before) << "put back again";
     EXPECT_EQ(host.gl.GetError(), static_cast<GLenum>(GL_NO_ERROR));
@@ -632,7 +637,7 @@ TEST(BorrowedState, IsAsItWasWhateverIsRendered) {
         std::vector<Values> before;
         for (const Hostile& state : states)
             before.push_back(state.read(host));
-        gl::takeErrors(host.gl);  // from missing extensions
+        gl::takeErrors(host.gl);  // errors caused by missing extensions
         expectExpected(render(renderer), "all at once");
         const Shown shown{makeScene()};
         for (const bool exact : {true, false}) {
@@ -650,7 +655,7 @@ TEST(BorrowedState, IsAsItWasWhateverIsRendered) {
     });
 }
 
-/// Returns the error of a call.
+/// Returns the error that a call throws, if any.
 template <class Call>
 std::optional<Error> errorOf(Call&& call) {
     try {
@@ -795,7 +800,7 @@ TEST(BorrowedContext, HasToBeCurrent) {
             expectUsage(call, "is not the borrowed one");
             EXPECT_EQ(other.gl.GetError(), static_cast<GLenum>(GL_NO_ERROR));
         });
-        call();  // still current here
+        call();  // the host's context is still current here
         {
             const Host other;
             expectUsage(call, "is not the borrowed one");

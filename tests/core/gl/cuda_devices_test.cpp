@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// CUDA_VISIBLE_DEVICES, by the rules of the CUDA Programming Guide.
+// Tests that CUDA_VISIBLE_DEVICES is interpreted by the rules of the CUDA Programming Guide.
 #include "core/gl/cuda_devices.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace {
 
 using Positions = std::vector<std::size_t>;
 
-/// Returns GPUs in an order that EGL may have, unlike CUDA's.
+/// Returns GPUs in an order that EGL may use, different from CUDA's.
 const std::vector<CudaDevice>& gpus() {
     static const std::vector<CudaDevice> list = {
         {2, "8932f937-d72c-4106-c12f-20bd9faed9f6"},
@@ -40,15 +40,15 @@ TEST(CudaDevices, TheVariableChoosesAndOrders) {
         {"2", {0}},
         {"2,1", {0, 2}},
         {" 1 , 0 ", {2, 1}},
-        {"0,2,-1,1", {1, 0}},  // the guide's example: entries after −1 are not visible
+        {"0,2,-1,1", {1, 0}},  // the guide's example: entries after −1 are ignored
         {"0,7,1", {1}},
         {"0,,1", {1}},
         {"0,0", {}},  // a duplicate empties the list
         {"GPU-8932f937-d72c-4106-c12f-20bd9faed9f6", {0}},
         {"GPU-8932f,GPU-0A0B", {0, 2}},
-        {"GPU-8932", {}},  // two begin with this
+        {"GPU-8932", {}},  // the prefix is ambiguous
         {"GPU-", {}},
-        {"8932f937", {}},  // "GPU-" belongs to it
+        {"8932f937", {}},  // the prefix "GPU-" is required
         {"GPU-0a0b,GPU-ffff,GPU-8932a", {2}},
         {"MIG-GPU-8932f937-d72c-4106-c12f-20bd9faed9f6/1/0", {0}},
         {"MIG-41b35014-cc5e-5a5d-a9a0-0e3ee3a4a1e5", {}},
@@ -61,7 +61,7 @@ TEST(CudaDevices, WithoutUuidsOnlyNumbersNameThem) {
     EXPECT_EQ(visibleCudaDevices("1,GPU-8932", {{0, ""}, {1, ""}}), Positions{1});
 }
 
-/// The driver started CUDA under "2,0": numbers count the remaining devices.
+/// The driver started CUDA under "2,0", so its numbers count only the devices visible to it.
 TEST(CudaDevices, ADriverThatReadsTheVariableHasNumberedWhatIsVisible) {
     std::vector<CudaDevice> numbered = gpus();
     numbered[0].ordinal = 0;
@@ -71,7 +71,8 @@ TEST(CudaDevices, ADriverThatReadsTheVariableHasNumberedWhatIsVisible) {
     EXPECT_EQ(visibleCudaDevices(std::nullopt, numbered), (Positions{0, 1}));
 }
 
-/// A host's environment is read and never changed; the host's explicit choice has priority.
+/// The environment of the host is read but never changed; the host's explicit choice has priority
+/// over it.
 TEST(CudaDevices, TheVariableStaysInTheEnvironment) {
     constexpr const char* kName = "CUDA_VISIBLE_DEVICES";
     const char* const before = std::getenv(kName);

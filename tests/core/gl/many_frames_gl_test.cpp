@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renderers that run for a thousand frames, in the short run forty, hold no more GL objects than
-// after ten.
+// Tests that a Renderer holds no more GL objects after a thousand frames (forty in the short run)
+// than after ten.
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@
 namespace peeler::test {
 namespace {
 
-/// Loads a GL function that peeler itself does not use.
+/// Returns the address of a GL function that peeler itself does not use.
 template <class Function>
 Function loadFunction(const char* name) {
     const bool osmesa = testBackend() == "osmesa";
@@ -29,8 +29,8 @@ Function loadFunction(const char* name) {
     return reinterpret_cast<Function>(loader(name));
 }
 
-/// Returns the number of objects of every kind. Some drivers do not reuse names, so it checks all
-/// past ones.
+/// Returns the number of live objects of every kind. Some drivers do not reuse names, so it checks
+/// every name that may ever have been used.
 std::map<std::string, int> objects() {
     constexpr GLuint kMostNames = 20000;
     std::map<std::string, int> counts;
@@ -59,7 +59,8 @@ void renderManyFrames() {
     std::map<std::string, int> after_ten;
     const int frames = exhaustive() ? 1000 : 40;
     for (int frame = 1; frame <= frames; ++frame) {
-        // With occasional shadows and channels, and a budget that frees and reallocates buffers.
+        // Some frames use shadows and channels, and the budget makes the renderer free and
+        // reallocate buffers.
         settings.shadows = frame % 10 < 2;
         settings.channels.clear();
         if (frame % 10 == 1) settings.channels = {Channel::kNormal, Channel::kMotion};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A sink behind a background thread gets the same calls, and its failures return.
+// Tests that a sink behind a background thread receives the same calls, and that its exceptions
+// reach the caller.
 #include "core/image/background_sink.h"
 
 #include <gtest/gtest.h>
@@ -18,9 +19,9 @@ struct Log {
     std::vector<float> depths;
     std::vector<const float*> storage;
     std::thread::id writer;
-    std::promise<void> hold;  ///< finish() waits for it, if requested
+    std::promise<void> hold;  ///< if `holds`, finish() waits for this
     bool holds = false;
-    int fails_at = -1;  ///< the band
+    int fails_at = -1;  ///< index of the band whose write fails; −1 = none
 };
 
 class LoggingSink final : public Sink {
@@ -65,7 +66,8 @@ TEST(BackgroundSink, HandsEverythingOnInOrder) {
         for (const float z : {1.0F, 2.0F, 3.0F}) {
             image = onePixelBand(z);
             sink.write(std::move(image));
-            if (!image.z.empty()) image.z.front() = -1;  // storage of the previous band
+            // write() leaves the storage of the previous band in `image`.
+            if (!image.z.empty()) image.z.front() = -1;
         }
         sink.finish();
         sink.wait();
@@ -97,7 +99,7 @@ TEST(BackgroundSink, FinishDoesNotWait) {
     BackgroundSink sink(std::make_unique<LoggingSink>(log));
     sink.begin({});
     sink.write(onePixelBand(1));
-    sink.finish();  // would never return
+    sink.finish();  // would deadlock if it waited
     log.hold.set_value();
     sink.wait();
     EXPECT_EQ(log.calls.back(), "finish");

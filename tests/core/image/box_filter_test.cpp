@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Area averages with analytic answers.
+// Tests area averages against analytic answers.
 #include "core/image/box_filter.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ Pixel tinted(float value) {
     return {value, 2 * value, 3 * value, 1};
 }
 
-/// Reduces `values`, row by row.
+/// Reduces the picture `values`, given row by row, to width x height pixels.
 std::vector<Pixel> reduce(const std::vector<float>& values, int columns, int width, int height) {
     const int rows = static_cast<int>(values.size()) / columns;
     BoxFilter filter(columns, rows, width, height);

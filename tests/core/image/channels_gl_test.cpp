@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The channels of fragments, against scenes with analytic answers, and against each other.
+// Tests the channels of fragments against analytic answers and against each other.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -30,7 +30,7 @@ CaptureSettings inFloat(std::vector<Channel> channels) {
     return settings;
 }
 
-/// Reads one channel of an image.
+/// Access to one channel of an image.
 class Reader {
   public:
     Reader(const LayeredImage& image, Channel channel) {
@@ -39,7 +39,7 @@ class Reader {
             if (array.channels.front() == first) array_ = &array;
     }
     bool found() const { return array_ != nullptr; }
-    /// Returns the first components of a fragment.
+    /// Returns a fragment's value; absent components are 0.
     glm::dvec4 operator()(std::size_t fragment) const {
         glm::dvec4 value(0);
         for (std::size_t c = 0; c < array_->components(); ++c)
@@ -55,7 +55,7 @@ class Reader {
     const FragmentArray* array_ = nullptr;
 };
 
-/// Calls f(fragment, centre of its pixel).
+/// Calls f(fragment, centre of its pixel) for every fragment.
 template <class F>
 void forEachFragment(const LayeredImage& image, F&& f) {
     for (int y = image.window.y0; y < image.window.y1; ++y) {
@@ -87,18 +87,19 @@ TEST(Channels, OfASphere) {
     forEachFragment(image, [&](std::size_t f, const glm::dvec2& pixel) {
         const glm::dvec3 p(position(f));
         const glm::dvec3 out = (p - center) / radius;
-        // On the facets of the sphere, 24 rows by 48 columns.
+        // Positions lie on the facets of the sphere, which has 24 rows of 48 columns.
         const double half_facet = std::numbers::pi / 48;
         ASSERT_LE(glm::length(out), 1 + 1e-5);
         ASSERT_GE(glm::length(out), std::cos(half_facet) * std::cos(half_facet) - 1e-5);
-        // On the pixel's ray, at its Z.
+        // Positions lie on the pixel's ray, at the fragment's Z.
         const glm::dvec2 slope = (pixel - glm::dvec2(80, 60)) / 60.0 * 0.5;
         ASSERT_NEAR(p.x / -p.z, slope.x, 1e-5);
         ASSERT_NEAR(p.y / -p.z, -slope.y, 1e-5);
         ASSERT_NEAR(-p.z, image.z[f], 1e-5);
         ASSERT_NEAR(distance(f).x, glm::length(p), 1e-5);
 
-        // Vertex normals are the vertices' directions, and both are interpolated linearly.
+        // Each vertex normal points from the centre to its vertex. Positions and normals are
+        // interpolated with the same weights, so a fragment's normal points from the centre, too.
         const double side = glm::dot(glm::dvec3(flat(f)), out) > 0 ? 1 : -1;
         ASSERT_LE(angle(glm::dvec3(normal(f)), side * out), 2e-4);
         ASSERT_LE(angle(glm::dvec3(flat(f)), side * out), 2.5 * half_facet);
@@ -114,8 +115,8 @@ TEST(Channels, OfASphere) {
             const double turn = uv(f).x - u;
             ASSERT_NEAR(turn, std::round(turn), 3e-3);
             ASSERT_NEAR(uv(f).y, polar / std::numbers::pi, 2e-3);
-            // Tangents run along the parallels, on both sides; up in the image is toward the north
-            // pole.
+            // Tangents run east along the parallels, on both sides of the surface; up in the image
+            // is toward the north pole.
             const glm::dvec3 east(std::cos(longitude), 0, -std::sin(longitude));
             ASSERT_LE(angle(glm::dvec3(tangent(f)), east), 0.02);
             const glm::dvec3 up = tangent(f).w * glm::cross(side * n, glm::dvec3(tangent(f)));
@@ -142,7 +143,8 @@ TEST(Channels, BarycentricWeightsGiveThePosition) {
         ASSERT_TRUE(u >= 0 && v >= 0 && u + v <= 1 + 1e-7);
         const glm::dvec3 p = (1 - u - v) * glm::dvec3(corners[0]) + u * glm::dvec3(corners[1]) +
                              v * glm::dvec3(corners[2]);
-        // The rasteriser snaps vertices to 1/256 of a pixel, which tilts its plane a little.
+        // The rasteriser snaps vertices to 1/256 pixel, which tilts the triangle's plane a little;
+        // hence the tolerance.
         ASSERT_LE(glm::distance(p, glm::dvec3(position(f))), 1e-3);
     }
 }
@@ -194,7 +196,8 @@ TEST(Channels, NothingMovesWithoutANextFrame) {
         ASSERT_EQ(motion(f), glm::dvec4(0));
 }
 
-/// Returns two instances of a mesh of two primitives with different materials, and another node.
+/// Returns two instances of a node whose mesh has two primitives with different materials, and a
+/// second node.
 Scene named() {
     SceneBuilder builder;
     const int red = builder.material({1, 0, 0, 0.5F}), blue = builder.material({0, 0, 1, 0.5F});
@@ -224,7 +227,8 @@ TEST(Channels, IdsNameNodeMaterialTriangleAndInstance) {
         if (std::abs(p.x - center) < 0.01) continue;
         const Primitive& side = scene.meshes[left ? 0 : 1].primitives[0];
         ASSERT_EQ(id.id(f, 1), static_cast<std::uint32_t>(side.material) + 1);
-        // a, b, c below the diagonal, then a, c, d; those of the second primitive follow.
+        // Triangle a, b, c lies below the diagonal, a, c, d above it; the second primitive's
+        // triangles are numbered after them.
         const double x = left ? p.x - center + 1 : p.x - center;
         if (std::abs((p.y + 1) / 2 - x) < 0.01) continue;
         const std::uint32_t in_quad = (p.y + 1) / 2 < x ? 1U : 2U;
@@ -270,7 +274,7 @@ TEST(Channels, MirroredInstancesKeepTheirFronts) {
     for (std::size_t f = 0; f < result.image.fragments(); ++f) {
         const glm::dvec3 out = glm::dvec3(position(f)) - glm::dvec3(0, 0, -4);
         const double toward = -glm::dot(out, glm::normalize(glm::dvec3(position(f))));
-        if (std::abs(toward) < 0.1) continue;  // facets decide near the silhouette
+        if (std::abs(toward) < 0.1) continue;  // skip the silhouette, where the facets decide
         ASSERT_EQ(facing(f).x, toward > 0 ? 1 : -1) << "fragment " << f;
         ASSERT_GT(glm::dot(glm::dvec3(normal(f)), facing(f).x * out), 0.9);
     }
@@ -322,7 +326,7 @@ TEST(Channels, MaterialsSpeakForThemselvesWhateverTheLight) {
     }
 }
 
-/// Returns a scene of the hard cases for channels: instances, strips, coincident surfaces.
+/// Returns a scene of cases that are hard for channels: instances, strips, coincident surfaces.
 Scene mixed() {
     Scene scene = named();
     SceneBuilder builder;
@@ -400,7 +404,7 @@ TEST(Channels, DoNotDependOnBandsOrCrops) {
 
 TEST(Channels, OfMergedSamplesAreThoseOfTheNearestSample) {
     SceneBuilder builder;
-    // Tilted, so that every sample has a different Z.
+    // The quad is tilted, so that every sample has a different Z.
     builder.quad({-1, -1, -2}, {1, -1, -2.5F}, {1, 1, -2.7F}, {-1, 1, -2.2F},
                  builder.material({1, 1, 1, 0.5F}));
     CaptureSettings settings = inFloat({Channel::kPosition, Channel::kId});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Composites made on the fly: against the CPU's composite of the captured layers, against formulas,
-// and with the published number of geometry passes.
+// Compares composites made on the fly with CPU composites of the captured layers and with formulas,
+// and checks that they take the published number of geometry passes.
 #include "core/image/composite.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,8 @@
 namespace peeler::test {
 namespace {
 
-constexpr float kRoundingOfColors = 4e-6F;  // after a few hundred operations on 32-bit floats
+// The rounding error of a few hundred operations on 32-bit floats.
+constexpr float kRoundingOfColors = 4e-6F;
 
 /// Returns the largest colour difference; 1e9 if Z differs anywhere.
 float worst(const CompositeImage& a, const CompositeImage& b) {
@@ -89,7 +90,7 @@ TEST_P(Exact, KeepsTheNearestLayersAndBlendsOrDropsTheRest) {
     }
 }
 
-/// Returns `count` quads one behind the other, in random order.
+/// Returns `count` quads, one behind the other, drawn in random order.
 Scene quads(int count) {
     SceneBuilder builder;
     for (int i = 0; i < count; ++i) {
@@ -131,7 +132,9 @@ TEST(Dual, FinishesPixelsWithCoincidentFragmentsInMorePasses) {
         compositeOver(capture(builder.scene(), testView(40, 30)).image, {}, expected);
         EXPECT_LE(worst(flat(result.image), expected), kRoundingOfColors);
         EXPECT_EQ(result.report.passes,
-                  3 + 3);  // range, 2 peels where the first finds all; then 3
+                  // The range pass and 2 peels, the first of which finds everything; then 3 more
+                  // passes.
+                  3 + 3);
     }
 }
 
@@ -185,7 +188,8 @@ TEST(Approximations, AverageAndUnsortedAreExactIfAllFragmentsOfAPixelAreAlike) {
 
 TEST(Approximations, UnsortedShowsWhatWasDrawnLastInFront) {
     SceneBuilder builder;
-    builder.rectangle(1, 1, -2, builder.material({1, 0, 0, 0.5F}));  // nearer, and drawn first
+    // Red is nearer, and drawn first.
+    builder.rectangle(1, 1, -2, builder.material({1, 0, 0, 0.5F}));
     builder.rectangle(2, 2, -3, builder.material({0, 1, 0, 0.5F}));
     CaptureSettings settings;
     settings.method = "unsorted";
@@ -201,11 +205,11 @@ TEST(Approximations, PutTheNearestOpaqueSurfaceBehindTheOthersIfOnlyTheVisibleIs
     SceneBuilder builder;
     builder.rectangle(9, 9, -5, builder.material({0, 0, 1, 1}, AlphaMode::kOpaque));
     builder.rectangle(9, 9, -7, builder.material({1, 1, 1, 1}, AlphaMode::kOpaque));
-    builder.rectangle(9, 9, -6, builder.material({1, 1, 0, 0.5F}));  // hidden
+    builder.rectangle(9, 9, -6, builder.material({1, 1, 0, 0.5F}));  // hidden by the white wall
     builder.rectangle(9, 9, -4, builder.material({1, 0, 0, 0.25F}));
     builder.rectangle(9, 9, -3, builder.material({0, 1, 0, 0.5F}));
     const std::map<std::string, glm::vec3> expected = {
-        // C = (1/3, 2/3, 0), A = 3/8, so (1 − A)² = 25/64 of the blue passes.
+        // With C = (1/3, 2/3, 0) and A = 3/8, (1 − A)² = 25/64 of the blue shows through.
         {"weighted-average", {13.0F / 64, 26.0F / 64, 25.0F / 64}},
         {"weighted-sum", {0.25F, 0.5F, 0.25F}},
         {"unsorted", {0.125F, 0.5F, 0.375F}},
@@ -246,7 +250,8 @@ TEST(OcclusionRatio, EndsWithTheFirstLayerOnFewerPixels) {
     for (const auto& [name, scene] : hardScenes()) {
         const auto all = capture(scene, testView(160, 120));
         for (const double ratio : {0.9, 0.3, 0.05, 0.001}) {
-            // Layer by layer on the captured A-buffer, like a renderer with occlusion queries.
+            // Peel the captured A-buffer layer by layer, as a renderer with occlusion queries
+            // would.
             std::uint32_t layers = 0;
             for (std::uint64_t touched = all.image.window.pixels();
                  static_cast<double>(touched) >= ratio * 160 * 120 && touched > 0; ++layers) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Merging of deep samples: the merged ones, and the unchanged look of the pixel.
+// Tests the merging of deep samples: which samples are merged, and that the appearance of the pixel
+// stays the same.
 #include "core/image/merge.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +23,8 @@ struct Sample {
     std::uint32_t object, material;
 };
 
-/// Returns one pixel after an empty one. Colour is alpha / 2 in red.
+/// Returns a picture of two pixels: an empty one, then one with these samples. Red is alpha / 2;
+/// green and blue are 0.
 LayeredImage pixelOf(const std::vector<Sample>& samples) {
     LayeredImage image;
     image.window = {0, 0, 2, 1};
@@ -53,10 +55,10 @@ TEST(DeepMerge, ExactTakesWhatIsAtTheVerySameDepth) {
     const LayeredImage out = mergedDeep(image, {DeepMerge::kExact, 0, 1});
     EXPECT_EQ(out.z, (Depths{1, std::nextafter(1.0F, 2.0F), 3}));
     EXPECT_EQ(out.offsets, (std::vector<std::uint32_t>{0, 0, 3}));
-    // Two halves over each other: 0.5 + 0.5 · 0.5.
+    // The result is one half-opaque sample over the other: 0.5 + 0.5 · 0.5.
     EXPECT_EQ(colorOf(out, 0), (std::array<float, 4>{0.375F, 0, 0, 0.75F}));
     EXPECT_EQ(colorOf(out, 1), colorOf(image, 2));
-    // The other channels of the nearest.
+    // The other channels are those of the nearest sample.
     EXPECT_EQ(out.extra[0].as<std::uint32_t>()[1], 1U);
 }
 
@@ -73,7 +75,7 @@ TEST(DeepMerge, ByIdWantsObjectMaterialDepthAndAlphaAlikeAndNothingBetween) {
         pixelOf({{1, 0.5F, 1, 1},      // merged with the next
                  {1.1F, 0.6F, 1, 1},   //
                  {1.2F, 0.5F, 2, 1},   // another object
-                 {1.3F, 0.5F, 1, 1},   // the first object, but behind that one
+                 {1.3F, 0.5F, 1, 1},   // the first object again, but behind the other one
                  {1.4F, 0.5F, 1, 2},   // another material
                  {1.45F, 0.9F, 1, 2},  // too different in alpha
                  {3, 0.9F, 1, 2}});    // too far
@@ -108,7 +110,7 @@ TEST(DeepMerge, TheCompositeStaysWithinRounding) {
             compositeOver(rows, {}, before);
             compositeOver(out, {}, after);
             EXPECT_EQ(before.z, after.z);
-            // Colours reach 3: half has 11 bits, and several samples round.
+            // Colours reach 3; a half has 11 significant bits, and several samples are rounded.
             const float bound = type == PixelType::kHalf ? 8e-3F : 4e-6F;
             for (std::size_t p = 0; p < before.rgba.size(); ++p) {
                 for (std::size_t c = 0; c < 4; ++c)
@@ -118,7 +120,7 @@ TEST(DeepMerge, TheCompositeStaysWithinRounding) {
     }
 }
 
-/// A host may have set another locale for all streams.
+/// The host program may have set another locale for all streams.
 TEST(DeepMerge, ItsWordsAreTheSameInEveryLocale) {
     struct Comma : std::numpunct<char> {
         char do_decimal_point() const override { return ','; }

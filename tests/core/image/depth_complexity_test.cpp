@@ -28,7 +28,7 @@ TEST(DepthComplexity, AgreesWithBruteForceOnRandomCounts) {
         for (int y = crop.y0; y < crop.y1; ++y) {
             const std::uint32_t* row =
                 counts.data() + static_cast<std::size_t>(y - crop.y0) * width;
-            // In two parts, the right one first.
+            // Rows may arrive in parts and in any order: here the right part comes first.
             const std::size_t left = random() % (width + 1);
             complexity.addRow(crop.x0 + static_cast<int>(left), y, {row + left, width - left});
             complexity.addRow(crop.x0, y, {row, left});

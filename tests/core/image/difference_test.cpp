@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Differences with analytic answers.
+// Tests differences against analytic answers.
 #include "core/image/difference.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,8 @@ LayeredDifference between(const LayeredImage& a, const LayeredImage& b) {
     return sum;
 }
 
-/// Returns one row of pixels, each a list of fragments with one value for Z and all channels.
+/// Returns one row of pixels, given as lists of fragments; each fragment has one value for Z and
+/// all channels.
 LayeredImage rowOfValues(const std::vector<std::vector<float>>& lists) {
     LayeredImage image;
     image.window = {0, 0, static_cast<int>(lists.size()), 1};
@@ -68,7 +69,7 @@ TEST(Difference, AKnownOffset) {
         z += 0.5F;
     auto colors = b.color.as<float>();
     for (std::size_t i = 0; i < colors.size(); i += 4)
-        colors[i] += 0.25F;  // only red: a quarter of the values
+        colors[i] += 0.25F;  // only red changes: a quarter of the values
     const LayeredDifference sum = between(a, b);
     EXPECT_NEAR(sum.all.depth.largest, 0.5, 1e-6);
     EXPECT_NEAR(sum.all.depth.mean(), 0.5, 1e-6);
@@ -131,7 +132,7 @@ TEST(Difference, HalfAgainstFloat) {
     const LayeredDifference sum = between(a, test::makePicture(options).image);
     EXPECT_EQ(sum.count_pixels, 0U);
     EXPECT_GT(sum.all.color.largest, 0);
-    EXPECT_LE(sum.all.color.largest, 3.0 / 2048);  // half a step of a half below 4, at most
+    EXPECT_LE(sum.all.color.largest, 3.0 / 2048);  // at most half the spacing of halves below 4
 }
 
 TEST(Difference, BandsChangeNoBit) {
@@ -164,7 +165,8 @@ TEST(ColorRamp, EndsMiddleAndBeyond) {
     EXPECT_EQ(inferno(9), inferno(1));
     EXPECT_EQ(inferno(-1), inferno(0));
     EXPECT_EQ(inferno(kNan), inferno(0));
-    EXPECT_EQ(bytes(inferno(0.03125F)), (std::array<long, 3>{8, 3, 21}));  // between two anchors
+    // This value is interpolated between two anchors.
+    EXPECT_EQ(bytes(inferno(0.03125F)), (std::array<long, 3>{8, 3, 21}));
     float before = -1;
     for (int i = 0; i <= 100; ++i) {
         const auto [r, g, b] = inferno(static_cast<float>(i) / 100);

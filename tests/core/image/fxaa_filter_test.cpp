@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The FXAA filter between a renderer and a writer: bands, threads, memory.
+// Tests the FXAA filter between a renderer and a writer: bands, threads, memory.
 #include "core/image/fxaa.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace peeler {
 namespace {
 
-/// Keeps its input.
+/// A sink that keeps the filtered picture.
 class Canvas : public Sink {
   public:
     void begin(const Plan& plan) override {
@@ -38,7 +38,7 @@ class Canvas : public Sink {
     bool finished = false;
 };
 
-/// Passes bands on to a sink that outlives it.
+/// A sink that forwards bands to one that outlives it.
 class Borrowed : public Sink {
   public:
     explicit Borrowed(Sink& sink) : sink_(sink) {}
@@ -52,8 +52,8 @@ class Borrowed : public Sink {
     Sink& sink_;
 };
 
-/// Returns two layers of slanted edges over nothing, one steep enough for ends at all distances,
-/// and holes; rows [y0, y1) of a crop with any origin.
+/// Returns rows [y0, y1) of a test picture with two layers of slanted edges over nothing, and
+/// holes. One edge is so steep that the search finds its ends at all distances.
 LayeredImage slantedBand(const Window& crop, int y0, int y1) {
     LayeredImage image;
     image.window = {crop.x0, y0, crop.x1, y1};
@@ -76,7 +76,7 @@ LayeredImage slantedBand(const Window& crop, int y0, int y1) {
     return image;
 }
 
-/// Returns the filtered picture, in bands of at most `rows` rows (0: any number).
+/// Returns the picture filtered in bands of at most `rows` rows (0: any number).
 Canvas filteredInBands(const Window& crop, int rows, const std::array<float, 4>& background = {}) {
     Canvas canvas;
     FxaaFilter filter(std::make_unique<Borrowed>(canvas), background);
@@ -112,7 +112,8 @@ void expectSamePicture(const CompositeImage& a, const CompositeImage& b) {
 }
 
 TEST(FxaaFilter, BandsChangeNothing) {
-    // Higher than a slice, and lower than the overlap.
+    // The first crop is higher than the filter's slices, the others lower than the overlap of
+    // bands.
     for (const Window& crop : {Window{-5, 7, 90, 407}, Window{0, 45, 80, 55}, Window{3, 3, 4, 4}}) {
         CompositeImage whole, once;
         compositeOver(slantedBand(crop, crop.y0, crop.y1), {}, whole);
@@ -149,7 +150,7 @@ TEST(FxaaFilter, SaysWhatItKeeps) {
         EXPECT_EQ(filter.memory(plan).rows, 15);
         return filter.memory(plan).bytes;
     };
-    // At least twice the reach, in floats: colour, Z and two lumas.
+    // The filter keeps at least twice its reach in rows of 7 floats: colour, Z and two lumas.
     EXPECT_GT(memory(640), 1000 + 640 * 2 * kFxaaReach * 7 * sizeof(float));
     EXPECT_LT(memory(3840), 64U << 20);
     EXPECT_GT(memory(65536), 65536 * 2 * kFxaaReach * 7 * sizeof(float));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// FXAA on edges with analytic coverage, and its symmetries.
+// Tests FXAA on edges whose exact coverage is known, and its symmetries.
 #include "core/image/fxaa.h"
 
 #include <gtest/gtest.h>
@@ -65,7 +65,8 @@ TEST(Fxaa, LeavesEdgesAlongThePixelsAlone) {
     }
 }
 
-/// Returns the area of the pixel below the line y = height + slope·x, from 64 columns.
+/// Returns the share of the pixel that lies below the line y = height + slope·x, sampled in 64
+/// columns.
 double coverage(int x, int y, double height, double slope) {
     double sum = 0;
     for (int i = 0; i < 64; ++i)
@@ -73,7 +74,7 @@ double coverage(int x, int y, double height, double slope) {
     return sum / 64;
 }
 
-/// The difference of a line's picture from its coverage, and the lost light.
+/// Differences between a filtered line and its exact coverage: root mean square, and light lost.
 struct Deviation {
     double rms = 0, lost = 0;
 };
@@ -81,7 +82,7 @@ Deviation deviation(const CompositeImage& image, double height, double slope) {
     Deviation sums;
     double on_edge = 0;
     for (int y = 0; y < image.window.height(); ++y) {
-        // Where the search does not reach the border.
+        // Skip the columns where the search may reach the border.
         for (int x = kFxaaReach + 2; x < image.window.width() - kFxaaReach - 2; ++x) {
             const double expected = coverage(x, y, height, slope);
             const double difference = static_cast<double>(pixelAt(image, x, y)[0]) - expected;
@@ -97,7 +98,8 @@ Deviation deviation(const CompositeImage& image, double height, double slope) {
 
 TEST(Fxaa, BringsASlantedEdgeNearItsCoverage) {
     struct Row {
-        double slope, at_most;  // relative to the RMS error without the filter
+        // `at_most` is relative to the RMS error of the unfiltered picture.
+        double slope, at_most;
     };
     for (const auto& [slope, at_most] :
          {Row{0.045, 0.2}, {0.08, 0.2}, {0.17, 0.2}, {0.29, 0.35}, {0.41, 0.6}, {0.93, 0.85}}) {
@@ -117,7 +119,7 @@ TEST(Fxaa, BringsASlantedEdgeNearItsCoverage) {
 
 using Place = std::function<std::pair<int, int>(int x, int y)>;
 
-/// Returns `image` with the pixel at place(x, y) moved to x, y.
+/// Returns `image` rearranged: its pixel at place(x, y) moves to (x, y).
 CompositeImage rearranged(const CompositeImage& image, int width, int height, const Place& place) {
     CompositeImage out{{0, 0, width, height}, {}, {}};
     for (int y = 0; y < height; ++y) {
@@ -155,7 +157,7 @@ TEST(Fxaa, TreatsAllDirectionsAlike) {
         const float alpha = share();
         return Rgba{share() * alpha, share() * alpha, share() * alpha, alpha};
     }));
-    // Few values: equal directions, and pixels without Z.
+    // With only two values, many pixels have equal gradients in two directions, and some have no Z.
     expectSymmetric(picture(
         61, 47, [&](int, int) { return random() % 3U ? kClear : grey(random() % 2U ? 1 : 0); }));
     expectSymmetric(picture(61, 47, [&](int x, int y) {
@@ -164,7 +166,7 @@ TEST(Fxaa, TreatsAllDirectionsAlike) {
 }
 
 TEST(Fxaa, TellsNoPictureFromItsBands) {
-    // Long runs both ways, so that every row of the overlap matters.
+    // Long edges in both directions make every row of the overlap matter.
     const auto image = picture(70, 90, [](int x, int y) {
         const bool steep = x > 20 + 0.03 * y, flat = y > 50 + 0.04 * x;
         return steep == flat ? grey(0.8) : kClear;
@@ -180,7 +182,7 @@ TEST(Fxaa, TellsNoPictureFromItsBands) {
     }
 }
 
-/// Returns a half plane of `color` over nothing, with a slanted edge.
+/// Returns a half plane of `color` with a slanted edge, over nothing.
 CompositeImage onNothing(const Rgba& color) {
     return picture(60, 20, [&](int x, int y) { return y > 5 + 0.13 * x ? color : kClear; });
 }
@@ -193,7 +195,7 @@ TEST(Fxaa, SmoothsAnythingOnNothing) {
         for (std::size_t p = 0; p < out.rgba.size(); ++p) {
             const Rgba& color = out.rgba[p];
             changed += color != image.rgba[p] ? 1 : 0;
-            // All components scale together: the straight colour stays.
+            // All components are scaled equally, so the unpremultiplied colour is unchanged.
             for (std::size_t c = 0; c < 3; ++c)
                 EXPECT_NEAR(color[c], static_cast<float>(value) * color[3], 1e-6);
         }
@@ -228,7 +230,7 @@ TEST(Fxaa, WhatGetsColourGetsZ) {
         if (image.z[p] < kNothing) {
             EXPECT_EQ(out.z[p], image.z[p]);
         } else if (out.z[p] < kNothing) {
-            ++covered;  // that of the pixel below or to the left
+            ++covered;  // takes Z from the pixel below or to the left
             EXPECT_TRUE(out.z[p] == image.z[p + 60] || out.z[p] == image.z[p - 1]) << p;
         }
     }

@@ -13,7 +13,8 @@ LayeredImage layeredPicture() {
     return test::makePicture({.seed = 5, .width = 40, .height = 33, .extra = true}).image;
 }
 
-/// Expects every fragment of `part`, layer by layer, to be one of `whole` with all its values.
+/// Expects every fragment of `part`, layer by layer, to be a fragment of `whole` with all its
+/// values.
 void expectFragments(const LayeredImage& whole, const LayeredImage& part,
                      const LayerSelection& selection) {
     ASSERT_EQ(part.offsets.size(), whole.offsets.size());
@@ -122,7 +123,7 @@ TEST(SelectObjects, KeepsFragmentsWhoseIdsBothCount) {
     EXPECT_EQ(kept.fragments(), at);
     EXPECT_GT(at, 0U);
     EXPECT_LT(at, image.fragments());
-    // Without the channels all ids are 0.
+    // Without ID channels every fragment has the ID 0.
     LayeredImage plain = image;
     plain.extra.pop_back();
     keepObjects(plain, {.objects = {{0}, true}, .materials = {}});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Midpoint depths between the two nearest surfaces.
+// Tests midpoint depths, which lie between the two nearest surfaces.
 #include "core/image/statistics.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ TEST(Midpoints, CoincidentSurfacesAreOne) {
     const float almost = 1 + 2e-7F;
     EXPECT_EQ(midpointsOf({{1, 1, 1, 5}, {2, 2}, {1, almost, 3}}, {}),
               (std::vector<float>{3, kNone, 2}));
-    // The rounding of an orthographic depth scales with the depth range, not with the depth.
+    // Orthographic depths are rounded relative to the depth range rather than to the depth.
     const Projection box = {.perspective = false, .near = 0, .far = 1000};
     EXPECT_EQ(midpointsOf({{1, 1.001F, 3}, {1, 1.01F, 3}}, box), (std::vector<float>{2, 1.005F}));
 }

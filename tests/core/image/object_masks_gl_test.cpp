@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Masks of captured scenes with known pixels.
+// Tests object masks of captured scenes whose pixels are known.
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -16,7 +16,7 @@ struct Found {
     int bands = 0;
 };
 
-/// Returns the masks of objects that are nodes, and instances of nodes.
+/// Returns masks of a captured scene, one object per node or instance of a node.
 Found masksOf(const Scene& scene, const View& view, int canvas = 1, float see_through = 0,
               std::uint64_t band_bytes = 384ULL << 20) {
     ObjectMaskOptions options{.see_through = see_through, .layers = true};
@@ -42,7 +42,7 @@ Found masksOf(const Scene& scene, const View& view, int canvas = 1, float see_th
     return found;
 }
 
-/// Returns the pixels of a window of a picture 16 wide.
+/// Returns the runs of pixels inside a window of a picture that is 16 pixels wide.
 std::vector<PixelRuns::Run> block(const Window& window) {
     std::vector<PixelRuns::Run> runs;
     for (int y = window.y0; y < window.y1; ++y)
@@ -54,9 +54,9 @@ std::vector<PixelRuns::Run> runsOf(const PixelRuns& pixels) {
     return {pixels.runs().begin(), pixels.runs().end()};
 }
 
-/// At 16 x 8 pixels an opaque rectangle of the pixels [4, 12) x [2, 6), at distance 2 with 4 pixels
-/// per unit; in front of its right half, at distance 1 with 8 pixels per unit, a half-transparent
-/// one, [8, 16) x [0, 8).
+/// Returns two rectangles for a picture of 16 x 8 pixels. The first is opaque, at distance 2 (4
+/// pixels per unit), and covers pixels [4, 12) x [2, 6). The second is half transparent, at
+/// distance 1 (8 pixels per unit), and covers [8, 16) x [0, 8): the right half of the first.
 SceneBuilder twoQuads() {
     SceneBuilder builder;
     const int opaque = builder.material({1, 0, 0, 1}, AlphaMode::kOpaque);
@@ -93,7 +93,8 @@ TEST(CapturedMasks, AreSeenThroughGlass) {
 TEST(CapturedMasks, OfACanvasCountWhatLiesBesideThePicture) {
     SceneBuilder builder;
     const int red = builder.material({1, 0, 0, 1}, AlphaMode::kOpaque);
-    // At 8 pixels per unit [12, 20) x [2, 6), half of it inside the picture; and one to its left.
+    // The first object covers [12, 20) x [2, 6) at 8 pixels per unit, so half of it is inside the
+    // picture; the second is entirely to the left.
     builder.quad({0.5F, -0.25F, -1}, {1.5F, -0.25F, -1}, {1.5F, 0.25F, -1}, {0.5F, 0.25F, -1}, red);
     builder.quad({-2, -0.25F, -1}, {-1.5F, -0.25F, -1}, {-1.5F, 0.25F, -1}, {-2, 0.25F, -1}, red);
     const Found canvas = masksOf(builder.scene(), testView(16, 8), 3);
@@ -120,7 +121,7 @@ TEST(CapturedMasks, OfACropAreThoseOfItsPixels) {
         EXPECT_EQ(found.objects[0].amodal.box(), (Window{0, 1, 6, 4}));
         EXPECT_EQ(found.objects[0].visible.box(), (Window{0, 1, 2, 4}));
         EXPECT_EQ(found.objects[1].visible.box(), (Window{2, 0, 8, 4}));
-        // The canvas contains the whole scene; its origin is the crop's corner.
+        // The canvas contains the whole scene. Coordinates are relative to the crop's corner.
         EXPECT_EQ(found.objects[0].canvas_box,
                   canvas == 3 ? (Window{-2, 1, 6, 5}) : (Window{0, 1, 6, 4}));
     }

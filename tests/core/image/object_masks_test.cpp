@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Masks of objects, from known lists of fragments.
+// Tests object masks made from known fragment lists.
 #include "core/image/object_masks.h"
 
 #include <gtest/gtest.h>
@@ -14,12 +14,12 @@ namespace peeler::test {
 namespace {
 
 struct Seen {
-    std::uint32_t node = 0, instance = 1, material = 1;  ///< ids count from 1
+    std::uint32_t node = 0, instance = 1, material = 1;  ///< IDs start at 1
     float alpha = 1;
 };
 using Pixels = std::vector<std::vector<Seen>>;
 
-/// Returns a picture with these fragments, pixel by pixel and row by row, front to back.
+/// Returns a picture with these fragments: pixels row by row, each front to back.
 LayeredImage imageOf(const Window& window, const Pixels& pixels) {
     std::size_t p = 0;
     LayeredImage image = fragmentLists(window, [&](int, int) {
@@ -56,8 +56,8 @@ std::vector<PixelRuns::Run> runsOf(const PixelRuns& pixels) {
 using Runs = std::vector<PixelRuns::Run>;
 using Counts = std::vector<std::uint32_t>;
 
-/// Three pixels: 1 in front of 2; 2 in front of 1 in front of 2 again; nothing; then a row of
-/// background in front of 1, of 1 alone, and of background alone.
+/// Six pixels. First row: object 1 in front of 2; 2 in front of 1 in front of 2; nothing. Second
+/// row: background in front of object 1; object 1 alone; background alone.
 const Window kWindow{0, 0, 3, 2};
 const Pixels kPixels = {{{1, 1, 1, 0.25F}, {2}},
                         {{2, 1, 1, 0.5F}, {1}, {2}},
@@ -96,8 +96,9 @@ TEST(ObjectMasks, AreSeenThroughWhatIsTransparent) {
         Runs first, second;
     } cases[] = {
         {0.25F, {{0, 1}, {4, 5}}, {{1, 2}}},
-        {0.4F, {{4, 5}}, {{0, 2}}},          // 0.25 is see-through, except over nothing
-        {0.75F, {{1, 2}, {4, 5}}, {{0, 1}}}  // 0.5, too
+        // An opacity of 0.25 is see-through now, except over nothing.
+        {0.4F, {{4, 5}}, {{0, 2}}},
+        {0.75F, {{1, 2}, {4, 5}}, {{0, 1}}}  // 0.5 is see-through, too
     };
     for (const auto& [see_through, first, second] : cases) {
         ObjectMaskSink sink(kTable, {.picture = kWindow, .see_through = see_through});
@@ -121,7 +122,8 @@ TEST(ObjectMasks, DoNotDependOnBands) {
 }
 
 TEST(ObjectMasks, OfACanvasAreOfItsMiddle) {
-    // The picture is the middle pixel; object 1 is in two of three, object 2 beside it.
+    // The picture is the middle pixel. Object 1 covers it and the pixel to its left, object 2 the
+    // one to its right.
     const Window canvas{0, 0, 3, 1};
     ObjectMaskSink sink(kTable, {.picture = {1, 0, 2, 1}, .layers = true});
     LayeredImage image = imageOf(canvas, {{{1}}, {{1}}, {{2}}});
@@ -168,7 +170,8 @@ TEST(ObjectMasks, NeedIds) {
 }
 
 TEST(ObjectMasks, TellTheMemoryOfTheirWorstCase) {
-    // A checkerboard of two objects, each in front of the other: one run per fragment.
+    // On a checkerboard of two objects, each in front of the other, every fragment is a run of its
+    // own: the worst case.
     const Window window{0, 0, 64, 64};
     Pixels pixels;
     for (std::uint32_t y = 0; y < 64; ++y)

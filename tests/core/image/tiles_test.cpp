@@ -90,10 +90,10 @@ TEST_F(JoinTiles, PixelsWithoutATileAreEmpty) {
 TEST_F(JoinTiles, WhereTheyOverlapTheyMustAgree) {
     auto changed = tiles();
     LayeredImage& tile = changed[2];
-    std::size_t pixel = tile.pixelIndex(12, 23);  // in tiles 0 and 2
+    std::size_t pixel = tile.pixelIndex(12, 23);  // a pixel inside both tiles 0 and 2
     while (tile.count(pixel) == 0)
         ++pixel;
-    const int x = static_cast<int>(pixel) - 50;  // in its second row
+    const int x = static_cast<int>(pixel) - 50;  // the pixel is in the tile's second row
     ASSERT_LT(x, 20);
     LayeredImage joined;
     tile.extra[1].data[tile.offsets[pixel] * 4U] ^= std::byte{1};
@@ -105,8 +105,8 @@ TEST_F(JoinTiles, WhereTheyOverlapTheyMustAgree) {
 TEST(MergeByDepth, ElementsOfAPictureAreThePicture) {
     const LayeredImage whole =
         test::makePicture({.seed = 17, .width = 40, .height = 30, .extra = true}).image;
-    // Each fragment goes to one of three elements, coincident ones to the first one's: they keep
-    // their order only within an element.
+    // Fragments are spread over three elements. Coincident fragments go to the same element,
+    // because only within an element is their order kept.
     std::vector<int> owners(whole.fragments());
     for (std::size_t p = 0; p < whole.window.pixels(); ++p) {
         for (std::size_t f = whole.offsets[p]; f < whole.offsets[p + 1]; ++f) {
@@ -149,7 +149,8 @@ TEST(MergeByDepth, AtTheSameDepthTheOrderIsThatOfTheElements) {
                                        merged.z.data() + merged.offsets[p + 1]));
         }
     }
-    // a, a' of the first and b of the second at one depth: a, a', b.
+    // The first picture has a and a', the second b, all at one depth. The merged order must be a,
+    // a', b.
     LayeredImage a, b;
     a.window = b.window = {0, 0, 1, 1};
     a.offsets = {0, 2};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coloured opacity on the CPU, channel by channel.
+// Tests per-channel opacity in CPU composites.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ namespace {
 using Rgba = std::array<float, 4>;
 using Rgb = std::array<float, 3>;
 
-/// Returns a fragment that adds light and transmits `through` of the light behind it.
+/// Returns a fragment that emits `light` and transmits `through` of the light behind it.
 TintedColor glass(const Rgb& light, const Rgb& through) {
     const Rgb opacity = {1 - through[0], 1 - through[1], 1 - through[2]};
     return {light[0],   light[1],   light[2],  meanOpacity(opacity[0], opacity[1], opacity[2]),
@@ -32,7 +32,7 @@ TintedColor opaque(const Rgb& light) {
     return glass(light, {0, 0, 0});
 }
 
-/// Returns a row of pixels, one list each; Z counts up from 1.
+/// Returns a row of pixels with these fragment lists; Z counts up from 1.
 LayeredImage row(const std::vector<std::vector<TintedColor>>& pixels, bool tinted = true) {
     LayeredImage image;
     image.window = {0, 0, static_cast<int>(pixels.size()), 1};
@@ -67,7 +67,7 @@ std::vector<std::vector<TintedColor>> randomLists(unsigned seed, bool grey) {
 }
 
 TEST(TintedComposite, ThroughPanesComesTheProductOfWhatTheyLetPass) {
-    // Powers of two, so that all results are exact.
+    // Powers of two make all results exact.
     const LayeredImage image =
         row({{glass({0, 0, 0}, {0.5F, 0.25F, 1}), glass({0.125F, 0, 0}, {1, 0.5F, 0.25F}),
               opaque({1, 0.5F, 0.25F})}});
@@ -196,7 +196,7 @@ TEST(TintedComposite, OfMergedSamplesIsTheMeanOfTheSamples) {
 
 TEST(TintedComposite, IsComparedAndCheckedWithItsOpacities) {
     const LayeredImage a = row({{glass({0, 0, 0}, {0.5F, 0.5F, 0.5F})}});
-    // The same mean.
+    // The channels have different opacities with the same mean.
     const LayeredImage b = row({{glass({0, 0, 0}, {0.25F, 0.5F, 0.75F})}});
     LayeredDifference difference;
     addDifference(a, b, difference);
@@ -210,7 +210,7 @@ TEST(TintedComposite, IsComparedAndCheckedWithItsOpacities) {
     findWrongComposite(b, stored, PixelType::kFloat, broken);
     EXPECT_EQ(good.pixels, 0U);
     EXPECT_EQ(broken.pixels, 1U);
-    // A picture without AR, AG, AB equals one with A in all three.
+    // A picture without AR, AG and AB equals one whose AR, AG and AB are all A.
     LayeredDifference plain;
     addDifference(a, row({{glass({0, 0, 0}, {0.5F, 0.5F, 0.5F})}}, false), plain);
     EXPECT_EQ(plain.all.color.largest, 0);

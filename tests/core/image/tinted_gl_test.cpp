@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coloured glass: transmission per channel, in the layers and composites of every method.
+// Tests coloured glass: transmission per channel, in the layers and composites of every method.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +22,8 @@ CaptureSettings tintedSettings(PixelType type = PixelType::kFloat) {
     return s;
 }
 
-/// Panes that fill the view, the first at z = −1, the next behind it, all of clear unlit glass.
+/// Panes that fill the view, the first at z = −1, each further one behind. All are of clear unlit
+/// glass.
 class Panes {
   public:
     explicit Panes(const std::vector<glm::vec4>& colors) {
@@ -35,7 +36,7 @@ class Panes {
     }
     Scene& scene() { return builder_.scene(); }
     Material& material(std::size_t i) { return scene().materials[i + first_]; }
-    /// Returns the middle pixel's composite.
+    /// Returns the composite of the middle pixel.
     TintedColor seen(CaptureSettings s = tintedSettings()) {
         s.composite = true;
         const LayeredImage image = capture(scene(), testView(5, 5), s).image;
@@ -63,7 +64,7 @@ TEST(TintedGlass, FiltersWhatIsBehindItColourByColour) {
             Panes panes({red, green, blue, wall});
             CaptureSettings s = tintedSettings(type);
             s.method = method.name;
-            // Only the wall has a colour of its own; glass without transmission becomes the wall.
+            // The wall is opaque, so it alone contributes colour; the panes only filter it.
             panes.material(3).transmission.factor = 0;
             const glm::vec4 through = red * green * blue * wall;
             EXPECT_EQ(panes.seen(s), (TintedColor{through.r, through.g, through.b, 1, 1, 1, 1}))
@@ -76,10 +77,11 @@ TEST(TintedGlass, HasTheMeanOfItsOpacitiesForAlpha) {
     Panes panes({{0.75F, 0.5F, 0.25F, 1}});
     const TintedColor clear = panes.seen();
     EXPECT_EQ(clear, (TintedColor{0, 0, 0, 0.5F, 0.25F, 0.5F, 0.75F}));
-    // The rest is diffuse, here the base colour itself, and hides the background.
+    // Light that is not transmitted is reflected diffusely (unlit: the base colour itself) and
+    // hides the background.
     panes.material(0).transmission.factor = 0.5F;
     EXPECT_EQ(panes.seen(), (TintedColor{0.375F, 0.25F, 0.125F, 0.75F, 0.625F, 0.75F, 0.875F}));
-    // Coverage multiplies both.
+    // Coverage (alpha) multiplies both colour and opacity.
     panes.material(0).alpha_mode = AlphaMode::kBlend;
     panes.material(0).base_color.a = 0.5F;
     EXPECT_EQ(panes.seen(),
@@ -94,12 +96,12 @@ TEST(TintedGlass, AbsorbsByBeersLaw) {
     t.attenuation_color = {0.5F, 0.25F, 1};
     const float r = std::pow(0.5F, 0.25F), g = std::pow(0.25F, 0.25F);
     expectNear(panes.seen(), {0, 0, 0, (2 - r - g) / 3, 1 - r, 1 - g, 0}, 1e-6F, "volume");
-    // Thickness is in the mesh's units.
+    // Thickness is in mesh units, so scaling the node by 2 doubles it.
     panes.scene().nodes[0].local = glm::dmat4(2);
     panes.scene().nodes[0].local[3] = {0, 0, 1, 1};
     expectNear(panes.seen(), {0, 0, 0, (2 - r * r - g * g) / 3, 1 - r * r, 1 - g * g, 0}, 1e-6F,
                "twice as thick");
-    // The volume tints the transmitted light, not the diffuse.
+    // The volume tints transmitted light but not diffuse light.
     t.factor = 0.5F;
     expectNear(panes.seen(),
                {0.5F, 0.5F, 0.5F, 1 - (r * r + g * g + 1) / 6, 1 - r * r / 2, 1 - g * g / 2, 0.5F},
@@ -113,7 +115,7 @@ TEST(TintedGlass, ReflectsAtFullStrengthAndIsNothingThroughMetal) {
     m.metallic = 0;
     m.roughness = 0;
     panes.scene().environment = uniformEnvironment(glm::vec3(1));
-    // Only the reflection is visible, without a colour.
+    // Only the specular reflection is visible, and it is colourless.
     const TintedColor clear = panes.seen();
     EXPECT_NEAR(clear[0], 0.04F, 2e-3F);
     EXPECT_NEAR(clear[0], clear[1], 1e-6F);
@@ -141,7 +143,7 @@ TEST(TintedGlass, OfVerticesAndTexturesCounts) {
     m.transmission.factor = 1;
     m.base_color = {1, 1, 1, 1};
     m.transmission.attenuation_color = {1, 0.5F, 1};
-    EXPECT_FALSE(has());  // there is no volume
+    EXPECT_FALSE(has());  // without thickness there is no volume
     m.transmission.attenuation_distance = 1;
     EXPECT_FALSE(has());
     m.transmission.thickness = 1;
@@ -229,7 +231,7 @@ TEST(TintedGlass, IsApproximatedByTheFormulasColourByColour) {
 }
 
 TEST(TintedGlass, IsApproximatedInFrontOfTheNearestOpaqueSurface) {
-    // Drawn in this order: a wall, a far pane, a near pane; and a hidden wall.
+    // The draw order is a wall, a far pane, a near pane, and a second wall that is hidden.
     SceneBuilder builder;
     builder.rectangle(9, 9, -4, builder.material({0.5F, 1, 0.5F, 1}, AlphaMode::kOpaque));
     for (const float z : {-3.0F, -2.0F}) {
@@ -239,7 +241,7 @@ TEST(TintedGlass, IsApproximatedInFrontOfTheNearestOpaqueSurface) {
         builder.scene().materials.back().transmission.factor = 1;
     }
     builder.rectangle(9, 9, -5, builder.material({1, 0, 0, 1}, AlphaMode::kOpaque));
-    // Opacities (0, .5, .75) and (.5, 0, 0); only the wall emits light.
+    // The panes' opacities are (0, .5, .75) and (.5, 0, 0); only the wall has colour.
     const auto squared = [](float a) { return (1 - a / 2) * (1 - a / 2); };
     const std::pair<const char*, glm::vec3> expected[] = {
         {"unsorted", {0.5F, 0.5F, 0.25F}},
@@ -257,7 +259,7 @@ TEST(TintedGlass, IsApproximatedInFrontOfTheNearestOpaqueSurface) {
 }
 
 TEST(TintedGlass, IsBlendedInTheOrderOfDrawingIfItIsNotSorted) {
-    SceneBuilder builder;  // the nearest is drawn first, and so ends up behind
+    SceneBuilder builder;  // the nearest surface is drawn first, so it ends up behind the other
     builder.rectangle(9, 9, -2, builder.material({0.5F, 0.25F, 1, 1}, AlphaMode::kOpaque));
     builder.scene().materials.back().metallic = 0;
     builder.scene().materials.back().transmission.factor = 1;
@@ -288,7 +290,8 @@ TEST(TintedGlass, OfSeveralSamplesIsTheirMean) {
 }
 
 TEST(TintedGlass, LeavesEverythingElseAsItIs) {
-    // Without coloured glass each opacity equals alpha, and all bits equal a plain capture.
+    // Without coloured glass each channel's opacity equals alpha, and every bit equals an untinted
+    // capture.
     Scene scene = glassScene();
     for (Material& m : scene.materials)
         if (m.transmission.factor > 0) m.base_color = glm::vec4(glm::vec3(m.base_color.g), 1);

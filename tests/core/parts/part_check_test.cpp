@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts as bodies: connectivity, volume, wall thickness.
+// Tests checks of parts as solid bodies: connectivity, volume, wall thickness.
 #include "core/parts/crossings.h"
 #include "core/parts/volumes.h"
 #include "core/parts/wall_thickness.h"
@@ -22,7 +22,7 @@ using test::icosphere;
 using test::oneMesh;
 using test::placed;
 
-/// A part with all its checks.
+/// A part and the results of all checks.
 struct Checked {
     explicit Checked(PartMesh mesh)
         : raw(std::move(mesh)),
@@ -73,7 +73,7 @@ Primitive inwards(Primitive mesh) {
     return mesh;
 }
 
-/// Returns a matrix that leaves no plane of the part axis-aligned.
+/// Returns a rigid transformation that leaves no plane of the part axis-aligned.
 glm::dmat4 askew() {
     return glm::rotate(glm::translate(glm::dmat4(1), {3, -1, 2}), 0.7,
                        glm::normalize(glm::dvec3(1, 2, -0.5)));
@@ -128,14 +128,15 @@ TEST(PartCheck, AMissingTriangleLeavesThreeEdgesOpenAroundOneHole) {
 }
 
 TEST(PartCheck, ATJunctionIsOpen) {
-    // One side of the cube's diagonal gets a midpoint that the other side lacks.
+    // A midpoint is added to the diagonal of one face of the cube, but only in the triangle on one
+    // side.
     Primitive mesh = cube();
-    mesh.indices.resize(mesh.indices.size() - 3);  // 1, 7, 5 of the side x = 1
+    mesh.indices.resize(mesh.indices.size() - 3);  // removes triangle 1, 7, 5 of the face x = 1
     const auto middle = static_cast<std::uint32_t>(mesh.positions.size());
     mesh.positions.emplace_back(1, 0, 0);
     mesh.indices.insert(mesh.indices.end(), {1, middle, 5, middle, 7, 5});
     const Checked part({mesh});
-    EXPECT_EQ(part.topology.open.size(), 3U);  // the diagonal, and its halves
+    EXPECT_EQ(part.topology.open.size(), 3U);  // the whole diagonal and its two halves
     EXPECT_EQ(part.topology.holes, 1U);
 }
 
@@ -220,13 +221,13 @@ TEST(PartCheck, SpheresThatOverlapHaveTheUnionOfTheirLens) {
     EXPECT_FALSE(part.crossings.pairs.empty());
     const double apart = glm::length(glm::dvec3(0.9, 0.05, 0.02));
     const double lens = std::numbers::pi * (4 + apart) * (2 - apart) * (2 - apart) / 12;
-    // The lens loses the same share to flat facets as the spheres.
+    // Flat facets shrink the lens by the same factor as the spheres.
     const double one = test::volumeOf(sphere);
     EXPECT_NEAR(part.united(), 2 * one - lens * one / (4 * std::numbers::pi / 3), 0.01);
     EXPECT_LT(part.united(), part.volume() - 1);
 }
 
-/// Boxes with random integer corners, so that many of their sides are coplanar.
+/// The boxes have random integer corners, so that many of their faces are coplanar.
 TEST(PartCheck, ManyBoxesHaveTheUnionOfTheirCells) {
     constexpr int kCells = 12;
     std::mt19937 random(42);
@@ -247,7 +248,8 @@ TEST(PartCheck, ManyBoxesHaveTheUnionOfTheirCells) {
     }
     const double cells = double(std::ranges::count(filled, true));
     for (const glm::dmat4& at : {glm::dmat4(1), askew()}) {
-        // Apart, since welded corners would overcrowd their edges.
+        // The boxes are joined without welding, because welded corners would give some edges more
+        // than two triangles.
         std::vector<PartMesh> parts;
         std::vector<const PartMesh*> all;
         for (const Primitive& one : boxes)
@@ -262,7 +264,7 @@ TEST(PartCheck, ManyBoxesHaveTheUnionOfTheirCells) {
 }
 
 TEST(PartCheck, AFaceThatHundredsCrossHasItsExactShare) {
-    // A plate, and 300 posts through it, each rotated differently.
+    // 300 posts, each rotated differently, pass through a plate.
     std::vector<Primitive> primitives{box({0, 0, 0}, {100, 1, 100})};
     for (int i = 0; i < 300; ++i) {
         Primitive post = box({-1, -1, -1}, {1, 2, 1});
@@ -284,7 +286,7 @@ TEST(PartCheck, ABodyWithoutVolumeIsFlat) {
     const Checked two({sheet}, askew());
     EXPECT_TRUE(two.topology.closed());
     EXPECT_EQ(two.sides, std::vector{ShellSide::kFlat});
-    // Thinner than a millionth of its size, and thicker.
+    // The first cube is thinner than a millionth of its size, the second thicker.
     EXPECT_EQ(Checked({cube()}, glm::scale(askew(), {1, 1e-7, 1})).sides,
               std::vector{ShellSide::kFlat});
     EXPECT_EQ(Checked({cube()}, glm::scale(askew(), {1, 1e-4, 1})).sides,
@@ -303,7 +305,7 @@ TEST(PartCheck, TwoCubesAtOneEdgeHaveItCrowded) {
 }
 
 TEST(PartCheck, ASurfaceThatGoesThroughItselfIsFound) {
-    // A fold: a corner of the cube pushed through the opposite side.
+    // One corner of the cube is pushed through the opposite face.
     Primitive mesh = cube();
     mesh.positions[7] = {-0.3F, -1.5F, 0.2F};
     const Checked part({mesh}, askew());
@@ -313,7 +315,8 @@ TEST(PartCheck, ASurfaceThatGoesThroughItselfIsFound) {
 }
 
 TEST(PartCheck, TheThinnestWallIsFoundWhereverItIs) {
-    // A hollow box: 1.2 at the bottom, 2 to 4 elsewhere; the floor of the hollow is small.
+    // The walls of a hollow box are 1.2 thick at the bottom and 2 to 4 elsewhere; the floor of the
+    // hollow is small.
     const glm::dmat4 millimetres = glm::scale(glm::dmat4(1), glm::dvec3(1e-3));
     for (const glm::dmat4& at : {glm::dmat4(1), askew(), askew() * millimetres}) {
         const double unit = glm::length(glm::dvec3(at[0]));
@@ -331,11 +334,12 @@ TEST(PartCheck, TheThinnestWallIsFoundWhereverItIs) {
 }
 
 TEST(PartCheck, AWallThatThinsTowardsAPointIsFoundThere) {
-    // The floor of the hollow hangs down to one point, amid all corners of the outer faces.
+    // The floor of the hollow hangs down to a single point above the interior of the outer bottom
+    // face, away from its corners.
     Primitive hollow = box({3, 3, 3}, {37, 17, 27});
     const auto tip = static_cast<std::uint32_t>(hollow.positions.size());
     hollow.positions.emplace_back(11.0F, 1.3F, 17.0F);
-    // The two triangles of y = min (0 1 5, 0 5 4) become four with the tip.
+    // The two triangles at y = min (0 1 5, 0 5 4) become four that meet at the tip.
     for (std::size_t i = 0; i < hollow.indices.size();) {
         int low = 0;
         for (std::size_t k = 0; k < 3; ++k)
@@ -359,7 +363,8 @@ TEST(PartCheck, AWallThatThinsTowardsAPointIsFoundThere) {
     EXPECT_NEAR(from.z, 17, 0.01);
 }
 
-/// Rays from random points, each against every triangle, find no thinner wall.
+/// Random points of the surface send rays through the body, tested against every triangle; none may
+/// find a thinner wall.
 TEST(PartCheck, NoRayFindsAThinnerWall) {
     std::mt19937 random(20);
     std::uniform_real_distribution<double> share(0, 1);
@@ -404,8 +409,8 @@ TEST(PartCheck, NoRayFindsAThinnerWall) {
 }
 
 TEST(PartCheck, ATubeHasItsWallWhateverItsFacets) {
-    // Radii 10 and 8 with 48 and 32 facets: the thinnest place is where a corner of the inner
-    // polygon is nearest to a facet of the outer one.
+    // The radii are 10 and 8 with 48 and 32 facets. The wall is thinnest where a corner of the
+    // inner polygon is nearest to a facet of the outer one.
     const auto ring = [](double radius, std::uint32_t facets, double turn) {
         Primitive p;
         for (std::uint32_t i = 0; i < facets; ++i) {
@@ -436,8 +441,8 @@ TEST(PartCheck, ATubeHasItsWallWhateverItsFacets) {
 }
 
 TEST(PartCheck, SharpEdgesAreNoWallsButAreFound) {
-    // A wedge of 40 degrees has opposite faces only at its ends; one of 20 also has tapering ones,
-    // down to 0.
+    // In a wedge of 40 degrees only the two ends face each other. In one of 20 degrees the tapering
+    // sides do, too, down to a thickness of 0.
     const auto wedge = [](double degrees) {
         const auto x = static_cast<float>(std::tan(degrees * std::numbers::pi / 180));
         Primitive p;

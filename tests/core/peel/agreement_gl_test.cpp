@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Methods, backends, bands and raster tiles: the same fragments, bit for bit.
+// Tests that methods, backends, bands and raster tiles give the same fragments, bit for bit.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -45,7 +45,7 @@ TEST(Backends, AgreeBitForBitOnHardScenes) {
     }
 }
 
-// Without framebuffer fetch, atomics count list heads.
+// Without framebuffer fetch, list heads are counted by atomics.
 TEST(Extensions, DoNotChangeTheResult) {
     const View view = testView(160, 120);
     for (const auto& [name, scene] : hardScenes()) {
@@ -89,8 +89,8 @@ TEST(Bands, DoNotChangeTheResult) {
     }
 }
 
-// A GPU captures a band while the previous one is read. With a software rasteriser it gains
-// nothing, but gives the same result.
+// On a GPU, a band is captured while the previous one is read. A software rasteriser gains nothing
+// from that, but must give the same result.
 TEST(Bands, ThatOverlapAreTheSame) {
     const int scale = exhaustive() ? 2 : 1;
     const View view = testView(80 * scale, 60 * scale);
@@ -133,7 +133,7 @@ TEST(Bands, MethodsAndSurfacesAgreeAcrossRasterTiles) {
     for (std::size_t i = 0; i < scene.materials.size(); i += 3)
         scene.materials[i].alpha_mode = AlphaMode::kOpaque;
     View view = testView(4200, 150);
-    view.projection.half_width = 0.5;  // the whole picture, stretched over two tiles
+    view.projection.half_width = 0.5;  // the same frustum, stretched over two raster tiles
     view.crop = {3900, 10, 4200, 140};
     for (const Surfaces surfaces : {Surfaces::kAll, Surfaces::kVisible, Surfaces::kTransparent}) {
         CaptureSettings s;
@@ -169,7 +169,7 @@ TEST(Bands, LeaveRoomForWhatTheSinksHold) {
     const PosedScene shown(builder.scene(), 0);
     GlRenderer renderer(sharedContext(), shown);
     CaptureSettings s;
-    // Memory freed by earlier tests would be room beyond the budget.
+    // Memory that earlier tests freed must not count as additional room in the budget.
     returnFreeMemory();
     s.memory = residentBytes() + (512ULL << 20);
     const CapturePlan plan = renderer.plan(testView(64, 64), s);

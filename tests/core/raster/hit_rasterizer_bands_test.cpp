@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// CPU hits do not depend on resources: threads, bands, memory budgets, crops; nor on the picture
-// size.
+// Tests that CPU hits do not depend on resources (threads, bands, memory budgets), on crops, or on
+// the picture size.
 #include "core/raster/hit_rasterizer.h"
 
 #include <gtest/gtest.h>
@@ -20,8 +20,8 @@
 namespace peeler::test {
 namespace {
 
-/// Compares bands with the rows of a picture, bit for bit, and keeps nothing: a memory budget
-/// includes the test's own memory.
+/// A sink that compares bands with the rows of a picture, bit for bit. It stores nothing, because a
+/// memory budget includes the test's own memory.
 class ComparingSink final : public Sink {
   public:
     explicit ComparingSink(const LayeredImage& expected) : expected_(expected) {}
@@ -67,7 +67,7 @@ class SameBytes : public testing::Test {
                 {"", {placed(icosphere(5), 1.0F + 0.1F * static_cast<float>(i), {0, 0, 0})}});
         return sceneOf(meshes);
     }
-    /// Returns the number of bands.
+    /// Captures and compares; returns the number of bands.
     std::size_t compare(HitRasterizer& source) {
         const CapturePlan plan = source.plan(view, settings);
         EXPECT_EQ(plan.layers.size(), expected.plan.layers.size());
@@ -108,7 +108,7 @@ TEST_F(SameBytes, InBandsOfAnyHeight) {
     EXPECT_GT(compare(source), 150U);
 }
 
-/// The coverage of triangles exceeds the budget: it is found section by section.
+/// The budget is too small for the coverage of all triangles, so it is computed section by section.
 TEST(HitRasterizer, TheSameBytesUnderABudget) {
     if (kShadowMemory) GTEST_SKIP() << "its memory is not the product's";
     constexpr std::uint64_t kMebibyte = 1 << 20;
@@ -127,8 +127,9 @@ TEST(HitRasterizer, TheSameBytesUnderABudget) {
     HitRasterizer source(posed);
     returnFreeMemory();
     CaptureSettings settings = hitSettings();
-    // Too small a budget is reported before the first band, never midway: not even with the
-    // smallest sufficient one. The second run starts with the leftovers of the first.
+    // A budget that is too small must be refused before the first band, never midway, however close
+    // to sufficient it is. The second successful capture starts with the memory that the first one
+    // kept.
     int refused = 0, captured = 0;
     for (std::uint64_t more = 90 * kMebibyte; captured < 2; more += 2 * kMebibyte) {
         settings.memory = residentBytes() + more;
@@ -150,7 +151,7 @@ TEST(HitRasterizer, TheSameBytesUnderABudget) {
     EXPECT_GT(refused, 0);
 }
 
-/// The host's memory is not ours: a budget may be less than that.
+/// A host's own memory is not limited by the budget, which may even be less than that.
 TEST(HitRasterizer, WorksBesideAHostThatHoldsMoreThanTheBudget) {
     constexpr std::uint64_t kMebibyte = 1 << 20;
     const std::vector<std::uint8_t> of_host(500 * kMebibyte, 1);
@@ -209,7 +210,7 @@ TEST(HitRasterizer, ACropHasTheHitsOfThePicture) {
                       whole.keys(whole.image.pixelIndex(x, y)));
 }
 
-/// Returns the same triangle `times` times, all of it in front of the ray of a single pixel.
+/// Returns a scene of `times` coincident triangles, all crossed by the ray of a single pixel.
 Scene triangleOver(std::size_t times) {
     Primitive primitive;
     primitive.positions = {{0.1F, -0.1F, -1}, {0.9F, -0.1F, -2}, {0.5F, -0.9F, -3}};
@@ -230,7 +231,7 @@ TEST(HitRasterizer, ManyTrianglesInOneRay) {
     EXPECT_EQ(traced.plan.layers.size(), triangles);
 }
 
-/// They do not fit the budget, and a row cannot be divided.
+/// The hits of one row do not fit the budget, and a row cannot be divided.
 TEST(HitRasterizer, TooManyTrianglesInOneRayAreRefused) {
     if (kShadowMemory) GTEST_SKIP() << "its memory is not the product's";
     constexpr std::uint64_t kMebibyte = 1 << 20;
@@ -274,7 +275,7 @@ TEST(HitRasterizer, BundlesOfOneRayAndOfManyOnASide) {
     }
 }
 
-/// More rays than 32 bits can count, as a camera may have, and few of them hit anything.
+/// A picture may have more rays than 32 bits can count, few of which hit anything.
 TEST(HitRasterizer, AsManyRaysOnBothSides) {
     constexpr int kSide = 65536;
     const Scene scene = oneMesh({square(60000, 40000, 60003, 40005, -1), square(0, 0, 1, 1, -1),
@@ -291,7 +292,8 @@ TEST(HitRasterizer, AsManyRaysOnBothSides) {
         std::size_t hits = 0, rays = 0;
     };
     View view = parallelView(kSide, kSide);
-    if (!exhaustive()) view.crop = {0, 39990, kSide, 40010};  // all rows take some seconds
+    // Tracing all rows would take several seconds.
+    if (!exhaustive()) view.crop = {0, 39990, kSide, 40010};
     const CapturePlan plan = source.plan(view, hitSettings());
     Counting sink;
     source.capture(plan, sink);
@@ -303,7 +305,7 @@ TEST(HitRasterizer, AsManyRaysOnBothSides) {
               exhaustive() ? view.crop : Window({60000, 40000, 60003, 40005}));
 }
 
-/// A band has at least one wide row, whatever the sink stores per pixel.
+/// A band has at least one row, even a wide one, however much the sink stores per pixel.
 TEST(HitRasterizer, WideRowsOfSinksThatHoldMuchFit) {
     class Holding final : public Sink {
       public:

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts of a surface that CPU hits exclude: clip planes, culled faces, and alpha cutouts.
+// Tests the parts of surfaces that CPU hits leave out, because of clip planes, culled faces and
+// alpha cutouts.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,8 +16,8 @@
 namespace peeler::test {
 namespace {
 
-/// A floor that extends behind the eye and far beyond the picture, in strips: every downward ray
-/// hits it once, including at the edges of strips and at the near plane.
+/// A floor of strips extends behind the eye and far beyond the picture. Every downward ray must hit
+/// it exactly once, even at the edges of strips and at the near plane.
 TEST(HitRasterizer, WhatReachesBehindAPinholeIsCutWithoutCracks) {
     std::mt19937 random(3);
     std::uniform_real_distribution<float> jitter(-0.2F, 0.2F);
@@ -45,7 +46,8 @@ TEST(HitRasterizer, WhatReachesBehindAPinholeIsCutWithoutCracks) {
             settings.depth_clamp = clamp;
             const TracedHits traced = trace(source, view, settings);
             for (int y = 0; y < 200; ++y) {
-                // Beyond a distance of 50 the smallest floor ends.
+                // The smallest floor ends at a distance of 50; rays that would land near or beyond
+                // its end are skipped.
                 const double down = view.projection.half_height * (2 * (y + 0.5) / 200 - 1);
                 const std::uint32_t expected = down > 0 && 1 / down < 49 ? 1 : 0;
                 if (down > 0 && !expected) continue;
@@ -58,7 +60,7 @@ TEST(HitRasterizer, WhatReachesBehindAPinholeIsCutWithoutCracks) {
 }
 
 TEST(HitRasterizer, HitsEndAtTheNearAndFarPlane) {
-    // A ramp: Z grows from 2 to 10 over the width of 80 rays.
+    // The square becomes a ramp whose Z grows from 2 to 10 over the width of 80 rays.
     Primitive ramp = square(0, 0, 80, 4, 0);
     for (glm::vec3& p : ramp.positions)
         p.z = -(2 + p.x / 10);
@@ -74,7 +76,7 @@ TEST(HitRasterizer, HitsEndAtTheNearAndFarPlane) {
         const double z = 2 + (x + 0.5) / 10;
         EXPECT_EQ(traced.image.count(static_cast<std::size_t>(x)), z >= 4 && z < 7 ? 1U : 0U) << x;
     }
-    // The near plane itself is inside, the far one is outside.
+    // A surface exactly on the near plane is inside, one on the far plane outside.
     const Scene planes = oneMesh({square(0, 0, 80, 4, -4), square(0, 0, 80, 4, -7)});
     HitRasterizer both{PosedScene(planes)};
     const TracedHits at = trace(both, view, settings);
@@ -116,7 +118,8 @@ Image checkered() {
     Image image;
     image.width = image.height = 2;
     image.rgba.assign(16, 255);
-    image.rgba[4 + 3] = image.rgba[8 + 3] = 0;  // upper right and lower left
+    // The upper right and lower left texels are transparent.
+    image.rgba[4 + 3] = image.rgba[8 + 3] = 0;
     return image;
 }
 
@@ -140,12 +143,13 @@ TEST(HitRasterizer, AlphaDecidesWhatIsThere) {
         return counts;
     };
     const auto squares = expected([](int x, int y) { return (x < 4) == (y < 4); });
-    EXPECT_EQ(pattern(), std::vector<std::uint32_t>(64, 1));  // OPAQUE
+    EXPECT_EQ(pattern(), std::vector<std::uint32_t>(64, 1));  // OPAQUE ignores alpha
     material.alpha_mode = AlphaMode::kMask;
     EXPECT_EQ(pattern(), squares);
     material.alpha_mode = AlphaMode::kBlend;
     EXPECT_EQ(pattern(), squares);
-    // Half a period to the right and, at a quarter of the size, wrapped by the sampler's mode.
+    // The texture is shifted by half a period; then it has half the width and height, under each
+    // wrap mode.
     material.base_color_texture.transform[2] = {0.5F, 0, 1};
     EXPECT_EQ(pattern(), expected([](int x, int y) { return (x < 4) != (y < 4); }));
     material.base_color_texture.transform = glm::mat3(1);
@@ -157,12 +161,13 @@ TEST(HitRasterizer, AlphaDecidesWhatIsThere) {
               expected([](int x, int y) { return (x < 2 || x >= 6) == (y < 2 || y >= 6); }));
     sampler.wrap_s = sampler.wrap_t = 33071;  // clamped
     EXPECT_EQ(pattern(), expected([](int x, int y) { return (x < 2) == (y < 2); }));
-    // Between texels alpha is interpolated; 1/2 in the middle of the picture.
+    // With linear filtering, alpha is interpolated between texels and is 1/2 in the middle of the
+    // picture.
     material.base_color_texture.transform = glm::mat3(1);
     material.alpha_mode = AlphaMode::kMask;
     sampler.mag_filter = 9729;
     material.alpha_cutoff = 0.5F;
-    // (1 − u)(1 − v) + uv >= 1/2 is (u − 1/2)(v − 1/2) >= 0.
+    // The condition (1 − u)(1 − v) + uv >= 1/2 is equivalent to (u − 1/2)(v − 1/2) >= 0.
     EXPECT_EQ(pattern(), squares);
     material.alpha_cutoff = 0.75F;
     EXPECT_EQ(pattern(), expected([](int x, int y) {
@@ -172,7 +177,8 @@ TEST(HitRasterizer, AlphaDecidesWhatIsThere) {
                   const double u = share(x), v = share(y);
                   return (1 - u) * (1 - v) + u * v >= 0.75;
               }));
-    // Factor, vertex colours and a second set of coordinates.
+    // Alpha is multiplied by the factor and by vertex colours; the texture may use the second set
+    // of coordinates.
     material.alpha_cutoff = 0.5F;
     material.base_color.a = 0.4F;
     EXPECT_EQ(pattern(), std::vector<std::uint32_t>(64, 0));
@@ -187,8 +193,8 @@ TEST(HitRasterizer, AlphaDecidesWhatIsThere) {
     EXPECT_EQ(pattern(), expected([](int x, int y) { return (x < 4) != (y < 4); }));
 }
 
-/// With a pinhole, weights are not linear in the picture: the texture's middle appears at the
-/// middle of the square.
+/// In perspective, interpolation weights are not linear in the picture: the texture's middle must
+/// appear at the middle of the square.
 TEST(HitRasterizer, TexturesLieOnTheSurfaceNotOnThePicture) {
     Primitive floor;
     floor.positions = {{-1.03F, -1, -1}, {1.03F, -1, -1}, {1.03F, -1, -9}, {-1.03F, -1, -9}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The keys of CPU hits: the elements, and the draw order of coincident ones.
+// Tests the keys of CPU hits: which element was hit, and the draw order of coincident elements.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,8 +15,8 @@
 namespace peeler::test {
 namespace {
 
-/// Coincident meshes: twice the hits, at exactly the same Z, in draw order, for any first corner
-/// and either winding of each triangle.
+/// Two coincident meshes are hit twice at exactly the same Z, in draw order, whatever the first
+/// corner and winding of their triangles.
 TEST(HitRasterizer, WhatCoincidesIsHitTwiceInDrawOrder) {
     const Primitive first = icosphere(3);
     Primitive second = first;
@@ -62,7 +62,7 @@ TEST(HitRasterizer, InstancesThatAreDrawnAtOnceHaveKeysOfTheirOwn) {
     }
 }
 
-/// Keys are those of the draw list for every topology, instance and primitive; lines and points are
+/// Keys are those of the draw list for every topology, instance and primitive. Lines and points are
 /// not hit.
 TEST(HitRasterizer, KeysSayWhatWasHit) {
     Primitive list = square(0, 0, 2, 8, -1), strip, fan, lines = list;

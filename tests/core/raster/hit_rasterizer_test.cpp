@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// CPU hits against analytic answers: parity, and places.
+// Tests the parity and the positions of CPU hits against analytic answers.
 #include "core/raster/hit_rasterizer.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ TEST(HitRasterizer, ClosedMeshesHaveEvenRays) {
     }
 }
 
-// Proves that the test above can fail.
+// A control: the test above fails for a mesh with a hole.
 TEST(HitRasterizer, AHoleIsSeen) {
     Primitive mesh = icosphere(3);
     mesh.indices.resize(mesh.indices.size() - 3);
@@ -60,8 +60,8 @@ TEST(HitRasterizer, AHoleIsSeen) {
     EXPECT_GT(odd, 10U);
 }
 
-/// Compares every ray with every triangle, in double precision: hits agree except for rays within
-/// about one grid step of an edge, and Z is where the ray meets the plane.
+/// Compares every ray with every triangle in double precision. Hits must agree except for rays
+/// within about one grid step of an edge, and Z must be that of the triangle's plane.
 void compareWithTriangles(const PosedScene& posed, const View& view) {
     HitRasterizer source(posed);
     const TracedHits traced = trace(source, view);
@@ -120,7 +120,7 @@ TEST(HitRasterizer, HitsAreWhereRaysMeetTriangles) {
     compareWithTriangles(posed, eye);
 }
 
-/// Buffer depth goes from 1 at the near to 0 at the far plane.
+/// Buffer depth is 1 at the near plane and 0 at the far plane.
 TEST(HitRasterizer, SlopesAreHowBufferDepthChanges) {
     Primitive plane = square(-20, -20, 40, 40, 0);
     for (glm::vec3& p : plane.positions)
@@ -132,7 +132,7 @@ TEST(HitRasterizer, SlopesAreHowBufferDepthChanges) {
     ASSERT_EQ(parallel.image.fragments(), 256U);
     const auto slopes = parallel.image.color.as<float>();
     for (std::size_t f = 0; f < 256; ++f) {
-        // Z = 10 − x/4 + y/8, y up; depth = (100 − Z)/100.
+        // With y up, Z = 10 − x/4 + y/8, and depth = (100 − Z)/100.
         EXPECT_NEAR(static_cast<double>(slopes[2 * f]), 0.25 / 100, 1e-9);
         EXPECT_NEAR(static_cast<double>(slopes[2 * f + 1]), -0.125 / 100, 1e-9);
     }
@@ -156,14 +156,14 @@ TEST(HitRasterizer, TrianglesBeyondNumbers) {
     const auto add = [&](glm::vec3 a, glm::vec3 b, glm::vec3 c) {
         primitive.positions.insert(primitive.positions.end(), {a, b, c});
     };
-    add({-kFar, kFar, -1}, {kFar, kFar, -1}, {0, -kFar, -1});   // 1: the whole picture
-    add({kNan, 0, -2}, {8, 0, -2}, {0, -8, -2});                // 2: none
-    add({0, 0, -3}, {8, -8, -3}, {4, -4, -3});                  // 3: no area
-    add({-1, 1, kNan}, {20, 1, -2}, {-1, -20, -2});             // 4: none
-    add({-1, 1, -kFloatInfinity}, {20, 1, -2}, {-1, -20, -2});  // 5: none
-    add({kFar, 1, -5}, {-1, 1, -5}, {-1, -kFar, -5});           // 6: the whole picture
-    add({-kFar, -2, -6}, {kFar, -2, -6}, {4, -6, -6});          // 7: from y = 2 down
-    add({2, -2, -7}, {2, -2, -7}, {2, -2, -7});                 // 8: a point
+    add({-kFar, kFar, -1}, {kFar, kFar, -1}, {0, -kFar, -1});   // 1: covers the whole picture
+    add({kNan, 0, -2}, {8, 0, -2}, {0, -8, -2});                // 2: hit by no ray (NaN)
+    add({0, 0, -3}, {8, -8, -3}, {4, -4, -3});                  // 3: hit by no ray (no area)
+    add({-1, 1, kNan}, {20, 1, -2}, {-1, -20, -2});             // 4: hit by no ray (NaN)
+    add({-1, 1, -kFloatInfinity}, {20, 1, -2}, {-1, -20, -2});  // 5: hit by no ray (infinite)
+    add({kFar, 1, -5}, {-1, 1, -5}, {-1, -kFar, -5});           // 6: covers the whole picture
+    add({-kFar, -2, -6}, {kFar, -2, -6}, {4, -6, -6});          // 7: covers 4 rows from y = 2 down
+    add({2, -2, -7}, {2, -2, -7}, {2, -2, -7});                 // 8: hit by no ray (a point)
     const Scene scene = oneMesh({primitive});
     HitRasterizer source{PosedScene(scene)};
     const TracedHits traced = trace(source, parallelView(8, 8));
@@ -173,14 +173,16 @@ TEST(HitRasterizer, TrianglesBeyondNumbers) {
                       (y >= 2 && y < 6 ? std::vector<std::uint32_t>{1, 6, 7}
                                        : std::vector<std::uint32_t>{1, 6}))
                 << x << ", " << y;
-    // A pinhole at (4, −4, 4), where the first and the sixth extend to infinity.
+    // Seen from a pinhole at (4, −4, 4), triangles 1 and 6 are in effect infinite and still cover
+    // the whole picture.
     View eye = parallelView(8, 8);
     eye.camera_to_world[3] = {4, -4, 4, 1};
     eye.projection = {true, 0.5, 0.5, 0.1, kInfinity};
     const TracedHits seen = trace(source, eye);
     for (int y = 0; y < 8; ++y) {
         for (int x = 0; x < 8; ++x) {
-            const double down = 4 + 10 * ((y + 0.5) / 8 - 0.5);  // at Z = 10, the seventh's plane
+            // `down` is in the plane of triangle 7, at Z = 10.
+            const double down = 4 + 10 * ((y + 0.5) / 8 - 0.5);
             std::vector<std::uint32_t> expected = {1, 6};
             if (down >= 2 && down < 6) expected.push_back(7);
             EXPECT_EQ(seen.keys(seen.image.pixelIndex(x, y)), expected) << x << ", " << y;
@@ -188,7 +190,7 @@ TEST(HitRasterizer, TrianglesBeyondNumbers) {
     }
 }
 
-/// Rays have no start except a near plane: hits behind the origin come first.
+/// Parallel rays have no start other than a near plane, so hits behind their origin come first.
 TEST(HitRasterizer, HitsBehindTheStartComeFirst) {
     const Scene scene =
         oneMesh({square(0, 0, 4, 4, -3), square(0, 0, 4, 4, 5), square(0, 0, 4, 4, 0),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hit sources against each other: GL's rasteriser and the CPU's.
+// Compares GL's hits with the CPU's hits.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,8 @@
 namespace peeler::test {
 namespace {
 
-// GL snaps vertices to a grid of 1/256 of the ray spacing, the CPU to 1/65,536.
+// The greatest error by snapping, in ray spacings: GL snaps vertices to a grid of 1/256, the CPU to
+// 1/65,536.
 constexpr double kSnapped = 1.0 / 256 + 1.0 / 65536;
 
 struct KeyedHit {
@@ -29,7 +30,7 @@ struct KeyedHit {
     float z = 0;
 };
 
-/// Returns the hits of a ray by their keys, each of which occurs once.
+/// Returns the hits of a ray, sorted by their keys, each of which occurs once.
 std::vector<KeyedHit> hitsOf(const LayeredImage& image, std::size_t ray) {
     const auto keys = image.extra.front().as<const std::uint32_t>();
     std::vector<KeyedHit> hits;
@@ -39,8 +40,8 @@ std::vector<KeyedHit> hitsOf(const LayeredImage& image, std::size_t ray) {
     return hits;
 }
 
-/// Returns the outline of a triangle in ray coordinates; a camera's part in front of the near plane
-/// is clipped.
+/// Returns the outline of a triangle in ray coordinates. For a camera, the part in front of the
+/// near plane is clipped off.
 std::vector<glm::dvec2> outlineOf(const PosedScene& posed, const View& view, std::uint32_t key) {
     WorldElement element = elementOf(posed, key);
     placeCorners(posed, element);
@@ -52,7 +53,7 @@ std::vector<glm::dvec2> outlineOf(const PosedScene& posed, const View& view, std
     std::vector<glm::dvec2> outline;
     for (std::size_t i = 0; i < corners.size(); ++i) {
         const glm::dvec3 &a = corners[i], &b = corners[(i + 1) % corners.size()];
-        // Depth behind the near plane.
+        // Depths are measured from the near plane.
         const double near = rays.perspective() ? view.projection.near : -HUGE_VAL;
         const double at_a = -a.z - near, at_b = -b.z - near;
         if (at_a >= 0) outline.push_back(rays.pixel(a));
@@ -62,7 +63,7 @@ std::vector<glm::dvec2> outlineOf(const PosedScene& posed, const View& view, std
     return outline;
 }
 
-/// Returns the distance, in rays, between a ray of a capture and the edges of a triangle.
+/// Returns the distance of a ray of a capture from the edges of a triangle, in ray spacings.
 double rayToEdge(const PosedScene& posed, const View& view, const LayeredImage& image,
                  std::size_t ray, std::uint32_t key) {
     const auto width = static_cast<std::size_t>(image.window.width());
@@ -71,12 +72,15 @@ double rayToEdge(const PosedScene& posed, const View& view, const LayeredImage& 
     return distanceToEdges(outlineOf(posed, view, key), at + view.sample);
 }
 
-/// The agreement of two captures of the same rays.
+/// How far two captures of the same rays agree.
 struct Agreement {
     std::size_t rays = 0, hits = 0;
-    std::size_t differing = 0;  ///< rays with different triangles
-    double farthest = 0;  ///< distance of such a ray from the edges of such a triangle, in rays
-    double largest_error = 0;  ///< of Z on the other rays, relative to the scene's size
+    std::size_t differing = 0;  ///< rays on which the sets of triangles differ
+    /// The greatest distance of a differing ray from the edges of a triangle that only one capture
+    /// hits, in ray spacings.
+    double farthest = 0;
+    /// The greatest error of Z on all other rays, relative to the scene's size.
+    double largest_error = 0;
 };
 
 void compare(const PosedScene& posed, const View& view, const LayeredImage& gl,
@@ -98,7 +102,7 @@ void compare(const PosedScene& posed, const View& view, const LayeredImage& gl,
         if (!either.empty()) continue;
         for (std::size_t i = 0; i < here.size(); ++i) {
             const double error = static_cast<double>(std::abs(here[i].z - there[i].z)) / size;
-            // Near an edge a ray may miss the triangle itself, which has no depth there.
+            // Near an edge a ray may miss the triangle itself and have no exact depth there.
             if (error > agreement.largest_error &&
                 rayToEdge(posed, view, gl, ray, here[i].key) > kSnapped)
                 agreement.largest_error = error;
@@ -106,7 +110,7 @@ void compare(const PosedScene& posed, const View& view, const LayeredImage& gl,
     }
 }
 
-/// Returns the pixels of a camera with its near plane inside most scenes, and bundles through them.
+/// Returns a camera whose near plane is inside most scenes, and bundles through them.
 std::vector<View> viewsOf(const Bounds& box) {
     std::vector<View> views{testView(160, 120)};
     RayGrid grid;
@@ -144,13 +148,14 @@ TEST(HitSources, AgreeOnHardScenesButAtEdges) {
             EXPECT_GT(agreement.hits, agreement.rays / 2) << name;
             EXPECT_LE(agreement.differing, agreement.rays / 20) << name;
             EXPECT_LE(agreement.farthest, kSnapped) << name;
-            if (mode == HitMode::kRaw) continue;  // 32-bit depths
+            if (mode == HitMode::kRaw) continue;  // depths have only 32 bits
             EXPECT_LE(agreement.largest_error, 1e-6) << name;
         }
     }
 }
 
-/// The channels of common hits agree, except near edges, where a ray may miss the triangle itself.
+/// The channels of hits found by both must agree, except near edges, where a ray may miss the
+/// triangle itself.
 TEST(HitSources, SayTheSameOfTheSameHits) {
     SceneBuilder builder;
     const int material = builder.material(glm::vec4(1));
@@ -194,7 +199,8 @@ TEST(HitSources, SayTheSameOfTheSameHits) {
                 for (std::size_t c = 0; c < gl.extra[i].components(); ++c) {
                     const float here = FragmentChannel(gl.extra[i], c).value(a);
                     const float there = FragmentChannel(cpu.extra[i], c).value(b);
-                    // GL's normals come from a shader, between snapped vertices.
+                    // GL computes normals in a shader, between snapped vertices; hence the
+                    // tolerance.
                     ASSERT_NEAR(here, there, 1e-3) << gl.extra[i].channels[c] << ", ray " << ray;
                 }
             }
@@ -203,7 +209,7 @@ TEST(HitSources, SayTheSameOfTheSameHits) {
     EXPECT_GT(compared, 10'000U);
 }
 
-/// Another source's hits, from a source that prefers bundles.
+/// A source that prefers bundles and takes its hits from another one.
 class BundlesOf final : public HitSource {
   public:
     explicit BundlesOf(HitSource& source) : source_(source) {}
@@ -259,7 +265,7 @@ TEST(HitSources, BakeTheSame) {
     std::printf("ambient occlusion: %.5f apart in the mean; from lines of their own %.5f, %.5f\n",
                 same_rays, coarse, fine);
     EXPECT_LE(same_rays, 0.0005);
-    // Finer bundles approximate every receiver's own lines better.
+    // Finer bundles approximate the receivers' individual rays better.
     EXPECT_LE(coarse, 0.01);
     EXPECT_LE(fine, coarse / 2);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sorting of lists of every length, in registers and in memory, on any processor.
+// Tests the sorting of lists of every length, in registers and in memory, on any processor.
 #include "core/raster/list_sorter.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,8 @@ TEST(ListSorter, SortsListsOfEveryLength) {
         const SortLists sort = sortListsFor(every_processor);
         for (std::size_t length = 0; length <= kMostAtOnce; ++length) {
             for (int time = 0; time < 6; ++time) {
-                // Neighbouring numbers, few different ones, or any.
+                // The values are nearly consecutive, have only four different values, or are
+                // arbitrary.
                 const std::uint64_t different = time % 3 == 0   ? length + 1
                                                 : time % 3 == 1 ? 4
                                                                 : std::uint64_t{1} << 52;
@@ -56,7 +57,8 @@ TEST(ListSorter, TakesNumbersOfAllSizes) {
     }
 }
 
-/// A network that sorts all lists of zeros and ones sorts all lists (Knuth, volume 3, theorem Z).
+/// The 0-1 principle: a network that sorts all lists of zeros and ones sorts all lists (Knuth,
+/// volume 3, theorem Z).
 TEST(ListSorter, ComparesEnough) {
     for (const std::size_t length : {2U, 3U, 5U, 8U, 11U, 16U}) {
         std::size_t comparisons = 0;

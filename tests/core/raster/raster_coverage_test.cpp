@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coverage of rays by triangles, against a ray-by-ray test in integers that cannot overflow.
+// Compares the coverage of rays by triangles with ray-by-ray tests in integers too wide to
+// overflow.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,8 +18,8 @@ namespace {
 
 __extension__ using Wide = __int128;
 
-/// The textbook top-left rule: inside all three edges, or on some of them if each of those is a
-/// left or a top edge. Corners in any order; y is down.
+/// The textbook top-left rule: whether (x, y) is inside all three edges, or exactly on some of them
+/// if each of those is a left or top edge. Corners may be in any order; y is down.
 bool covers(std::array<SnappedCorner, 3> corner, std::int64_t x, std::int64_t y) {
     const auto side = [](const SnappedCorner& a, const SnappedCorner& b, Wide px, Wide py) {
         return (Wide{b.x} - a.x) * (py - a.y) - (Wide{b.y} - a.y) * (px - a.x);
@@ -30,7 +31,7 @@ bool covers(std::array<SnappedCorner, 3> corner, std::int64_t x, std::int64_t y)
         const SnappedCorner& a = corner[i];
         const SnappedCorner& b = corner[(i + 1) % 3];
         const Wide at = side(a, b, x, y);
-        // Clockwise on screen: left edges go up, top edges go right.
+        // The order is clockwise on screen, so left edges go up and top edges go right.
         const bool left = b.y < a.y, top = b.y == a.y && b.x > a.x;
         if (at < 0 || (at == 0 && !left && !top)) return false;
     }
@@ -74,7 +75,7 @@ std::size_t compareAllRays(const Positions& positions, const View& view) {
     return traced.image.fragments();
 }
 
-/// Random hard cases of triangles.
+/// Random triangles, chosen to be hard cases.
 class HardTriangles {
   public:
     explicit HardTriangles(unsigned seed) : random_(seed) {}
@@ -116,7 +117,7 @@ class HardTriangles {
     glm::vec3 anywhere() {
         return {kSide * (1.4F * share() - 0.2F), -kSide * (1.4F * share() - 0.2F), depth()};
     }
-    /// Returns a corner on a ray, or one grid step beside it.
+    /// Returns a corner whose coordinates are on rays, or one grid step beside them.
     glm::vec3 throughRays() {
         const auto at = [&] {
             const int step = random_() % 3 == 0 ? static_cast<int>(random_() % 3) - 1 : 0;
@@ -130,7 +131,8 @@ class HardTriangles {
         positions_.insert(positions_.end(), {a, b, c});
     }
 
-    /// Adds triangles around a corner, in either orientation: every edge is shared.
+    /// Adds a fan of triangles around a corner, each in either orientation, so that every inner
+    /// edge is shared.
     void fan() {
         const glm::vec3 middle = corner();
         std::vector<glm::vec3> rim(3 + random_() % 4);
@@ -152,7 +154,7 @@ class HardTriangles {
         const Positions was(positions_);
         add(was[i + random_() % 3], was[i + 1], was[i + 2]);
     }
-    /// Adds a corner on the middle of another triangle's edge.
+    /// Adds triangles with a T-junction: a corner on the middle of another triangle's edge.
     void junction() {
         const glm::vec3 a = corner(), b = corner(), c = corner(), d = corner();
         const glm::vec3 middle = 0.5F * (a + b);
@@ -198,11 +200,11 @@ TEST(RasterCoverage, OfHugePicturesTheGridIsCoarserAndStillExact) {
         EXPECT_EQ(CornerGrid(parallelView(side, 1)).bits(), bits) << side;
 }
 
-/// Every ray within a quad of two triangles hits it once, with either diagonal.
+/// Every ray within a quad of two triangles hits it exactly once, whichever diagonal divides it.
 TEST(RasterCoverage, SharedEdgesAreHitOnce) {
     const View view = parallelView(16, 16);
     for (const bool turned : {false, true}) {
-        // Corners and the diagonal lie on rays.
+        // The corners and the diagonal lie exactly on rays.
         const glm::vec3 a(2.5F, -2.5F, -1), b(12.5F, -2.5F, -1), c(12.5F, -12.5F, -1),
             d(2.5F, -12.5F, -1);
         const Positions positions =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surface values of CPU hits, on surfaces with known normals, coordinates and colours.
+// Tests surface values at CPU hits, on surfaces with known normals, coordinates and colours.
 #include "core/raster/surface_values.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a square around rays 0 to 8 that faces the camera, U to the right and V down.
+/// Returns a square around rays 0 to 8 that faces the camera, with U to the right and V down.
 Primitive facing() {
     Primitive primitive;
     primitive.positions = {{0, -8, -2}, {8, -8, -2}, {8, 0, -2}, {0, 0, -2}};
@@ -31,7 +31,7 @@ Image texel(std::uint8_t r, std::uint8_t g, std::uint8_t b, std::uint8_t a = 255
     return image;
 }
 
-/// Returns the channel at every hit.
+/// Returns the channel's value at every hit.
 std::vector<glm::dvec3> valuesOf(const Scene& scene, Channel channel,
                                  const View& view = parallelView(8, 8)) {
     HitRasterizer source{PosedScene(scene)};
@@ -57,7 +57,7 @@ void expectAll(const std::vector<glm::dvec3>& values, const glm::dvec3& expected
 
 TEST(SurfaceValues, NormalsAreOnTheSideOfTheRay) {
     expectAll(valuesOf(oneMesh({facing()}), Channel::kNormal), {0, 0, 1});
-    // Rotated by 60° about Y, seen from its front and from its back.
+    // The square is rotated by 60° about Y and seen from its front, then from its back.
     const double angle = std::numbers::pi / 3;
     for (const double turn : {angle, angle + std::numbers::pi}) {
         const glm::dmat4 local = glm::translate(glm::dmat4(1), glm::dvec3(4, 0, -10)) *
@@ -80,7 +80,7 @@ TEST(SurfaceValues, NormalsAreInterpolatedAndTurnWithTheInverseTranspose) {
         for (int i = 0; i < 3; ++i)
             EXPECT_NEAR(values[static_cast<std::size_t>(x)][i], expected[i], 1e-6);
     }
-    // Scaling by 1/2 along X doubles a slope; a reflection does not swap front and back.
+    // Scaling X by 1/2 doubles the slope; a reflection does not swap front and back.
     primitive.normals.assign(4, glm::normalize(glm::vec3(1, 0, 1)));
     for (const double scale : {0.5, -0.5}) {
         const glm::dmat4 local = glm::translate(glm::dmat4(1), glm::dvec3(4, 0, 0)) *
@@ -90,7 +90,8 @@ TEST(SurfaceValues, NormalsAreInterpolatedAndTurnWithTheInverseTranspose) {
     }
 }
 
-/// The map's +X points where U grows, +Y up the image; with tangents and without.
+/// A normal map's +X is the direction of increasing U and its +Y is up the image, with and without
+/// tangents.
 TEST(SurfaceValues, NormalMapsLeanAlongTheTexture) {
     const glm::dvec3 mapped(2 * 204.0 / 255 - 1, 2 * 51.0 / 255 - 1, 2 * 230.0 / 255 - 1);
     for (const bool with_tangents : {false, true}) {
@@ -109,7 +110,7 @@ TEST(SurfaceValues, NormalMapsLeanAlongTheTexture) {
             expectAll(valuesOf(scene, Channel::kNormal),
                       glm::normalize(mapped * glm::dvec3(0.5, 0.5, 1)));
             if (with_tangents) continue;
-            // Rotated by a quarter turn on the surface.
+            // The texture is rotated by a quarter turn on the surface.
             material.normal_scale = 1;
             material.normal_texture.transform[0] = {0, 1, 0};
             material.normal_texture.transform[1] = {-1, 0, 0};
@@ -179,7 +180,8 @@ TEST(SurfaceValues, TexturesAreWrappedAndFiltered) {
         EXPECT_NEAR(texelAt(image, texture, {row.u, 0.5}).a, row.expected, 1e-12)
             << row.filter << " " << row.wrap << " " << row.u;
     }
-    // Where floats have no fractions: some texel, none outside the image.
+    // Coordinates so large that floats have no fraction may give any texel, but none outside the
+    // image.
     for (const double far : {1e30, -1e30, 1e300})
         for (const int wrap : {kRepeat, kMirror, kClamp}) {
             texture.sampler.wrap_s = wrap;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The hits next to points, with analytic answers.
+// Tests the hits before and after points on rays against analytic answers.
 #include "core/rays/point_hits.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 namespace peeler::test {
 namespace {
 
-/// A scene of triangles with brute-force hits, without a renderer.
+/// A scene of triangles whose hits are found by brute force, without a renderer.
 class Traced {
   public:
     explicit Traced(Scene scene) : scene_(std::move(scene)), shown_(scene_, 0) {
@@ -66,7 +66,7 @@ class Traced {
     std::vector<WorldElement> elements_;
 };
 
-/// Returns large triangles across Z, all rays through each; the n-th has the key n + 1.
+/// Returns large triangles at these Z, crossed by all rays; the n-th (from 0) has the key n + 1.
 Scene sheets(const std::vector<float>& heights) {
     SceneBuilder builder;
     const int material = builder.material({1, 1, 1, 1});
@@ -86,11 +86,12 @@ TEST(PointHits, BetweenSheets) {
     EXPECT_EQ(found[0].after.key, 2U);
     EXPECT_EQ(found[1].before.key, 0U);
     EXPECT_EQ(found[1].before.distance, kInfinity);
-    EXPECT_DOUBLE_EQ(found[1].after.distance, 2);  // far in front of the rays' origins
+    EXPECT_DOUBLE_EQ(found[1].after.distance, 2);  // the point lies before the rays' origins
     EXPECT_DOUBLE_EQ(found[2].before.distance, 3);
     EXPECT_EQ(found[2].before.key, 3U);
     EXPECT_EQ(found[2].after.distance, kInfinity);
-    for (const std::size_t beside : {std::size_t{3}, std::size_t{4}}) {  // the bundle; the sheets
+    // One of these points is outside the bundle, the other outside the sheets.
+    for (const std::size_t beside : {std::size_t{3}, std::size_t{4}}) {
         EXPECT_EQ(found[beside].before.key, 0U);
         EXPECT_EQ(found[beside].after.key, 0U);
     }
@@ -116,11 +117,11 @@ TEST(PointHits, OnASurfaceAndWhereSurfacesCoincide) {
     }
 }
 
-// On a coarse grid a ray's hit is extrapolated to the point's own ray.
+// Where the grid is coarse, a ray's hit must be extrapolated to the ray through the point itself.
 TEST(PointHits, SteepSurfacesAreFollowed) {
     SceneBuilder builder;
     const int material = builder.material({1, 1, 1, 1});
-    // z = 2x and z = −2x, which cross at x = 0, where there are rays; both twice.
+    // The planes z = 2x and z = −2x, each drawn twice, cross at x = 0, where there are rays.
     for (int i = 0; i < 2; ++i) {
         builder.triangles({{-8, -4, -16}, {8, -4, 16}, {0, 12, 0}}, material);
         builder.triangles({{-8, -4, 16}, {8, -4, -16}, {0, 12, 0}}, material);
@@ -137,7 +138,8 @@ TEST(PointHits, SteepSurfacesAreFollowed) {
         NextHit before, after;
         for (const std::uint32_t key : {1U, 2U}) {
             const double along = (key == 1 ? 2 : -2) * points[i].x - points[i].z;
-            // Among coincident hits the last one before, the first one after.
+            // Among coincident hits, the last drawn counts before the point, the first drawn after
+            // it.
             if (along > 0 && along < after.distance) after = {along, key};
             if (along <= 0 && -along < before.distance) before = {-along, key + 2};
         }
@@ -173,7 +175,7 @@ TEST(PointHits, OnASurfaceButForRounding) {
     }
 }
 
-/// Against the intersection of slabs (Kay & Kajiya 1986).
+/// Compares hits with the intersections of slabs (Kay & Kajiya 1986).
 TEST(PointHits, InsideAndOutsideACube) {
     const Traced traced(sceneOf({{"", {cube()}}}));
     std::mt19937 random(22);
@@ -183,9 +185,10 @@ TEST(PointHits, InsideAndOutsideACube) {
         points.emplace_back(around(random), around(random), around(random));
     struct Row {
         glm::dvec3 direction;
-        double exact;  ///< minimum share of the points
+        double exact;  ///< the minimum share of points with exact distances
     };
-    // At an oblique angle, some rays pass an edge on the other side than the nearest ray.
+    // At an oblique angle, the point's own ray may pass an edge on the other side than the nearest
+    // traced ray.
     for (const Row& row : {Row{{0, 1, 0}, 1}, {{0, 0, -1}, 1}, {{1, 2, -3}, 0.97}}) {
         const glm::dvec3 direction = glm::normalize(row.direction);
         const auto found = traced.around(traced.bundle(direction, 128), points);
@@ -224,11 +227,11 @@ TEST(PointHits, InsideASphereChordsAddUp) {
     for (std::size_t i = 0; i < points.size(); ++i) {
         const double along = glm::dot(points[i], direction);
         const double half = std::sqrt(1 - glm::dot(points[i], points[i]) + along * along);
-        // The mesh is up to 0.004 inside the sphere, and seen obliquely.
+        // The tolerance: the mesh is up to 0.004 inside the sphere, and seen obliquely.
         EXPECT_NEAR(found[i].before.distance, half + along, 0.008);
         EXPECT_NEAR(found[i].after.distance, half - along, 0.008);
     }
-    // Bands together equal the whole.
+    // All bands together must equal the whole.
     std::vector<PointHits> banded(points.size());
     for (int y = 0; y < bundle.view.height; y += 5) {
         Bundle part = bundle;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Maps of rays with known hits.
+// Tests maps of rays whose hits are known.
 #include "core/rays/ray_maps.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 namespace peeler::test {
 namespace {
 
-/// (t, body)
+/// Pairs of t and body.
 using Hits = std::vector<std::pair<float, int>>;
 
 class Maps {
@@ -67,7 +67,7 @@ struct KnownRay {
     const char* name;
     Hits hits;
     float thickness;
-    Values paths;  ///< of the three bodies
+    Values paths;  ///< path lengths in the three bodies
     float parity;
 };
 
@@ -86,7 +86,7 @@ TEST(RayMaps, InsideIsByParityAndTheInnermostCounts) {
          0},
         {"touching", {{0, 0}, {2, 1}, {2, 0}, {5, 1}}, 5, {2, 3, 0}, 0},
         {"the same twice: the later one", {{1, 0}, {1, 1}, {3, 0}, {3, 1}}, 2, {0, 2, 0}, 0},
-        // In either draw order, the shorter one is inside the longer one.
+        // Whichever is drawn first, the shorter body counts as inside the longer one.
         {"entered together, a", {{1, 0}, {1, 1}, {2, 1}, {5, 0}}, 4, {3, 1, 0}, 0},
         {"entered together, b", {{1, 1}, {1, 0}, {2, 1}, {5, 0}}, 4, {3, 1, 0}, 0},
         {"left together", {{1, 0}, {3, 1}, {5, 1}, {5, 0}}, 4, {2, 2, 0}, 0},
@@ -109,7 +109,8 @@ TEST(RayMaps, InsideIsByParityAndTheInnermostCounts) {
 
 TEST(RayMaps, XRaysFollowBeerAndLambert) {
     RayMapSettings settings{{RayMap::kTransmission}};
-    settings.attenuation = {0.5, 2};  // the third material has no value
+    // The third material has no coefficient, so it attenuates nothing.
+    settings.attenuation = {0.5, 2};
     Maps maps(bodies(3), settings);
     EXPECT_EQ(maps({})[0], 1);
     EXPECT_FLOAT_EQ(maps({{0, 0}, {2, 1}, {3, 1}, {4, 0}, {5, 2}, {9, 2}})[0],
@@ -121,9 +122,9 @@ TEST(RayMaps, AnOverlapIsInBothParts) {
     settings.parts = {std::vector<char>{1, 0, 0, 0}, std::vector<char>{0, 1, 1, 0}};
     Maps maps(bodies(4), settings);
     EXPECT_EQ(maps({{0, 0}, {2, 1}, {5, 0}, {8, 1}})[0], 3);
-    EXPECT_EQ(maps({{0, 0}, {5, 1}, {5, 0}, {8, 1}})[0], 0);  // they touch
-    EXPECT_EQ(maps({{0, 1}, {2, 2}, {5, 1}, {8, 2}})[0], 0);  // one part
-    EXPECT_EQ(maps({{0, 3}, {2, 0}, {5, 3}, {8, 0}})[0], 0);  // another one
+    EXPECT_EQ(maps({{0, 0}, {5, 1}, {5, 0}, {8, 1}})[0], 0);  // the parts touch but do not overlap
+    EXPECT_EQ(maps({{0, 1}, {2, 2}, {5, 1}, {8, 2}})[0], 0);  // both bodies belong to the same part
+    EXPECT_EQ(maps({{0, 3}, {2, 0}, {5, 3}, {8, 0}})[0], 0);  // body 3 belongs to neither part
     EXPECT_EQ(maps({{0, 0}, {1, 1}, {2, 2}, {3, 1}, {4, 2}, {9, 0}})[0], 3);
     EXPECT_EQ(maps({{0, 1}, {1, 0}, {2, 0}, {4, 0}, {6, 0}, {9, 1}})[0], 3);
 }
@@ -143,7 +144,7 @@ TEST(RayMaps, ChannelsHaveNamesOfTheirOwn) {
                                         "path.material 3", "path.steel_2_4"}));
 }
 
-/// Returns rays along −Z over [−w, w] × [−h, h], starting at z = 3.
+/// Returns a bundle of rays along −Z over [−w, w] × [−h, h], starting at z = 3.
 Bundle bundleOf(int width, int height, double w, double h) {
     Bundle bundle;
     bundle.name = "b";
@@ -196,7 +197,7 @@ TEST(RayMaps, LengthsAreAlongTheRaysOfAPinhole) {
     const RayMaps maps(shown, &solids, {{RayMap::kFirst, RayMap::kThickness}});
     Bundle bundle = bundleOf(16, 8, 2, 1);
     bundle.view.projection.perspective = true;
-    // Around the eye: two shells, the same for every ray.
+    // Two spherical shells around the eye give every ray the same hits.
     const LayeredImage hits = rayHits(bundle, [](const glm::dvec3&, const glm::dvec3&) {
         return std::vector<Hit>{{2, keyOf(0)}, {5, keyOf(0)}};
     });

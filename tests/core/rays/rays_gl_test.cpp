@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays through bodies with analytic answers: parity, lengths, volumes, and the places of rays.
+// Tests rays through bodies against analytic answers: parity, lengths, volumes, and the positions
+// of rays.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +25,8 @@ TEST(ClosedMeshes, EveryRayLeavesWhatItEnters) {
         {"icosphere 5", icosphere(5)},        {"torus", torus(0.4, 64, 32)},
         {"thin torus", torus(0.01, 400, 12)}, {"cube", cube()},
     };
-    const bool with_embree = testBackend() == "egl";  // the result is the same with osmesa
+    // Embree is compared once: results are the same with osmesa
+    const bool with_embree = testBackend() == "egl";
     for (const auto& [name, mesh] : meshes) {
         const OddRays found = countOddRays(name, sceneOf({{"", {mesh}}}), 64, 256, with_embree);
         EXPECT_GT(found.hits, found.rays / 100);
@@ -39,7 +41,7 @@ TEST(ClosedMeshes, EveryRayLeavesWhatItEnters) {
     EXPECT_EQ(fine.cpu, 0U);
 }
 
-// Proves that the tests above can fail.
+// A control: the tests above fail for a mesh with a hole.
 TEST(ClosedMeshes, AHoleIsSeen) {
     Primitive mesh = icosphere(3);
     mesh.indices.resize(mesh.indices.size() - 3);
@@ -49,7 +51,7 @@ TEST(ClosedMeshes, AHoleIsSeen) {
     EXPECT_GT(found.cpu, 10U);
 }
 
-/// A scene and the hits of a bundle.
+/// A scene and the hits of a bundle through it.
 struct Traced {
     Traced(const std::string& engine, Scene from, const glm::dvec3& direction, const RayGrid& grid,
            std::optional<Bounds> area = {}, HitMode hit_mode = HitMode::kRefined)
@@ -98,12 +100,12 @@ struct Traced {
 
 const glm::dvec3 kAskew = glm::normalize(glm::dvec3(1, 2, -3));
 
-/// Returns the distance of the ray's axis from the origin.
+/// Returns the distance of the ray's line from the origin.
 double beside(const glm::dvec3& start, const glm::dvec3& direction) {
     return glm::length(glm::cross(start, direction));
 }
 
-/// Runs with each engine.
+/// These tests run once for each engine.
 class RayLengths : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(By, RayLengths, testing::Values("cpu", "gl"),
                          [](const auto& row) { return std::string(row.param); });
@@ -113,7 +115,7 @@ TEST_P(RayLengths, ChordsOfASphere) {
     const Traced traced(GetParam(), sceneOf({{"", {mesh}}}), kAskew, {512});
     const std::vector<float> thickness = traced.maps({{RayMap::kThickness}}).at(0);
 
-    // The depth of the triangles' centres inside the sphere.
+    // `within` is the greatest depth of a triangle's centre below the sphere.
     double within = 0;
     for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
         const glm::dvec3 sum = glm::dvec3(mesh.positions[mesh.indices[i]]) +
@@ -131,13 +133,14 @@ TEST_P(RayLengths, ChordsOfASphere) {
         const double off = 2 * half - static_cast<double>(thickness[p]);
         worst = std::max(worst, off);
         ASSERT_GE(off, -1e-6);
-        // Both ends, seen obliquely.
+        // Each end of the chord falls short by up to `within`, divided by the cosine at which the
+        // ray meets the surface (`half`).
         ASSERT_LE(off, 2.1 * within / half) << d;
     }
     std::printf("%zu rays; triangles are up to %.2g within the sphere, chords up to %.2g short\n",
                 rays, within, worst);
 
-    // The mesh is convex, so its planes alone give its chords.
+    // The mesh is convex, so the planes of its triangles suffice to compute exact chords.
     std::mt19937 random(7);
     std::size_t hit = 0;
     for (int i = 0; i < 1000; ++i) {
@@ -152,11 +155,11 @@ TEST_P(RayLengths, ChordsOfASphere) {
             const double at = glm::dot(normal, a - start) / along;
             (along < 0 ? in : out) = along < 0 ? std::max(in, at) : std::min(out, at);
         }
-        // Where only vertices protrude, no plane decides whether a ray hits.
+        // Skip rays that may only graze vertices: the planes cannot decide whether they hit.
         if (std::abs(out - in) < 1e-3) continue;
         const double chord = std::max(0.0, out - in);
         hit += chord > 0 ? 1 : 0;
-        // Each end within 1e-6 of the scene's size, which is 2√3.
+        // Each end may be off by 1e-6 of the scene's size, which is 2√3.
         ASSERT_NEAR(static_cast<double>(thickness[p]), chord, 6.9e-6) << p;
     }
     EXPECT_GT(hit, 300U);
@@ -214,7 +217,7 @@ TEST_P(RayLengths, VolumesOfASphereATorusAndACube) {
     }
 }
 
-/// Runs with each engine.
+/// Instantiated for each engine.
 class BundleRays : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(By, BundleRays, testing::Values("cpu", "gl"),
                          [](const auto& row) { return std::string(row.param); });
@@ -247,8 +250,8 @@ TEST_P(BundleRays, AreWhereTheHelpSaysTheyAre) {
         }
     }
     EXPECT_GT(traced.image.fragments(), 10000U);
-    // The rasteriser snaps vertices to a grid of 1/256 pixel: a fragment's ray may miss a triangle,
-    // an edge-on one by more than that.
+    // The rasteriser snaps vertices to a grid of 1/256 pixel, so a fragment's ray may miss its
+    // triangle, and by more than that if the triangle is edge-on.
     EXPECT_LT(farthest, spacing / 16);
     const double misses = 1 - static_cast<double>(exact) / double(traced.image.fragments());
     std::printf("%.2g of the hits lie beside their rays, at most %.2g of the rays' distance\n",
@@ -275,7 +278,7 @@ TEST_P(BundleRays, DirectionsAreEven) {
 }
 
 TEST_P(BundleRays, BoundsCutNothingOffAlongTheRays) {
-    // A slab across the rays, far thinner than the sphere, and one off its centre.
+    // The bounds are slabs across the rays: one far thinner than the sphere, one off its centre.
     const Bounds slabs[] = {{{-0.5, -0.5, -0.001}, {0.5, 0.5, 0.001}},
                             {{-0.5, -0.5, 0.7}, {0.5, 0.5, 0.7}}};
     for (const Bounds& slab : slabs) {
@@ -298,7 +301,7 @@ TEST_P(BundleRays, WhatLiesOnTheBorderIsHit) {
     quad.positions = {{-1, -1, 0.3F}, {1, -1, 0.3F}, {1, 1, 0.3F}, {-1, 1, 0.3F}};
     quad.indices = {0, 1, 2, 0, 2, 3};
     for (const glm::dvec3 direction : {glm::dvec3(0, 0, 1), glm::dvec3(0, 0, -1)}) {
-        // The bounds are flat; both ends of a cube are at the ends of the bundle.
+        // The quad's bounds are flat, and both ends of the cube lie at the ends of the bundle.
         const Traced flat(GetParam(), sceneOf({{"", {quad}}}), direction, {100});
         const Traced box(GetParam(), sceneOf({{"", {cube()}}}), direction, {100});
         for (std::size_t p = 0; p < flat.bundle.rays(); ++p)

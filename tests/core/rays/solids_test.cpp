@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Closed surfaces, and the solid of each key.
+// Tests closed surfaces, and the mapping from keys to solids.
 #include "core/rays/solids.h"
 
 #include <gtest/gtest.h>
@@ -14,14 +14,14 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a sphere of quads between parallels; the poles are rows of equal vertices, so some
-/// triangles there are degenerate. With `open` the first and last rows of quads are missing.
+/// Returns a sphere of quads between parallels. The poles are rows of equal vertices, so some
+/// triangles there are degenerate. If `open`, the first and last rows of quads are missing.
 Primitive globe(int columns, int rows, bool open, int material = 0, float radius = 1) {
     Primitive primitive;
     primitive.material = material;
     for (int row = 0; row <= rows; ++row) {
         for (int column = 0; column <= columns; ++column) {
-            // The seam and the poles have identical bits.
+            // At the seam and the poles, coordinates must be bitwise identical.
             const double u = 2 * std::numbers::pi * (column % columns) / columns;
             const double v = std::numbers::pi * row / rows;
             const double ring = row == 0 || row == rows ? 0 : std::sin(v);
@@ -44,7 +44,7 @@ Primitive globe(int columns, int rows, bool open, int material = 0, float radius
     return primitive;
 }
 
-/// Returns one side of the cube from −1 to 1, with its own material.
+/// Returns one side of the cube from −1 to 1, with a material of its own.
 Primitive cubeSide(int side) {
     const int axis = side / 2;
     const float sign = side % 2 == 0 ? -1.0F : 1.0F;
@@ -99,7 +99,7 @@ TEST(Solids, SidesOfDifferentMaterialsAreOneCube) {
 }
 
 TEST(Solids, ASphereIsClosedWhateverItsPolesAndSeamAreMadeOf) {
-    // 12 by 7 quads; half of the triangles at the poles have only two corners.
+    // 12 by 7 quads are 168 triangles, but half of the 48 at the poles are degenerate.
     EXPECT_EQ(solidsOf({globe(12, 7, false)}), (List{{{0}, 144, 0}}));
     EXPECT_EQ(solidsOf({globe(12, 7, true)}), (List{{{0}, 120, 24}}));
 }
@@ -107,7 +107,7 @@ TEST(Solids, ASphereIsClosedWhateverItsPolesAndSeamAreMadeOf) {
 TEST(Solids, PrimitivesThatAreClosedStandAlone) {
     const Primitive outer = globe(8, 4, false, 0), inner = globe(8, 4, false, 1, 0.5F);
     EXPECT_EQ(solidsOf({outer, inner}), (List{{{0}, 48, 0}, {{1}, 48, 0}}));
-    // One closed surface, and two open ones.
+    // The sphere is closed by itself; the two sides of the cube together are open.
     EXPECT_EQ(solidsOf({cubeSide(0), inner, cubeSide(1)}), (List{{{1}, 48, 0}, {{0, 2}, 4, 8}}));
 }
 
@@ -122,7 +122,7 @@ TEST(Solids, ZeroHasTwoSigns) {
 }
 
 TEST(Solids, AnEdgeOfFourTrianglesIsNotOpen) {
-    Primitive twice = tetrahedron();  // two that touch along an edge
+    Primitive twice = tetrahedron();  // two tetrahedra that touch along an edge
     const Primitive once = tetrahedron();
     for (glm::vec3 p : once.positions) {
         p.x = -p.x;
@@ -148,7 +148,7 @@ TEST(Solids, ADeformedMeshHasItsOwnTopology) {
     Primitive& primitive = scene.meshes[0].primitives[0];
     MorphTarget& target = primitive.targets.emplace_back();
     target.positions.resize(primitive.positions.size());
-    target.positions[0] += 1;  // a corner of one triangle
+    target.positions[0] += 1;  // moves a corner of one triangle away from the others
     scene.nodes.push_back(scene.nodes[0]);
     scene.nodes[1].weights = {1};
     scene.scenes[0].roots = {0, 1};
@@ -160,7 +160,7 @@ TEST(Solids, KeysAreThoseOfTheDrawList) {
     Primitive empty, points;
     points.topology = Topology::kPoints;
     points.positions.resize(3);
-    Primitive masked = tetrahedron(2);  // not drawn at all
+    Primitive masked = tetrahedron(2);  // not drawn, since its alpha is below the cutoff
     Scene scene = oneMesh({empty, tetrahedron(1), points, masked, empty, cubeSide(3), empty});
     scene.materials[2].alpha_mode = AlphaMode::kMask;
     scene.materials[2].base_color.a = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Voxel votes of three axes, and rays that do not leave each solid that they enter.
+// Tests voxel votes along three axes, and rays that do not leave every solid that they enter.
 #include "core/rays/voxels.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ LayeredImage rowsOf(const LayeredImage& image, int y0, int y1) {
     return band;
 }
 
-/// Returns the votes by (x · cells.y + y) · cells.z + z.
+/// Returns the votes of all cells, in the order (x · cells.y + y) · cells.z + z.
 std::vector<std::uint8_t> votesOf(const VoxelVotes& votes, const AxisBundles& axes) {
     std::vector<std::uint8_t> all, plane(static_cast<std::size_t>(axes.cells.y * axes.cells.z));
     for (int x = 0; x < axes.cells.x; ++x) {
@@ -42,8 +42,8 @@ std::vector<std::uint8_t> votesOf(const VoxelVotes& votes, const AxisBundles& ax
     return all;
 }
 
-/// Returns random hits of one to four solids; some have an odd number, some coincide, and some are
-/// outside the cells.
+/// Returns random hits of one to four solids. Some solids have an odd number of hits, some hits
+/// coincide, and some are outside the cells.
 LayeredImage randomHits(const Bundle& bundle, double length, std::mt19937& random) {
     std::uniform_int_distribution<int> places(-4, 40), counts(0, 9), solids(0, 3);
     return rayHits(bundle, [&](const glm::dvec3&, const glm::dvec3&) {
@@ -57,8 +57,8 @@ LayeredImage randomHits(const Bundle& bundle, double length, std::mt19937& rando
     });
 }
 
-/// Adds the votes of a bundle cell by cell: a centre is inside a solid with an odd number of hits
-/// in front of it, unless the last of these is unpaired.
+/// Adds the votes of a bundle, computed cell by cell: a cell's centre is inside a solid if an odd
+/// number of its hits lie in front, unless the last of these is unpaired.
 void addVotes(const AxisBundles& axes, std::size_t axis, const LayeredImage& hits,
               std::vector<std::uint8_t>& votes) {
     const Bundle& bundle = axes.bundles[axis];
@@ -91,7 +91,7 @@ void addVotes(const AxisBundles& axes, std::size_t axis, const LayeredImage& hit
 
 class Voxels : public testing::Test {
   protected:
-    /// Returns the lattice over a box that is not a cube.
+    /// Returns the lattice over a box whose sides differ.
     static AxisBundles lattice(int resolution) {
         const Bounds box{{-1.5, -1.25, -1}, {1.5, 1.25, 1.75}};
         return axisBundles(box, box, {resolution});
@@ -148,7 +148,8 @@ TEST_F(Voxels, AnAxisThatIsMisledIsOutvoted) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
         LayeredImage hits = sphereHits(axes.bundles[axis], spheres);
         right.add(axis, axes.bundles[axis], hits);
-        if (axis == 1) {  // no ray leaves: the upper half is missing
+        // Along this axis the exits (the upper half of the hits) are dropped, so no ray leaves.
+        if (axis == 1) {
             const LayeredImage all = hits;
             std::vector<std::uint32_t> keys;
             hits.z.clear();
@@ -188,8 +189,8 @@ TEST_F(Voxels, RandomHitsAreCountedAsCellByCell) {
     const PosedScene shown(scene);
     const Solids solids(shown);
     std::mt19937 random(7);
-    // Lines of less than a word, exactly one, slightly more than one, and more than two; one cell
-    // wide.
+    // Lines of cells take less than a 64-bit word, exactly one, slightly more than one, and more
+    // than two; some lattices are a single cell wide.
     for (const glm::ivec3& cells :
          {glm::ivec3(7, 10, 20), {5, 20, 64}, {20, 3, 65}, {2, 9, 150}, {1, 70, 3}, {30, 1, 1}}) {
         const glm::dvec3 corner(-0.3, 0.2, 1.1);
@@ -254,7 +255,7 @@ TEST_F(Voxels, OddRaysAreCountedBySolid) {
     parity.add(1, image);
     EXPECT_FALSE(parity.holds());
     const auto pixels = static_cast<std::uint64_t>(image.window.pixels());
-    EXPECT_EQ(parity.oddRays(), pixels);  // half of both bundles
+    EXPECT_EQ(parity.oddRays(), pixels);  // half of the rays of each of two bundles
     ASSERT_EQ(parity.solids().size(), 2U);
     EXPECT_EQ(parity.solids().at(0).rays, 2 * pixels);
     EXPECT_EQ(parity.solids().at(0).odd, 0U);

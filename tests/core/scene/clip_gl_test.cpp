@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Clip volumes: half-spaces against the positions of fragments, meshes against analytic answers and
-// Embree.
+// Tests clip volumes: half-spaces against the positions of fragments, and meshes against analytic
+// answers and Embree.
 #include <peeler/clip.h>
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@
 namespace peeler::test {
 namespace {
 
-/// Returns the point in the space of testView() at pixel (x, y) and a depth.
+/// Returns the point at pixel (x, y) and this depth, in the space of testView().
 glm::dvec3 pointAt(const View& view, int x, int y, double z) {
     const double u = (x + 0.5) / view.width * 2 - 1, v = 1 - (y + 0.5) / view.height * 2;
     return {u * view.projection.half_width * z, v * view.projection.half_height * z, -z};
@@ -36,7 +36,8 @@ void forEachPoint(const LayeredImage& image, const View& view, F&& f) {
     }
 }
 
-/// Adds a node with a closed ball of triangles around `centre`, counter-clockwise from outside.
+/// Adds a node with a closed ball of triangles around `centre`, counter-clockwise seen from
+/// outside.
 int addBall(SceneBuilder& builder, const glm::dvec3& centre, double radius, int steps) {
     std::vector<glm::vec3> corners;
     const auto point = [&](int i, int j) {
@@ -139,7 +140,7 @@ TEST(Clip, WorksWithTheCameraInsideTheMesh) {
     SceneBuilder builder;
     for (const float z : {-0.5F, -1.5F, -2.5F, -3.5F})
         builder.rectangle(9, 9, z, builder.material({1, 1, 1, 0.5F}));
-    const int ball = addBall(builder, {0, 0, 0}, 2, 48);  // the camera is its centre
+    const int ball = addBall(builder, {0, 0, 0}, 2, 48);  // centred on the camera
     const auto result = capture(builder.scene(), testView(40, 30), clippedBy(ball));
     const std::size_t middle = result.image.pixelIndex(20, 15);
     ASSERT_EQ(result.image.count(middle), 2U);
@@ -185,7 +186,7 @@ TEST(Clip, TheSurfacesOfAMeshCountAmongABandsBytes) {
     }
 }
 
-/// Embree gives the depths along −Z at which a ray enters and leaves a mesh.
+/// Embree provides the depths along −Z at which a ray enters and leaves the ball.
 TEST(Clip, ABallKeepsAsManyLayersAsEmbreeFindsHitsInside) {
     auto scenes = hardScenes();
     SceneBuilder builder;
@@ -209,7 +210,7 @@ TEST(Clip, ABallKeepsAsManyLayersAsEmbreeFindsHitsInside) {
             const auto boundary = ball_hits({0, 0, 0}, direction, false);
             std::uint32_t inside = 0;
             for (const float t : scene_hits({0, 0, 0}, direction, false)) {
-                if (!(t >= 0.1F)) continue;  // the near plane
+                if (!(t >= 0.1F)) continue;  // in front of the near plane
                 const auto behind = std::count_if(boundary.begin(), boundary.end(),
                                                   [&](float b) { return b >= t; });
                 inside += behind % 2 == 1 ? 1 : 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draw order and keys: the same for instanced and individual draws.
+// Tests that draw order and keys are the same for instanced and individual draws.
 #include "core/scene/draw_list.h"
 
 #include <gtest/gtest.h>
@@ -16,8 +16,8 @@ glm::dmat4 placeAt(double x, double scale = 1) {
     return glm::scale(glm::translate(glm::dmat4(1), glm::dvec3(x, 0, 0)), glm::dvec3(scale, 1, 1));
 }
 
-/// Returns a mesh of a strip of three triangles; a node with four instances, the third mirrored; a
-/// node with one.
+/// Returns a scene of two nodes that share a mesh, a strip of three triangles. The first node has
+/// four instances, the third of which is mirrored; the second has one.
 Scene rowOfStrips() {
     Scene scene;
     scene.materials.resize(1);
@@ -31,7 +31,7 @@ Scene rowOfStrips() {
     return scene;
 }
 
-/// Returns the same with a second primitive in the mesh, of two triangles.
+/// Returns rowOfStrips() with a second primitive of two triangles added to the mesh.
 Scene grove() {
     Scene scene = rowOfStrips();
     scene.meshes[0].primitives.emplace_back().positions.resize(6);
@@ -56,11 +56,11 @@ TEST(DrawList, DrawsTheInstancesOfANodeAtOnce) {
     const Scene scene = rowOfStrips();
     const PosedScene shown(scene);
     const DrawList& list = shown.drawList();
-    // A mirrored instance has the opposite winding, so it is a separate draw.
+    // A mirrored instance has the opposite winding, so it must be a separate draw.
     EXPECT_EQ(draws(list),
               (std::vector<Expected>{{2, 1, false}, {1, 7, true}, {1, 10, false}, {1, 13, false}}));
     EXPECT_EQ(list.draws()[0].instance_keys, 3U);
-    EXPECT_EQ(list.geometries().size(), 1U);  // shared by all
+    EXPECT_EQ(list.geometries().size(), 1U);  // all draws share one geometry
     EXPECT_EQ(list.worlds(list.draws()[0])[1], placeAt(1));
     EXPECT_EQ(list.worlds(list.draws()[2])[0], placeAt(3));
 }
@@ -69,7 +69,8 @@ TEST(DrawList, DrawsMeshesOfSeveralPrimitivesPlaceByPlace) {
     const Scene scene = grove();
     const PosedScene shown(scene);
     const DrawList& list = shown.drawList();
-    // GL would draw the first primitive of all instances before the second of any.
+    // Instances are drawn separately, since GL would draw the first primitive of all instances
+    // before the second primitive of any.
     EXPECT_EQ(draws(list), (std::vector<Expected>{{1, 1, false},
                                                   {1, 4, false},
                                                   {1, 6, false},
@@ -101,7 +102,7 @@ TEST(DrawList, NumbersSurfacesInDrawOrder) {
 }
 
 TEST(DrawList, KnowsWhereKeysComeFrom) {
-    const Scene scene = grove();  // strips of three triangles and pairs, at four places and one
+    const Scene scene = grove();  // a strip of three triangles and a list of two, at five places
     const PosedScene shown(scene);
     const DrawList& list = shown.drawList();
     for (std::uint32_t key = 1; key <= 25; ++key) {
@@ -115,8 +116,9 @@ TEST(DrawList, KnowsWhereKeysComeFrom) {
 }
 
 TEST(DrawList, FindsKeysAmongSurfacesOfAnySize) {
-    // A mesh with empty primitives before, between and after others; one of many triangles; many of
-    // one. Counting gives the place of each key.
+    // The meshes are: one with empty primitives before, between and after others; one with many
+    // triangles; many with one triangle; and an empty one. The expected origin of each key is found
+    // by counting.
     Scene scene;
     scene.materials.resize(1);
     const auto add = [&](const std::vector<std::size_t>& triangles, std::size_t nodes) {
@@ -159,7 +161,7 @@ TEST(DrawList, GivesDeformedMeshesGeometriesOfTheirOwn) {
     scene.meshes[0].primitives[0].targets.resize(1);
     const PosedScene shown(scene);
     const DrawList& list = shown.drawList();
-    EXPECT_EQ(list.geometries().size(), 2U);  // one per node, regardless of its instances
+    EXPECT_EQ(list.geometries().size(), 2U);  // one per node, shared by its instances
     EXPECT_EQ(list.draws()[0].instances, 2U);
 }
 

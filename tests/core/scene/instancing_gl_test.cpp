@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instanced draws equal individual ones, and a renderer that moves to another time equals a new
-// one: bit for bit.
+// Tests that instanced draws equal individual draws, and that a renderer moved to another time
+// equals a new one, bit for bit.
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -22,8 +22,8 @@ glm::dmat4 somewhere(std::mt19937& random) {
     return glm::scale(place, glm::dvec3(0.3, 0.25, 0.35));
 }
 
-/// Returns a transparent quad at 40 places, two of them coincident and one mirrored; with `several`
-/// the mesh has an alpha-tested quad, too. A rectangle cuts through them.
+/// Returns 40 instances of a transparent quad, two of which coincide and one of which is mirrored,
+/// and a rectangle that cuts through them. With `several`, the mesh also has an alpha-tested quad.
 Scene crowdOfInstances(unsigned seed, bool several) {
     SceneBuilder builder;
     const int glass = builder.lit(builder.material({0.2F, 0.5F, 0.9F, 0.4F}));
@@ -32,13 +32,14 @@ Scene crowdOfInstances(unsigned seed, bool several) {
     builder.quad({0, -1, -1}, {0, -1, 1}, {0, 1, 1}, {0, 1, -1}, grid);
     builder.rectangle(1.5F, 0.9F, -3, glass);
     Scene& scene = builder.scene();
-    // A volume's thickness scales with the mesh.
+    // Glass with a volume is included because thickness scales with the mesh.
     Transmission& volume = scene.materials[static_cast<std::size_t>(glass)].transmission;
     volume.factor = 0.6F;
     volume.thickness = 0.8F;
     volume.attenuation_distance = 0.3F;
     volume.attenuation_color = {0.9F, 0.5F, 0.3F};
-    // The second mesh's primitive joins the first, and its colours define the cutout.
+    // With `several`, the second mesh's primitive joins the first; its vertex alphas define the
+    // cutout.
     Primitive second = scene.meshes[1].primitives[0];
     second.colors = {{1, 1, 1, 1}, {1, 1, 1, 0}, {1, 1, 1, 1},
                      {1, 1, 1, 0}, {1, 1, 1, 1}, {1, 1, 1, 1}};
@@ -55,7 +56,7 @@ Scene crowdOfInstances(unsigned seed, bool several) {
     return scene;
 }
 
-/// Returns the same with one node per instance, in their place.
+/// Returns the scene with each instance replaced by a node in the same place.
 Scene expanded(Scene scene) {
     const std::vector<glm::dmat4> places = *scene.nodes[0].instances;
     scene.nodes[0].instances.reset();
@@ -85,7 +86,7 @@ void expectTheSame(const Scene& together) {
         }
     }
     CaptureSettings smooth;
-    smooth.samples = 4;  // merges by surface
+    smooth.samples = 4;  // samples are merged per surface
     EXPECT_EQ(difference(capture(together, view, smooth).image, capture(apart, view, smooth).image),
               "");
     smooth.samples = 1;
@@ -101,9 +102,9 @@ TEST(Instancing, IsTheExpandedSceneBitForBit) {
     expectTheSame(crowdOfInstances(seed, true));
 }
 
-/// Two overlapping rectangles in one plane as one mesh, at three places in that plane: all
-/// fragments of a pixel coincide, and so do those of the second primitive at one place with those
-/// of the first at others.
+/// Two overlapping rectangles in one plane form a mesh, placed three times in that plane. All
+/// fragments of a pixel coincide, including the second primitive of one instance with the first
+/// primitive of others.
 TEST(Instancing, KeepsTheOrderOfCoincidentPrimitives) {
     for (const AlphaMode mode : {AlphaMode::kBlend, AlphaMode::kOpaque}) {
         SceneBuilder builder;
@@ -128,7 +129,7 @@ TEST(Instancing, KeepsTheOrderOfCoincidentPrimitives) {
     }
 }
 
-/// Returns a wobbling cloth: a morph target, a skin, a moving node, a moving light.
+/// Returns a moving cloth: a morph target, a skin, a moving node and a moving light.
 Scene moving() {
     SceneBuilder builder;
     const int cloth = builder.lit(builder.material({0.8F, 0.7F, 0.3F, 0.6F}));

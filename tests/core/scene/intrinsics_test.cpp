@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cameras with calibrated intrinsics: projected points, by OpenCV's formula.
+// Tests cameras with calibrated intrinsics: compares projected points with OpenCV's formula.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -39,8 +39,8 @@ CameraChoice cameraOf(const Intrinsics& intrinsics, const Size& size) {
     return choice;
 }
 
-/// Returns the pixel of the requested picture, with centres at whole numbers, of a point in front
-/// of the camera (x right, y down, z forward).
+/// Returns the pixel (centres at whole numbers) at which the requested picture shows a point in
+/// front of the camera (x right, y down, z forward).
 glm::dvec2 seenAt(const View& view, const glm::dvec3& point) {
     const glm::dvec2 pixel = PixelRays(view).pixel({point.x, -point.y, -point.z});
     return pixel - view.sample - glm::dvec2(view.crop.x0, view.crop.y0);
@@ -135,7 +135,8 @@ TEST(Intrinsics, CropsAreOfThePictureThatIsAskedFor) {
 }
 
 TEST(Poses, ThatAreRigidStayAsTheyAre) {
-    // Three quarters of a right angle in double precision: normalising would change its last bits.
+    // In double precision, rotations are orthonormal only up to rounding. Normalising them would
+    // change their last bits, so they must be left unchanged.
     CameraChoice choice;
     glm::dmat4 pose(1);
     int changed = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interpolation of keyframes against the formulas of glTF 2.0, appendix C.
+// Compares the interpolation of keyframes with the formulas of glTF 2.0, appendix C.
 #include "core/scene/posed_scene.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ std::vector<double> sampledAt(const Keyframes& keyframes, double time, std::size
 using Values = std::vector<double>;
 
 TEST(Keyframes, GiveExactlyTheirValuesAtTheirTimes) {
-    // Numbers that arithmetic would change.
+    // Most arithmetic would change these numbers in the last bit.
     const Keyframes linear{Interpolation::kLinear, {0.1F, 0.7F, 1.3F}, {0.1F, -0.3F, 7e30F}};
     for (std::size_t i = 0; i < 3; ++i) {
         EXPECT_EQ(sampledAt(linear, double{linear.times[i]}, 1)[0], double{linear.values[i]});
@@ -30,7 +30,8 @@ TEST(Keyframes, GiveExactlyTheirValuesAtTheirTimes) {
                            {9, 0.1F, 3, 4, 0.7F, 8}};  // in-tangent, value, out-tangent
     EXPECT_EQ(sampledAt(spline, double{0.1F}, 1)[0], double{0.1F});
     EXPECT_EQ(sampledAt(spline, double{0.7F}, 1)[0], double{0.7F});
-    // A file's rotation is rounded to a few digits, so its length is not 1: it stays that way.
+    // In files, rotations are rounded to a few digits, so the quaternion's length is not 1; at the
+    // keyframe it must not be normalised.
     const Keyframes turn{
         Interpolation::kLinear, {0, 1}, {0, 0, 0.7071F, 0.7071F, 0, 0.5F, 0, 0.86F}};
     EXPECT_EQ(sampledAt(turn, 0, 4, true), (Values{0, 0, double{0.7071F}, double{0.7071F}}));
@@ -79,7 +80,7 @@ TEST(Keyframes, LinearDividesTheDistance) {
     EXPECT_DOUBLE_EQ(third[2], 50);
 }
 
-/// Returns x, y, z, w of a rotation about Z.
+/// Returns the quaternion (x, y, z, w) of a rotation about Z.
 std::vector<float> turned(double degrees, float sign = 1) {
     const double half = degrees * std::numbers::pi / 360;
     return {0, 0, sign * static_cast<float>(std::sin(half)),
@@ -87,7 +88,7 @@ std::vector<float> turned(double degrees, float sign = 1) {
 }
 
 TEST(Keyframes, RotationsTurnEvenlyAlongTheShorterArc) {
-    // The same two rotations, as the quaternion and as its negative.
+    // A quaternion and its negative describe the same rotation.
     for (const float sign : {1.0F, -1.0F}) {
         Keyframes keys{Interpolation::kLinear, {0, 1}, turned(20)};
         const auto second = turned(110, sign);
@@ -114,7 +115,7 @@ TEST(Keyframes, CubicSplineIsTheHermiteFormula) {
                                 td * (std::pow(u, 3) - std::pow(u, 2)) * in1;
         EXPECT_NEAR(sampledAt(keys, t, 1)[0], expected, 1e-12) << t;
     }
-    // The tangents of a parabola give the parabola: x², slopes 2x.
+    // A cubic spline reproduces the parabola x² exactly, given its tangents 2x.
     const Keyframes square{Interpolation::kCubicSpline, {1, 3}, {0, 1, 2, 6, 9, 0}};
     for (const double t : {1.25, 2.0, 2.5})
         EXPECT_NEAR(sampledAt(square, t, 1)[0], t * t, 1e-12);

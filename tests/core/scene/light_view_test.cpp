@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Views from a light.
+// Tests the views from lights that shadow maps use.
 #include "core/scene/lights.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a seeded cloud of points around `middle`.
+/// Returns a flat cloud of pseudorandom points around `middle`, parallel to the XY plane.
 Scene cloud(const glm::dvec3& middle) {
     std::mt19937 random(1992);
     std::uniform_real_distribution<double> unit(-1, 1);
@@ -54,7 +54,7 @@ TEST(LightView, OfADirectionalLightIsTight) {
         EXPECT_NEAR(low[axis], -1 / 1.01, 1e-6);
         EXPECT_NEAR(high[axis], 1 / 1.01, 1e-6);
     }
-    EXPECT_GT(low.z, 0.005);  // in front of the far plane, which is 0 with reversed Z
+    EXPECT_GT(low.z, 0.005);  // the far plane is at 0, since Z is reversed
     EXPECT_LT(high.z, 0.995);
     EXPECT_GT(high.z - low.z, 0.97);
 }
@@ -72,13 +72,13 @@ TEST(LightView, OfASpotLightIsItsCone) {
     EXPECT_NEAR(view->projection.near, 6e-5, 1e-9);
     EXPECT_TRUE(std::isinf(view->projection.far));
     EXPECT_EQ(view->camera_to_world, spot.to_world);
-    spot.light.outer_cone = std::numbers::pi / 2;  // its tangent would be infinite
+    spot.light.outer_cone = std::numbers::pi / 2;  // the tangent of this angle would be infinite
     EXPECT_NEAR(lightView(spot, shown)->projection.half_width,
                 1.01 * std::tan(85 * std::numbers::pi / 180), 1e-9);
 }
 
 TEST(LightView, OfWhatIsSeenEdgeOnHasAWidth) {
-    const Scene scene = cloud({0, 0, -5});  // degenerate
+    const Scene scene = cloud({0, 0, -5});  // the cloud is flat, so along X it has no width
     const auto view =
         lightView(placedLight(LightType::kDirectional, {0, 0, 0}, {1, 0, 0}), PosedScene(scene));
     ASSERT_TRUE(view);
@@ -102,7 +102,7 @@ TEST(LightView, TheBuiltInLightStandsInForNone) {
     const auto lights = placedLights(PosedScene(scene, 0));
     ASSERT_EQ(lights.size(), 1U);
     EXPECT_EQ(lights[0].name, "key");
-    // From above, from the left and from the front.
+    // The built-in light comes from above, from the left and from the front.
     const glm::dvec3 toward(lights[0].to_world[2]);
     EXPECT_NEAR(glm::length(toward), 1, 1e-6);
     EXPECT_LT(toward.x, -0.4);

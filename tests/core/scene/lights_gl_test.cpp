@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Punctual lights against the formulas of KHR_lights_punctual.
+// Compares punctual lights with the formulas of KHR_lights_punctual.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,8 +17,8 @@ namespace {
 
 constexpr LightType kDirectional = LightType::kDirectional, kPoint = LightType::kPoint;
 
-/// A rough white wall of half extents (4, 4) at z = −4 that faces the camera at the origin, and the
-/// added lights. Its diffuse share is 0.96 of base colour; the rest is specular.
+/// A rough white wall of half extents (4, 4) at z = −4 that faces the camera at the origin, with
+/// the lights added to it. Diffusely it reflects 0.96 of its base colour; the rest is specular.
 class Wall {
   public:
     Wall() {
@@ -29,14 +29,14 @@ class Wall {
     void add(const Light& added, const glm::dvec3& at, const glm::dvec3& forward = {0, 0, -1}) {
         const glm::dvec3 up = std::abs(forward.y) > 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
         glm::dmat4 placement = *lookAlong(at, forward, up);
-        // The scale of a node has no effect on its light.
+        // The node is scaled, which must have no effect on its light.
         for (int axis = 0; axis < 3; ++axis)
             placement[axis] *= 3.0;
         builder_.light(added, placement);
     }
 
-    /// Returns the colours of a 65x65 picture, row by row, from the lights alone: without the
-    /// environment's share (the picture with the lights at 0).
+    /// Returns the colours of a 65x65 picture, row by row, that come from the lights alone: the
+    /// picture minus one with the lights at 0, which shows only the environment.
     std::vector<glm::dvec3> seen() {
         std::vector<glm::dvec3> bright = colors();
         std::vector<double> intensities;
@@ -73,8 +73,8 @@ class Wall {
     SceneBuilder builder_;
 };
 
-/// Returns the wall's radiance / irradiance for light along l and the view along v (unit, away from
-/// the surface), its normal +Z: glTF 2.0, appendix B, roughness 1, white.
+/// Returns the wall's BRDF for light from l and the view from v (unit vectors away from the
+/// surface, normal +Z): glTF 2.0, appendix B, for white of roughness 1.
 double brdf(const glm::dvec3& l, const glm::dvec3& v) {
     const double pi = std::numbers::pi;
     const glm::dvec3 h = glm::normalize(l + v);
@@ -83,8 +83,8 @@ double brdf(const glm::dvec3& l, const glm::dvec3& v) {
     return (1 - fresnel) / pi + fresnel / pi * 0.5 / (l.z + v.z);
 }
 
-/// Compares every eighth pixel with irradiance(point, l), where l is the direction toward the
-/// light.
+/// Compares every eighth pixel with `irradiance` (at perpendicular incidence) times cosine and
+/// BRDF; `toward` returns the direction from a point to the light.
 void expectLight(Wall& wall, const std::function<glm::dvec3(const glm::dvec3&)>& toward,
                  const std::function<double(const glm::dvec3&)>& irradiance) {
     const auto seen = wall.seen();
@@ -105,7 +105,7 @@ void expectLight(Wall& wall, const std::function<glm::dvec3(const glm::dvec3&)>&
 TEST(Lights, OneLuxOnWhiteIsOneOverPi) {
     Wall wall;
     wall.add(lightOf(kDirectional, 1), {5, 6, 7});
-    // 0.96 of it is diffuse, plus the rough surface's reflection straight back.
+    // White reflects 0.96 of the light diffusely and, being rough, 0.04 / 4 straight back.
     EXPECT_NEAR(wall.atCenter().g, (0.96 + 0.04 / 4) / std::numbers::pi, 1e-6);
 }
 
@@ -121,7 +121,8 @@ TEST(Lights, DirectionalLightHasNoPlace) {
 }
 
 TEST(Lights, ShineOnAMixOfDielectricAndMetal) {
-    // glTF 2.0, appendix B.3.5: reflections are mixed linearly, so halfway gives the mean.
+    // glTF 2.0, appendix B.3.5: the reflections of the dielectric and the metal are mixed linearly
+    // by `metallic`.
     const glm::dvec3 forward = glm::normalize(glm::dvec3(1, -1, -2));
     const auto lit = [&](float metallic, float roughness) {
         SceneBuilder builder;
@@ -179,7 +180,7 @@ TEST(Lights, RangeIsAWindow) {
             const double d = glm::length(at - p);
             return 10 * std::clamp(1 - std::pow(d / 1.6, 4), 0.0, 1.0) / (d * d);
         });
-    // The corners are beyond it.
+    // The corners of the picture are beyond the light's range.
     EXPECT_EQ(wall.seen()[0], glm::dvec3(0));
 }
 
@@ -225,7 +226,8 @@ TEST(Lights, ThereMayBeHundreds) {
 }
 
 TEST(Lights, OfAnyStrengthLeaveEmissionAlone) {
-    // A black metal reflects nothing straight back: 0 times the light, which must not be infinite.
+    // A black metal reflects 0 times the light, straight back; the light must not be infinite, or
+    // this would be NaN.
     SceneBuilder builder;
     const int metal = builder.lit(builder.material({0, 0, 0, 1}, AlphaMode::kOpaque));
     Material& material = builder.scene().materials[static_cast<std::size_t>(metal)];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Morphed colours and texture coordinates, on the GPU and the CPU.
+// Tests morphed colours and texture coordinates, on the GPU and the CPU.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,8 +9,8 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a wall of the colour (1, 0, 1) that a target changes to (0, 1, 1); the target also moves
-/// it across a texture of a white and a yellow texel.
+/// Returns a wall of the colour (1, 0, 1), which a morph target changes to (0, 1, 1). The target
+/// also shifts its texture from a white to a yellow texel.
 Scene wall(AlphaMode mode = AlphaMode::kOpaque) {
     SceneBuilder builder;
     builder.rectangle(1, 1, -2, builder.material({1, 1, 1, 1}, mode));
@@ -51,12 +51,13 @@ TEST(MorphedSurfaces, HaveDisplacedColorsAndTexcoords) {
         return color(image, image.offsets[image.pixelIndex(4, 4)]);
     };
     EXPECT_EQ(shown(0), glm::vec4(1, 0, 1, 1));
-    EXPECT_EQ(shown(1), glm::vec4(0, 1, 0, 1));  // on the yellow texel
-    EXPECT_EQ(shown(2), glm::vec4(0, 1, 1, 1));  // clamped, on the white one again
+    EXPECT_EQ(shown(1), glm::vec4(0, 1, 0, 1));  // the target's colour on the yellow texel
+    // The colour is clamped, and the texture repeats, which gives the white texel again.
+    EXPECT_EQ(shown(2), glm::vec4(0, 1, 1, 1));
     EXPECT_EQ(shown(0.25), glm::vec4(0.75F, 0.25F, 1, 1));
 }
 
-/// Returns the values of all channels of the first hit; empty without a hit.
+/// Returns the values of all channels at the first hit, or nothing without a hit.
 std::vector<float> firstHit(const std::string& engine, const PosedScene& posed) {
     CaptureSettings settings = floats();
     settings.hit_mode = HitMode::kRefined;
@@ -73,7 +74,7 @@ std::vector<float> firstHit(const std::string& engine, const PosedScene& posed) 
 TEST(MorphedSurfaces, AreTheSameOnTheCpu) {
     for (const AlphaMode mode : {AlphaMode::kOpaque, AlphaMode::kMask}) {
         const Scene scene = wall(mode);
-        const bool gone = mode == AlphaMode::kMask;  // at weight 1, with an alpha of 0
+        const bool gone = mode == AlphaMode::kMask;  // at weight 1 alpha is 0
         EXPECT_EQ(firstHit("cpu", at(scene, 1)).empty(), gone);
         for (const double weight : {0.0, 0.75, 1.0})
             EXPECT_EQ(firstHit("cpu", at(scene, weight)), firstHit("gl", at(scene, weight)));

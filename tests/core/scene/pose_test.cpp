@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes over time, and vertices under skins and morph targets.
+// Tests the poses of nodes over time, and vertices under skins and morph targets.
 #include "core/scene/posed_scene.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ TEST(Pose, ChangesOnePropertyAndLeavesTheOthers) {
     const int first[] = {0}, both[] = {0, 1};
     EXPECT_EQ(restPose(scene).locals[0], node.local);
     EXPECT_EQ(poseAt(scene, {}, 0.5).locals[0], node.local);
-    // The node's X is the world's Y, twice as long.
+    // The node's X axis maps to the world's Y, twice as long.
     const glm::dmat4 moved = poseAt(scene, first, 0.5).locals[0];
     expectNear(glm::dvec3(moved * glm::dvec4(1, 0, 0, 1)), {4, 2, 2}, 1e-12);
     const glm::dmat4 grown = poseAt(scene, both, 0.5).locals[0];
@@ -65,14 +65,16 @@ TEST(Pose, TheLaterAnimationCounts) {
 }
 
 TEST(Trs, IsTranslationTimesRotationTimesScale) {
-    const Trs trs{{1, 2, 3}, glm::dquat(0, 0, 0, 2), {4, 5, 6}};  // half a turn, not of length 1
+    // The rotation is half a turn, by a quaternion that is not of length 1.
+    const Trs trs{{1, 2, 3}, glm::dquat(0, 0, 0, 2), {4, 5, 6}};
     expectNear(glm::dvec3(trs.matrix() * glm::dvec4(1, 1, 1, 1)), {1 - 4, 2 - 5, 3 + 6}, 1e-12);
     const Trs none{{0, 0, 0}, glm::dquat(0, 0, 0, 0), {1, 1, 1}};
     EXPECT_EQ(none.matrix(), glm::dmat4(1));
 }
 
-/// A strip of vertices along Y from 0 to 2 with normals +X, moved by two bones: one at the origin,
-/// and its child at (0, 1, 0). Vertices up to 1 follow the first, those above the second.
+/// A strip of vertices along Y from 0 to 2 with normals +X, moved by two bones: one at the origin
+/// and its child at (0, 1, 0). Vertices below y = 1 follow the first bone, those above the second,
+/// and the one at 1 both.
 struct Arm {
     Scene scene;
 
@@ -94,7 +96,7 @@ struct Arm {
         skin.joints = {1, 2};
         skin.inverse_bind = {glm::dmat4(1), glm::translate(glm::dmat4(1), glm::dvec3(0, -1, 0))};
         scene.skins = {skin};
-        // The mesh's node is far away, which must not matter.
+        // The mesh's node is far away, which must have no effect on a skinned mesh.
         Node mesh = nodeAt({1e6, -7, 3});
         mesh.mesh = mesh.skin = 0;
         Node root = nodeAt({0, 0, 0}, {2});
@@ -102,7 +104,7 @@ struct Arm {
         root.trs.reset();
         scene.nodes = {mesh, root, nodeAt({0, 1, 0})};
         scene.scenes = {{"", {0, 1}}};
-        // The second bone bends by a right angle about Z: up becomes −X.
+        // The second bone bends by a right angle about Z, which turns up into −X.
         const float h = std::sqrt(0.5F);
         scene.animations = {moving(2, AnimatedProperty::kRotation, {0, 0, 0, 1}, {0, 0, h, h})};
     }
@@ -135,14 +137,14 @@ TEST(Skin, BendsByARightAngle) {
         expectNear(bent.normals[i], {1, 0, 0});
         expectNear(bent.tangents[i], {0, 1, 0});
     }
-    // (0.5, 1 + a) rotates about (0, 1): a along −X, 0.5 up.
+    // The vertex (0.5, 1 + a) is rotated about (0, 1), to a along −X and 0.5 up.
     for (std::size_t i = 11; i <= 20; ++i) {
         const double along = static_cast<double>(i) / 10 - 1;
         expectNear(worldPosition(shown, i), {-along, 1.5, 0});
         expectNear(bent.normals[i], {0, 1, 0});
         expectNear(bent.tangents[i], {-1, 0, 0});
     }
-    // Half of each bone: the mean of (0.5, 1) and (0, 1.5).
+    // The vertex at 1 follows both bones equally: it is at the mean of (0.5, 1) and (0, 1.5).
     expectNear(worldPosition(shown, 10), {0.25, 1.25, 0});
     expectNear(bent.normals[10], {std::sqrt(0.5), std::sqrt(0.5), 0});
 }
@@ -167,7 +169,7 @@ TEST(Skin, TurnsNormalsWithTheInverseTransposeAndMirrors) {
 }
 
 TEST(Skin, IsMirroredByTheJointsThatMoveIt) {
-    // The first joint is mirrored, and all vertices follow the second one, which is not.
+    // The first joint is mirrored. The second, which all vertices follow after the change, is not.
     Arm arm;
     arm.scene.skins[0].inverse_bind[0] = glm::scale(glm::dmat4(1), glm::dvec3(-1, 1, 1));
     Primitive& strip = arm.scene.meshes[0].primitives[0];
@@ -175,7 +177,7 @@ TEST(Skin, IsMirroredByTheJointsThatMoveIt) {
     for (auto& weights : strip.joint_sets[0].weights)
         weights = {0, 1, 0, 0};
     EXPECT_FALSE(arm.at(0).meshes()[0].mirrored);
-    // Without joints the node decides.
+    // Without joints, the node's transformation decides.
     strip.joint_sets.clear();
     EXPECT_FALSE(arm.at(0).meshes()[0].mirrored);
     arm.scene.nodes[0].local = glm::scale(glm::dmat4(1), glm::dvec3(1, 1, -1));
@@ -185,13 +187,15 @@ TEST(Skin, IsMirroredByTheJointsThatMoveIt) {
 TEST(Skin, TakesAllJointSetsAndScalesWeights) {
     Arm arm;
     Primitive& strip = arm.scene.meshes[0].primitives[0];
-    // The same weights, a third of them in one set and two thirds in another, with a total of 30.
+    // Two joint sets give the same weights together: a third is in the first set, two thirds in the
+    // second, and their total is 30.
     JointSet second = strip.joint_sets[0];
     for (auto& weights : strip.joint_sets[0].weights)
         weights *= 10;
     for (std::size_t i = 0; i < second.weights.size(); ++i) {
         second.weights[i] = 20.0F * glm::vec4(0, 0, second.weights[i].y, second.weights[i].x);
-        second.joints[i] = {7, 7, 1, 0};  // no weight, no joint
+        // The first two joints have no weight, so joint 7 need not exist.
+        second.joints[i] = {7, 7, 1, 0};
     }
     strip.joint_sets.push_back(second);
     const Arm plain;
@@ -230,7 +234,7 @@ TEST(MorphTargets, AddTheirWeightedDisplacements) {
     EXPECT_EQ(v.positions, (std::vector<glm::vec3>{{2, 0, 0.5F}, {1, 0, 1}, {0, 1, 2}}));
     EXPECT_EQ(v.normals[0], glm::vec3(0, 0.25F, 0.75F));
     EXPECT_EQ(v.normals[1], glm::vec3(0, 0, 1));
-    EXPECT_EQ(v.tangents[0], glm::vec4(1, 0, 0.5F, -1));  // handedness stays
+    EXPECT_EQ(v.tangents[0], glm::vec4(1, 0, 0.5F, -1));  // the handedness is unchanged
 }
 
 TEST(MorphTargets, TakeWeightsOfTheAnimationBeforeTheNodesAndTheMeshs) {
@@ -238,7 +242,7 @@ TEST(MorphTargets, TakeWeightsOfTheAnimationBeforeTheNodesAndTheMeshs) {
     const auto height = [&](const PosedScene& shown) {
         return shown.deformed().at(0).at(0).positions[0].z;
     };
-    EXPECT_EQ(height(PosedScene(scene, 0)), 0);  // none given: 0
+    EXPECT_EQ(height(PosedScene(scene, 0)), 0);  // the default weight is 0
     scene.meshes[0].weights = {0.5, 0};
     EXPECT_EQ(height(PosedScene(scene, 0)), 0.5F);
     scene.nodes[0].weights = {{0.25, 0}};
@@ -253,7 +257,8 @@ TEST(MorphTargets, ActBeforeTheSkin) {
     Primitive& strip = arm.scene.meshes[0].primitives[0];
     strip.targets = {{std::vector<glm::vec3>(strip.positions.size(), {0.5F, 0, 0}), {}, {}}};
     arm.scene.meshes[0].weights = {1};
-    // (1, 2) instead of (0.5, 2), then the right angle about (0, 1).
+    // The target moves the vertex from (0.5, 2) to (1, 2), then the skin rotates it by a right
+    // angle about (0, 1).
     expectNear(worldPosition(arm.at(1), 20), {-1, 2, 0});
 }
 

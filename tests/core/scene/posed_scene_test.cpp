@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Traversal of the node forest: order, world matrices, bounds, depth.
+// Tests the traversal of the node hierarchy: order, world matrices, bounds, depth.
 #include "core/scene/posed_scene.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Corners of points, lines and triangles in every topology.
+// Tests the corners of points, lines and triangles in every topology.
 #include "core/scene/elements.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ TEST(PrimitiveCorners, GoThroughTheIndices) {
 }
 
 TEST(RecentElements, AreTheElementsOfTheirKeys) {
-    // More triangles than the cache holds, so that many replace each other.
+    // There are more triangles than the cache holds, so that many replace others.
     Scene scene;
     scene.materials.resize(1);
     Primitive& primitive = scene.meshes.emplace_back().primitives.emplace_back();

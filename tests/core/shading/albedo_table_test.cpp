@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The albedo table against its integrals, computed in another way.
+// Compares the albedo table with its integrals, computed in a different way.
 #include "core/shading/albedo_table.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ glm::vec4 entry(const std::vector<glm::vec4>& table, int row, int column) {
     return table[static_cast<std::size_t>(row * kAlbedoTableSize + column)];
 }
 
-/// Integrates the albedo of GGX with Schlick's Fresnel term over light directions in the
+/// Integrates the albedo of GGX with Schlick's Fresnel term over the light directions of the
 /// hemisphere.
 double ggxAlbedo(double f0, double roughness, double n_dot_v) {
     const double a2 = std::pow(roughness, 4), v_sine = std::sqrt(1 - n_dot_v * n_dot_v);
@@ -36,7 +36,7 @@ double ggxAlbedo(double f0, double roughness, double n_dot_v) {
             };
             const double g2 = 1 / (1 + lambda(n_dot_l) + lambda(n_dot_v));
             const double fresnel = f0 + (1 - f0) * std::pow(1 - v_dot_h, 5);
-            // fr cos: D G F / (4 n.l n.v) n.l
+            // The BRDF times the cosine is D G F / (4 n·l n·v) n·l.
             sum += a2 / (kPi * d * d) * g2 * fresnel / (4 * n_dot_v) * std::sin(theta);
         }
     }
@@ -45,7 +45,8 @@ double ggxAlbedo(double f0, double roughness, double n_dot_v) {
 
 TEST(AlbedoTable, IsSchlicksTermForAMirror) {
     const auto table = albedoTable();
-    for (int column = 6; column <= kLast; ++column) {  // the minimum roughness is not quite 0
+    // Grazing angles are skipped, because the table's minimum roughness is not quite 0.
+    for (int column = 6; column <= kLast; ++column) {
         const double cosine = static_cast<double>(column) / kLast;
         EXPECT_NEAR(entry(table, 0, column).y, std::pow(1 - cosine, 5), 1e-3);
         EXPECT_NEAR(entry(table, 0, column).x + entry(table, 0, column).y, 1, 1e-3);
@@ -81,8 +82,8 @@ TEST(AlbedoTable, OfSheenGrowsTowardGrazingAngles) {
         EXPECT_GT(entry(table, row, 6).z, entry(table, row, 60).z + 0.05F) << row;
 }
 
-/// Integrates the part of GGX that F0 scales or, with `bias`, F90, over the hemisphere: its mean
-/// direction for a viewer in the XZ plane on the side of -X.
+/// Returns the mean direction of GGX's reflection, integrated over the hemisphere, for a viewer in
+/// the XZ plane on the side of -X: of the part scaled by F0 or, with `bias`, by F90.
 glm::dvec3 meanDirection(bool bias, double roughness, double n_dot_v) {
     const double a2 = std::pow(roughness, 4);
     const glm::dvec3 v(-std::sqrt(1 - n_dot_v * n_dot_v), 0, n_dot_v);
@@ -109,7 +110,8 @@ glm::dvec3 meanDirection(bool bias, double roughness, double n_dot_v) {
     return moment / sum;
 }
 
-/// Returns the mean cosine between the normal and the filter of a level with this roughness.
+/// Returns the mean cosine between the normal and the directions that a prefiltered level of this
+/// roughness averages.
 double levelCosine(double roughness) {
     const double a2 = std::pow(roughness, 4);
     constexpr int kSteps = 20000;
@@ -151,7 +153,7 @@ TEST(LobeTable, OfMirrorsLooksAlongTheMirroredView) {
     const auto table = lobeTable();
     for (int column = 3; column <= kLast; ++column)
         EXPECT_NEAR(entry(table, 0, column).x, 1, 1e-3) << column;
-    EXPECT_NEAR(entry(table, 0, kLast).y, 1, 0.05);  // as wide as the levels
+    EXPECT_NEAR(entry(table, 0, kLast).y, 1, 0.05);  // the lobe is as wide as the level's filter
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Embedded constants against freshly computed ones, bit for bit. Both come from the same object
-// files (peeler_calculating), so neither flags nor unity builds can make a difference; the maths
-// library of a machine other than the build machine could, in a last bit.
+// Tests that embedded constants equal freshly computed ones, bit for bit. Both come from the same
+// object files (peeler_calculating), so neither flags nor unity builds can make a difference; but
+// the maths library of a machine other than the build machine could change a last bit.
 #include "core/shading/constants.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reflections of environment light, against integrals of the lobes, computed here direction by
+// Compares reflections of environment light with integrals of the lobes, computed here direction by
 // direction.
 #include <gtest/gtest.h>
 
@@ -15,8 +15,8 @@ namespace {
 
 using Light3 = std::function<double(const glm::dvec3&)>;
 
-/// Brighter along +Y: a lobe in the wrong direction, or too wide, gives too little or too much
-/// light.
+/// Returns the radiance of an environment that is brighter along +Y, so that a lobe in the wrong
+/// direction or of the wrong width gathers too little or too much light.
 double slope(const glm::dvec3& direction) {
     return 1 + direction.y;
 }
@@ -41,8 +41,8 @@ Environment pictureOf(const Light3& light) {
     return picture;
 }
 
-/// Returns unit normals that lean away from the viewer, who is along +Z, by `degrees` upward, and
-/// by the same angle obliquely and downward.
+/// Returns unit normals that lean by `degrees` away from the viewer (+Z): upward, obliquely both
+/// ways, and downward.
 std::vector<glm::dvec3> leaningBy(double degrees) {
     std::vector<glm::dvec3> normals;
     const double a = degrees * kPi / 180;
@@ -53,7 +53,7 @@ std::vector<glm::dvec3> leaningBy(double degrees) {
     return normals;
 }
 
-/// Returns the radiance of facets of the material with these normals, in an orthographic view along
+/// Returns the radiance of facets of this material, one per normal, in an orthographic view along
 /// -Z.
 std::vector<double> seen(const Material& material, const Light3& light,
                          const std::vector<glm::dvec3>& normals) {
@@ -83,8 +83,8 @@ std::vector<double> seen(const Material& material, const Light3& light,
     return found;
 }
 
-/// Integrates `lobe` (BRDF times cosine, for a direction in the surface's own frame, with X on the
-/// viewer's side) times light, over the hemisphere above the normal.
+/// Integrates `lobe` times light over the hemisphere above the normal. `lobe` is BRDF times cosine,
+/// for a direction in the surface's own frame, whose X points to the viewer's side.
 double integral(const glm::dvec3& n, const std::function<double(const glm::dvec3&)>& lobe,
                 const Light3& light) {
     constexpr int kSteps = 240;
@@ -107,7 +107,8 @@ glm::dvec3 halfVector(const glm::dvec3& l, double n_dot_v) {
     return glm::normalize(l + glm::dvec3(std::sqrt(1 - n_dot_v * n_dot_v), 0, n_dot_v));
 }
 
-/// Returns GGX with height-correlated Smith shadowing and Schlick's Fresnel term from f0 to 1.
+/// Returns the GGX lobe with height-correlated Smith shadowing and Schlick's Fresnel term from f0
+/// to 1.
 double ggx(double f0, double alpha, double n_dot_v, const glm::dvec3& l) {
     const double a2 = alpha * alpha;
     const glm::dvec3 h = halfVector(l, n_dot_v);
@@ -119,7 +120,8 @@ double ggx(double f0, double alpha, double n_dot_v, const glm::dvec3& l) {
     return fresnel * a2 / (kPi * d * d) / (1 + lambda(l.z) + lambda(n_dot_v)) / (4 * n_dot_v);
 }
 
-/// Returns single scattering plus the multiple scattering between microfacets (Fdez-Agüera 2019).
+/// Returns the light reflected by single scattering plus multiple scattering between microfacets
+/// (Fdez-Agüera 2019).
 double reflectedByGgx(double f0, double alpha, const glm::dvec3& n, const Light3& light) {
     const auto lobe = [&](const glm::dvec3& l) { return ggx(f0, alpha, n.z, l); };
     const auto white = [](const glm::dvec3&) { return 1.0; };
@@ -133,8 +135,8 @@ double reflectedByGgx(double f0, double alpha, const glm::dvec3& n, const Light3
     return integral(n, lobe, light) + albedo * mean * missing / (1 - mean * missing) * around;
 }
 
-// With light linear in the direction, a lobe's result depends on its mean direction and its mean
-// cosine with that direction, the two parameters of the lookup.
+// If light is linear in the direction, the result of a lobe depends only on its mean direction and
+// its mean cosine with that direction: the two parameters of the lookup.
 TEST(EnvironmentLobes, OfRoughMetalsLookWhereTheyReflect) {
     Material m;
     m.metallic = 1;

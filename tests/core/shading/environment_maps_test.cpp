@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Prefiltered environments against known integrals.
+// Compares prefiltered environments with known integrals.
 #include "core/shading/environment_maps.h"
 #include "core/shading/studio.h"
 
@@ -16,8 +16,8 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a picture of `width` x `width / 2` pixels with this radiance at the (u, v) of their
-/// centres.
+/// Returns a picture of `width` x `width / 2` pixels; radiance(u, v) gives the radiance at the
+/// centre of each.
 Environment environmentOf(int width, const std::function<glm::vec3(float, float)>& radiance) {
     Environment result;
     result.width = width;
@@ -38,7 +38,7 @@ void forEachTexel(const CubeMap& cube, const std::function<void(glm::vec3, glm::
                 check(cubeDirection(face, x, y, cube.size), cube.texels[i++]);
 }
 
-/// Returns the brightest direction.
+/// Returns the direction of the brightest texel.
 glm::vec3 brightest(const CubeMap& cube) {
     glm::vec3 found(0);
     float most = 0;
@@ -76,14 +76,14 @@ TEST(EnvironmentMaps, HalfWhiteHalfBlackHasTheIrradianceOfAHemisphere) {
     forEachTexel(maps.irradiance, [](glm::vec3 n, glm::vec3 value) {
         ASSERT_NEAR(value.g, 0.5 + 0.5 * double(n.y), 0.01);
     });
-    // A lobe about the horizon covers half of each, for any width.
+    // A lobe about the horizon covers both halves equally, whatever its width.
     for (const CubeMap& level : maps.radiance) {
         const auto row = static_cast<std::size_t>(level.size / 2 * level.size);
         const double mean = 0.5 * double(level.texels[row].g + level.texels[row - 1].g);
         EXPECT_NEAR(mean, 0.5, 0.02) << level.size;
     }
-    // Straight up, with the roughest lobe: mirrored directions are distributed as the cosine
-    // squared and weighted by the cosine: all white.
+    // The texel straight up, with the roughest lobe, sees only white: its mirrored directions are
+    // distributed as the cosine squared and weighted by the cosine.
     EXPECT_NEAR(maps.radiance.back().texels[2 * 64 + 3 * 8 + 3].g, 1, 0.02);
 }
 
@@ -106,7 +106,7 @@ TEST(EnvironmentMaps, OneBrightPixelIsASmallLamp) {
 }
 
 TEST(EnvironmentMaps, TurnAboutTheVertical) {
-    // A bright spot in the picture's middle: along +Z.
+    // A bright spot in the middle of the picture is in the direction +Z.
     Environment source = environmentOf(64, [](float u, float v) {
         return glm::vec3(std::abs(u - 0.5F) < 0.03F && std::abs(v - 0.5F) < 0.05F ? 1 : 0);
     });
@@ -128,18 +128,18 @@ TEST(EnvironmentMaps, TheLeftOfTheMiddleIsAlongX) {
     EXPECT_GT(glm::dot(brightest(maps.irradiance), glm::vec3(1, 0, 0)), 0.99F);
 }
 
-/// Integrates a head-on GGX lobe, weighted by the cosine, over light that increases toward +X, by
-/// brute force.
+/// Integrates light that increases toward +X, by brute force, over a GGX lobe seen head-on and
+/// weighted by the cosine.
 double blurredSlope(double roughness, double inclination) {
     const double a2 = std::pow(roughness, 4);
     double sum = 0, weights = 0;
     constexpr int kSteps = 400;
     for (int i = 0; i < kSteps; ++i) {
-        const double theta = (i + 0.5) / kSteps * kPi / 2;  // of the mirrored direction
+        const double theta = (i + 0.5) / kSteps * kPi / 2;  // polar angle of the mirrored direction
         const double cosine_h = std::cos(theta / 2);
         const double d = cosine_h * cosine_h * (a2 - 1) + 1;
         const double weight = a2 / (d * d) * std::cos(theta) * std::sin(theta);
-        // Around the lobe's axis only the axial part of a linear function remains.
+        // Averaged around the lobe's axis, only the axial component of a linear function remains.
         sum += weight * (1 + std::cos(theta) * std::sin(inclination));
         weights += weight;
     }
@@ -147,7 +147,7 @@ double blurredSlope(double roughness, double inclination) {
 }
 
 TEST(EnvironmentMaps, LevelsAreTheConvolutionWithGgx) {
-    // 1 + x: linear in the direction, hence an easy integral.
+    // The radiance is 1 + x, linear in the direction, so the integral is easy.
     const auto maps = prefilter(environmentOf(256, [](float u, float v) {
         const double longitude = (0.5 - double(u)) * 2 * kPi, latitude = (0.5 - double(v)) * kPi;
         return glm::vec3(static_cast<float>(1 + std::sin(longitude) * std::cos(latitude)));
@@ -159,26 +159,26 @@ TEST(EnvironmentMaps, LevelsAreTheConvolutionWithGgx) {
             const double inclination = std::asin(std::clamp(double(n.x), -1.0, 1.0));
             const double expected =
                 roughness > 0 ? blurredSlope(roughness, inclination) : 1 + double(n.x);
-            // Only some texels: brute force is slow.
+            // Only some texels are compared, because brute force is slow.
             if (std::abs(n.y) > 0.1F || std::abs(n.z) < 0.6F) return;
             ASSERT_NEAR(radiance.g, expected, 0.015) << roughness;
         });
     }
 }
 
-/// Integrates a lamp of radiance 1 within `angle` of the direction `lamp` over a head-on GGX lobe
-/// about `n`, weighted by the cosine, by brute force.
+/// Integrates a lamp of radiance 1 within `angle` of the direction `lamp`, by brute force, over a
+/// GGX lobe about `n`, seen head-on and weighted by the cosine.
 double blurredLamp(double roughness, const glm::dvec3& n, const glm::dvec3& lamp, double angle) {
     const double a2 = std::pow(roughness, 4), cosine_lamp = glm::dot(n, lamp);
     const double sine_lamp = std::sqrt(std::max(0.0, 1 - cosine_lamp * cosine_lamp));
     double sum = 0, weights = 0;
     constexpr int kSteps = 600;
     for (int i = 0; i < kSteps; ++i) {
-        // Finer toward the lobe's axis.
+        // Steps are finer toward the lobe's axis.
         const double t = (i + 0.5) / kSteps, theta = t * t * kPi / 2;
         const double d = std::pow(std::cos(theta / 2), 2) * (a2 - 1) + 1;
         const double weight = t * a2 / (d * d) * std::cos(theta) * std::sin(theta);
-        // The fraction of a circle about the axis inside the lamp.
+        // `share` is the fraction of a circle about the axis that is inside the lamp.
         const double sines = std::sin(theta) * sine_lamp;
         const double bound = std::cos(angle) - std::cos(theta) * cosine_lamp;
         double share = bound < 0 ? 1 : 0;
@@ -190,7 +190,7 @@ double blurredLamp(double roughness, const glm::dvec3& n, const glm::dvec3& lamp
 }
 
 TEST(EnvironmentMaps, ALampIsSeenAlikeAcrossTheEdgesOfFaces) {
-    // Beside the edge between +X and +Z, and beside a corner.
+    // The lamps are beside the edge between +X and +Z, and beside a corner of the cube.
     for (const glm::dvec3& where : {glm::dvec3(1, 0.1, 0.97), glm::dvec3(1, 0.93, 1.05)}) {
         const glm::dvec3 lamp = glm::normalize(where);
         const double angle = 0.2;
@@ -247,8 +247,9 @@ TEST(Studio, BringsWhiteCloseToWhite) {
     const EnvironmentMaps maps = prefilter(studioEnvironment());
     EXPECT_NEAR(whiteFacing(maps, {0, 1, 0}), 1.12, 0.05);
     EXPECT_NEAR(whiteFacing(maps, {0, 0, 1}), 0.77, 0.06);
-    EXPECT_NEAR(whiteFacing(maps, glm::normalize(glm::vec3(-0.67F, 1, 0.74F))), 1.2, 0.05);  // key
-    // The far side and the underside keep some shading.
+    // This normal points toward the key light.
+    EXPECT_NEAR(whiteFacing(maps, glm::normalize(glm::vec3(-0.67F, 1, 0.74F))), 1.2, 0.05);
+    // The far side and the underside stay darker, so that some shading remains.
     EXPECT_NEAR(whiteFacing(maps, {1, 0, 0}), 0.44, 0.05);
     EXPECT_NEAR(whiteFacing(maps, {0, -1, 0}), 0.22, 0.05);
 }
@@ -263,7 +264,7 @@ TEST(Studio, HasContrastForWhatMirrorsIt) {
     const auto all = static_cast<double>(studio.radiance.size());
     EXPECT_NEAR(static_cast<double>(bright) / all, 0.06, 0.02);
     EXPECT_NEAR(static_cast<double>(dark) / all, 0.4, 0.15);
-    // The floor is nowhere brighter than its own grey.
+    // The floor is nowhere brighter than its grey.
     for (std::size_t p = studio.radiance.size() * 3 / 4; p < studio.radiance.size(); ++p)
         EXPECT_LT(studio.radiance[p].g, 0.41F);
 }
@@ -277,7 +278,7 @@ TEST(Studio, IsTheSameOnOneThread) {
 }
 
 TEST(EnvironmentMaps, LargePicturesKeepTheirMean) {
-    // Larger than the cube's maximum, and not a power of 2.
+    // The picture is larger than the largest cube map, and its size is not a power of 2.
     const auto maps = prefilter(environmentOf(
         2500, [](float u, float) { return glm::vec3(std::fmod(u * 1250, 1.0F) * 2); }));
     EXPECT_EQ(maps.radiance.front().size, 512);

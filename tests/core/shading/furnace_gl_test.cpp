@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// White furnace test: in a uniform white environment a white surface is invisible, and no surface
-// is brighter.
+// Makes the white furnace test: in a uniform white environment, a white surface is invisible and no
+// surface is brighter than the environment.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,8 +12,8 @@
 namespace peeler::test {
 namespace {
 
-/// Minimum and maximum colour component of all pixels on spheres in a white environment, one sphere
-/// per material.
+/// Minimum and maximum colour component over all pixels of spheres, one per material, in a white
+/// environment.
 struct Range {
     float least = 1e9F, greatest = 0;
     int fragments = 0;
@@ -58,7 +58,8 @@ Material white(float metallic, float roughness) {
     return m;
 }
 
-/// Returns white materials of several roughnesses, metal and dielectric, after `change`.
+/// Returns white materials, metal and dielectric, of several roughnesses, each modified by
+/// `change`.
 std::vector<Material> materials(const std::function<void(Material&, float)>& change) {
     std::vector<Material> all;
     for (const float metallic : {0.0F, 1.0F}) {
@@ -193,7 +194,7 @@ TEST(Environment, LightsASphereLikeTheHemisphereAboveIt) {
     SceneBuilder builder;
     const int white_paint = builder.lit(builder.material({1, 1, 1, 1}, AlphaMode::kOpaque, false));
     Material& m = builder.scene().materials[static_cast<std::size_t>(white_paint)];
-    m.specular.factor = 0;  // only diffuse light
+    m.specular.factor = 0;  // leaves only diffuse light
     builder.sphere({0, 0, -3}, 1, white_paint);
     Environment above;
     above.width = 256;
@@ -220,7 +221,8 @@ TEST(Environment, LightsASphereLikeTheHemisphereAboveIt) {
 }
 
 TEST(Environment, IsMirroredWhereItIs) {
-    // A mirror that faces the viewer shows the direction behind the viewer: along +Z, then +X.
+    // A mirror that faces the viewer shows what is behind the viewer: the environment along +Z,
+    // then, after rotation, along +X.
     SceneBuilder builder;
     const int index = builder.lit(builder.material({1, 1, 1, 1}, AlphaMode::kOpaque));
     Material& mirror = builder.scene().materials[static_cast<std::size_t>(index)];
@@ -230,7 +232,7 @@ TEST(Environment, IsMirroredWhereItIs) {
     Environment columns;
     columns.width = 4;
     columns.height = 2;
-    // The middle of the picture is along +Z, between the second and the third column.
+    // The direction +Z is the middle of the picture, between the second and the third column.
     for (int row = 0; row < 2; ++row)
         for (const glm::vec3& rgb : {glm::vec3(1, 0, 0), {0, 1, 0}, {0, 1, 0}, {0, 0, 1}})
             columns.radiance.push_back(rgb);
@@ -241,7 +243,7 @@ TEST(Environment, IsMirroredWhereItIs) {
     };
     EXPECT_GT(middle(0).g, 0.95F);
     EXPECT_LT(middle(0).r + middle(0).b, 0.05F);
-    // The former −X, right of the middle (u = 0.75), between green and blue.
+    // Rotation brings the former −X there, right of the middle (u = 0.75), between green and blue.
     EXPECT_NEAR(middle(90).g, middle(90).b, 0.02F);
     EXPECT_NEAR(middle(-90).g, middle(-90).r, 0.02F);
     EXPECT_LT(middle(180).g, 0.05F);

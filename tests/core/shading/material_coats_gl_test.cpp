@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reflection and attenuation of layers over a surface, against the formulas: clearcoat
+// Compares layers over a surface with the formulas for their reflection and attenuation: clearcoat
 // (KHR_materials_clearcoat), fibres (sheen) and thin films (iridescence).
 #include <gtest/gtest.h>
 
@@ -38,7 +38,8 @@ TEST(Clearcoat, HasANormalOfItsOwn) {
     m.clearcoat.factor = 1;
     m.clearcoat.roughness = 0.3F;
     LitWall wall(m);
-    // Leans by 30 degrees toward +X: reflects a lamp at 60 degrees straight at the viewer.
+    // The normal leans by 30 degrees toward +X, so it reflects a lamp at 60 degrees straight at the
+    // viewer.
     const glm::vec3 n(0.5F, 0, std::sqrt(0.75F));
     const auto byte = [](float v) {
         return static_cast<std::uint8_t>(std::lround((v * 0.5F + 0.5F) * 255));
@@ -47,13 +48,13 @@ TEST(Clearcoat, HasANormalOfItsOwn) {
     wall.scene().materials.back().clearcoat.normal_texture.image = 0;
     EXPECT_GT(wall.radiance(60).g, 20 * wall.radiance(0).g);
     EXPECT_GT(wall.radiance(60).g, 20 * wall.radiance(-60).g);
-    // The surface's own map has no effect.
+    // The surface's own normal map has no effect on the clearcoat.
     wall.scene().materials.back().clearcoat.normal_texture.image = -1;
     wall.scene().materials.back().normal_texture.image = 0;
     EXPECT_GT(wall.radiance(0).g, 20 * wall.radiance(60).g);
 }
 
-/// Returns Estevez & Kulla's lobe for the view along the normal.
+/// Returns Estevez & Kulla's sheen lobe, viewed along the normal.
 double charlie(double roughness, double degrees) {
     const double alpha = roughness * roughness, l = std::cos(degrees * kPi / 180);
     const double sine = std::sin(degrees * kPi / 360);
@@ -98,8 +99,8 @@ TEST(Sheen, DarkensWhatIsBelow) {
     EXPECT_GT(below, 0.3 * plain);
 }
 
-/// Returns the reflectance at normal incidence of a film of this index and thickness (nm) between
-/// air and a dielectric, for one wavelength (nm): Airy's sum of all reflections.
+/// Returns the reflectance, at normal incidence, of a film of this refractive index and thickness
+/// (nm) between air and a dielectric, for one wavelength (nm): Airy's sum of all reflections.
 double airy(double film, double base, double thickness, double wavelength) {
     const double r1 = (1 - film) / (1 + film), r2 = (film - base) / (film + base);
     const double phase = 4 * kPi * film * thickness / wavelength;
@@ -108,8 +109,8 @@ double airy(double film, double base, double thickness, double wavelength) {
 }
 
 TEST(Iridescence, IsTheInterferenceOfAThinFilm) {
-    // Green is near 540 nm, red near 610 and blue near 450, each a band: the sum over the band is
-    // the colour of a film of moderate thickness.
+    // Green is near 540 nm, red near 610 nm and blue near 450 nm. Each is a band: for films of
+    // moderate thickness, the colour is the integral over it.
     const auto band = [](double film, double base, double thickness, double middle) {
         double sum = 0, weights = 0;
         for (double w = middle - 60; w <= middle + 60; w += 2) {
@@ -141,7 +142,7 @@ TEST(Iridescence, IsMixedByItsFactorAndTextures) {
     const glm::dvec3 all = LitWall(m).radiance(0);
     m.iridescence.factor = 0.25F;
     EXPECT_LT(glm::distance(LitWall(m).radiance(0), glm::mix(none, all, 0.25)), 1e-5);
-    // Green 0 is the minimum thickness; red 0.2 scales the factor.
+    // A green of 0 gives the minimum thickness; a red of 0.2 scales the factor.
     LitWall textured(m);
     textured.scene().images.push_back({"thin", 1, 1, {51, 0, 0, 255}});
     Iridescence& film = textured.scene().materials.back().iridescence;

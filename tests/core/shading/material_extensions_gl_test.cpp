@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Changes of the KHR_materials extensions to the surface itself, against their formulas, and all of
-// them at once: one lamp, and a black environment.
+// Tests the KHR_materials extensions that change the surface itself, each against its formulas and
+// all at once, in the light of one lamp and a black environment.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ TEST(Ior, GivesTheReflectanceAtNormalIncidence) {
             EXPECT_NEAR(LitWall(m).radiance(degrees).g, lobe(f0, 1, 1, degrees), 1e-6) << ior;
     }
     Material mirror = black();
-    mirror.ior = 0;  // infinite
+    mirror.ior = 0;  // stands for an infinite index
     EXPECT_NEAR(LitWall(mirror).radiance(0).g, lobe(1, 1, 1, 0), 1e-6);
 }
 
@@ -37,7 +37,7 @@ TEST(Specular, ScalesAndTintsReflections) {
     EXPECT_NEAR(seen.b, lobe(0.5 * 1, 0.5, 0.6, 50), 1e-6);  // capped at full reflection
     m.specular.factor = 0;
     m.base_color = {1, 1, 1, 1};
-    EXPECT_NEAR(LitWall(m).radiance(50).g, std::cos(50 * kPi / 180) / kPi, 1e-6);  // Lambert
+    EXPECT_NEAR(LitWall(m).radiance(50).g, std::cos(50 * kPi / 180) / kPi, 1e-6);  // Lambert's law
 }
 
 TEST(Specular, LeavesDiffuseLightItsColour) {
@@ -45,7 +45,7 @@ TEST(Specular, LeavesDiffuseLightItsColour) {
     m.base_color = {1, 1, 1, 1};
     m.specular.color = {5, 0, 0};
     const glm::dvec3 seen = LitWall(m).radiance(0);
-    // The strongest component is the part that is not transmitted.
+    // Diffuse light is what the strongest specular component, red, leaves.
     EXPECT_NEAR(seen.g, (1 - 0.2) / kPi, 1e-6);
     EXPECT_NEAR(seen.b, seen.g, 1e-7);
 }
@@ -69,15 +69,15 @@ TEST(EmissiveStrength, GoesBeyondOne) {
     EXPECT_NEAR(seen.b, 60000, 0.1);
 }
 
-/// Returns GGX with different roughnesses along X and Y (KHR_materials_anisotropy), with the view
-/// along the normal.
+/// Returns the GGX BRDF with different roughnesses along X and Y (KHR_materials_anisotropy), viewed
+/// along the normal, times the cosine.
 double stretchedGgx(double at, double ab, double degrees, double azimuth) {
     const double a = degrees * kPi / 180, b = azimuth * kPi / 180;
     const glm::dvec3 l(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
     const glm::dvec3 h = glm::normalize(l + glm::dvec3(0, 0, 1));
     const double e = h.x * h.x / (at * at) + h.y * h.y / (ab * ab) + h.z * h.z;
     const double d = 1 / (kPi * at * ab * e * e);
-    // Smith's height-correlated term with the roughness along each direction.
+    // This is Smith's height-correlated term, with the roughness along each direction.
     const double lambda_l =
         0.5 * (std::sqrt(1 + (at * at * l.x * l.x + ab * ab * l.y * l.y) / (l.z * l.z)) - 1);
     return d / (1 + lambda_l) / (4 * l.z) * l.z;
@@ -93,7 +93,7 @@ TEST(Anisotropy, StretchesHighlightsAlongTheTangent) {
             EXPECT_NEAR(wall.radiance(degrees, azimuth).g, stretchedGgx(at, ab, degrees, azimuth),
                         1e-4)
                 << degrees << ", " << azimuth;
-    // Rotated by a quarter turn.
+    // The material is rotated by a quarter turn.
     wall.scene().materials.back().anisotropy.rotation = static_cast<float>(kPi / 2);
     EXPECT_NEAR(wall.radiance(25, 90).g, stretchedGgx(at, ab, 25, 0), 1e-4);
 }
@@ -102,24 +102,26 @@ TEST(Anisotropy, FollowsItsTextureWithOrWithoutTangents) {
     Material m = whiteMetal(0.5F);
     m.anisotropy.strength = 1;
     LitWall wall(m);
-    // Along the bitangent, which is up; strength 0.6.
+    // The texture's direction is the bitangent, which is up; its strength is 0.6.
     wall.scene().images.push_back({"up", 1, 1, {128, 255, 153, 255}});
     wall.scene().materials.back().anisotropy.texture.image = 0;
     const double ab = 0.25, at = ab + (1 - ab) * 0.36;
     EXPECT_NEAR(wall.radiance(40, 90).g, stretchedGgx(at, ab, 40, 0), 2e-3);
     EXPECT_NEAR(wall.radiance(40, 0).g, stretchedGgx(at, ab, 40, 90), 2e-3);
-    // The rotation is added, from the tangent toward the bitangent: 90 − 60 degrees.
+    // The factor's rotation is added to the texture's, from the tangent toward the bitangent: 90 −
+    // 60 degrees.
     wall.scene().materials.back().anisotropy.rotation = static_cast<float>(-kPi / 3);
     EXPECT_NEAR(wall.radiance(40, 30).g, stretchedGgx(at, ab, 40, 0), 2e-3);
     wall.scene().materials.back().anisotropy.rotation = 0;
     wall.scene().meshes[0].primitives[0].tangents.clear();
     EXPECT_NEAR(wall.radiance(40, 90).g, stretchedGgx(at, ab, 40, 0), 2e-3);
-    // Strength 0 in the texture: the same lobe as without the extension.
+    // With strength 0 in the texture, the lobe is that without the extension.
     wall.scene().images[0].rgba[2] = 0;
     const double none = wall.radiance(40, 90).g;
     wall.scene().materials.back().anisotropy = {};
     EXPECT_NEAR(none, wall.radiance(40, 90).g, 1e-6);
-    // The same without texture coordinates, which define the direction.
+    // Without texture coordinates the direction is undefined, so the result is also that without
+    // the extension.
     wall.scene().materials.back().anisotropy.strength = 1;
     wall.scene().meshes[0].primitives[0].texcoords[0].clear();
     EXPECT_NEAR(none, wall.radiance(40, 90).g, 1e-6);
@@ -129,7 +131,7 @@ TEST(Anisotropy, TurnsWithTheTransformOfItsTexture) {
     Material m = whiteMetal(0.5F);
     m.anisotropy.strength = 0.6F;
     const double ab = 0.25, at = ab + (1 - ab) * 0.36;
-    // U' = cos U + sin V, and V runs down: U' grows at −35 degrees.
+    // U' = cos U + sin V, and V runs down the image, so U' grows in the direction of −35 degrees.
     const double c = std::cos(35 * kPi / 180), s = std::sin(35 * kPi / 180);
     const glm::mat3 turn(glm::dmat3(c, -s, 0, s, c, 0, 0, 0, 1));
     LitWall wall(m);
@@ -139,13 +141,14 @@ TEST(Anisotropy, TurnsWithTheTransformOfItsTexture) {
     wall.scene().images.push_back({"flat", 1, 1, {128, 128, 255, 255}});
     material.anisotropy.texture.image = 0;
     material.anisotropy.texture.transform = turn;
-    // The mesh's tangents are used unchanged.
+    // The mesh's own tangents are used as they are, whatever the texture's transform.
     EXPECT_NEAR(wall.radiance(40, 0).g, stretchedGgx(at, ab, 40, 0), 2e-3);
     mesh.tangents.clear();
     for (const double azimuth : {-35.0, 0.0, 55.0})
         EXPECT_NEAR(wall.radiance(40, azimuth).g, stretchedGgx(at, ab, 40, azimuth + 35), 2e-3)
             << azimuth;
-    // With a normal texture, its coordinates decide. 128 is not exactly flat.
+    // If there is a normal texture, its coordinates define the tangents. Its texel 128 is not
+    // exactly flat; hence the tolerance.
     material.normal_texture.image = 1;
     EXPECT_NEAR(wall.radiance(40, 0).g, stretchedGgx(at, ab, 40, 0), 5e-3);
     material.normal_texture.transform = turn;
@@ -178,7 +181,7 @@ TEST(SpecularGlossiness, HasOneTextureForBoth) {
     Material m = black();
     m.specular_glossiness.emplace();
     LitWall wall(m);
-    // sRGB 188 is 0.5 of linear light; alpha is linear.
+    // The sRGB value 188 is 0.5 in linear light; alpha is linear.
     wall.scene().images.push_back({"both", 1, 1, {188, 255, 0, 102}});
     wall.scene().materials.back().specular_glossiness->texture.image = 0;
     const glm::dvec3 seen = wall.radiance(30);
@@ -201,7 +204,8 @@ TEST(MaterialExtensions, AtTheirDefaultsAreThePlainMaterialBitForBit) {
 }
 
 TEST(MaterialExtensions, FitTheDeviceAllAtOnce) {
-    // All textures at once, shadows, an environment, and the method that reads the most textures.
+    // The scene uses all textures at once, shadows, an environment, and the method that reads the
+    // most textures.
     Material m = black(0.5F);
     m.base_color = {1, 1, 1, 1};
     m.clearcoat.factor = 1;
@@ -214,7 +218,7 @@ TEST(MaterialExtensions, FitTheDeviceAllAtOnce) {
     wall.scene().images.push_back({"grey", 1, 1, {128, 128, 200, 255}});
     for (const MaterialTexture& texture : texturesOf(wall.scene().materials.back()))
         texture.ref->image = 0;
-    wall.radiance(10);  // adds the lamp
+    wall.radiance(10);  // radiance() adds the lamp
     CaptureSettings s;
     s.shadows = true;
     s.shadow_size = 64;
@@ -227,7 +231,8 @@ TEST(MaterialExtensions, FitTheDeviceAllAtOnce) {
 }
 
 TEST(MaterialExtensions, AreScaledByTheirTextures) {
-    // Every texture holds one colour; factors with the same products give the same picture.
+    // Every texture is a single colour, so that factors with the same products must give the same
+    // picture.
     const auto picture = [](bool textured) {
         Material m = black(0.5F);
         m.base_color = {0.3F, 0.3F, 0.3F, 1};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fields of a material that reach the shaders.
+// Tests the fields of a material that reach the shaders.
 #include "core/shading/materials.h"
 
 #include <gtest/gtest.h>
@@ -55,7 +55,8 @@ TEST(MaterialRecord, KnowsEveryTextureOnce) {
     }
     EXPECT_EQ(m.base_color_texture.image, 3);
     EXPECT_EQ(m.specular_glossiness->texture.image, 3);
-    EXPECT_EQ(m.metallic_roughness_texture.image, -1);  // its place is taken
+    // Specular-glossiness replaces metallic-roughness.
+    EXPECT_EQ(m.metallic_roughness_texture.image, -1);
     const shader::MaterialRecord record = materialRecord(m);
     for (unsigned unit = 0; unit < PEELER_MATERIAL_UNITS; ++unit)
         EXPECT_TRUE(record.flags.x & (PEELER_FIRST_TEXTURE_BIT << unit)) << unit;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Results of the surface shaders.
+// Tests the results of the surface shaders.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,8 +12,8 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a quad of 2x2 at z = -2 that faces the camera, with UVs and, optionally, normals and
-/// tangents. Its normal map leans to +X, or the normals themselves do.
+/// Returns a 2x2 quad at z = -2 that faces the camera, with UVs and, optionally, normals and
+/// tangents. If `mapped`, a normal map leans to +X; otherwise the normals themselves do.
 Scene leaningQuad(bool mapped, bool normals, bool tangents) {
     SceneBuilder builder;
     Scene& scene = builder.scene();
@@ -38,7 +38,8 @@ Scene leaningQuad(bool mapped, bool normals, bool tangents) {
 }
 
 TEST(Shading, NormalMapsTurnWithTheSurface) {
-    // Rotated, mirrored, scaled: a normal map must look like the geometry that it represents.
+    // Whether the surface is rotated, mirrored or scaled, a normal map must look like the geometry
+    // that it represents.
     const auto scaled = [](double x, double y, double z, double back) {
         glm::dmat4 m(1);
         m[0][0] = x, m[1][1] = y, m[2][2] = z, m[3][2] = back;
@@ -71,7 +72,7 @@ TEST(Shading, NormalMapsTurnWithTheSurface) {
     }
 }
 
-/// Returns the middle of a quad that faces the camera.
+/// Returns the middle pixel's colour of a quad that faces the camera.
 glm::vec4 middle(const Scene& scene) {
     const auto result = capture(scene, testView(9, 9));
     const std::size_t center = result.image.pixelIndex(4, 4);
@@ -84,14 +85,14 @@ void expectAlike(const glm::vec4& seen, const glm::vec4& expected) {
         EXPECT_NEAR(seen[c], expected[c], 2e-3 * expected[c]);
 }
 
-/// Returns KHR_texture_transform's rotation (in degrees) and scale.
+/// Returns the UV transform of KHR_texture_transform for a rotation (in degrees) and a scale.
 glm::mat3 turnedAndScaled(double degrees, double u, double v) {
     const double angle = degrees * std::acos(-1.0) / 180;
     const double c = std::cos(angle), s = std::sin(angle);
     return glm::mat3(glm::dmat3(c * u, -s * u, 0, s * v, c * v, 0, 0.25, 0.5, 1));
 }
 
-/// Leaning maps, as the normals of the surface or of its clearcoat.
+/// Uses of a leaning normal map: for the surface and for its clearcoat.
 using MapOf = std::function<TextureRef&(Material&)>;
 const std::pair<const char*, MapOf> kNormalMaps[] = {
     {"normal texture", [](Material& m) -> TextureRef& { return m.normal_texture; }},
@@ -103,7 +104,7 @@ const std::pair<const char*, MapOf> kNormalMaps[] = {
      }}};
 
 TEST(Shading, NormalMapsTurnWithTheirTextures) {
-    // Without tangents, transforming a texture equals transforming its coordinates.
+    // Without tangents, transforming a texture must equal transforming its coordinates.
     const glm::mat3 transforms[] = {turnedAndScaled(90, 1, 1), turnedAndScaled(-37, 1, 1),
                                     turnedAndScaled(0, -1, 1), turnedAndScaled(0, 1, -1),
                                     turnedAndScaled(20, 4, 4), turnedAndScaled(65, -0.5, 2)};
@@ -123,7 +124,7 @@ TEST(Shading, NormalMapsTurnWithTheirTextures) {
             const glm::vec4 expected = middle(in_mesh);
             EXPECT_GT(glm::distance(expected, as_it_is), 0.02F * glm::length(glm::vec3(as_it_is)));
             expectAlike(middle(turned), expected);
-            // The mesh's tangents are used unchanged.
+            // The mesh's own tangents are used as they are, whatever the texture's transform.
             turned.meshes[0].primitives[0].tangents.assign(6, {1, 0, 0, 1});
             expectAlike(middle(turned), as_it_is);
         }
@@ -131,8 +132,8 @@ TEST(Shading, NormalMapsTurnWithTheirTextures) {
 }
 
 TEST(Shading, ATurnedNormalMapLeansAsFarTheOtherWay) {
-    // U' = cos U + sin V, and U and V are along +X and −Y: if the map rotates by an angle, its lean
-    // rotates back by that angle about the surface's normal.
+    // U' = cos U + sin V, and U and V are along +X and −Y. If the map rotates by an angle, its lean
+    // rotates by the opposite angle about the surface's normal.
     const glm::vec3 texel = glm::vec3(218, 150, 200) / 255.0F * 2.0F - 1.0F;
     for (const double degrees : {0.0, 90.0, 180.0, -50.0}) {
         SCOPED_TRACE(degrees);

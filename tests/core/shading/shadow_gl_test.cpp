@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Midpoint shadow maps, in scenes where geometry gives the lit region.
+// Tests midpoint shadow maps in scenes whose lit region follows from the geometry.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,8 +25,9 @@ CaptureSettings withShadows(int size) {
     return s;
 }
 
-/// The same picture with shadows, without them, and without light: every fragment of the first
-/// should have the colour of the second (lit), of the third (in shadow), or one in between.
+/// Renders of one view with shadows, without them, and without light. Every fragment with shadows
+/// should have the colour without them (lit), the colour without light (in shadow), or one in
+/// between.
 struct Exposures {
     LayeredImage shadowed, lit, dark;
 
@@ -44,7 +45,7 @@ struct Exposures {
     bool isDark(std::size_t f) const { return color(shadowed, f) == color(dark, f); }
     bool tells(std::size_t f) const { return color(lit, f) != color(dark, f); }
 
-    /// Returns the point of fragment f of pixel (x, y), in the space of the test view's camera.
+    /// Returns the position of fragment f of pixel (x, y), in the camera space of the test view.
     glm::dvec3 point(const View& view, int x, int y, std::size_t f) const {
         const double z = static_cast<double>(shadowed.z[f]);
         return {z * view.projection.half_width * ((x + 0.5) / view.width * 2 - 1),
@@ -63,8 +64,8 @@ void forEach(const Exposures& seen, const View& view,
         }
 }
 
-/// Returns a wall of half extents (4, 4) at z = −4 and, at z, a square of half extent 0.3 in front
-/// of it.
+/// Returns a wall of half extents (4, 4) at z = −4 and in front of it, at `z`, a square of half
+/// extent 0.3.
 SceneBuilder wallAndSquare(float z, AlphaMode mode, float alpha = 1) {
     SceneBuilder builder;
     const int white = builder.lit(builder.material({1, 1, 1, 1}, AlphaMode::kOpaque));
@@ -73,8 +74,8 @@ SceneBuilder wallAndSquare(float z, AlphaMode mode, float alpha = 1) {
     return builder;
 }
 
-/// Expects the wall to be in shadow inside the rectangle and lit outside; within `tolerance` of its
-/// edge it may be either. The square itself is lit.
+/// Expects the wall to be in shadow inside the rectangle and lit outside; within `tolerance` of the
+/// rectangle's edge it may be either. The square itself must be lit.
 void expectShadow(const Scene& scene, int size, const glm::dvec2& low, const glm::dvec2& high,
                   double tolerance) {
     const View view = testView(255, 255);
@@ -106,7 +107,7 @@ void expectShadow(const Scene& scene, int size, const glm::dvec2& low, const glm
 
 TEST(Shadows, OfADirectionalLightLieWhereTheRaysEnd) {
     SceneBuilder builder = wallAndSquare(-3, AlphaMode::kOpaque);
-    // The rays shift by (0.5, −0.25) between the square and the wall.
+    // Between the square and the wall, the light's rays shift by (0.5, −0.25).
     builder.light(lightOf(LightType::kDirectional, 2),
                   *lookAlong({7, 8, 9}, {0.5, -0.25, -1}, {0, 1, 0}));
     // A texel of the map covers 8 · 1.01 / 512 of the wall, or slightly more at an angle.
@@ -116,11 +117,12 @@ TEST(Shadows, OfADirectionalLightLieWhereTheRaysEnd) {
 TEST(Shadows, OfASpotLightLieWhereTheRaysEnd) {
     SceneBuilder builder = wallAndSquare(-2, AlphaMode::kOpaque);
     Light spot = lightOf(LightType::kSpot, 50);
-    spot.inner_cone = 0.9;  // the whole picture
+    spot.inner_cone = 0.9;  // lights the whole picture fully
     spot.outer_cone = 1;
-    // Shadows are twice as large as the square, seen from (0.3, 0.2, 0).
+    // The light at (0.3, 0.2, 0) projects the square to a shadow of twice its size.
     builder.light(spot, *lookAlong({0.3, 0.2, 0}, {0, 0, -1}, {1, 2, 0}));
-    // A texel covers 2 · 4 · tan(1) · 1.01 / 1024 of the wall; the map is rotated against it.
+    // A texel of the map, which is rotated relative to the wall, covers 2 · 4 · tan(1) · 1.01 /
+    // 1024 of it.
     expectShadow(builder.scene(), 1024, {-0.9, -0.8}, {0.3, 0.4}, 0.025);
 }
 
@@ -129,7 +131,8 @@ TEST(Shadows, AreCastThroughTheHolesOfMasksAndByBothFaces) {
     Material& leaf = builder.scene().materials[builder.scene().meshes[1].primitives[0].material];
     leaf.double_sided = true;
     Primitive& square = builder.scene().meshes[1].primitives[0];
-    // Alpha from 0 at the left edge to 1 at the right: the cutoff 0.5 keeps x > 0.
+    // Alpha is interpolated from 0 at the left edge to 1 at the right, so the cutoff 0.5 keeps x >
+    // 0.
     for (const glm::vec3& p : square.positions)
         square.colors.push_back({1, 1, 1, p.x > 0 ? 1 : 0});
     builder.light(lightOf(LightType::kDirectional, 2),
@@ -174,14 +177,15 @@ TEST(Shadows, SurfacesThatCoincideAreLit) {
     SceneBuilder builder = wallAndSquare(-3, AlphaMode::kOpaque);
     const int white = builder.scene().meshes[0].primitives[0].material;
     builder.rectangle(4, 4, -4, white);
-    // The same square again, split along the other diagonal: its depths differ by rounding.
+    // A second square coincides with the first but is split along the other diagonal, so its depths
+    // differ by rounding.
     builder.quad({0.3, -0.3, -3}, {0.3, 0.3, -3}, {-0.3, 0.3, -3}, {-0.3, -0.3, -3}, white);
     builder.light(lightOf(LightType::kDirectional, 2),
                   *lookAlong({7, 8, 9}, {0.5, -0.25, -1}, {0, 1, 0}));
     expectShadow(builder.scene(), 512, {0.2, -0.55}, {0.8, 0.05}, 0.025);
 }
 
-/// Returns a closed sphere around (0, 0, −3) with its exact normals.
+/// Returns a closed sphere around (0, 0, −3) with exact normals.
 SceneBuilder sphere() {
     constexpr int kRound = 160, kRows = 80;
     std::vector<glm::vec3> positions, normals;
@@ -210,7 +214,8 @@ TEST(Shadows, AreFreeOfAcneWithoutABias) {
         const Exposures seen(builder.scene(), view, 2048);
         std::size_t facing = 0, away = 0, wrong = 0;
         forEach(seen, view, [&](std::size_t f, const glm::dvec3& p) {
-            // The outside faces the light or, beyond the shadow's edge, the inside does, unlit.
+            // The nearest fragment is on the outside if that faces the light, and lit; beyond the
+            // shadow's edge it is in shadow.
             const double cosine = -glm::dot(p - glm::dvec3(0, 0, -3), glm::normalize(forward));
             if (cosine > 0.05) {
                 ++facing;
@@ -233,7 +238,7 @@ TEST(Shadows, TheBuiltInLightCastsThem) {
     const auto shadowed = capture(builder.scene(), view, s).image;
     s.shadows = false;
     const auto lit = capture(builder.scene(), view, s).image;
-    // Between the square at z = −3 and the wall the key light shifts by (0.918, −1.606).
+    // Between the square at z = −3 and the wall, the key light shifts by (0.918, −1.606).
     std::size_t dark = 0, wrong = 0;
     for (int y = 0; y < view.height; ++y)
         for (int x = 0; x < view.width; ++x) {
@@ -243,7 +248,7 @@ TEST(Shadows, TheBuiltInLightCastsThem) {
             const double distance = std::max(off.x, off.y) - 0.3;
             if (std::abs(distance) < 0.05) continue;
             dark += distance < 0 ? 1 : 0;
-            // A GPU's compiler rounds differently in a shader with shadows.
+            // A GPU's compiler may round differently in a shader with shadows; hence the tolerance.
             const bool seen = color(shadowed, f).g > 0.999F * color(lit, f).g;
             wrong += seen == (distance > 0) ? 0 : 1;
         }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures in the studio: its embedded maps equal freshly prefiltered ones.
+// Tests pictures in the studio environment, whose embedded maps must equal freshly prefiltered
+// ones.
 #include <gtest/gtest.h>
 
 #include "core/shading/constants.h"
@@ -8,7 +9,7 @@
 namespace peeler::test {
 namespace {
 
-/// Returns spheres of smooth and rough metal and of a cloth, in an environment.
+/// Returns a picture of spheres (smooth metal, rough metal, cloth) in an environment.
 LayeredImage spheresIn(const Environment& environment) {
     SceneBuilder builder;
     for (const int i : {0, 1, 2}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texture sampling: wrap modes, filters, transforms and UV sets, texel by texel.
+// Tests texture sampling texel by texel: wrap modes, filters, transforms and UV sets.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,12 +13,13 @@ constexpr int kRepeat = 10497, kClamp = 33071, kMirror = 33648;
 constexpr int kNearest = 9728, kLinear = 9729;
 constexpr int kSize = 4, kPixels = 60;
 
-/// 4x4 texels, each with its own red and green; stored values are linear (black to 60%).
+/// Returns a component of a 4x4 texture whose texels all differ in red and green. Stored values are
+/// linear, from black to 60%.
 std::uint8_t stored(int x, int y, int channel) {
     return static_cast<std::uint8_t>(channel == 0 ? 40 * x + 10 * y : 45 * y + 5 * x);
 }
 
-/// Returns the texel for a coordinate outside the texture (OpenGL 4.6, §8.14.2).
+/// Returns the texel that a coordinate outside the texture selects (OpenGL 4.6, §8.14.2).
 int wrapped(int texel, int mode) {
     if (mode == kClamp) return std::clamp(texel, 0, kSize - 1);
     const int period = ((texel % (2 * kSize)) + 2 * kSize) % (2 * kSize);
@@ -42,8 +43,8 @@ double sampled(const glm::dvec2& uv, int channel, const Sampler& s) {
                     share.y);
 }
 
-/// A square that fills the view, its first UV set from −1.03 to 1.97 and its second reversed. The
-/// texture is emissive, which is sRGB, or occlusion, which is linear.
+/// A square that fills the view. Its first UV set runs from −1.03 to 1.97, its second in the
+/// opposite direction. The texture is either emissive, hence sRGB, or occlusion, hence linear.
 class Square {
   public:
     Square() {
@@ -59,7 +60,7 @@ class Square {
             for (int x = 0; x < kSize; ++x)
                 image.rgba.insert(image.rgba.end(), {stored(x, y, 0), stored(x, y, 1), 0, 255});
         scene().images.push_back(image);
-        // White light from all around, attenuated by a linear texture.
+        // White light comes from all directions and is attenuated by the linear occlusion texture.
         Environment environment;
         environment.width = environment.height = 1;
         environment.radiance.assign(1, glm::vec3(1));
@@ -70,8 +71,8 @@ class Square {
     Material& material() { return scene().materials.back(); }
     TextureRef& texture() { return material().occlusion_texture; }
 
-    /// Compares every pixel away from texel edges with the formula for its UV, and returns the
-    /// number of pixels.
+    /// Compares every pixel away from texel edges with the formula for its UV; returns the number
+    /// of pixels compared.
     int check(const glm::dmat3& transform = glm::dmat3(1), bool second = false) {
         CaptureSettings s;
         s.color_type = PixelType::kFloat;
@@ -118,7 +119,7 @@ TEST(Textures, WrapAsTheirSamplersSay) {
 }
 
 TEST(Textures, AreTransformed) {
-    // Offset · rotation · scale, as in KHR_texture_transform.
+    // The matrix is offset · rotation · scale, as in KHR_texture_transform.
     const double c = std::cos(0.6), s = std::sin(0.6);
     const glm::dmat3 rotation(c, -s, 0, s, c, 0, 0, 0, 1);
     glm::dmat3 offset(1), scale(1);
@@ -147,7 +148,8 @@ TEST(Textures, UseTheSecondUvSet) {
 }
 
 TEST(Textures, OfOneMaterialHaveEachTheirOwnSet) {
-    // The same image twice: occlusion with the first set, emission with the second.
+    // The same image is used twice: for occlusion with the first UV set and for emission with the
+    // second.
     Square square;
     square.texture().sampler = {kNearest, kNearest, kClamp, kClamp};
     const int alone = square.check();
@@ -178,7 +180,7 @@ TEST(Textures, OfOneMaterialHaveEachTheirOwnSet) {
 }
 
 TEST(Textures, ShrunkenAreFilteredOrNotAsTheirSamplersSay) {
-    // 15 texels per pixel: the mean with mipmaps, single texels without.
+    // At 15 texels per pixel, mipmaps give the mean; without them, single texels show.
     const auto deviation = [](int min_filter) {
         Square square;
         square.texture().sampler = {kNearest, min_filter, kRepeat, kRepeat};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Transmitted light in layers (shaders/transmission.glsl).
+// Tests transmitted light in layers (shaders/transmission.glsl).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,7 +14,7 @@
 namespace peeler::test {
 namespace {
 
-/// A pane at z = −2 with a red wall behind it at −3, both filling the view.
+/// A pane at z = −2 and a red wall behind it at −3, both filling the view.
 class Pane {
   public:
     explicit Pane(const glm::vec4& rgba, float transmission, AlphaMode mode = AlphaMode::kOpaque) {
@@ -36,7 +36,7 @@ class Pane {
         s.shading = shading;
         return capture(scene(), testView(5, 5), s).image;
     }
-    /// Returns the middle pixel's nearest layer.
+    /// Returns the colour of the middle pixel's nearest layer.
     glm::vec4 front(Shading shading = Shading::kPbr) {
         const LayeredImage image = seen(Surfaces::kAll, shading);
         const std::size_t middle = image.pixelIndex(2, 2);
@@ -53,20 +53,21 @@ TEST(Transmission, IsTakenOffAlpha) {
     EXPECT_NEAR(Pane({1, 1, 1, 1}, 0.7F).front().a, 0.3, 1e-6);
     EXPECT_NEAR(Pane({1, 1, 1, 1}, 1).front().a, 0, 1e-6);
     EXPECT_EQ(Pane({1, 1, 1, 1}, 0).front().a, 1);
-    // Coverage multiplies.
+    // Coverage (alpha) multiplies the remaining opacity.
     EXPECT_NEAR(Pane({1, 1, 1, 0.5F}, 0.4F, AlphaMode::kBlend).front().a, 0.5 * 0.6, 1e-6);
 }
 
 TEST(Transmission, OfColouredGlassIsAsMuchAsItsColourLetsPass) {
     EXPECT_NEAR(Pane({1, 0.5F, 0, 1}, 1).front().a, 0.5, 1e-6);
     EXPECT_NEAR(Pane({0.9F, 0.3F, 0.3F, 1}, 0.8F).front().a, 1 - 0.8 * 0.5, 1e-6);
-    // The rest has the glass's colour.
+    // Unlit, the light that is not transmitted has the glass's colour.
     const glm::vec4 flat = Pane({1, 0.5F, 0, 1}, 1).front(Shading::kUnlit);
     EXPECT_LT(glm::distance(flat, glm::vec4(0.5F, 0.25F, 0, 0.5F)), 1e-6F);
 }
 
 TEST(Transmission, LeavesReflectionsAtFullStrength) {
-    // With light from all around: the pane's reflection, and the diffuse rest.
+    // With light from all directions, the pane shows its specular reflection and the diffuse
+    // remainder.
     Pane clear({1, 1, 1, 1}, 1), half({1, 1, 1, 1}, 0.5F), none({1, 1, 1, 1}, 0);
     for (Pane* pane : {&clear, &half, &none}) {
         pane->material().roughness = 0;
@@ -103,12 +104,12 @@ TEST(Transmission, ThroughAVolumeFollowsBeersLaw) {
     t.attenuation_color = {0.5F, 0.25F, 1};
     const glm::vec3 left(std::pow(0.5F, 0.25F), std::pow(0.25F, 0.25F), 1);
     EXPECT_NEAR(pane.front().a, 1 - (left.r + left.g + left.b) / 3, 1e-5);
-    // Thickness is in the mesh's units: twice as large, twice as thick.
+    // Thickness is in mesh units, so scaling the mesh by 2 doubles it.
     pane.scene().nodes[0].local = glm::dmat4(2);
     pane.scene().nodes[0].local[3] = {0, 0, 2, 1};
     const glm::vec3 twice = left * left;
     EXPECT_NEAR(pane.front().a, 1 - (twice.r + twice.g + twice.b) / 3, 1e-5);
-    // The green of its texture.
+    // Thickness is multiplied by the green channel of its texture, here 0: nothing is absorbed.
     pane.scene().nodes[0].local = glm::dmat4(1);
     pane.scene().images.push_back({"none", 1, 1, {255, 0, 255, 255}});
     t.thickness_texture.image = 0;
@@ -140,7 +141,7 @@ TEST(Transmission, CastsNoShadow) {
                           builder.lit(builder.material({1, 1, 1, 1}, AlphaMode::kOpaque)));
         const int glass = builder.material({1, 1, 1, 1}, AlphaMode::kOpaque);
         builder.scene().materials.back().transmission.factor = transmission;
-        // Between the lamp, which is above, and the wall, outside the view.
+        // The glass is between the lamp, which is above, and the wall, but outside the view.
         builder.quad({-2, 1.2F, -3.5F}, {2, 1.2F, -3.5F}, {2, 1.2F, -1}, {-2, 1.2F, -1}, glass);
         Light sun;
         sun.intensity = 3;
@@ -162,7 +163,7 @@ TEST(Transmission, CastsNoShadow) {
 TEST(Transmission, IsTheSameInEveryMethod) {
     Scene scene = glassScene();
     for (std::size_t i = 0; i < scene.materials.size(); i += 16)
-        scene.materials[i].base_color = {1, 1, 1, 1};  // perfectly clear
+        scene.materials[i].base_color = {1, 1, 1, 1};  // makes some panes perfectly clear
     const PosedScene shown(scene, 0);
     GlRenderer renderer(sharedContext(), shown);
     const View view = testView(100, 75);
@@ -192,7 +193,7 @@ TEST(Transmission, IsTheSameInEveryMethod) {
 
 TEST(Transmission, OfNothingButReflectionsSurvivesAnAverage) {
     Pane pane({1, 1, 1, 1}, 1);
-    pane.scene().scenes[0].roots.pop_back();  // the wall
+    pane.scene().scenes[0].roots.pop_back();  // removes the wall
     pane.scene().environment = uniformEnvironment(glm::vec3(1));
     CaptureSettings s;
     s.composite = true;

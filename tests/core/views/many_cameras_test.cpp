@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cameras around a scene, and normalised scenes.
+// Tests cameras around a scene, and around a normalised scene.
 #include "core/views/many_cameras.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace peeler {
 namespace {
 
-/// Returns a scene with the box from (1, 2, 3) to (3, 8, 7) as its bounds: its centre is (2, 5, 5).
+/// Returns a scene whose bounds are the box from (1, 2, 3) to (3, 8, 7), with the centre (2, 5, 5).
 Scene boxScene() {
     Scene scene;
     scene.scenes.resize(1);
@@ -49,7 +49,7 @@ TEST(ManyCameras, LookAtTheMiddleFromOneDistance) {
             EXPECT_GE(pose[1].y, 0) << "+Y is up";
             EXPECT_NEAR(pose[0].y, 0, 1e-12) << "the horizon is level";
             EXPECT_EQ(camera.size, (Size{300, 200}));
-            // tan(20°) at distance 1 is half of 200 pixels.
+            // The half angle of 20° spans half of 200 pixels, so tan(20°) · fy = 100.
             EXPECT_NEAR(camera.intrinsics->fy, 100 / std::tan(glm::radians(20.0)), 1e-9);
             EXPECT_EQ(camera.intrinsics->fx, camera.intrinsics->fy);
             EXPECT_EQ(camera.intrinsics->cx, 149.5);
@@ -58,7 +58,7 @@ TEST(ManyCameras, LookAtTheMiddleFromOneDistance) {
                 EXPECT_GT(pose[3].y, kMiddle.y);
             }
             if (place == Around::kOrbit) {
-                EXPECT_NEAR(pose[3].y - kMiddle.y, 3.5, 1e-12);  // sin(30°) · 7
+                EXPECT_NEAR(pose[3].y - kMiddle.y, 3.5, 1e-12);  // the height is sin(30°) · 7
             }
         }
     }
@@ -91,14 +91,15 @@ TEST(ManyCameras, ChanceHasASeed) {
     other.seed = 1;
     EXPECT_EQ(around(asked).back().pose, around(asked).back().pose);
     EXPECT_NE(around(asked).back().pose, around(other).back().pose);
-    // The C++ standard defines the first draw of mt19937_64 with seed 0.
+    // The C++ standard defines mt19937_64 exactly, so the first value for seed 0 is the same
+    // everywhere.
     EXPECT_NEAR(((*around(asked).front().pose)[3].y - kMiddle.y) /
                     glm::distance(glm::dvec3((*around(asked).front().pose)[3]), kMiddle),
                 2 * (2947667278772165694ULL >> 11U) * 0x1p-53 - 1, 1e-12);
 }
 
 TEST(ManyCameras, SidesAreAllSeenAlike) {
-    // The mean direction over a sphere is 0, over its upper half (0, 1/2, 0).
+    // The mean direction is 0 over a sphere and (0, 1/2, 0) over its upper half.
     for (const auto& [place, mean] :
          {std::pair{Around::kSphere, 0.0}, {Around::kHemisphere, 0.5}}) {
         glm::dvec3 sum(0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Views from layers, with analytic answers.
+// Tests new views from captured layers against analytic answers.
 #include "core/views/reprojection.h"
 #include "core/views/surface_cells.h"
 
@@ -19,7 +19,7 @@ namespace {
 
 using Color = std::array<float, 4>;
 
-/// Returns a view at the origin; a pixel is 0.02 wide at distance 1.
+/// Returns a view from the origin whose pixels are 0.02 wide at distance 1.
 View viewOf(int width, int height, bool perspective = true) {
     View view;
     view.width = width;
@@ -35,7 +35,7 @@ View movedView(View view, const glm::dvec3& by) {
     return view;
 }
 
-/// Returns the view rotated about a point on the axis at this distance.
+/// Returns the view rotated about the point of its axis at this distance.
 View orbited(View view, double distance, double degrees) {
     const glm::dvec3 center(0, 0, -distance);
     view.camera_to_world = glm::translate(glm::dmat4(1), center) *
@@ -65,7 +65,7 @@ LayeredImage seenFrom(const LayeredImage& image, const View& from, const View& t
     return whole;
 }
 
-/// Returns the only fragment of a pixel.
+/// Returns the colour of a pixel's only fragment.
 Color onlyFragment(const LayeredImage& image, int x, int y) {
     const std::size_t pixel = image.pixelIndex(x, y);
     EXPECT_EQ(image.count(pixel), 1U) << x << ' ' << y;
@@ -107,7 +107,7 @@ TEST(Reprojection, BetweenPixelsColoursAreBilinear) {
     const LayeredImage image = fragmentLists(from.crop, [](int x, int y) {
         return std::vector<TestFragment>{{4, paint(x, y)}};
     });
-    // Half a pixel to the right, a quarter up.
+    // The camera moves by half a pixel to the right and a quarter of a pixel up.
     const LayeredImage seen = seenFrom(image, from, movedView(from, {0.5 * 0.08, 0.25 * 0.08, 0}));
     for (int y = 1; y < 9; ++y) {
         for (int x = 0; x + 1 < 12; ++x) {
@@ -122,7 +122,8 @@ TEST(Reprojection, BetweenPixelsColoursAreBilinear) {
 }
 
 TEST(Reprojection, WhatWasHiddenComesOutFromBehind) {
-    // A square at 2 in front of a wall at 4. The camera moves by 4 pixels at 2, 2 pixels at 4.
+    // A square at distance 2 hides part of a wall at distance 4. The camera's move is 4 pixels at
+    // distance 2 and 2 pixels at distance 4.
     constexpr Color kSquare{1, 0, 0, 1};
     const auto covered = [](int x, int y) { return x >= 10 && x < 20 && y >= 8 && y < 16; };
     const View from = viewOf(40, 24);
@@ -141,7 +142,7 @@ TEST(Reprojection, WhatWasHiddenComesOutFromBehind) {
         for (int x = 0; x < 38; ++x) {
             const bool front = covered(x + 4, y);
             expectColor(onlyFragment(seen, x, y), front ? kSquare : paint(x + 2, y));
-            // With one layer the wall has a hole in place of the square.
+            // If only one layer was captured, the wall has a hole where the square was.
             const bool known = front || !covered(x + 2, y);
             ASSERT_EQ(first_layer.count(first_layer.pixelIndex(x, y)), known ? 1U : 0U);
             holes += !known;
@@ -169,7 +170,7 @@ TEST(Reprojection, TransparentSurfacesAreBlendedInOrderOnce) {
 }
 
 TEST(Reprojection, ATiltedPlaneHasNoCracksAndLiesWhereItShould) {
-    // n·p = −1 in the captured camera's space, 45° off.
+    // The plane is n·p = −1 in the captured camera's space, tilted by 45°.
     const glm::dvec3 n = glm::normalize(glm::dvec3(std::sin(0.8), 0.2, std::cos(0.8))) / 3.0;
     const View from = viewOf(64, 64);
     const auto ray = [](double x, double y) {
@@ -188,7 +189,7 @@ TEST(Reprojection, ATiltedPlaneHasNoCracksAndLiesWhereItShould) {
             for (int x = 0; x < 64; ++x) {
                 const glm::dvec3 direction(to.camera_to_world * glm::dvec4(ray(x, y), 0));
                 const double z = -(1 + glm::dot(n, eye)) / glm::dot(n, direction);
-                // The point's position in the captured picture, in pixels.
+                // `at` is the point's position in the captured picture, in pixels.
                 const glm::dvec3 point = eye + z * direction;
                 const glm::dvec2 at = glm::dvec2(point.x, -point.y) / -point.z * 50.0 + 32.0;
                 const double margin = std::min(std::min(at.x, at.y), 64 - std::max(at.x, at.y));
@@ -207,8 +208,9 @@ TEST(Reprojection, ATiltedPlaneHasNoCracksAndLiesWhereItShould) {
 }
 
 TEST(Reprojection, EdgesDoNotGrow) {
-    // A ball of radius 1 at distance 4, seen from the side at the same distance: no pixel outside
-    // its silhouette, and few missing in the visible part.
+    // A ball of radius 1 is captured at distance 4 and seen from other directions at the same
+    // distance. No pixel outside its silhouette may be covered, and few in the visible part may be
+    // missing.
     constexpr int kSize = 240;
     constexpr double kPixel = 1.6 / kSize;
     View from = viewOf(kSize, kSize);
@@ -217,7 +219,8 @@ TEST(Reprojection, EdgesDoNotGrow) {
         return glm::dvec3(kPixel * (x + 0.5) - 0.8, 0.8 - kPixel * (y + 0.5), -1);
     };
     const glm::dvec3 center(0, 0, -4);
-    const auto hit = [&](const glm::dvec3& d) {  // the nearer one, 0 = none
+    // Returns the depth of the nearer intersection with the ball, or 0.
+    const auto hit = [&](const glm::dvec3& d) {
         const double b = glm::dot(d, center), c = glm::dot(center, center) - 1, a = glm::dot(d, d);
         return b * b < a * c ? 0 : (b - std::sqrt(b * b - a * c)) / a;
     };
@@ -236,13 +239,15 @@ TEST(Reprojection, EdgesDoNotGrow) {
                 const double z = hit(ray(x, y));
                 const std::uint32_t count = seen.count(seen.pixelIndex(x, y));
                 if (count > 0) {
-                    // At most a pixel's corner outside the silhouette's tangent cone.
+                    // Pixels may be outside the silhouette's tangent cone by at most a pixel's
+                    // corner.
                     const glm::dvec3 d = glm::normalize(ray(x, y));
                     const double angle = std::acos(-d.z) - std::asin(0.25);
                     EXPECT_LT(angle, 0.71 * kPixel) << degrees << ": " << x << ' ' << y;
                 }
                 if (z <= 0) continue;
-                // Whether the captured camera saw this point from above 10°.
+                // Skip points that the captured camera did not see, or only at less than 10° to the
+                // surface.
                 const glm::dvec3 normal = z * ray(x, y) - center;
                 const glm::dvec3 eye(-4 * std::sin(turn), 0, 4 * std::cos(turn));
                 if (glm::dot(normal, glm::normalize(eye - normal)) < 0.17) continue;
@@ -255,7 +260,7 @@ TEST(Reprojection, EdgesDoNotGrow) {
     }
 }
 
-/// Returns meaningless lists: surfaces that cross, touch and end anywhere.
+/// Returns meaningless fragment lists: surfaces that cross, touch and end anywhere.
 LayeredImage noise(const Window& window) {
     std::mt19937 random(20);
     std::uniform_real_distribution<float> any(0, 1);
@@ -266,7 +271,8 @@ LayeredImage noise(const Window& window) {
         for (int k = 0; k < count; ++k) {
             const float alpha = 0.1F + 0.8F * any(random);
             list.push_back({z, {alpha * any(random), alpha * any(random), alpha, alpha}});
-            if (k % 2 == x % 2) z += any(random) * any(random);  // otherwise they coincide
+            // In all other cases the next fragment coincides with this one.
+            if (k % 2 == x % 2) z += any(random) * any(random);
         }
         return list;
     });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fragments of one surface, in scenes with known answers.
+// Tests links between fragments of the same surface, in scenes with known answers.
 #include "core/views/surface_cells.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,8 @@
 namespace peeler::test {
 namespace {
 
-/// Returns an orthographic view with pixels of one unit, so that a step in Z is a slope.
+/// Returns an orthographic view with pixels of one unit, so that the step in Z between pixels is
+/// the slope.
 View unitView(int width, int height) {
     View view;
     view.width = width;
@@ -21,8 +22,8 @@ View unitView(int width, int height) {
     return view;
 }
 
-/// Returns the index, in its pixel's list, of the continuation of the k-th fragment of (x, y), −1 =
-/// none.
+/// Returns the fragment that continues the k-th fragment of (x, y) on this side, as an index in its
+/// pixel's list; −1 = none.
 int placeOfNext(const LayeredImage& image, const SurfaceLinks& links, int x, int y, int k,
                 Side side) {
     const std::uint32_t next =
@@ -34,7 +35,7 @@ int placeOfNext(const LayeredImage& image, const SurfaceLinks& links, int x, int
 }
 
 TEST(SurfaceLinks, SurfacesOnDifferentLayersStayThemselves) {
-    // A plane behind a square: it is on layer 1 behind the square, on layer 0 beside it.
+    // A plane is on layer 1 behind a square and on layer 0 beside it.
     const auto covered = [](int x) { return x >= 3 && x < 6; };
     const LayeredImage image = fragmentLists({0, 0, 9, 2}, [&](int x, int) {
         std::vector<TestFragment> list;
@@ -51,7 +52,8 @@ TEST(SurfaceLinks, SurfacesOnDifferentLayersStayThemselves) {
 }
 
 TEST(SurfaceLinks, ParallelSurfacesCloserThanTheirStep) {
-    // The nearest in depth to a fragment of the back surface is the next fragment of the front one.
+    // For a fragment of the back surface, the fragment nearest in depth in the next pixel belongs
+    // to the front surface, so depth alone would link wrongly.
     const LayeredImage image = fragmentLists({0, 0, 8, 3}, [](int x, int) {
         const float z = 10 + 3.0F * static_cast<float>(x);
         return std::vector<TestFragment>{{z, {}}, {z + 2, {}}};
@@ -121,7 +123,7 @@ TEST(SurfaceLinks, DepthsThatAreNoneHaveNoLinks) {
 }
 
 TEST(SurfaceCells, APlanesCornersAreThePlanesAndShared) {
-    // In perspective a plane is linear in 1/Z, so corners are exact, also at the border.
+    // In perspective, a plane is linear in 1/Z, so corners are exact even at the border.
     View view = unitView(16, 12);
     view.projection = {true, 0.8, 0.6, 0.1};
     const auto inverse = [](double x, double y) { return 0.2 + 0.003 * x - 0.004 * y; };

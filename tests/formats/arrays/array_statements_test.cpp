@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What becomes of everything that scenes and layers as arrays can say (formats/README.md).
+// Tests that every statement of scenes and layers as arrays has the outcome that formats/README.md
+// documents.
 #include <functional>
 #include <nlohmann/json.hpp>
 
@@ -32,7 +33,7 @@ TensorFile scene(const std::function<void(TensorFile&)>& change = [](TensorFile&
     return file;
 }
 
-/// 2 × 1 pixels with 1 and 2 fragments.
+/// Returns layers of 2 × 1 pixels with 1 and 2 fragments.
 TensorFile layers(const std::function<void(TensorFile&)>& change = [](TensorFile&) {}) {
     TensorFile file;
     file.texts = {{"displayWindow", "[2, 1]"}, {"dataWindow", "[0, 0, 2, 1]"}};

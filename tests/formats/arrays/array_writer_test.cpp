@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Array files read by numpy and zipfile, and .safetensors headers.
+// Tests written array files, which numpy and zipfile read, and .safetensors headers.
 #include "formats/arrays/array_writer.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,8 @@
 namespace peeler {
 namespace {
 
-/// Prints {"name": [dtype, shape, values]} of every array; verifies the checksums, too.
+/// A Python program that prints {"name": [dtype, shape, values]} for every array of a file, after
+/// verifying the checksums.
 constexpr const char* kRead = R"(
 import json, sys, zipfile, numpy
 assert zipfile.ZipFile(sys.argv[1]).testzip() is None
@@ -96,7 +97,7 @@ TEST(ArrayWriter, PiecesComeInAnyOrderFromAnyThread) {
             writer.append(0, asBytes(numbers));
             writer.append(1, asBytes(numbers));
         });
-        // Odd lengths; neighbours meet on either side, and in the middle.
+        // The pieces have odd lengths, so that neighbours meet at either end or inside a block.
         std::vector<std::size_t> ends{0, 1, 3, 4, 1000, 1001, 5000, 5013, 9999, numbers.size()};
         for (const std::uint32_t seed : {1U, 2U, 3U}) {
             std::vector<std::size_t> pieces(2 * (ends.size() - 1));
@@ -141,7 +142,8 @@ TEST(ArrayWriter, EveryNumberIsWrittenOnce) {
     EXPECT_EQ(scratch.files(), std::vector<std::string>{"a.npz"});
 }
 
-/// Prints the arrays of a .safetensors, read by NumPy alone, and its metadata.
+/// A Python program that prints the arrays of a .safetensors file, read with NumPy alone, and its
+/// metadata.
 constexpr const char* kReadTensors = R"(
 import json, sys, numpy
 data = open(sys.argv[1], "rb").read()
@@ -216,7 +218,7 @@ TEST(ArrayWriter, TextsOfAnNpzAreArrays) {
     EXPECT_THROW(ArrayWriter(path, {{"x"}}, {{"x", "y"}}), Error);
 }
 
-/// Returns the bytes of a .safetensors with this header.
+/// Returns the bytes of a .safetensors file with this header and `data` bytes of data.
 std::vector<std::uint8_t> tensors(const std::string& header, std::size_t data) {
     const std::uint64_t length = header.size();
     std::vector<std::uint8_t> file(8 + header.size() + data);

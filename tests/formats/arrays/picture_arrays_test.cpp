@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layers and composites as arrays: written, read back, and invalid pictures.
+// Tests layers and composites as arrays, written and read back, and invalid pictures.
 #include "formats/arrays/picture_arrays.h"
 
 #include <gtest/gtest.h>
@@ -112,7 +112,7 @@ TEST_P(LayersInArrays, ComeBackAsTheyWere) {
     EXPECT_EQ(p.carried[1].value, asked.carried[1].value);
     EXPECT_EQ(reader->info().attributes().at("peeler:outputHash"), "89ab");
 
-    // A part of it, and rows in two halves.
+    // Reading a part of the picture must give its pixels, though it was written in two halves.
     const Window part{20, 13, 41, 30};
     LayeredImage some;
     reader->read(part, some);
@@ -173,7 +173,7 @@ TEST(PictureArrays, CompositesAreReadAsPixels) {
     EXPECT_EQ(stored.z, expected.z);
     EXPECT_TRUE(isLoneComposite(OpenedPicture(path).info()));
     EXPECT_THROW(openLayered(path), Error);
-    // A .npz holds only its arrays, and its size is known, too.
+    // A .npz file with a composite holds only its arrays, and its size is forecast exactly, too.
     const std::string npz = scratch / "a.npz";
     writePicture(*makeSink(npz, options), picture);
     EXPECT_EQ(forecastPicture(npz, picture.plan, options).bytes, std::filesystem::file_size(npz));

@@ -11,7 +11,7 @@
 namespace peeler {
 namespace {
 
-/// Returns x y z and two bytes.
+/// Returns a record: x (double), y (float), an ID and a byte of red.
 std::vector<std::byte> point(double x, float y, std::uint32_t id, std::uint8_t red) {
     std::vector<std::byte> bytes(17);
     std::memcpy(bytes.data(), &x, 8);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A .safetensors file in another program's style: sorted by name, without padding.
+// A writer of .safetensors files as other programs write them: sorted by name, without padding.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples for LaRI and X-Ray with known fragments; tests/cmd reads them like their loaders.
+// Tests samples for LaRI and X-Ray, made of known fragments. tests/cmd reads such samples the way
+// those projects' loaders do.
 #include <Imath/half.h>
 #include <gtest/gtest.h>
 
@@ -25,9 +26,9 @@ using test::readNpz;
 using test::ScratchDir;
 using test::SyntheticPicture;
 
-/// Returns four pixels with two, no, one and one fragments. The second one's is black and opaque,
-/// the third one's invisible. The camera is at (10, 20, 30) and looks along +X, with +Z on its
-/// right.
+/// Returns four pixels with two, no, one and one fragments. The third pixel's fragment is black and
+/// opaque, the fourth's is invisible. The camera is at (10, 20, 30) and looks along +X, with +Z on
+/// its right.
 SyntheticPicture fourPixels() {
     SyntheticPicture picture;
     View& view = picture.plan.view;
@@ -49,7 +50,7 @@ SyntheticPicture fourPixels() {
     return picture;
 }
 
-/// Returns the same with the channels that X-Ray needs.
+/// Returns fourPixels() with the channels that X-Ray needs.
 SyntheticPicture fourHits() {
     SyntheticPicture picture = fourPixels();
     FragmentArray normals{{"Ng.X", "Ng.Y", "Ng.Z"}, PixelType::kFloat, {}};
@@ -57,7 +58,8 @@ SyntheticPicture fourHits() {
     FragmentArray facing{{"facing"}, PixelType::kHalf, {}},
         distance{{"distance"}, PixelType::kFloat, {}};
     for (int f = 0; f < 4; ++f) {
-        // Toward the viewer, who is at −X; the second one shows its back face.
+        // The surfaces face the viewer, who is at −X, except that the second fragment shows its
+        // back face.
         for (const float n : {-1.0F, 0.0F, 0.0F})
             appendValue(normals.data, n);
         for (const float c : {0.0F, 0.25F, 1.0F})
@@ -89,8 +91,8 @@ TEST(LariSample, HasDepthsPoseAndAPictureOverBlack) {
     expected[3 * 15] = half(16).bits();
     EXPECT_EQ(ldi.as<std::uint16_t>(), expected);
 
-    // Blender's axes: (x, −z, y) of ours. Its camera is at (10, −30, 20), looks along +X, the
-    // camera's −Z, and has its X on the right, i.e. −Y there.
+    // Blender's axes are our (x, −z, y). There, the camera is at (10, −30, 20) and looks along +X,
+    // which is its own −Z; its X points right, along −Y.
     const std::string npy = test::bytesOf(scratch / "003.npy");
     ASSERT_EQ(npy.size(), 128U + 12 * 8);
     EXPECT_TRUE(test::contains(npy.substr(0, 128), "'<f8'") &&
@@ -99,8 +101,8 @@ TEST(LariSample, HasDepthsPoseAndAPictureOverBlack) {
     std::memcpy(pose.data(), npy.data() + 128, 96);
     EXPECT_EQ(pose, (std::vector<double>{0, -1, 0, -30, 0, 0, 1, -20, -1, 0, 0, 10}));
 
-    // 0.5 + 0.5 · 0 of red, 0.5 of green from behind; black is not quite black where there is a
-    // fragment, and alpha is the coverage.
+    // Red is 0.5 + 0.5 · 0, and green behind it adds 0.5. Where there is a fragment, black is
+    // stored as not quite black; alpha is the coverage.
     const auto rgba = [&](std::size_t p) {
         const auto image = readFlatImage(path).image.rgba[p];
         std::array<long, 4> bytes{};
@@ -140,7 +142,7 @@ TEST(LariSample, AllFilesAppearOrNone) {
         const SyntheticPicture picture = fourPixels();
         sink->begin(picture.plan);
         sink->write(LayeredImage(picture.image));
-        // A rename cannot replace a folder that is not empty.
+        // A rename cannot replace a folder that is not empty, so this blocks the file.
         std::filesystem::create_directories(scratch / blocked / "full");
         EXPECT_THROW(sink->finish(), Error);
         EXPECT_EQ(scratch.files().size() - 1, [&] {
@@ -173,7 +175,7 @@ TEST(Xray, IsAMatrixOfSixteenRows) {
     EXPECT_EQ(indptr, rows);
     EXPECT_EQ(arrays.at("data").type, "<f4");
     EXPECT_EQ(arrays.at("indices").type, "<i4");
-    // Row 0: the first fragments of pixels 0, 2 and 3.
+    // Row 0 holds the first fragments of pixels 0, 2 and 3.
     const auto indices = arrays.at("indices").as<std::int32_t>();
     std::vector<std::int32_t> expected;
     for (int c = 0; c < 7; ++c)
@@ -189,13 +191,13 @@ TEST(Xray, IsAMatrixOfSixteenRows) {
             data.begin() + static_cast<std::ptrdiff_t>(first + (c + 1) * count));
     };
     EXPECT_EQ(row(0, 3, 0), (std::vector<float>{1, 3, 4}));
-    // Toward the camera is its +Z.
+    // Normals toward the camera are +Z in camera space.
     EXPECT_EQ(row(0, 3, 1), (std::vector<float>{0, 0, 0}));
     EXPECT_EQ(row(0, 3, 2), (std::vector<float>{0, 0, 0}));
     EXPECT_EQ(row(0, 3, 3), (std::vector<float>{1, 1, 1}));
     EXPECT_EQ(row(21, 1, 3), (std::vector<float>{-1}));  // a back face
     EXPECT_EQ(row(0, 3, 4), (std::vector<float>{0, 0, 0}));
-    EXPECT_NEAR(row(0, 3, 5)[0], 0.537099, 1e-5);  // 0.25, encoded
+    EXPECT_NEAR(row(0, 3, 5)[0], 0.537099, 1e-5);  // the sRGB encoding of 0.25
     for (const float blue : row(0, 3, 6))
         EXPECT_FLOAT_EQ(blue, 1);
 }

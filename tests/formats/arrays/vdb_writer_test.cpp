@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// .vdb files read by OpenVDB's own tools.
+// Tests written .vdb files with OpenVDB's own tools.
 #include "formats/arrays/vdb_writer.h"
 
 #include <gtest/gtest.h>
@@ -23,8 +23,8 @@ std::uint8_t& cellAt(std::vector<std::uint8_t>& values, int x, int y, int z) {
     return values[static_cast<std::size_t>((x * kCells.y + y) * kCells.z + z)];
 }
 
-/// Returns 2 in a box that fills some of OpenVDB's blocks wholly and others partly, and 1 and 3 in
-/// one cell each.
+/// Returns cells of value 2 in a box, plus one cell of value 1 and one of value 3. The box fills
+/// some of OpenVDB's blocks wholly and others partly.
 std::vector<std::uint8_t> box() {
     std::vector<std::uint8_t> values(static_cast<std::size_t>(kCells.x * kCells.y * kCells.z));
     for (int x = 3; x < 20; ++x)
@@ -36,7 +36,7 @@ std::vector<std::uint8_t> box() {
     return values;
 }
 
-/// Writes the cells; values of 2 and more are inside.
+/// Writes the cells; those with values of at least 2 count as inside.
 void writeCells(const std::string& path, const std::vector<std::uint8_t>& values) {
     const auto length = static_cast<std::size_t>(kCells.z);
     static_assert(kCells.z > 64 && kCells.z < 128);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One known camera in the files of each format.
+// One known camera, as written in the files of every format.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -18,19 +18,20 @@
 
 namespace peeler::test {
 
-/// Returns the pose of a camera at (1, 2, 5) with +Y on its right and +Z up, looking along −X. All
-/// its numbers, including its quaternion, are exact in binary.
+/// Returns the pose of a camera at (1, 2, 5) that looks along −X, with +Y on its right and +Z up.
+/// All numbers, including those of its quaternion, are exact in binary.
 inline glm::dmat4 knownPose() {
     return {{0, 1, 0, 0}, {0, 0, 1, 0}, {1, 0, 0, 0}, {1, 2, 5, 1}};
 }
-/// Off-centre in 640 × 480 pixels, which are not square.
+/// The known camera's lens: off-centre in 640 × 480 pixels, which are not square.
 inline constexpr Intrinsics kKnownLens{500, 400, 300.25, 200.5};
 inline constexpr Size kKnownSize{640, 480};
 
-// Its world to camera in OpenCV's axes: rows right, down, forward, and −R · eye.
+// The known camera's world-to-camera matrix in OpenCV's axes: rows right, down, forward, and −R ·
+// eye.
 inline const std::string kKnownOpencvRows = "[0,1,0,-2],[0,0,-1,5],[-1,0,0,1]";
 inline const std::string kKnownOpenglRows = "[0,0,1,1],[1,0,0,2],[0,1,0,5]";
-/// The same in a world with +Z up: (x, y, z) is (x, −z, y) there.
+/// The known pose in a world with +Z up, in which (x, y, z) becomes (x, −z, y).
 inline const std::string kKnownBlenderRows = "[0,0,1,1],[0,-1,0,-5],[1,0,0,2]";
 
 inline std::filesystem::path put(const std::filesystem::path& path, const std::string& text) {
@@ -115,7 +116,7 @@ inline std::string lineText(const std::string& place) {
            place + "}\n";
 }
 
-/// Returns the cameras of a file, which must be read without a warning.
+/// Returns the cameras of a file, which must be read without warnings.
 inline std::vector<FileCamera> readCameras(const std::filesystem::path& path,
                                            const CameraFileOptions& options = {}) {
     ReadWarnings warnings(false, path.string());
@@ -124,7 +125,7 @@ inline std::vector<FileCamera> readCameras(const std::filesystem::path& path,
     return cameras;
 }
 
-/// Returns a file camera's view of a triangle.
+/// Returns the view of a file's camera, in a scene of one triangle.
 inline View viewOfCamera(const FileCamera& camera) {
     static const Scene scene = [] {
         Scene made;
@@ -141,7 +142,7 @@ inline View viewOfCamera(const FileCamera& camera) {
     return makeView(posed, SceneExtent(posed), cameraChoice(camera));
 }
 
-/// Expects two views to be the same to the last bit (0 and −0 are equal).
+/// Expects two views to be identical bit by bit, except that 0 equals −0.
 inline void expectSameView(const View& a, const View& b, const std::string& which) {
     EXPECT_EQ(a.camera_to_world, b.camera_to_world) << which;
     EXPECT_EQ(a.projection.perspective, b.projection.perspective) << which;
@@ -155,7 +156,7 @@ inline void expectSameView(const View& a, const View& b, const std::string& whic
     EXPECT_EQ(a.sample, b.sample) << which;
 }
 
-/// Expects an error when reading the file; `what` and `where` are parts of its texts.
+/// Expects an error when reading the file; `what` and `where` are parts of the error's texts.
 inline void expectRefusedCameras(const std::filesystem::path& path, const std::string& what,
                                  const std::string& where, const CameraFileOptions& options = {},
                                  ErrorKind kind = ErrorKind::kInput) {

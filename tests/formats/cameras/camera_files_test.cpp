@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera files of other programs: one known camera, in every format.
+// Tests camera files of other programs, with the same known camera in every format.
 #include <cmath>
 #include <functional>
 
@@ -23,7 +23,8 @@ void expectKnown(const FileCamera& camera, const std::string& which) {
     EXPECT_EQ(camera.camera_to_world, knownPose()) << which;
     EXPECT_EQ(camera.intrinsics, kKnownLens) << which;
     EXPECT_EQ(camera.size, kKnownSize) << which;
-    // A point 10 in front of it, 3 to the right and 2 down: OpenCV's formula.
+    // A point 10 in front of the camera, 3 to the right and 2 down must be projected by OpenCV's
+    // formula.
     const glm::dvec3 point(1 - 10, 2 + 3, 5 - 2);
     const View view = viewOfCamera(camera);
     const glm::dvec4 own = glm::inverse(view.camera_to_world) * glm::dvec4(point, 1);
@@ -90,7 +91,7 @@ TEST(CameraFiles, OneCameraOfEveryFormat) {
     std::string one_line = with_k;
     std::erase(one_line, '\n');
     expectKnown(only(put(scratch / "k.jsonl", one_line)), "K");
-    // In a world with +Z up the default up is +Z; here that is +Y.
+    // In a world with +Z up the default up direction is +Z, which is +Y here.
     const std::string level = lineText(R"("eye": [4, 0, 0], "target": [0, 0, 0])");
     const FileCamera upright = only(put(scratch / "u.jsonl", level), blender);
     EXPECT_EQ(glm::dvec3(upright.camera_to_world[1]), glm::dvec3(0, 1, 0));
@@ -162,7 +163,7 @@ TEST(CameraFiles, FieldsOfViewAndSizesOfTransforms) {
     const ScratchDir scratch;
     const std::string frame = R"("frames": [{"file_path": "train/r_0", "transform_matrix": [)" +
                               kKnownOpenglRows + "]}]}";
-    // NeRF's own: a field of view, and pictures without an extension or a size.
+    // NeRF's own files have a field of view, and pictures without extensions or sizes.
     const auto path = put(scratch / "transforms_train.json",
                           R"({"camera_angle_x": 0.6911112070083618, )" + frame);
     const FileCamera nerf = only(path, {{}, {800, 600}});
@@ -175,7 +176,7 @@ TEST(CameraFiles, FieldsOfViewAndSizesOfTransforms) {
     EXPECT_EQ(nerf.intrinsics->cy, 299.5);
     expectRefusedCameras(path, "for the picture size", "/camera_angle_x");
 
-    // A frame's values override those of the file.
+    // A frame's values override those of the whole file.
     const FileCamera own = only(put(
         scratch / "own.json", R"({"w": 640, "h": 480, "fl_x": 100, "cx": 320, "cy": 240, "frames": [
         {"fl_x": 50, "cx": 10.5, "camera_angle_y": 1.5707963267948966, "transform_matrix": [)" +
@@ -194,8 +195,8 @@ TEST(CameraFiles, FieldsOfViewAndSizesOfTransforms) {
 
 TEST(CameraFiles, ObjectsOfBop) {
     const ScratchDir scratch;
-    // The picture has no pose, so the world is the camera's: OpenCV's axes in the file, like the
-    // objects.
+    // Picture 10 has no pose, so the world is its camera's space: OpenCV's axes in the file, as for
+    // the objects.
     const auto path = put(scratch / "data/test/000001/scene_camera_left.json",
                           R"({"10": {"cam_K": [500,0,300.25,0,400,200.5,0,0,1]},
                              "2": {"cam_K": [1,0,2,0,3,4,0,0,1],
@@ -214,13 +215,13 @@ TEST(CameraFiles, ObjectsOfBop) {
     EXPECT_EQ(cameras[0].size, (Size{64, 48}));
     ASSERT_EQ(cameras[0].objects.size(), 2U);
     EXPECT_EQ(cameras[0].objects[0].id, 5);
-    // 10 in front, 3 to the right, 2 down of the known camera.
+    // The object is 10 in front of the known camera, 3 to the right and 2 down.
     EXPECT_EQ(glm::dvec3(cameras[0].objects[0].to_world[3]), glm::dvec3(-9, 5, 3));
     EXPECT_EQ(cameras[0].objects[1].to_world, glm::dmat4(1));
     EXPECT_EQ(cameras[1].camera_to_world,
               glm::dmat4({1, 0, 0, 0}, {0, -1, 0, 0}, {0, 0, -1, 0}, {0, 0, 0, 1}));
     EXPECT_EQ(glm::dvec3(cameras[1].objects[0].to_world[3]), glm::dvec3(0, 0, 0.001));
-    // A rotated world rotates the objects with it.
+    // Other world axes rotate the objects, too.
     const auto turned = readCameras(path, {Convention::kBlender, {}});
     EXPECT_EQ(glm::dvec3(turned[0].objects[0].to_world[3]), glm::dvec3(-9, 3, -5));
     EXPECT_EQ(glm::dvec3(turned[0].camera_to_world[3]), glm::dvec3(1, 5, -2));
@@ -242,7 +243,7 @@ TEST(CameraFiles, ModelsOfColmap) {
     EXPECT_EQ(cameras[1].camera_to_world[1], glm::dvec4(0, -1, 0, 0));
     EXPECT_EQ(cameras[2].picture, "b 1.png");
     EXPECT_EQ(cameras[2].intrinsics, (Intrinsics{500, 400, 319.5, 239.5}));
-    // Binary files have priority over text, as in COLMAP.
+    // Binary files have priority over text files, as in COLMAP.
     put(scratch / "m/cameras.bin", colmapCamerasBinary());
     put(scratch / "m/images.bin", colmapImagesBinary());
     EXPECT_EQ(readCameras(scratch / "m").size(), 1U);
@@ -297,7 +298,8 @@ TEST(CameraFiles, LinesOfOurOwn) {
     EXPECT_EQ(cameras[0].size, (Size{0, 0}));
     EXPECT_EQ(cameras[0].name, "0");
     EXPECT_EQ(cameras[1].ortho_height, 3);
-    // Straight down: north, −Z, is up, as for a camera built from an eye.
+    // The camera looks straight down, so north (−Z) is up, as for any camera given by eye and
+    // target.
     EXPECT_EQ(glm::dvec3(cameras[0].camera_to_world[1]), glm::dvec3(0, 0, -1));
     CameraChoice asked;
     asked.size = {64, 48};
@@ -314,7 +316,7 @@ TEST(CameraFiles, PosesThatAreNearlyRigidAreTaken) {
     const View view = viewOfCamera(camera);
     EXPECT_LT(distanceFromRigid(view.camera_to_world), 1e-15);
     EXPECT_NEAR(glm::length(view.camera_to_world[0] - knownPose()[0]), 0, 2e-5);
-    // In the other direction the eye stays where the axes put it.
+    // If the file gives world-to-camera matrices, the eye stays where the given axes put it.
     const FileCamera inverse =
         only(put(scratch / "w.jsonl",
                  lineText("\"worldToCamera\": [[0,1.00002,0,-2],[0,0,-1,5],[-1,0,0,1]]")));

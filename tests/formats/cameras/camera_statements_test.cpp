@@ -36,7 +36,7 @@ std::vector<Text> cameraWarnings(const std::filesystem::path& file, bool strict)
     return warnings.take();
 }
 
-/// transforms.json with another member of the file, and of its frame.
+/// Returns a transforms.json with additional members in the file and in its frame.
 std::string transformsSaying(const std::string& of_file, const std::string& of_frame = "") {
     return R"({"camera_angle_x": 1, "w": 640, "h": 480, )" + of_file + R"("frames": [{)" +
            of_frame + R"("transform_matrix": [)" + kKnownOpenglRows + ",[0,0,0,1]]}]}";
@@ -146,7 +146,7 @@ std::vector<Statement> ofColmap() {
 
 struct NamedMatrix {
     const char* name;
-    std::vector<double> numbers;  ///< 9 or 12, of 3 rows
+    std::vector<double> numbers;  ///< 9 or 12 numbers, in 3 rows
 };
 
 std::string npzOf(const std::vector<NamedMatrix>& matrices) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera files that we write: their content, and lossless reading.
+// Tests camera files that peeler writes: their content, and that reading them back loses nothing.
 #include <cmath>
 #include <cstdio>
 #include <glm/gtc/quaternion.hpp>
@@ -31,7 +31,7 @@ TEST(CameraWriters, TransformsOfOneLens) {
     EXPECT_EQ(json["h"], 480);
     EXPECT_EQ(json["fl_x"], 500);
     EXPECT_EQ(json["fl_y"], 400);
-    EXPECT_EQ(json["cx"], 300.75);  // from the corner
+    EXPECT_EQ(json["cx"], 300.75);  // measured from the picture's corner
     EXPECT_EQ(json["cy"], 201);
     ASSERT_EQ(json["frames"].size(), 2U);
     EXPECT_EQ(json["frames"][0]["file_path"], "a");
@@ -41,7 +41,7 @@ TEST(CameraWriters, TransformsOfOneLens) {
     EXPECT_FALSE(json["frames"][0].contains("fl_x"));
     const std::vector<FileCamera> read = readCameras(scratch / "t.json");
     EXPECT_EQ(read[1].picture, cameras[1].picture);
-    EXPECT_EQ(read[1].name, cameras[1].name);  // in a separate member
+    EXPECT_EQ(read[1].name, cameras[1].name);  // the name is stored in a separate member
     EXPECT_EQ(read[1].near, 0.5);
     EXPECT_FALSE(read[0].near);
 
@@ -76,7 +76,7 @@ TEST(CameraWriters, ModelsOfColmap) {
 
     writeCameras(scratch / "model", {cameras.data(), 1}, {points});
     std::string lens = colmapCamerasBinary();
-    lens[8] = 1;  // its number
+    lens[8] = 1;  // the camera's number
     EXPECT_EQ(bytesOf(scratch / "model/cameras.bin"), lens);
     PackedNumbers image;
     image.add(std::uint64_t{1}).add(std::uint32_t{1});
@@ -89,7 +89,7 @@ TEST(CameraWriters, ModelsOfColmap) {
         positions.substr(8, 35),
         PackedNumbers().add(std::uint64_t{1}).add({1, -2.5, 1e-7}).text + "\xFF" + '\0' + "\x07");
 
-    // An existing folder, and one with a trailing slash.
+    // The target may be an existing folder, or have a trailing slash.
     writeCameras(scratch / "model", cameras);
     EXPECT_EQ(readCameras(scratch / "model").size(), 3U);
     writeCameras((scratch / "other.model/").string(), cameras);
@@ -172,7 +172,8 @@ TEST(CameraWriters, WhatCannotBeWrittenIsRefused) {
     EXPECT_NEAR(readCameras(scratch / "t.json")[0].intrinsics->fx, 240, 1e-10);
 }
 
-/// Returns a camera of random pose, lens and size, like calibrated ones and those from files.
+/// Returns a camera of random pose, lens and size, with numbers like those of calibrations and of
+/// files.
 FileCamera randomCamera(std::mt19937_64& random) {
     const auto uniform = [&](double a, double b) {
         return std::uniform_real_distribution<double>(a, b)(random);
@@ -190,7 +191,7 @@ FileCamera randomCamera(std::mt19937_64& random) {
                                    rounded(uniform(-w, 2 * w)), rounded(uniform(-h, 2 * h))};
     const glm::dquat turn(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
     camera.camera_to_world = glm::dmat4(glm::mat3_cast(glm::normalize(turn)));
-    if (random() % 2) {  // in single precision
+    if (random() % 2) {  // rounds the rotation to single precision
         for (int column = 0; column < 3; ++column)
             for (int row = 0; row < 3; ++row)
                 camera.camera_to_world[column][row] =
@@ -224,7 +225,7 @@ TEST(CameraWriters, TransformsMakeTheSameViewsToTheLastBit) {
         EXPECT_NEAR(a.cy, b.cy, 1e-12 * 6000);
         EXPECT_EQ(camera.size, cameras.back().size);
     }
-    // Those of few digits, two thirds of them, are unchanged.
+    // Two thirds of the cameras have numbers of few digits, which must be unchanged.
     EXPECT_GT(as_they_were, repeats() * 6 / 10);
     const std::string path = scratch / "t.json", again = scratch / "again.json";
     writeCameras(path, cameras);
@@ -250,7 +251,8 @@ TEST(CameraWriters, OtherViewsAreTheSameFromTheFirstFileOn) {
     };
     std::vector<View> views;
     for (int i = 0; i < repeats(); ++i) {
-        // Fields of view, steep eyes, and crops of calibrated cameras.
+        // These views have fields of view, nearly vertical directions, or crops of calibrated
+        // cameras.
         FileCamera camera = randomCamera(random);
         View view;
         if (random() % 2) {
@@ -281,7 +283,7 @@ TEST(CameraWriters, OtherViewsAreTheSameFromTheFirstFileOn) {
     const std::vector<View> first = views;
     write("0.json");
     for (std::size_t i = 0; i < views.size(); ++i) {
-        // The same rays through the same pixels.
+        // The view read back must send the same rays through the same pixels.
         const View &a = first[i], &b = views[i];
         ASSERT_EQ(a.crop.width(), b.crop.width());
         EXPECT_EQ(a.camera_to_world, b.camera_to_world);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cryptomatte: hashes of the specification and of Psyop's own tests, and analytic coverage.
+// Tests Cryptomatte: hashes from the specification and from Psyop's own tests, and analytic
+// coverage.
 #include "formats/exr/cryptomatte.h"
 
 #include <gtest/gtest.h>
@@ -13,10 +14,10 @@ namespace peeler {
 namespace {
 
 TEST(Cryptomatte, HashesNamesAsTheSpecificationDoes) {
-    // From the example manifest of the specification.
+    // These hashes are from the specification's example manifest.
     EXPECT_EQ(cryptomatteHex(cryptomatteHash("bunny")), "13851a76");
     EXPECT_EQ(cryptomatteHex(cryptomatteHash("default")), "42c9679f");
-    // From the tests of Psyop's Nuke plugin (test_mm3hash_float).
+    // These hashes are from the tests of Psyop's Nuke plugin (test_mm3hash_float).
     EXPECT_FLOAT_EQ(std::bit_cast<float>(cryptomatteHash("hello")), 6.07056271024e-17F);
     EXPECT_FLOAT_EQ(std::bit_cast<float>(cryptomatteHash("cube")), -4.08461912519e+15F);
     EXPECT_FLOAT_EQ(std::bit_cast<float>(cryptomatteHash("sphere")), 2.79018604383e+15F);
@@ -36,7 +37,8 @@ TEST(Cryptomatte, DescribesItselfInFourAttributes) {
     for (const auto& [name, text] : cryptomatteAttributes(layer))
         found[name] = text;
     ASSERT_EQ(found.size(), 4U);
-    // The first seven digits of the layer's own hash; Blender writes the same key.
+    // The key is the first seven digits of the hash of the layer's name; Blender writes the same
+    // key.
     const std::string key =
         "cryptomatte/" + cryptomatteHex(cryptomatteHash("CryptoObject")).substr(0, 7);
     EXPECT_EQ(found[key + "/name"], "CryptoObject");
@@ -46,7 +48,7 @@ TEST(Cryptomatte, DescribesItselfInFourAttributes) {
               (nlohmann::json{{"bunny", "13851a76"}, {"default", "42c9679f"}}));
 }
 
-/// Returns a pixel with fragments of these objects and alphas, front to back.
+/// Returns a picture of one pixel with fragments of these objects and alphas, front to back.
 LayeredImage pixelOfObjects(const std::vector<std::pair<std::uint32_t, float>>& fragments) {
     LayeredImage image;
     image.window = {0, 0, 1, 1};
@@ -88,7 +90,7 @@ std::vector<std::pair<std::string, float>> ranks(const LayeredImage& image,
 TEST(Cryptomatte, CoverageIsWhatEachObjectAddsToAlpha) {
     const auto found =
         ranks(pixelOfObjects({{1, 0.25F}, {2, 0.5F}, {1, 0.5F}, {3, 1}, {2, 1}}), {"a", "b", "c"});
-    // a: 0.25 + 0.75·0.5·0.5, b: 0.75·0.5, c: the rest; c hides everything behind it.
+    // a gets 0.25 + 0.75·0.5·0.5, b gets 0.75·0.5, and c, which is opaque, gets the rest.
     ASSERT_EQ(found.size(), 3U);
     EXPECT_EQ(found[0], (std::pair<std::string, float>{"a", 0.4375F}));
     EXPECT_EQ(found[1], (std::pair<std::string, float>{"b", 0.375F}));

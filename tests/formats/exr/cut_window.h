@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tiles of synthetic pictures.
+// Tiles cut out of synthetic pictures.
 #pragma once
 
 #include "core/image/layers.h"
@@ -34,7 +34,7 @@ inline LayeredImage cutWindow(const LayeredImage& image, const Window& window) {
     return tile;
 }
 
-/// Returns the same with the plan of a render of the tile.
+/// Returns the tile with the plan that a render of this window alone would have.
 inline SyntheticPicture cutPicture(const SyntheticPicture& whole, const Window& window) {
     SyntheticPicture tile;
     tile.image = cutWindow(whole.image, window);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deep files through OpenEXR's own classes: read for comparison, or written in other programs'
-// style.
+// Deep files read or written with OpenEXR's own classes: to check ours, or to imitate other
+// programs'.
 #pragma once
 
 #include <Imath/half.h>
@@ -23,8 +23,8 @@
 
 namespace peeler::test {
 
-/// The samples of one part: one list per pixel (row-major in the data window) and channel, each
-/// value as a double.
+/// The samples of one part: per channel a list for each pixel (row-major in the data window), with
+/// values converted to double.
 struct DeepPart {
     std::string name = "deep";
     Imath::Box2i window;
@@ -40,9 +40,9 @@ struct DeepPart {
 
 namespace detail {
 
-constexpr std::size_t kSlot = 4;  // bytes per sample, for any type
+constexpr std::size_t kSlot = 4;  // bytes per sample, whatever its type
 
-/// Buffers in OpenEXR's layout: an array of pointers per channel.
+/// Buffers in the layout that OpenEXR requires: an array of pointers per channel.
 struct Buffers {
     std::map<std::string, std::vector<std::vector<unsigned char>>> samples;
     std::map<std::string, std::vector<char*>> pointers;
@@ -96,8 +96,8 @@ inline void storeAt(unsigned char* to, Imf::PixelType type, double value) {
 
 }  // namespace detail
 
-/// Returns a part of these float channels with the same samples in every pixel: each sample's
-/// values in the order of `channels`.
+/// Returns a part with these float channels and the same samples in every pixel; each sample is a
+/// list of values in the order of `channels`.
 inline DeepPart deepPart(const Imath::Box2i& window, const std::vector<std::string>& channels,
                          const std::vector<std::vector<double>>& samples) {
     DeepPart part;
@@ -128,7 +128,7 @@ inline DeepPart readDeepPart(Imf::MultiPartInputFile& file, int index) {
     Imf::DeepScanLineInputPart input(file, index);
     input.setFrameBuffer(buffers.frameBuffer(part));
     input.readPixelSampleCounts(part.window.min.y, part.window.max.y);
-    buffers.allocate(part);  // at the frame buffer's addresses
+    buffers.allocate(part);  // allocated at the addresses that the frame buffer already refers to
     input.readPixels(part.window.min.y, part.window.max.y);
     for (const auto& [name, type] : part.types) {
         auto& lists = part.values[name];
@@ -147,10 +147,11 @@ struct DeepFileOptions {
     Imf::Compression compression = Imf::ZIPS_COMPRESSION;
     int tile = 0;  ///< side of the tiles, 0 = scan lines
     Imath::Box2i display{{0, 0}, {15, 11}};
-    std::function<void(std::size_t part, Imf::Header&)> header{};  ///< changes a header
+    /// Changes the header of each part.
+    std::function<void(std::size_t part, Imf::Header&)> header{};
 };
 
-/// Writes parts like a program that does not know peeler.
+/// Writes a deep file as a program would that does not know peeler.
 inline void writeDeepFile(const std::string& path, std::vector<DeepPart> parts,
                           const DeepFileOptions& options = {}) {
     std::vector<Imf::Header> headers;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Our deep EXR files: sample by sample with OpenEXR, and back through our reader.
+// Tests deep EXR files that peeler writes: compares them with OpenEXR sample by sample, and reads
+// them back with our reader.
 #include <OpenEXR/ImfDeepImageStateAttribute.h>
 #include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfStandardAttributes.h>
@@ -36,7 +37,7 @@ using test::ScratchDir;
 using test::SyntheticPicture;
 using test::writePicture;
 
-/// Returns makePicture with a float channel.
+/// Returns makePicture() with an additional float channel.
 SyntheticPicture makeRichPicture(test::SyntheticOptions options) {
     options.extra = true;
     SyntheticPicture picture = makePicture(options);
@@ -54,8 +55,9 @@ void writeDeep(const fs::path& path, const SyntheticPicture& picture,
     writePicture(writer, picture, heights);
 }
 
-/// Calls check(channel's list in the file, first fragment) for every pixel of the part's data
-/// window; all pixels outside it must be empty.
+/// Calls check(p, first) for every pixel of the part's data window: p is its index in the part,
+/// `first` that of its first fragment in `image`. Asserts that counts agree and that all pixels
+/// outside are empty.
 template <class Check>
 void forEachPixel(const DeepPart& part, const LayeredImage& image, Check&& check) {
     const Window& all = image.window;
@@ -166,7 +168,7 @@ TEST_F(ExrDeep, OnlyWhatIsCompositedStandsBesideColour) {
 TEST_F(ExrDeep, ChannelsInThePartOfTheColourAreReadToo) {
     const SyntheticPicture picture = makeRichPicture({.seed = 13, .width = 24, .height = 18});
     writeDeep(scratch / "now.exr", picture);
-    // Like older files: only integers are in a separate part.
+    // Imitate older files, in which only integer channels are in a separate part.
     Imf::MultiPartInputFile file((scratch / "now.exr").c_str());
     DeepPart color = test::readDeepPart(file, 0), ids = test::readDeepPart(file, 1);
     for (const char* name : {"N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z"}) {
@@ -177,7 +179,8 @@ TEST_F(ExrDeep, ChannelsInThePartOfTheColourAreReadToo) {
     test::writeDeepFile(scratch / "before.exr", {color, ids}, {.display = {{0, 0}, {23, 17}}});
     const LayeredImage before = readAll(scratch / "before.exr");
     const LayeredImage now = readAll(scratch / "now.exr");
-    // Another program's file does not record empty columns outside its data window.
+    // Other programs' files have no data window larger than the samples, so empty columns are
+    // missing.
     expectSame(before, test::cutWindow(now, before.window));
 }
 
@@ -236,7 +239,7 @@ TEST_F(ExrDeep, TheStateSaysWhetherSamplesCoincide) {
             for (std::uint32_t f = image.offsets[p] + 1; f < image.offsets[p + 1]; ++f)
                 image.z[f] = image.z[f - 1] + 1;
         }
-        // The very last list, so that the writer has to check everything.
+        // Only the very last list has coincident samples, so that the writer must check everything.
         std::size_t last = image.window.pixels() - 1;
         while (image.count(last) < 2)
             --last;
@@ -312,7 +315,7 @@ TEST_F(ExrDeep, ABandThatDoesNotFitThePlanIsRefused) {
             EXPECT_EQ(e.kind(), ErrorKind::kInternal) << e.what();
         }
     };
-    expectInternal([&] {  // a gap
+    expectInternal([&] {  // rows are left out in between
         ExrDeepWriter writer(scratch / "out.exr");
         writer.begin(picture.plan);
         writer.write(test::cutRows(picture.image, 1, 5));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Integrity checks: every changed bit of a file is found, and so is a camera that contradicts
-// itself in a file without a hash.
+// Tests that integrity checks find every changed bit of a file and, in files without a hash,
+// cameras that contradict themselves.
 #include "formats/exr/exr_integrity.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -101,7 +101,8 @@ TEST_P(EachBit, ThatHasChangedIsFound) {
     ASSERT_GT(bytes.size(), 1000U);
     for (std::size_t at = 0; at < bytes.size(); ++at) {
         for (std::size_t bit = 0; bit < 8; ++bit) {
-            // A different bit in neighbouring bytes.
+            // Unless the run is exhaustive, flip one bit per byte, a different one in neighbouring
+            // bytes.
             if (!exhaustive() && bit != at * 5 % 8) continue;
             const auto put = [&](int value) {
                 file.seekp(static_cast<std::streamoff>(at));
@@ -154,7 +155,8 @@ TEST(ExrIntegrity, IsTheHashThatTheDocumentDescribes) {
         std::memcpy(&value, bytes.data() + at, sizeof value);
         return value;
     };
-    // Nine rows are one chunk, and the offset table points behind itself.
+    // The nine rows are a single chunk, so the offset table's only entry points to the byte after
+    // it.
     std::size_t table = 8;
     while (number(table) != table + 8)
         ++table;
@@ -169,7 +171,7 @@ TEST(ExrIntegrity, IsTheHashThatTheDocumentDescribes) {
     EXPECT_EQ(bytes.substr(digits, 16), hexText(hashOf(all)));
 }
 
-/// Copies a single-part file with OpenEXR's own classes, with another header.
+/// Copies a single-part file with OpenEXR's own classes and a changed header.
 std::string rewrite(const std::string& path, const std::function<void(Imf::Header&)>& change) {
     const std::string copy = path + ".copy.exr";
     Imf::InputFile in(path.c_str());
@@ -187,7 +189,7 @@ TEST(ExrIntegrity, FilesWithoutAHashAreToldApart) {
     EXPECT_EQ(exrIntegrity(older).state, ExrIntegrity::kNone);
     EXPECT_EQ(outputHashOf(older), kOutputHash);
     EXPECT_NO_THROW(requireUnchanged(older));
-    // Another program that copies unknown attributes.
+    // Another program changes the file but copies attributes that it does not know.
     const std::string again = rewrite(
         path, [](Imf::Header& h) { h.insert("comment", Imf::StringAttribute("brighter")); });
     EXPECT_EQ(exrIntegrity(again).state, ExrIntegrity::kChanged);
@@ -232,7 +234,8 @@ TEST_P(CameraOf, AFileWithoutAHashMustNotContradictItself) {
             });
         };
         EXPECT_EQ(scale(1.001F), Sentences{sentence(name)});
-        EXPECT_EQ(scale(1.0000001F), Sentences());  // another machine's rounding
+        // Rounding on another machine may cause such a difference.
+        EXPECT_EQ(scale(1.0000001F), Sentences());
         EXPECT_EQ(denied([&](Imf::Header& h) { h = without(h, name); }), Sentences{sentence(name)});
     }
     for (const char* name : {"worldToCamera", "worldToNDC"}) {
@@ -252,7 +255,7 @@ TEST_P(CameraOf, AFileWithoutAHashMustNotContradictItself) {
                   h.insert("peeler:projection", Imf::StringAttribute("fisheye"));
               }),
               Sentences{sentence("peeler:projection")});
-    // Either of the two may have changed.
+    // Either of the two attributes may have been changed, so both are reported.
     const Sentences both = denied([](Imf::Header& h) {
         std::string& json = h.typedAttribute<Imf::StringAttribute>("peeler:cameraJson").value();
         json.replace(json.find("-0.7"), 4, "-0.8");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every layout written and read, converted to deep files and back, and file sets kept together.
+// Tests every layout: written and read, and converted to deep files and back. Also tests file sets
+// that belong together.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
@@ -44,7 +45,7 @@ void writeLayout(const fs::path& path, const SyntheticPicture& picture, std::str
     test::writePicture(writer, picture, {7, 20});
 }
 
-/// Does the same as peeler convert.
+/// Converts a file the way `peeler convert` does.
 void convert(const fs::path& from, Sink& to) {
     const auto reader = openLayered(from);
     const Window crop = reader->info().plan.view.crop;
@@ -221,7 +222,8 @@ TEST_F(ExrLayouts, ASetThatCannotBeFinishedLeavesNothing) {
             path, {.layout = std::string(kPerFileLayout), .provenance = shortProvenance()});
         writer.begin(picture.plan);
         writer.write(LayeredImage(picture.image));
-        // Blocks the last layer's file, when others already have their names.
+        // A folder blocks the file that is renamed last, when the others already have their final
+        // names.
         fs::create_directory(scratch / "out.layer_000.exr");
         std::ofstream(scratch / "out.layer_000.exr" / "full") << "x";
         EXPECT_THROW(writer.finish(), Error);
@@ -234,9 +236,9 @@ TEST_F(ExrLayouts, APictureOfOthersIsOneLayer) {
     const SyntheticPicture picture = makePicture({.seed = 13});
     ExrCompositeWriter writer(scratch / "ours.exr", {.provenance = shortProvenance()});
     test::writePicture(writer, picture);
-    // Our file had layers, which are gone.
+    // This is a composite of ours without its layers, so it is not a layered picture.
     EXPECT_THROW(openLayered(scratch / "ours.exr"), Error);
-    // oiiotool keeps our attributes, except those that it is asked to remove.
+    // oiiotool copies our attributes, so it is asked to remove them.
     for (const char* channels : {"R,G,B,A,Z", "R,G,B,A", "R,G,B"}) {
         const std::string path = scratch / "flat.exr";
         const test::Outcome result =

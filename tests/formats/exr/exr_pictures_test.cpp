@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR pictures of other programs: pixels, channels, parts, and header attributes.
+// Tests OpenEXR pictures of other programs: pixels, channels, parts, and header attributes.
 #include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStringAttribute.h>
@@ -30,7 +30,7 @@ struct ReadPicture {
     ExrInfo info;
     std::vector<Text> warnings;
 
-    /// Returns the only fragment of a pixel.
+    /// Returns the index of a pixel's only fragment.
     std::size_t at(int x, int y) const {
         const std::size_t pixel = image.pixelIndex(x, y);
         EXPECT_EQ(image.count(pixel), 1U);
@@ -47,7 +47,7 @@ ReadPicture read(const std::string& path, const LayeredReadOptions& options = {}
     return picture;
 }
 
-/// Returns R, G and B of these values under a prefix.
+/// Returns a part whose R, G and B, under a prefix, all have this value.
 FlatPart grey(double value, const std::string& prefix = "") {
     FlatPart part;
     for (const char* name : {"R", "G", "B"})
@@ -214,13 +214,13 @@ TEST_F(ExrPictures, TheOnlyLayerOfChannelsIsThePicture) {
     part.values["ViewLayer.Combined.A"] = {0.75};
     EXPECT_EQ(readFlat({part}).colorAt(0, 0), (Color{0.5F, 0.5F, 0.5F, 0.75F}));
 
-    // With two candidates, one must be named.
+    // With two candidates for the colour, one must be named.
     part.values.merge(grey(0.25, "diffuse.").values);
     EXPECT_THROW(readFlat({part}), Error);
     LayeredReadOptions diffuse;
     diffuse.part = "diffuse";
     EXPECT_EQ(readFlat({part}, {}, diffuse).colorAt(0, 0), (Color{0.25F, 0.25F, 0.25F, 1}));
-    // Beside the picture itself they are its channels.
+    // If the picture itself is there, too, the prefixed channels are additional channels.
     part.values.merge(grey(0.125).values);
     const ReadPicture both = readFlat({part});
     EXPECT_EQ(both.colorAt(0, 0)[0], 0.125F);
@@ -229,7 +229,7 @@ TEST_F(ExrPictures, TheOnlyLayerOfChannelsIsThePicture) {
 }
 
 TEST_F(ExrPictures, LuminanceAndChromaAreAColour) {
-    // R, G, B = 0.5, 0.25, 0.125 with the weights of Rec. 709.
+    // The colour is R, G, B = 0.5, 0.25, 0.125, with the weights of Rec. 709.
     const double y = 0.2126 * 0.5 + 0.7152 * 0.25 + 0.0722 * 0.125;
     for (const Imf::PixelType type : {Imf::HALF, Imf::FLOAT}) {
         const ReadPicture picture = readFlat({{.values = {{"Y", {y}},
@@ -291,7 +291,7 @@ TEST_F(ExrPictures, PartsAndViewsAreChosen) {
         }
     }
 
-    // A part may hold both views (the left one's channels have no prefix), and so may deep parts.
+    // A single part may hold both views (the left one's channels have no prefix), even a deep one.
     FlatPart both = grey(0.5);
     both.values.merge(grey(0.25, "right.").values);
     const test::FlatFileOptions multi_view{.header = [](std::size_t, Imf::Header& header) {
@@ -325,7 +325,7 @@ TEST_F(ExrPictures, WhatAHeaderSaysGoesAlong) {
     test::DeepPart part =
         deepPart({{0, 0}, {1, 0}}, {"A", "R", "G", "B", "Z"}, {{1, 0.5, 0.5, 0.5, 2}});
     test::writeDeepFile(path_, {part}, {.header = say});
-    // From one file to the next, and on to another.
+    // Attributes must survive from one file to the next, and from there to another.
     std::string from = path_;
     for (const std::string to : {scratch_ / "b.exr", scratch_ / "c.exr"}) {
         ReadPicture picture = read(from);

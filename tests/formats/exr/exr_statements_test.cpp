@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Handling of every statement of other programs' OpenEXR files (formats/README.md).
+// Tests that every statement of other programs' OpenEXR files has the outcome that
+// formats/README.md documents.
 #include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfPreviewImage.h>
 #include <OpenEXR/ImfStandardAttributes.h>
@@ -61,7 +62,7 @@ std::string flat(const std::vector<FlatPart>& parts, const FlatFileOptions& opti
     return bytesOf(folder / "a.exr");
 }
 
-/// Returns a flat single-part file with these channels, half.
+/// Returns a flat single-part file with these channels of type half.
 std::string channels(const std::map<std::string, std::vector<double>>& values) {
     return flat({{.values = values}});
 }
@@ -88,12 +89,12 @@ std::string samples(const std::vector<std::string>& names,
     return deep({deepPart({{0, 0}, {1, 0}}, names, values)});
 }
 
-/// Returns a deep file of one sample per pixel with this Z.
+/// Returns a deep file with one sample per pixel, at this Z.
 std::string sampleAt(double z) {
     return samples({"A", "R", "G", "B", "Z"}, {{1, 0.5, 0.5, 0.5, z}});
 }
 
-/// Returns two deep parts, with equal sample counts or not.
+/// Returns two deep parts, the second with this number of samples per pixel.
 std::string deepParts(std::size_t second, const std::string& channel) {
     DeepPart a = deepPart({{0, 0}, {1, 0}}, {"A", "R", "G", "B", "Z"}, {{1, 0.5, 0.5, 0.5, 2}});
     DeepPart b = deepPart({{0, 0}, {1, 0}}, {channel, "Z"},
@@ -103,7 +104,7 @@ std::string deepParts(std::size_t second, const std::string& channel) {
     return deep({a, b});
 }
 
-/// Returns the file with another value of its attribute `compression`.
+/// Returns the file with a different value of the attribute `compression`.
 std::string compressedAs(std::string bytes, char compression) {
     const std::string record("compression\0compression\0\1\0\0\0", 28);
     bytes.at(bytes.find(record) + record.size()) = compression;
@@ -119,7 +120,8 @@ ChangeHeader views(bool parts) {
     };
 }
 
-/// Reads all pixels; statements without a header use a file named pixels.exr.
+/// Reads all pixels; returns the warnings. Statements that are not about the header are in files
+/// named pixels.exr.
 std::vector<Text> readStatement(const std::filesystem::path& file, bool strict) {
     LayeredReadOptions options;
     options.strict = strict;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chunks of every small size packed and unpacked: unpacking adds in words of 8 bytes, plus a
-// remainder.
+// Tests chunks of every small size, packed and unpacked. Unpacking adds in words of 8 bytes and
+// treats the remainder separately.
 #include "formats/exr/exr_chunks.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 namespace peeler {
 namespace {
 
-/// Returns pixels of two bytes, each of which increases slowly, or jumps, and wraps at 256.
+/// Returns two-byte pixels; each increases slowly or jumps, and wraps at 256.
 std::vector<std::byte> slowPixels(std::size_t size, std::mt19937& random) {
     std::vector<std::byte> bytes(size);
     for (std::size_t i = 0; i < size; ++i) {
@@ -50,7 +50,7 @@ TEST(ExrUnpack, GivesBackChunksOfEverySize) {
     }
 }
 
-/// Reused buffers, for smaller and larger chunks.
+/// A packer reuses its buffers for smaller and larger chunks.
 TEST(ExrUnpack, PackersForgetTheChunkBefore) {
     std::mt19937 random(6);
     ExrChunkPacker packer(4);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flat OpenEXR files in other programs' style, through OpenEXR's own classes.
+// Flat OpenEXR files as other programs write them, written with OpenEXR's own classes.
 #pragma once
 
 #include <OpenEXR/ImfChannelList.h>
@@ -19,14 +19,14 @@
 
 namespace peeler::test {
 
-/// The pixels of one part: one number per channel and pixel of the data window, row-major, or one
-/// for all pixels.
+/// The pixels of one part. Each channel has one number per pixel of the data window, row-major, or
+/// a single number for all pixels.
 struct FlatPart {
     std::string name = "flat";
     Imath::Box2i window{{0, 0}, {3, 2}};
     std::map<std::string, std::vector<double>> values{};
-    std::map<std::string, Imf::PixelType> types{};  ///< those that are not half
-    int sampling = 1;                               ///< of all channels
+    std::map<std::string, Imf::PixelType> types{};  ///< types of the channels that are not half
+    int sampling = 1;                               ///< subsampling of all channels
 
     Imf::PixelType typeOf(const std::string& channel) const {
         const auto found = types.find(channel);
@@ -40,12 +40,13 @@ struct FlatFileOptions {
     Imf::LevelMode levels = Imf::ONE_LEVEL;
     Imf::LineOrder order = Imf::INCREASING_Y;
     Imath::Box2i display{{0, 0}, {7, 5}};
-    std::function<void(std::size_t part, Imf::Header&)> header{};  ///< changes a header
+    /// Changes the header of each part.
+    std::function<void(std::size_t part, Imf::Header&)> header{};
 };
 
 namespace detail {
 
-/// Writes every level of tiles with the pixels of the first.
+/// Writes all levels of a tiled part, each with the pixels of the first.
 inline void writeTiles(Imf::MultiPartOutputFile& file, int part, const Imf::FrameBuffer& buffer) {
     Imf::TiledOutputPart output(file, part);
     output.setFrameBuffer(buffer);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names of ids: through OpenEXR's own manifest, and back from the attribute's bytes.
+// Tests the names of IDs: written and read through OpenEXR's own manifest, and read back from the
+// attribute's bytes.
 #include "formats/exr/exr_header.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +26,7 @@ namespace {
 const IdNames kNames{
     {"body", "body", "Übergröße", ""}, {"glass", "default material"}, {0, 1, 2, 1}};
 
-/// Returns a header's attribute in the stored form: the length, and zlib's data.
+/// Returns the attribute of a header as stored: its length and zlib's data.
 std::vector<std::byte> stored(const IdNames& names) {
     Imf::Header header;
     for (const char* channel : {"layer_000.id.object", "layer_000.id.material", "id.objects"})
@@ -111,7 +112,8 @@ TEST(IdManifest, DamageIsAnError) {
 
 TEST(IdManifest, ShorterThanItsVersion) {
     for (std::uint8_t n = 0; n < 4; ++n) {
-        // RFC 1950: a stored block, n zeros, and their Adler-32, n * 2^16 + 1.
+        // The bytes are a zlib stream (RFC 1950): a stored block, n zeros, and their Adler-32, n *
+        // 2^16 + 1.
         std::vector<std::uint8_t> bytes = {n, 0, 0, 0, 0, 0, 0, 0, 0x78, 0x01, 1, n, 0};
         bytes.insert(bytes.end(), {static_cast<std::uint8_t>(~n), 0xFF});
         bytes.insert(bytes.end(), n, 0);
@@ -125,8 +127,8 @@ TEST(IdManifest, ShorterThanItsVersion) {
     }
 }
 
-/// Names with common prefixes, empty ones, repeated ones, and ones longer than 255 bytes: OpenEXR
-/// writes common prefixes once, and the most used names first.
+/// The names have common prefixes, are empty, repeated, or longer than 255 bytes, because OpenEXR
+/// writes common prefixes once and the most used names first.
 TEST(IdManifest, AnyNamesReadBack) {
     std::mt19937 random(11);
     for (int round = 0; round < 60; ++round) {
@@ -145,7 +147,7 @@ TEST(IdManifest, AnyNamesReadBack) {
     }
 }
 
-/// The stored bytes of a manifest, and its pieces.
+/// A manifest, written piece by piece as stored bytes.
 class ManifestBytes {
   public:
     ManifestBytes& number(std::uint32_t value) {
@@ -158,7 +160,7 @@ class ManifestBytes {
             bytes_ += text;
         return *this;
     }
-    /// Returns the reason for a refusal; "" without one.
+    /// Returns the reason for which the manifest is refused, or "".
     std::string problem() const {
         const auto size = static_cast<std::uint64_t>(bytes_.size());
         std::vector<std::byte> stored(8 + bytes_.size() / 500 + 1000);
@@ -181,16 +183,17 @@ class ManifestBytes {
     std::string bytes_ = std::string(4, '\0');  // the version
 };
 
-/// Files of some KB that would take gigabytes or minutes.
+/// Manifests that compress to less than 200 KB but would take gigabytes or minutes to decode
+/// naively.
 TEST(IdManifest, AsksForNoMoreThanNamesNeed) {
     constexpr std::uint32_t kTexts = 2'000'000, kRuns = 1'000'000, kIds = 4'000'000;
     const std::string too_much = "the manifest is damaged: its names are too many or too long";
-    // A text of 255 letters, and texts that repeat it.
+    // One text of 255 letters is repeated by all others.
     ManifestBytes again;
     again.number(kTexts).text("\xFF\1").text("\1", kTexts - 1);
     again.text(std::string(255, 'a')).text("\xFF", kTexts - 1);
     EXPECT_EQ(again.problem(), too_much);
-    // Runs that each consist of a hundred thousand texts.
+    // A million runs each consist of a hundred thousand texts.
     ManifestBytes runs;
     runs.number(100'000).text(std::string(1, '\0')).text("\1", 99'999);
     runs.text(std::string(1, '\0'), 99'999).number(kRuns);
@@ -198,7 +201,7 @@ TEST(IdManifest, AsksForNoMoreThanNamesNeed) {
         runs.number(0).number(99'999);
     runs.number(0);
     EXPECT_EQ(runs.problem(), "");
-    // One text of 60,000 letters for millions of ids.
+    // Millions of IDs share one text of 60,000 letters.
     ManifestBytes ids;
     ids.number(1).text("\xE0\xD4\3").text("a", 60'000).number(1).number(0).number(0);
     ids.number(1).number(1).text("\x09id.object").number(1).text("\4name");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All fragments of a layered file.
+// Reading of all fragments of a layered file.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fragment lists compared bit by bit.
+// Bit-by-bit comparison of fragment lists.
 #pragma once
 
 #include <gtest/gtest.h>

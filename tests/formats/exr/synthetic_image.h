@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures from a seed: random fragment lists, with their plan, cut into arbitrary bands.
+// Pictures made from a seed: random fragment lists and their plan, cut into arbitrary bands.
 #pragma once
 
 #include <Imath/half.h>
@@ -19,15 +19,15 @@ namespace peeler::test {
 struct SyntheticOptions {
     std::uint32_t seed = 1;
     int width = 83, height = 61;
-    Window crop = {};  ///< empty = everything
+    Window crop = {};  ///< empty = the whole picture
     int most_layers = 7;
     PixelType color_type = PixelType::kHalf;
-    bool extra = false;  ///< id (uint) and N.X, N.Y, N.Z (half)
+    bool extra = false;  ///< adds id (uint) and N.X, N.Y, N.Z (half)
 };
 
 struct SyntheticPicture {
     Plan plan;
-    LayeredImage image;  ///< the whole crop
+    LayeredImage image;  ///< all fragments of the crop
 };
 
 template <class T>
@@ -44,8 +44,8 @@ inline void appendColor(FragmentArray& array, float value) {
     }
 }
 
-/// Returns blocks of pixels, some empty, with 0 to `most_layers` fragments; a third of them at the
-/// depth of the previous one; deeper layers cover ever smaller windows.
+/// Returns a picture of blocks of pixels with 0 to `most_layers` fragments. A third of the
+/// fragments are at the depth of the previous one, and deeper layers cover ever smaller windows.
 inline SyntheticPicture makePicture(const SyntheticOptions& options) {
     SyntheticPicture picture;
     Plan& plan = picture.plan;
@@ -104,7 +104,7 @@ inline SyntheticPicture makePicture(const SyntheticOptions& options) {
     return picture;
 }
 
-/// Returns the rows [y0, y1) as a separate image.
+/// Returns the rows [y0, y1) as an image of their own.
 inline LayeredImage cutRows(const LayeredImage& image, int y0, int y1) {
     LayeredImage band;
     band.window = {image.window.x0, y0, image.window.x1, y1};
@@ -127,7 +127,7 @@ inline LayeredImage cutRows(const LayeredImage& image, int y0, int y1) {
     return band;
 }
 
-/// Feeds a sink; cycles through the band `heights`.
+/// Writes the picture to a sink in bands whose heights cycle through `heights`.
 inline void writePicture(Sink& sink, const SyntheticPicture& picture,
                          const std::vector<int>& heights = {1 << 20}) {
     sink.begin(picture.plan);

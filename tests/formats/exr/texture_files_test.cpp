@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Value textures through OpenImageIO's and OpenEXR's own readers.
+// Tests value textures with the readers of OpenImageIO and OpenEXR.
 #include "formats/exr/texture_files.h"
 
 #include <ImfChannelList.h>
@@ -33,7 +33,7 @@ TEST(TextureFiles, PngHoldsNumbersLinearlyInSixteenBits) {
 }
 
 TEST(TextureFiles, ExrHasAPartATextureTopRowFirst) {
-    // 37 rows: a partial last chunk.
+    // With 37 rows the last chunk is a partial one.
     constexpr int kSize = 37;
     ValueTexture grey{"material_0", kSize, 1, {}}, rgb{"material_4", kSize, 3, {}};
     for (int i = 0; i < kSize * kSize; ++i) {

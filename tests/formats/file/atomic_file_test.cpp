@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Atomic files: a final name exists only for a whole file; failures leave nothing and give the
-// reason.
+// Tests atomic files: the final name exists only for a complete file; failures leave nothing behind
+// and give the reason.
 #include "formats/file/atomic_file.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ bool folders_cannot_be_synced = false;
 
 }  // namespace
 
-/// Replaces the C library's function.
+/// Replaces the C library's function for this program.
 extern "C" int fsync(int file) {
     struct stat status {};
     if (!folders_cannot_be_synced || fstat(file, &status) != 0 || !S_ISDIR(status.st_mode))
@@ -54,7 +54,8 @@ std::size_t filesIn(const fs::path& folder) {
         std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
 
-/// Returns the Error of an action, which must be of kind kOutput with where and hint.
+/// Returns the text of the Error that an action throws, which must be of kind kOutput and have a
+/// location and a hint.
 std::string outputError(const std::function<void()>& action) {
     try {
         action();
@@ -77,7 +78,8 @@ class Atomic : public testing::Test {
 TEST_F(Atomic, AppendsAndPatchesThenStandsUnderItsName) {
     std::string wanted;
     AtomicFile file(path);
-    for (int i = 0; i < 300; ++i) {  // more than the buffer, in pieces smaller and larger than it
+    // The pieces are smaller and larger than the buffer, and more than it holds in total.
+    for (int i = 0; i < 300; ++i) {
         const std::string piece(i % 100 == 0 ? 3'000'000 : 7919, static_cast<char>('a' + i % 26));
         file.append(textBytes(piece));
         wanted += piece;
@@ -137,7 +139,7 @@ TEST_F(Atomic, SymbolicLinksAreFollowed) {
 TEST_F(Atomic, SymbolicLinksAreFollowedToWhatIsNotThereYet) {
     fs::create_directory(scratch / "v003");
     fs::create_symlink("v003/out.bin", scratch / "latest");
-    fs::create_symlink("latest", path);  // by two links
+    fs::create_symlink("latest", path);  // the path leads to the file by two links
     AtomicFile file(path);
     file.append(textBytes("new"));
     file.commit();
@@ -145,7 +147,7 @@ TEST_F(Atomic, SymbolicLinksAreFollowedToWhatIsNotThereYet) {
     EXPECT_TRUE(fs::is_symlink(scratch / "latest"));
     EXPECT_EQ(test::bytesOf(scratch / "v003/out.bin"), "new");
     EXPECT_EQ(filesIn(scratch / "v003"), 1U);
-    // An absolute one, into a missing folder.
+    // The link is absolute and leads into a missing folder.
     fs::create_symlink(scratch / "v004/out.bin", scratch / "next");
     AtomicFile(scratch / "next").commit();
     EXPECT_TRUE(fs::is_symlink(scratch / "next"));
@@ -173,7 +175,8 @@ TEST_F(Atomic, TwoWritersOfOneNameDoNotDisturbEachOther) {
 }
 
 TEST_F(Atomic, TogetherAllAppearOrNone) {
-    for (const std::size_t count : {3U, 20U}) {  // synced one by one, and by their file system
+    // Few files are synced one by one, many through their file system.
+    for (const std::size_t count : {3U, 20U}) {
         for (const bool blocked : {false, true}) {
             const fs::path folder = scratch / (std::to_string(count) + (blocked ? "b" : "a"));
             std::vector<std::unique_ptr<AtomicFile>> files;
@@ -184,7 +187,7 @@ TEST_F(Atomic, TogetherAllAppearOrNone) {
                 EXPECT_FALSE(fs::exists(name));
             }
             if (blocked) {
-                fs::create_directory(folder / "even/0");  // the last one to be renamed
+                fs::create_directory(folder / "even/0");  // blocks the file that is renamed last
                 const std::string what = outputError([&] { commitAll(files); });
                 EXPECT_NE(what.find("cannot rename"), std::string::npos) << what;
                 files.clear();
@@ -253,7 +256,8 @@ TEST_F(Atomic, LongNamesWork) {
     EXPECT_TRUE(fs::exists(longest));
 }
 
-/// Runs in a child process, so that limits and signals end with it. Returns its wait status.
+/// Runs an action in a child process, so that its limits and signals end with it. Returns the
+/// child's wait status.
 int inChild(const std::function<void()>& action) {
     const pid_t pid = fork();
     if (pid == 0) {
@@ -265,7 +269,8 @@ int inChild(const std::function<void()>& action) {
     return status;
 }
 
-/// A host may have closed them; a driver's output would then go into the file.
+/// The host program may have closed the standard streams; a file with the number of one would
+/// receive a driver's output.
 TEST_F(Atomic, HasNoNumberOfAStandardStream) {
     const int status = inChild([&] {
         for (const int stream : {0, 1, 2})
@@ -289,7 +294,7 @@ TEST_F(Atomic, WhatAKilledProcessLeftIsRemovedByTheNextOne) {
     });
     ASSERT_TRUE(WIFSIGNALED(status));
     ASSERT_EQ(filesIn(scratch.path()), 1U);
-    std::ofstream(scratch / ".other.peeler-notes") << "mine";  // not one of our hidden files
+    std::ofstream(scratch / ".other.peeler-notes") << "mine";  // a hidden file that is not ours
     AtomicFile next(scratch / "next.bin");
     EXPECT_EQ(filesIn(scratch.path()), 2U);
     EXPECT_TRUE(fs::exists(scratch / ".other.peeler-notes"));
@@ -300,7 +305,7 @@ TEST_F(Atomic, WhatIsStillBeingWrittenStays) {
     AtomicFile first(path);
     first.append(textBytes("whole"));
     first.flush();
-    // A process that has not yet checked the folder, by this name, checks it now.
+    // Under this other name for the folder, a process checks it for remains again.
     const int status = inChild([&] { AtomicFile(scratch / "./other.bin").commit(); });
     EXPECT_EQ(status, 0);
     first.commit();
@@ -365,7 +370,7 @@ TEST_F(Atomic, AFileSizeLimitIsAnErrorLikeAFullDisk) {
     EXPECT_EQ(filesIn(scratch.path()), 0U);
 }
 
-/// A 256 KiB file system.
+/// A file system of 256 KiB.
 class SmallDisk {
   public:
     explicit SmallDisk(fs::path where) : where_(std::move(where)) {

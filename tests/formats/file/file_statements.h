@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Handling of every statement of a format: the tables of formats/README.md as tests.
+// Tests that every statement of a format has the outcome that formats/README.md documents.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,20 +16,20 @@
 
 namespace peeler::test {
 
-/// One statement, in the smallest file that contains it.
+/// One statement of a format, in the smallest file that contains it.
 struct Statement {
-    std::string says;     ///< the first cell of its row in formats/README.md
-    std::string becomes;  ///< the second: "read", "warned" or "refused"
-    std::string name;     ///< of the file
+    std::string says;     ///< the statement: first cell of its row in formats/README.md
+    std::string becomes;  ///< its outcome, the second cell: "read", "warned" or "refused"
+    std::string name;     ///< the file's name
     std::string bytes;
-    std::map<std::string, std::string> beside{};  ///< other files of its folder, by name
+    std::map<std::string, std::string> beside{};  ///< other files in its folder, by name
 };
 
 /// Reads a file, or throws Error (kInput), and returns its warnings.
 using ReadStatement =
     std::function<std::vector<Text>(const std::filesystem::path& file, bool strict)>;
 
-/// Returns the rows of the table below "### FORMAT" in formats/README.md: statement and outcome.
+/// Returns the rows of the table below "### FORMAT" in formats/README.md, as statement and outcome.
 inline std::map<std::string, std::string> statementRows(const std::string& format) {
     std::istringstream text(bytesOf(sourceDir() / "formats/README.md"));
     std::map<std::string, std::string> rows;
@@ -47,7 +47,7 @@ inline std::map<std::string, std::string> statementRows(const std::string& forma
 }
 
 /// Returns a statement's outcome: "read", "warned" or "refused". Fails unless --strict refuses
-/// exactly the warned and refused ones.
+/// exactly those that are warned or refused.
 inline std::string outcomeOf(const std::filesystem::path& file, const ReadStatement& read) {
     std::string outcome;
     try {
@@ -67,8 +67,7 @@ inline std::string outcomeOf(const std::filesystem::path& file, const ReadStatem
     return outcome;
 }
 
-/// Expects every statement to have its outcome here, and the table of the format to have the same
-/// rows.
+/// Expects every statement to have its outcome, and the format's table to have exactly these rows.
 inline void expectStatements(const std::string& format, const std::vector<Statement>& statements,
                              const ReadStatement& read) {
     std::map<std::string, std::string> tested;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Work in a helper process: its result, its errors, its end by crash, time or memory.
+// Tests work in a helper process: its result, its errors, and its end by crash, time or memory.
 #include "formats/file/helper_process.h"
 
 #include <gtest/gtest.h>
@@ -105,7 +105,7 @@ TEST(HelperProcess, GivesNoMoreMemoryThanAllowed) {
         << "nor before it is told what is promised";
 }
 
-/// The other process inherits nothing of this one: no file, no environment, no signal action.
+/// The helper process inherits nothing: no open file, no environment, no signal action.
 TEST(HelperProcess, InheritsNothing) {
     const SharedFile open_meanwhile;
     sigset_t set, before;
@@ -123,7 +123,7 @@ TEST(HelperProcess, InheritsNothing) {
     EXPECT_EQ(result.takeOne<std::uint64_t>(), 0U) << "an ignored signal";
 }
 
-/// Whether this kernel filters system calls, and this build has a filter for it.
+/// Whether this kernel filters system calls and this build has a filter for this architecture.
 bool filtersCalls() {
 #if defined(__x86_64__) || defined(__aarch64__)
     return !kShadowMemory && prctl(PR_GET_SECCOMP, 0, 0, 0, 0) >= 0;
@@ -184,7 +184,7 @@ TEST(HelperProcess, BelievesNoLieAboutAnError) {
     }
 }
 
-/// Then no exit status is available, so the result itself must carry it.
+/// If SIGCHLD is ignored, no exit status is available, so the result itself must show success.
 TEST(HelperProcess, WorksWhereChildrenAreIgnored) {
     const auto action = std::signal(SIGCHLD, SIG_IGN);
     EXPECT_EQ(ask("echo", {1, 2}).take<std::uint8_t>(), (Bytes{1, 2}));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A stand-in for a decoder hijacked by its data: it answers with any bytes.
+// A stand-in for a decoder that its data has hijacked: it answers with arbitrary bytes.
 #pragma once
 
 #include <cstring>
@@ -10,7 +10,7 @@
 
 namespace peeler::test {
 
-/// Numbers one after another, in a result's format.
+/// A result in the helper's format, built number by number.
 class Answer {
   public:
     template <class T>
@@ -19,13 +19,13 @@ class Answer {
         bytes_.insert(bytes_.end(), bytes, bytes + sizeof value);
         return *this;
     }
-    /// Adds an array: its size, which may be false, and bytes.
+    /// Adds an array: a size, which may be false, and bytes.
     Answer& addArray(std::uint64_t size, const Bytes& bytes) {
         add(size).bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
         return *this;
     }
 
-    /// Returns runHelper()'s result for a program with this answer.
+    /// Returns the result of runHelper() for a program that gives this answer.
     SharedFile run() const {
         const ScratchDir scratch;
         const std::filesystem::path program = scratch / "decoder";

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Modules are found relative to the code that looks for them, in a program or a library.
+// Tests that modules are found relative to the code that looks for them, whether that is in a
+// program or in a library.
 #include "formats/file/module.h"
 
 #include <dlfcn.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One way to open files: regular ones are read, everything else is refused at once.
+// Tests the opening of files: regular files are read, everything else is refused at once.
 #include "formats/file/regular_file.h"
 
 #include <fcntl.h>
@@ -60,7 +60,8 @@ TEST(RegularFile, IsReadInPartsAndAtOnce) {
     EXPECT_EQ(file.readSome(20, four), 0U);
 }
 
-/// Every entry point, with paths that are not files: none waits, and all report it.
+/// Calls every entry point with paths that are not regular files: none may wait, and all must
+/// report it.
 TEST(RegularFile, PipesDevicesAndFoldersAreRefused) {
     const ScratchDir scratch;
     ASSERT_EQ(mkfifo((scratch / "pipe").c_str(), 0600), 0);
@@ -84,7 +85,7 @@ TEST(RegularFile, PipesDevicesAndFoldersAreRefused) {
     for (const auto& [path, words] : places) {
         if (path == "/dev/tty" && !RegularFile(path).isOpen() &&
             messageOf([&] { readRegularText(path); }).find(words) == std::string::npos)
-            continue;  // without a terminal it cannot be opened at all
+            continue;  // without a terminal it cannot even be opened
         const std::function<void()> ways[] = {
             [&] { readRegularText(path); },
             [&] { fileKind(path); },
@@ -107,7 +108,7 @@ TEST(RegularFile, PipesDevicesAndFoldersAreRefused) {
     close(server);
 }
 
-/// Returns the kind of the Error that an action throws, with its reason.
+/// Returns the kind of the Error that an action throws, if any; its text must give the reason.
 std::optional<ErrorKind> kindOf(const std::function<void()>& action) {
     try {
         action();

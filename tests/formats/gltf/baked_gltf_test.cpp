@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// glTF files with baked values: the additions, without any loss.
+// Tests glTF files to which baked values were added: nothing else may be lost.
 #include "formats/gltf/baked_gltf.h"
 
 #include <gtest/gtest.h>
@@ -45,7 +45,8 @@ struct Glb {
     std::span<const std::uint8_t> binary;
 };
 
-/// Returns values of the triangle at a node: grey levels, and ten times them.
+/// Returns baked data for the triangle at a node: grey levels as colours, and ten times as much as
+/// values.
 BakedPrimitive values(int node, std::uint16_t grey = 1000) {
     BakedPrimitive result;
     result.node = node;
@@ -58,7 +59,7 @@ BakedPrimitive values(int node, std::uint16_t grey = 1000) {
     return result;
 }
 
-/// Returns the file with those values, as a .glb in the folder.
+/// Returns the path of a .glb in the source's folder: the file with these values added.
 fs::path bake(const fs::path& source, const std::vector<BakedPrimitive>& primitives) {
     GlbWriter package(source, GltfOptions{});
     addVertexValues(package, "_AO", primitives);
@@ -68,7 +69,7 @@ fs::path bake(const fs::path& source, const std::vector<BakedPrimitive>& primiti
     return path;
 }
 
-/// Reads with an independent reader.
+/// Reads a file with an independent reader.
 tinygltf::Model readByTinygltf(const fs::path& path) {
     tinygltf::TinyGLTF reader;
     reader.SetImageLoader([](tinygltf::Image*, int, std::string*, std::string*, int, int,
@@ -83,7 +84,7 @@ tinygltf::Model readByTinygltf(const fs::path& path) {
 }
 
 TEST(BakedGltf, HasColoursThatNoTargetDisplaces) {
-    // Values are those of a pose, where the targets have displaced them already.
+    // The values are baked for a pose in which the targets have already displaced colours.
     const ScratchDir folder;
     GltfBuilder builder = triangle();
     const int black = builder.addAccessor<float>(std::vector<float>(9), "VEC3");
@@ -155,7 +156,8 @@ TEST(BakedGltf, KeepsWhatItDoesNotKnow) {
 }
 
 TEST(BakedGltf, TakesInBuffersAndImagesFromEverywhere) {
-    // Positions in a data URI, the rest in a file; one image in a file, one in a data URI.
+    // Positions are in a data URI and the rest is in a file; one image is in a file, the other in a
+    // data URI.
     const ValueTexture dot{"", 1, 3, {1, 0, 0}};
     const Bytes png = encodePng(dot, 8);
     GltfBuilder builder = triangle();
@@ -180,7 +182,7 @@ TEST(BakedGltf, TakesInBuffersAndImagesFromEverywhere) {
     const Glb glb(baked);
     EXPECT_EQ(glb.json_text.find("\"uri\""), std::string::npos);
     EXPECT_EQ(glb.json["buffers"].size(), 1U);
-    EXPECT_EQ(glb.json["bufferViews"][0]["byteOffset"], 4);  // after the 3 bytes, aligned
+    EXPECT_EQ(glb.json["bufferViews"][0]["byteOffset"], 4);  // after 3 bytes of data, aligned to 4
     const auto image = glb.view(glb.json["images"][0]["bufferView"].get<std::size_t>());
     EXPECT_EQ(Bytes(image.begin(), image.end()), png);
     EXPECT_EQ(glb.json["images"][0]["mimeType"], "image/png");
@@ -230,7 +232,7 @@ TEST(BakedGltf, CopiesMeshesThatNodesShowDifferently) {
         builder.gltf["nodes"].push_back({{"mesh", 0}, {"name", "node " + std::to_string(i)}});
     const ScratchDir folder;
     const fs::path source = builder.write(folder);
-    // Nodes 0 and 2 have the same values, 1 has others, 3 has none.
+    // Nodes 0 and 2 have the same values, node 1 has different ones, node 3 has none.
     const Glb glb(bake(source, {values(0), values(1, 2000), values(2)}));
     ASSERT_EQ(glb.json["meshes"].size(), 3U);
     const auto mesh_of = [&](std::size_t node) {
@@ -247,14 +249,15 @@ TEST(BakedGltf, CopiesMeshesThatNodesShowDifferently) {
     EXPECT_NE(attributes(0)["COLOR_0"], attributes(1)["COLOR_0"]);
     EXPECT_EQ(glb.json["accessors"].size(), 1U + 4U);
 
-    // If all agree nothing is copied.
+    // If all nodes have the same values, no mesh is copied.
     const Glb same(bake(source, {values(0), values(1), values(2), values(3)}));
     EXPECT_EQ(same.json["meshes"].size(), 1U);
     EXPECT_EQ(same.json["accessors"].size(), 1U + 2U);
 }
 
 TEST(BakedGltf, NumbersVerticesAsTheFileDoes) {
-    // Six vertices where only the second triangle is drawn, after a skipped primitive.
+    // The file has six vertices, of which only the second triangle's are drawn, by the second
+    // primitive; the first one is skipped.
     GltfBuilder builder = triangle();
     builder.gltf["accessors"].clear();
     builder.gltf["bufferViews"].clear();
@@ -292,7 +295,8 @@ TEST(BakedGltf, GivesMaterialsOcclusionTextures) {
     package.write((folder / "baked.glb").string());
     readByTinygltf(folder / "baked.glb");
     const Scene scene = readGltf(folder / "baked.glb");
-    ASSERT_EQ(scene.materials.size(), 3U);  // the reader adds the default one
+    // The file has two materials; the reader adds the default one.
+    ASSERT_EQ(scene.materials.size(), 3U);
     const Material& paint = scene.materials[0];
     EXPECT_TRUE(paint.double_sided);
     EXPECT_EQ(paint.occlusion_texture.texcoord, 1);
@@ -306,8 +310,8 @@ TEST(BakedGltf, GivesMaterialsOcclusionTextures) {
 }
 
 TEST(BakedGltf, LeavesMaterialsToPrimitivesWithoutThoseUvs) {
-    // Two primitives of material 0, one with UVs, both with material 1 in a variant; two without a
-    // material, one with UVs.
+    // Two primitives have material 0, and material 1 in a variant; one of them has UVs. Two others
+    // have no material; one of them has UVs.
     GltfBuilder builder = triangle();
     const Json bare = builder.primitive();
     const int uv = builder.addAccessor<float>({0, 0, 1, 0, 0, 1}, "VEC2");
@@ -405,7 +409,7 @@ TEST(BakedGltf, MovesCompressedViewsButNotThePlaceOfTheirData) {
 }
 
 TEST(BakedGltf, StandsBesideDracosAttributes) {
-    // Never decoded here: only the JSON matters.
+    // The Draco data is never decoded here; only the JSON matters.
     GltfBuilder builder = triangle();
     const Json promise = {{"componentType", 5126}, {"count", 2}, {"type", "VEC3"}};
     for (const char* name : {"POSITION", "COLOR_0"})
@@ -422,7 +426,8 @@ TEST(BakedGltf, StandsBesideDracosAttributes) {
         return glb.json["accessors"][primitive["attributes"][name].get<std::size_t>()]["count"];
     };
     for (const char* name : {"POSITION", "COLOR_0", "_AO"})
-        EXPECT_EQ(count_of(name), 3) << name;  // the decoded count, not the promised one
+        // This is the decoded count, not the one that the file claims.
+        EXPECT_EQ(count_of(name), 3) << name;
 }
 
 TEST(BakedGltf, KeepsTheOrderOfMembers) {

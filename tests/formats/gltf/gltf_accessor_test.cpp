@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vertex data of every legal kind has its exact values; damaged data is refused.
+// Tests that vertex data of every legal kind is read exactly, and that damaged data is refused.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ TEST(GltfAccessor, ReadsPackedFloats) {
 
 TEST(GltfAccessor, ReadsInterleavedVertices) {
     GltfBuilder builder = triangle();
-    // position, normal, uv: 32 bytes per vertex
+    // A vertex is position, normal and UV: 32 bytes.
     const std::vector<float> vertices = {0, 0, 0, 0, 0, 1, 0.25F, 0.5F,  //
                                          2, 0, 0, 0, 1, 0, 0.75F, 1.5F,  //
                                          0, 3, 0, 1, 0, 0, -1,    2};
@@ -90,7 +90,7 @@ TEST(GltfAccessor, ReadsColorsWithAlpha) {
     EXPECT_EQ(onlyPrimitive(load(builder)).colors[1], glm::vec4(0, 0, 0, 1));
 }
 
-/// KHR_mesh_quantization: every type that it allows for positions, with and without normalisation.
+/// All types that KHR_mesh_quantization allows for positions, with and without normalisation.
 template <typename T>
 class QuantizedPosition : public testing::Test {};
 using QuantizedTypes = testing::Types<std::int8_t, std::uint8_t, std::int16_t, std::uint16_t>;
@@ -105,7 +105,7 @@ TYPED_TEST(QuantizedPosition, IsReadWithAndWithoutNormalisation) {
         Bytes bytes;
         for (int vertex = 0; vertex < 3; ++vertex) {
             Bytes element = toBytes<TypeParam>({max, static_cast<TypeParam>(vertex), 5});
-            element.resize(8);  // padded to a multiple of 4
+            element.resize(8);  // pads the element to a multiple of 4 bytes
             bytes.insert(bytes.end(), element.begin(), element.end());
         }
         const int view = builder.addView(bytes, {{"byteStride", 8}});
@@ -132,7 +132,7 @@ TEST(GltfAccessor, AppliesSparseSubstitution) {
     EXPECT_EQ(onlyPrimitive(load(builder)).positions,
               (std::vector<glm::vec3>{{7, 8, 9}, {1, 0, 0}, {10, 11, 12}}));
 
-    // Without a buffer view the base is zeros (§3.6.2.3).
+    // A sparse accessor without a buffer view starts from zeros (§3.6.2.3).
     builder.gltf["accessors"][0].erase("bufferView");
     EXPECT_EQ(onlyPrimitive(load(builder)).positions,
               (std::vector<glm::vec3>{{7, 8, 9}, {0, 0, 0}, {10, 11, 12}}));
@@ -150,7 +150,8 @@ TEST(GltfAccessor, AppliesSparseSubstitutionToIndicesAndToAStretch) {
         {"indices", {{"bufferView", places}, {"componentType", 5123}}},
         {"values", {{"bufferView", values}}}};
     builder.attributes()["POSITION"] = position;
-    // Indices without a base: zeros except the substitutes, here all of them.
+    // The indices have no buffer view either: they are zeros except for the substitutes, which here
+    // replace all.
     const int which = builder.addView(toBytes<std::uint8_t>({0, 1, 2}));
     const int index_values = builder.addView(toBytes<std::uint32_t>({3, 4, 5}));
     builder.primitive()["indices"] =
@@ -187,7 +188,7 @@ TYPED_TEST(IndexType, IsReadAndChecked) {
     EXPECT_NE(std::string(errorOf(builder).what()).find("restart"), std::string::npos);
 }
 
-/// The JSON is a patch (RFC 6902) of triangle(), whose buffer has 36 bytes.
+/// Damage::json is a JSON patch (RFC 6902) of triangle(), whose buffer has 36 bytes.
 class GltfAccessorDamage : public testing::TestWithParam<Damage> {};
 
 TEST_P(GltfAccessorDamage, IsRefusedWithItsPointer) {

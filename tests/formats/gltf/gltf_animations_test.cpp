@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Animations of glTF files: samplers, channels, and invalid ones.
+// Tests animations in glTF files: samplers, channels, and invalid animations.
 #include "formats/gltf/gltf_parts.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a triangle with a node that moves from (0, 0, 0) to (1, 2, 3) within two seconds.
+/// Returns a triangle whose node moves from (0, 0, 0) to (1, 2, 3) within two seconds.
 GltfBuilder movingTriangle() {
     GltfBuilder builder = triangle();
     const int times = builder.addAccessor<float>({0.5F, 2.5F}, "SCALAR");
@@ -89,7 +89,8 @@ TEST(GltfAnimations, ASamplerMayServeSeveralProperties) {
 
 TEST(GltfAnimations, LeaveOutWhatTheyCannotMove) {
     GltfBuilder builder = movingTriangle();
-    channel(builder)["target"].erase("node");  // the specification requires it to be ignored
+    // The specification requires channels without a node to be ignored.
+    channel(builder)["target"].erase("node");
     EXPECT_TRUE(load(builder).animations[0].channels.empty());
     EXPECT_TRUE(load(builder).warnings.empty());
 
@@ -160,7 +161,7 @@ TEST(GltfAnimations, RefuseDamage) {
 
 TEST(GltfAnimations, HaveALimit) {
     GltfOptions tight;
-    tight.max_geometry_bytes = 100;  // the triangle has 36
+    tight.max_geometry_bytes = 100;  // the triangle alone takes 36
     GltfBuilder builder = movingTriangle();
     EXPECT_EQ(load(builder, tight).animations.size(), 1U);
     builder.gltf["animations"].push_back(builder.gltf["animations"][0]);

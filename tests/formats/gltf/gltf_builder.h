@@ -45,7 +45,7 @@ inline void writeFile(const std::filesystem::path& path, const Bytes& bytes) {
     writeFile(path, std::string(bytes.begin(), bytes.end()));
 }
 
-/// Returns JSON and BIN chunk as a .glb, both padded to 4 bytes.
+/// Returns a .glb of this JSON and BIN chunk, both padded to 4 bytes.
 inline std::string glb(std::string text, Bytes bin) {
     const auto number = [](std::size_t value) {
         std::string bytes(4, '\0');
@@ -68,7 +68,8 @@ struct GltfBuilder {
     Json gltf = {{"asset", {{"version", "2.0"}}}};
     Bytes bin;
 
-    /// Appends bytes (4-byte aligned) as a buffer view; `more` adds members, e.g. byteStride.
+    /// Appends bytes (4-byte aligned) as a buffer view and returns its index; `more` adds members,
+    /// e.g. byteStride.
     int addView(const Bytes& bytes, const Json& more = Json::object()) {
         while (bin.size() % 4)
             bin.push_back(0);
@@ -84,7 +85,7 @@ struct GltfBuilder {
         return static_cast<int>(gltf["accessors"].size()) - 1;
     }
 
-    /// Adds tightly packed values of "SCALAR", "VEC2", …
+    /// Adds an accessor of tightly packed values of type "SCALAR", "VEC2", …
     template <typename T>
     int addAccessor(const std::vector<T>& values, const std::string& type,
                     const Json& more = Json::object()) {
@@ -135,7 +136,7 @@ inline Scene load(GltfBuilder builder, const GltfOptions& options = {}) {
     return readGltf(builder.write(folder), options);
 }
 
-/// Returns the error of reading, which must fail.
+/// Returns the error that reading the file gives; fails if it succeeds.
 inline Error errorOf(const std::filesystem::path& path, const GltfOptions& options = {}) {
     try {
         readGltf(path, options);
@@ -150,19 +151,19 @@ inline Error errorOf(GltfBuilder builder, const GltfOptions& options = {}) {
     return errorOf(builder.write(folder), options);
 }
 
-/// A fault in a file's JSON, and the error's expected place.
+/// A fault in a file's JSON, and the expected location of the error.
 struct Damage {
     const char *name, *json, *where;
 };
 
-/// A false claim of a file about its data, the error's expected place, and words of it.
+/// A false claim in a file about its data, the expected location of the error, and words of it.
 struct Lie {
     const char* name;
     void (*tell)(GltfBuilder&);
     const char *where, *words;
 };
 
-/// Whether there is a warning with these words.
+/// Whether a warning of the scene contains these words.
 inline bool warned(const Scene& scene, const std::string& words) {
     for (const Text& warning : scene.warnings)
         if (contains(warning, words)) return true;

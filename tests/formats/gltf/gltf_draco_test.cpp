@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draco-compressed primitives: output of the library's encoder, fallbacks, false promises.
+// Tests Draco-compressed primitives: output of the library's encoder, fallbacks, and false claims.
 #include <draco/compression/expert_encode.h>
 #include <draco/mesh/mesh.h>
 #include <gtest/gtest.h>
@@ -18,13 +18,14 @@ namespace {
 
 constexpr const char* kName = "KHR_draco_mesh_compression";
 
-/// Vertices on a wavy grid of n × n, their triangles, and optional attributes.
+/// A mesh for encoding: vertices on a wavy grid of n × n, their triangles, and optional attributes.
 struct Grid {
     std::uint32_t n = 0;
     std::vector<std::array<float, 3>> positions;
     std::vector<std::array<std::uint32_t, 3>> faces;
     std::vector<std::array<std::uint8_t, 4>> joints;
-    std::vector<std::array<std::uint8_t, 4>> colors;  ///< also the weights: they add up to 1
+    /// Also used as weights, since they add up to 1.
+    std::vector<std::array<std::uint8_t, 4>> colors;
 
     explicit Grid(std::uint32_t size) : n(size) {
         for (std::uint32_t y = 0; y < n; ++y)
@@ -43,7 +44,7 @@ struct Grid {
             }
     }
 
-    /// Fills libdraco's mesh: position 0, generic joints 1, normalised colours 2.
+    /// Fills libdraco's mesh with positions (ID 0), generic joints (1) and normalised colours (2).
     void fill(draco::Mesh& result) const {
         result.SetNumFaces(faces.size());
         for (std::uint32_t i = 0; i < faces.size(); ++i)
@@ -80,7 +81,7 @@ struct Grid {
     }
 };
 
-/// Returns a file with accessors without a buffer view. `mode` 5: the accessors of a strip.
+/// Returns a file whose accessors have no buffer view. With `mode` 5, they are those of a strip.
 GltfBuilder dracoGrid(const Grid& grid, const Bytes& bytes, int mode = 4) {
     GltfBuilder builder;
     const int view = builder.addView(bytes);
@@ -113,8 +114,8 @@ Json& dracoExtension(GltfBuilder& builder) {
     return builder.primitive()["extensions"][kName];
 }
 
-/// Returns the corners of all triangles, each rotated to start with its smallest, sorted: an
-/// invariant when an encoder renumbers vertices and rotates triangles.
+/// Returns the corners of all triangles, each rotated to begin with its smallest corner, in sorted
+/// order. This is invariant when an encoder renumbers vertices and rotates triangles.
 std::vector<std::array<std::array<long, 3>, 3>> shapes(const std::vector<glm::vec3>& positions,
                                                        const std::vector<std::uint32_t>& indices) {
     std::vector<std::array<std::array<long, 3>, 3>> result;
@@ -122,7 +123,7 @@ std::vector<std::array<std::array<long, 3>, 3>> shapes(const std::vector<glm::ve
         auto& shape = result.emplace_back();
         for (std::size_t c = 0; c < 3; ++c)
             for (int axis = 0; axis < 3; ++axis)
-                // x and y are whole numbers, and identify the vertex.
+                // Only x and y are used: they are whole numbers and identify the vertex.
                 shape[c][static_cast<std::size_t>(axis)] =
                     std::lround(positions[indices[i + c]][axis] * (axis == 2 ? 0.0F : 1.0F));
         std::rotate(shape.begin(), std::min_element(shape.begin(), shape.end()), shape.end());
@@ -157,7 +158,7 @@ void expectGrid(const Grid& grid, const Primitive& primitive, float tolerance) {
 TEST(GltfDraco, GivesBackWhatWasEncodedByBothMethods) {
     const Grid grid(20);
     for (const int method : {draco::MESH_SEQUENTIAL_ENCODING, draco::MESH_EDGEBREAKER_ENCODING}) {
-        // 14 bits over a range of 19: half a step. Unquantised: exactly.
+        // With 14 bits over a range of 19, the error is half a step; without quantisation, it is 0.
         const std::pair<int, float> precisions[] = {{14, 19.0F / 16383}, {0, 0}};
         for (const auto& [bits, tolerance] : precisions) {
             SCOPED_TRACE(std::to_string(method) + ", " + std::to_string(bits));
@@ -201,8 +202,9 @@ TEST(GltfDraco, DecodesSharedDataOnceAndForEveryPrimitive) {
     Json& primitives = builder.gltf["meshes"][0]["primitives"];
     primitives.push_back(primitives[0]);
     GltfOptions options;
-    // Decoded once: 12 + 4 bytes per point (at most 3 per triangle), 12 per triangle. A scene with
-    // two primitives holds more, so the first check passes and the last one fails.
+    // One decoding takes 12 + 4 bytes per point (at most 3 points per triangle) and 12 per
+    // triangle. The scene with two primitives is larger, so the first check must pass and the
+    // second, with one byte less, must fail.
     options.max_geometry_bytes = grid.faces.size() * (3 * 16 + 12);
     EXPECT_EQ(load(builder).meshes[0].primitives.size(), 2U);
     EXPECT_EQ(load(builder, options).meshes[0].primitives.size(), 2U);
@@ -224,7 +226,7 @@ TEST(GltfDraco, GoesBeforeTheFallbackUnlessItIsDamaged) {
     with_fallback.gltf["accessors"][3]["bufferView"] = indices;
     EXPECT_EQ(load(with_fallback).meshes[0].primitives[0].indices.size(), 3 * grid.faces.size());
 
-    builder.bin[0] ^= 1;  // "DRACO"
+    builder.bin[0] ^= 1;  // damages the signature "DRACO"
     const std::string where = std::string("/meshes/0/primitives/0/extensions/") + kName;
     EXPECT_EQ(errorOf(builder).where(), where);
     with_fallback.bin[0] ^= 1;
@@ -260,8 +262,8 @@ TEST_P(GltfDracoLies, AreRefused) {
     EXPECT_NE(std::string(error.what()).find(GetParam().words), std::string::npos) << error.what();
 }
 
-// Layout of the data: DRACO, two bytes of version, type, method, two of flags; kind of traversal,
-// vertices, triangles.
+// Offsets in the data, which begins with "DRACO", two bytes of version, type, method and two bytes
+// of flags, followed by the kind of traversal and the numbers of vertices and triangles.
 constexpr std::size_t kType = 7, kFaces = 13;
 
 #define DRACO_EXTENSION "/extensions/KHR_draco_mesh_compression"

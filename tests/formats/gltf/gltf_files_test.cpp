@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that a scene may open, and the messages about files that are not scenes.
+// Tests which files a scene may open, and the messages about files that are not scenes.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -13,14 +13,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns the triangle, with its buffer under the URI.
+/// Returns the triangle with this URI for its buffer.
 GltfBuilder withUri(const std::string& uri) {
     GltfBuilder builder = triangle();
     builder.gltf["buffers"] = {{{"byteLength", builder.bin.size()}, {"uri", uri}}};
     return builder;
 }
 
-/// A change of the working folder, undone at the end.
+/// Changes the working folder, and restores it at the end.
 class WorkingFolder {
   public:
     explicit WorkingFolder(const fs::path& folder) : before_(fs::current_path()) {
@@ -94,7 +94,7 @@ TEST(GltfFiles, ReadsDataUris) {
     for (const std::uint8_t byte : plain.bin)
         percent += std::string("%") + digits[byte >> 4] + digits[byte & 15];
     EXPECT_EQ(load(withUri(percent)).meshes[0].primitives[0].positions[1], glm::vec3(1, 0, 0));
-    // "TWFu" is RFC 4648's own example: "Man".
+    // "TWFu" is base64 for "Man", RFC 4648's own example.
     const auto withBytes = [](const char* uri, int length) {
         GltfBuilder builder;
         builder.gltf["buffers"] = {{{"byteLength", length}, {"uri", uri}}};
@@ -129,7 +129,7 @@ TEST(GltfFiles, RefusesWhatLeavesTheFolder) {
     expectBufferRefused(folder, "link.bin", "symbolic link");
     fs::create_directory_symlink(outer.path(), folder / "away");
     expectBufferRefused(folder, "away/outside.bin", "symbolic link");
-    // A folder that only shares the prefix is another folder.
+    // A folder that only begins with the scene folder's name is outside.
     const std::string twin = folder.path().string() + "-twin";
     fs::create_directory(twin);
     writeFile(fs::path(twin) / "a.bin", triangle().bin);
@@ -258,7 +258,7 @@ TEST(GltfContainer, RefusesDamage) {
         bytes[offset] = byte;
         return bytes;
     };
-    // 12 bytes header, 8 + 28 JSON, 8 + 4 BIN
+    // The file has 12 bytes of header, 8 + 28 of JSON and 8 + 4 of BIN.
     ASSERT_EQ(good.size(), 60U);
     expect(good.substr(0, 59), "truncated: the header says 60 bytes, 59 are there");
     expect(good.substr(0, 8), "truncated");

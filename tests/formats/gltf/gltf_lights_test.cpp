@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// KHR_lights_punctual in the reader, and its refusals.
+// Tests the reading of KHR_lights_punctual, and its errors.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -11,7 +11,7 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a triangle, and a node with light 0 of these.
+/// Returns a triangle and a node with the first of these lights.
 GltfBuilder lit(const Json& lights) {
     GltfBuilder builder = triangle();
     builder.gltf["extensions"]["KHR_lights_punctual"]["lights"] = lights;

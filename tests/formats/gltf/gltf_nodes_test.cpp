@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes, skins, instances and visibility of glTF files.
+// Tests nodes, skins, instances and visibility of glTF files.
 #include "formats/gltf/gltf_parts.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace peeler::test {
 namespace {
 
-/// Returns a triangle with two joints: nodes 1 and 2.
+/// Returns a triangle that is skinned to two joints, nodes 1 and 2.
 GltfBuilder skinned() {
     GltfBuilder builder = triangle();
     builder.attributes()["JOINTS_0"] =
@@ -21,7 +21,7 @@ GltfBuilder skinned() {
     std::vector<float> matrices(32);
     for (std::size_t i = 0; i < 32; ++i)
         matrices[i] = i % 16 % 5 == 0 ? 1.0F : 0.0F;
-    matrices[16 + 13] = -7;  // the second one: 7 down
+    matrices[16 + 13] = -7;  // moves the second joint 7 down
     const int view = builder.addView(toBytes(matrices));
     const int bind = builder.addAccessor(
         Json{{"bufferView", view}, {"componentType", 5126}, {"count", 2}, {"type", "MAT4"}});
@@ -124,7 +124,7 @@ TEST(GltfInstances, AreTranslationRotationScale) {
     ASSERT_EQ(scene.nodes[0].instances->size(), 2U);
     const auto& instances = *scene.nodes[0].instances;
     EXPECT_EQ(instances[0], glm::translate(glm::dmat4(1), glm::dvec3(1, 2, 3)));
-    // Half a turn about Z.
+    // The second instance is rotated by half a turn about Z.
     EXPECT_EQ(instances[1] * glm::dvec4(1, 1, 1, 1), glm::dvec4(4 - 2, 5 - 3, 6 + 4, 1));
     EXPECT_TRUE(scene.warnings.empty());
 }
@@ -161,7 +161,7 @@ TEST(GltfSkins, CountTheRoomOfEveryNodeThatTheyDeform) {
     for (int i = 0; i < 10; ++i)
         builder.gltf["nodes"].push_back({{"mesh", 0}, {"skin", 0}});
     GltfOptions tight;
-    tight.max_geometry_bytes = 600;  // of three vertices: 120 bytes per node
+    tight.max_geometry_bytes = 600;  // each node takes 120 bytes for its three vertices
     EXPECT_EQ(errorOf(builder, tight).where(), "/nodes/7");
     EXPECT_EQ(load(builder).nodes.size(), 13U);
 }
@@ -197,7 +197,7 @@ TEST(GltfNodes, KeepTextsAndNumbersOfTheirExtras) {
         load(builder).nodes[0].extras,
         (Extras{
             {"class", "car"}, {"id", "9007199254740993"}, {"mass", "0.1"}, {"parked", "true"}}));
-    builder.gltf["nodes"][0]["extras"] = "a text";  // anything is allowed
+    builder.gltf["nodes"][0]["extras"] = "a text";  // the specification allows any value
     EXPECT_TRUE(load(builder).nodes[0].extras.empty());
 }
 

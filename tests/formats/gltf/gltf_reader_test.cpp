@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes, scenes, cameras, meshes, extensions; every kind of structural damage with its pointer.
+// Tests nodes, scenes, cameras, meshes and extensions, and every kind of structural damage, with
+// the JSON pointer in the error.
 #include "formats/gltf/gltf_reader.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +23,8 @@ GltfBuilder empty(const std::string& members) {
 }
 
 TEST(GltfNodes, ComposeTranslationRotationScale) {
-    // A quarter turn about z, in few digits, after a scale of (2, 3, 4).
+    // The node is scaled by (2, 3, 4), then rotated by a quarter turn about z that is given with
+    // few digits.
     const Scene scene = load(empty(R"("nodes":[{"translation":[10,20,30],"scale":[2,3,4],
         "rotation":[0,0,0.7071,0.7071]}])"));
     const glm::dmat4& local = scene.nodes.at(0).local;
@@ -54,10 +56,10 @@ TEST(GltfNodes, NestTenThousandLevels) {
     const Scene scene = load(builder);
     EXPECT_EQ(scene.scenes.at(0).roots, std::vector<int>{0});
     EXPECT_TRUE(PosedScene(scene, 0).meshes().empty());
-    // One more, in front of the first.
+    // One more node in front of the first exceeds the maximum depth.
     builder.gltf["nodes"].push_back({{"children", {0}}});
     EXPECT_NE(std::string(errorOf(builder).what()).find("deeper than 10000"), std::string::npos);
-    // The chain closed into a ring.
+    // Here the chain is closed into a ring.
     builder.gltf["nodes"][depth - 1]["children"] = {depth};
     EXPECT_NE(std::string(errorOf(builder).what()).find("ancestor"), std::string::npos);
 }
@@ -108,7 +110,7 @@ TEST(GltfMeshes, HaveAllSevenTopologies) {
 }
 
 TEST(GltfMeshes, LoseIncompletePrimitives) {
-    // Three vertices: one line and a remaining vertex.
+    // Of three vertices, two make a line and one is left over.
     GltfBuilder builder = triangle();
     builder.primitive()["mode"] = 1;
     Scene scene = load(builder);
@@ -216,7 +218,8 @@ TEST(GltfReader, TakesWholeNumbersWrittenAsFractions) {
     EXPECT_EQ(scene.meshes[0].primitives[0].positions.size(), 3U);
 }
 
-/// Expects one warning with these words, and an error with `strict`, there unless `where` is empty.
+/// Expects one warning with these words and, with `strict`, an error, at `where` unless that is
+/// empty.
 void expectOneWarning(const GltfBuilder& builder, const std::string& words,
                       const std::string& where) {
     const Scene scene = load(builder);
@@ -239,7 +242,7 @@ TEST(GltfReader, TakesVersionsThatAreNumbers) {
 }
 
 TEST(GltfReader, TakesNodesBelowTheRootAsRoots) {
-    // UniGLTF writes a child of a node that is in no scene.
+    // UniGLTF writes scenes whose root is the child of a node that is in no scene.
     const char* below = R"("nodes":[{"children":[1,2],"translation":[9,9,9]},
                                     {"name":"model","children":[3],"translation":[1,0,0]},{},{}],
                            "scenes":[{"nodes":[1]}])";
@@ -250,7 +253,7 @@ TEST(GltfReader, TakesNodesBelowTheRootAsRoots) {
     EXPECT_EQ(scene.nodes[1].children, std::vector<int>{3});
     EXPECT_EQ(idNames(scene).parents[1], 0U);
 
-    // If another scene shows the parent, it keeps its child.
+    // If another scene shows the parent, the parent keeps its child.
     const Scene two = load(empty(
         R"("nodes":[{"children":[1]},{"children":[2]},{}],"scenes":[{"nodes":[0]},{"nodes":[2]}])"));
     EXPECT_EQ(two.nodes[1].children, std::vector<int>{2});
@@ -265,7 +268,8 @@ TEST(GltfReader, ShowsNodesOnceThatAreListedTwice) {
 }
 
 TEST(GltfReader, TakesDeepScenesWhoseNodesAreAllListed) {
-    // Node results are cached: 9,000 levels, and as many nodes at their end.
+    // Results per node must be cached, because there are 9,000 levels, and as many nodes at their
+    // end.
     constexpr std::size_t kDepth = 9000;
     Json nodes = Json::array(), roots = Json::array();
     for (std::size_t i = 0; i < kDepth; ++i)
@@ -317,7 +321,7 @@ TEST(GltfReader, LimitsTheNumberOfWarnings) {
     EXPECT_LE(load(builder).warnings.size(), 101U);
 }
 
-/// The JSON is members of the root object, besides "asset".
+/// Damage::json holds members of the root object other than "asset".
 class GltfDamage : public testing::TestWithParam<Damage> {};
 
 TEST_P(GltfDamage, IsRefusedWithItsPointer) {

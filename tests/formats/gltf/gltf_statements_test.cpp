@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Handling of every statement of a glTF file (formats/README.md).
+// Tests that every statement of a glTF file has the outcome that formats/README.md documents.
 #include <cmath>
 #include <functional>
 
@@ -57,7 +57,7 @@ constexpr const char* kGltfBrokenFile =
 
 using Edit = std::function<void(GltfBuilder&)>;
 
-/// A statement, as an addition to a triangle with a textured material.
+/// A statement, given as an addition to a triangle with a textured material.
 struct Said {
     const char *says, *becomes;
     Edit edit;
@@ -69,17 +69,17 @@ std::string bytesOfGlb(const GltfBuilder& builder) {
     return glb(gltf.dump(), builder.bin);
 }
 
-/// Adds members to the root, or to existing ones of the same names.
+/// Returns an edit that merges these members into the root object (RFC 7396).
 Edit merged(const char* json) {
     return [json](GltfBuilder& b) { b.gltf.merge_patch(Json::parse(json)); };
 }
 
-/// Changes members of the material.
+/// Returns an edit that merges these members into the material.
 Edit material(const char* json) {
     return [json](GltfBuilder& b) { b.gltf["materials"][0].merge_patch(Json::parse(json)); };
 }
 
-/// Changes members of the node.
+/// Returns an edit that merges these members into the node.
 Edit node(const char* json) {
     return [json](GltfBuilder& b) { b.gltf["nodes"][0].merge_patch(Json::parse(json)); };
 }
@@ -90,7 +90,7 @@ Edit attribute(const char* name, std::vector<T> values, const char* type,
     return [=](GltfBuilder& b) { b.attributes()[name] = b.addAccessor<T>(values, type, more); };
 }
 
-/// Adds an extension to the material, and declares it.
+/// Returns an edit that adds an extension to the material and declares it.
 Edit materialExtension(const std::string& name, const char* json) {
     return [name, json](GltfBuilder& b) {
         b.gltf["extensionsUsed"].push_back(name);
@@ -105,7 +105,7 @@ Edit together(std::vector<Edit> edits) {
     };
 }
 
-/// Adds a skin of one joint, the node itself.
+/// Adds a skin with one joint, the node itself.
 void addSkin(GltfBuilder& b) {
     b.attributes()["JOINTS_0"] = b.addAccessor<std::uint8_t>(Bytes(12), "VEC4");
     b.attributes()["WEIGHTS_0"] =
@@ -116,7 +116,7 @@ void addSkin(GltfBuilder& b) {
     b.gltf["nodes"][0]["skin"] = 0;
 }
 
-/// Adds keys of the node's translation at 0 and 1 s.
+/// Adds keyframes for the node's translation at 0 and 1 s.
 void addAnimation(GltfBuilder& b) {
     const int times = b.addAccessor<float>({0, 1}, "SCALAR");
     const int values = b.addAccessor<float>({0, 0, 0, 1, 0, 0}, "VEC3");
@@ -133,7 +133,7 @@ void addTarget(GltfBuilder& b) {
     b.gltf["meshes"][0]["weights"] = {0.5};
 }
 
-/// A grey pixel; the data is a PNG.
+/// An image of one grey pixel; the data is a PNG although its media type is GIF.
 constexpr const char* kGltfDataUriImage =
     R"({"images":[{"uri":"data:image/gif;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptV)"
     R"(AAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg=="}]})";

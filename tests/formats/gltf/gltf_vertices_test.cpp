@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vertex data that follows the specification, and data that nearly does.
+// Tests vertex data that follows the specification, and data that almost does.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kAttributes = "/meshes/0/primitives/0/attributes/";
 
-/// Returns a triangle with one more attribute.
+/// Returns a triangle with one additional attribute.
 template <class T>
 GltfBuilder with(const std::string& name, const std::vector<T>& values, const std::string& type,
                  const Json& more = Json::object()) {
@@ -26,8 +26,8 @@ const Primitive& primitiveOf(const Scene& scene) {
     return scene.meshes.at(0).primitives.at(0);
 }
 
-/// Expects one warning with the attribute's name and the validator's code, and an error there with
-/// `strict`.
+/// Expects one warning that names the attribute and the validator's code and, with `strict`, an
+/// error at that attribute.
 void expectWarned(const GltfBuilder& builder, const std::string& attribute,
                   const std::string& code) {
     const Scene scene = load(builder);
@@ -92,7 +92,7 @@ TEST(GltfWeights, ThatDoNotAddUpToOneAreWarned) {
     const Json joints = builder.addAccessor<std::uint8_t>(std::vector<std::uint8_t>(12), "VEC4");
     builder.attributes()["JOINTS_0"] = joints;
     expectWarned(builder, "WEIGHTS_0", "ACCESSOR_WEIGHTS_NON_NORMALIZED");
-    // A set behind a gap is ignored.
+    // A set after a gap in the numbering is ignored.
     builder = with<float>("WEIGHTS_0", {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4");
     builder.attributes()["JOINTS_0"] =
         builder.addAccessor<std::uint8_t>(std::vector<std::uint8_t>(12), "VEC4");
@@ -106,11 +106,11 @@ TEST(GltfNormals, AreScaledToUnitLength) {
     expectWarned(builder, "NORMAL", "ACCESSOR_VECTOR3_NON_UNIT");
     EXPECT_EQ(primitiveOf(load(builder)).normals,
               (std::vector<glm::vec3>{{0, 0, 1}, {0, 0.6F, 0.8F}, {0, 0, 0}}));
-    // Up to the limits of float.
+    // Even components near the maximum of float are scaled correctly.
     const float most = 3e38F;
     const Scene huge = load(with<float>("NORMAL", {most, most, 0, 0, 0, 1, 0, 0, 1}, "VEC3"));
     EXPECT_NEAR(primitiveOf(huge).normals[0].x, std::sqrt(0.5F), 1e-6);
-    // Signed bytes are less precise than floats, and keep their bits.
+    // Normals in signed bytes are not exactly of unit length, but keep their bits.
     const Scene stored = load(with<std::int8_t>("NORMAL", {73, 73, 73, 0, 0, 127, 0, 0, 127},
                                                 "VEC3", {{"normalized", true}}));
     EXPECT_EQ(primitiveOf(stored).normals[0], glm::vec3(73 / 127.F));
@@ -159,7 +159,8 @@ TEST(GltfPrimitives, OfNoVerticesAreLeftOut) {
     EXPECT_TRUE(load(builder).meshes.at(0).primitives.empty());
 }
 
-/// Returns a triangle with a target at weight 1 that displaces colours and texture coordinates.
+/// Returns a triangle with a morph target, at weight 1, that displaces colours and texture
+/// coordinates.
 GltfBuilder displacedColors() {
     GltfBuilder builder =
         with<float>("COLOR_0", {1, 0, 0, 1, 1, 0, 0, 1, 0.5F, 0, 0, 0.5F}, "VEC4");
@@ -182,7 +183,7 @@ TEST(GltfTargets, DisplaceColorsAndTexcoords) {
               (std::vector<glm::vec4>{{0, 1, 0, 1}, {1, 0, 0, 1}, {0.75F, 0, 0, 0}}));
     EXPECT_EQ(shown.texcoords(geometry, 1), (std::vector<glm::vec2>{{1, 0}, {1, 0}, {0, 2}}));
     EXPECT_TRUE(shown.texcoords(geometry, 0).empty());
-    // The same arrays exist for all weights.
+    // At weight 0 there are the same arrays as at any other weight.
     scene.meshes[0].weights = {0};
     EXPECT_EQ(PosedScene(scene).deformed().at(0).at(0).colors, primitiveOf(scene).colors);
     EXPECT_TRUE(PosedScene(scene).deformed().at(0).at(0).texcoords[0].empty());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small glTF files about materials.
+// Small glTF files for tests of materials.
 #pragma once
 
 #include <string>
@@ -9,13 +9,13 @@
 
 namespace peeler::test {
 
-/// Returns one pixel of this colour.
+/// Returns a PNG of one pixel of this colour.
 inline Bytes onePixelPng(std::uint8_t r, std::uint8_t g, std::uint8_t b) {
     return png(1, 1, PngColor::kRgb, 8, {r, g, b});
 }
 
 /// Returns a triangle with this material, both sets of texture coordinates, and `images` textures,
-/// the i-th with one pixel (i, 0, 0).
+/// the i-th of which has a single pixel (i, 0, 0).
 inline GltfBuilder withMaterial(const std::string& material, int images = 0) {
     GltfBuilder builder = triangle();
     builder.gltf["materials"] = {Json::parse(material)};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// meshopt streams for tests of the decoders, compressed with the library's own encoders.
+// meshopt streams for tests of the decoder, compressed with the library's own encoders.
 #pragma once
 
 #include <meshoptimizer.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// meshopt streams: every mode and filter against the input, the extension's rules, damage.
+// Tests meshopt streams: every mode and filter compared with the input, the extension's rules, and
+// damage.
 #include "formats/gltf/gltf_decoders.h"
 
 #include <gtest/gtest.h>
@@ -66,7 +67,8 @@ std::vector<glm::vec4> unitVectors(std::size_t count, int dimensions) {
 TEST(MeshoptView, GivesAttributesOfEveryStrideBack) {
     std::mt19937 random(kSeed);
     for (std::size_t stride = 4; stride <= 256; stride += 4) {
-        // Across a block of the codec, and not a multiple of its groups.
+        // The counts include one that crosses a block of the codec and ones that are not multiples
+        // of its groups.
         for (const std::size_t count : {std::size_t{1}, std::size_t{17}, std::size_t{300}}) {
             Bytes values(count * stride);
             for (std::size_t i = 0; i < values.size(); ++i)
@@ -79,7 +81,7 @@ TEST(MeshoptView, GivesAttributesOfEveryStrideBack) {
 }
 
 TEST(MeshoptView, GivesTrianglesAndIndicesBack) {
-    // A strip of quads: every triangle keeps its first vertex.
+    // In this strip of quads, every triangle keeps its first vertex.
     std::vector<unsigned int> indices;
     for (unsigned int i = 0; i < 900; ++i)
         for (const unsigned int corner : {2 * i, 2 * i + 1, 2 * i + 2})
@@ -118,8 +120,8 @@ TEST(MeshoptView, DecodesOctahedralNormals) {
                 EXPECT_NEAR(decoded[4 * i + static_cast<std::size_t>(c)] / one, normals[i][c],
                             tolerance);
     };
-    // A step of the grid is 1 / (2^(bits − 1) − 1); the fold intervals it by √3 at most, and each
-    // stored component adds half of its own.
+    // A step of the grid is 1 / (2^(bits − 1) − 1). The fold extends it by √3 at most, and each
+    // stored component adds half of its own step.
     compare(std::int8_t{}, 8, 1.8F / 127 + 0.5F / 127);
     compare(std::int16_t{}, 12, 1.8F / 2047 + 0.5F / 32767);
 }
@@ -135,19 +137,20 @@ TEST(MeshoptView, DecodesQuaternions) {
         glm::vec4 got;
         for (int c = 0; c < 4; ++c)
             got[c] = decoded[4 * i + static_cast<std::size_t>(c)] / 32767.0F;
-        // q and −q are the same rotation. A step of 12 bits is √½ / 2047.
+        // q and −q are the same rotation. A step of 12 bits is √½ / 2047, within the tolerance.
         if (glm::dot(got, rotations[i]) < 0) got = -got;
         for (int c = 0; c < 4; ++c)
             EXPECT_NEAR(got[c], rotations[i][c], 1e-3F);
     }
 }
 
-/// Each number gets its own exponent: the first of newer meshoptimizers' modes.
+/// Calls the encoder so that each number gets its own exponent, which is the first of newer
+/// meshoptimizers' modes.
 template <typename... Mode>
 void encodeExponents(void (*encode)(void*, std::size_t, std::size_t, int, const float*, Mode...),
                      const std::vector<float>& values, std::vector<std::uint32_t>& encoded) {
     encoded.resize(values.size());
-    // 24 bits are a float's mantissa.
+    // A float's mantissa has 24 bits.
     encode(encoded.data(), values.size(), 4, 24, values.data(), Mode{}...);
 }
 
@@ -161,8 +164,8 @@ TEST(MeshoptView, DecodesExponents) {
         EXPECT_NEAR(decoded[i], values[i], std::abs(values[i]) * 3e-7F) << i;
 }
 
-/// KHR_meshopt_compression, Appendix B, filter 4, inverted: K bits of Y, Co, Cg, and K − 1 of alpha
-/// under a bit that marks K.
+/// The inverse of KHR_meshopt_compression, Appendix B, filter 4: K bits of Y, Co and Cg, and K − 1
+/// bits of alpha under a bit that marks K.
 template <typename Number>
 std::vector<Number> encodeColors(const std::vector<glm::vec4>& colors, int bits) {
     const int max = (1 << bits) - 1;
@@ -193,7 +196,7 @@ TEST(MeshoptView, DecodesColors) {
         const Bytes bytes = encodeAttributes(encoded.data(), colors.size(), 4 * sizeof(Number));
         const auto decoded =
             decodeAs<Number>({bytes, "ATTRIBUTES", "COLOR", 4 * sizeof(Number), colors.size()});
-        // Halving Co and Cg loses one bit each; alpha has one bit less.
+        // Halving Co and Cg loses one bit of each; alpha has one bit less.
         const float step = 2.5F / static_cast<float>((1 << bits) - 1);
         for (std::size_t i = 0; i < decoded.size(); ++i)
             EXPECT_NEAR(static_cast<float>(decoded[i]) / one,
@@ -236,7 +239,7 @@ TEST(MeshoptView, SaysWhichVersionItDoesNotDecode) {
 }
 
 TEST(MeshoptView, BelievesNoCountThatTheBytesCannotHold) {
-    // Zeros compress best: exactly the codec's minimum.
+    // Zeros compress best, to exactly the codec's minimum.
     for (const std::size_t stride : {4U, 12U, 64U, 256U}) {
         const std::size_t count = 10000;
         const Bytes values(count * stride), bytes = encodeAttributes(values.data(), count, stride);
@@ -280,7 +283,7 @@ TEST(MeshoptView, OutlivesAnyByte) {
                 damaged[1 + random() % (damaged.size() - 1)] = static_cast<std::uint8_t>(random());
             MeshoptStream other = stream;
             other.bytes = damaged;
-            problemOf(other);  // an error or numbers, nothing else
+            problemOf(other);  // must give an error or numbers
         }
     }
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every kind of PNG, BMP and TGA gives its exact RGBA; JPEG, WebP and TIFF open; damage is refused.
+// Tests that PNG, BMP and TGA of every kind give exactly their RGBA, that JPEG, WebP and TIFF can
+// be read, and that damage is refused.
 #include "formats/gltf/gltf_decoders.h"
 
 #include <OpenImageIO/filesystem.h>
@@ -21,8 +22,8 @@ Bytes rgbaOf(const Bytes& file) {
     return decodeTexture(file, "image").image.rgba;
 }
 
-/// Returns an 8-bit RGB picture of one colour, or of all pixels, in a format that OpenImageIO
-/// writes; empty if it cannot.
+/// Returns a picture of 8-bit RGB, encoded by OpenImageIO; `color` is one colour or all pixels.
+/// Empty if OpenImageIO cannot write the format.
 Bytes encoded(const std::string& format, int width, int height, const Bytes& color) {
     const auto output = OIIO::ImageOutput::create(format);
     if (!output) return {};
@@ -43,7 +44,7 @@ Bytes encoded(const std::string& format, int width, int height, const Bytes& col
 }
 
 TEST(TextureDecoder, KeepsRgbaAsStored) {
-    // Straight alpha: colours under alpha 0 survive, nothing is premultiplied.
+    // Alpha is straight: colours under alpha 0 are kept, and nothing is premultiplied.
     const Bytes pixels = {10, 20, 30, 0, 200, 100, 50, 128};
     const Image image = decodeTexture(png(2, 1, PngColor::kRgba, 8, pixels), "name").image;
     EXPECT_EQ(image.name, "name");
@@ -69,7 +70,7 @@ TEST(TextureDecoder, ExpandsGrey) {
               (Bytes{0, 0, 0, 255, 77, 77, 77, 255}));
     EXPECT_EQ(rgbaOf(png(2, 1, PngColor::kGreyAlpha, 8, {9, 0, 77, 33})),
               (Bytes{9, 9, 9, 0, 77, 77, 77, 33}));
-    // One bit per pixel: 0b01000000
+    // The row has one bit per pixel: 0b01000000.
     EXPECT_EQ(rgbaOf(png(2, 1, PngColor::kGrey, 1, {0x40})),
               (Bytes{0, 0, 0, 255, 255, 255, 255, 255}));
 }
@@ -96,13 +97,13 @@ TEST(TextureDecoder, RoundsSixteenBits) {
 }
 
 TEST(TextureDecoder, NeverParsesMetadata) {
-    // A text with a wrong checksum and an invalid profile: neither matters.
+    // A text chunk with a wrong checksum and an invalid profile must not matter.
     Bytes file = png(1, 1, PngColor::kRgb, 8, {1, 2, 3},
                      {{"iCCP", {'x', 0, 0, 1, 2, 3}}, {"tEXt", {'a', 0, 'b'}}});
     const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
     file[text.find("tEXt") + 4] ^= 1;
     EXPECT_EQ(rgbaOf(file), (Bytes{1, 2, 3, 255}));
-    // The checksum of its pixels does.
+    // A wrong checksum of the pixels must matter.
     file[text.find("IDAT") + 8] ^= 1;
     EXPECT_THROW(rgbaOf(file), Error);
 
@@ -112,7 +113,7 @@ TEST(TextureDecoder, NeverParsesMetadata) {
     EXPECT_EQ(decodeTexture(jpeg, "").image.width, 8);
 }
 
-/// Returns a WebP in the extended container (RFC 9649, section 2.7): two lossless pixels between
+/// Returns a WebP in the extended container (RFC 9649, section 2.7): two lossless pixels among
 /// chunks of metadata.
 Bytes extendedWebp(const Bytes& exif) {
     Bytes chunks;
@@ -126,7 +127,8 @@ Bytes extendedWebp(const Bytes& exif) {
         chunks.insert(chunks.end(), bytes.begin(), bytes.end());
         if (bytes.size() % 2 != 0) chunks.push_back(0);
     };
-    chunk("VP8X", {0x2C, 0, 0, 0, 1, 0, 0, 0, 0, 0});  // profile, Exif and XMP; 2 x 1
+    // Flags for profile, Exif and XMP; the size is 2 x 1.
+    chunk("VP8X", {0x2C, 0, 0, 0, 1, 0, 0, 0, 0, 0});
     chunk("ICCP", {1, 2, 3});
     chunk("VP8L", {0x2F, 0x01, 0x00, 0x00, 0x00, 0x0F, 0x70, 0x01, 0xB1, 0x3D, 0x26, 0xC8, 0xB6,
                    0x0D, 0x6D, 0x3B, 0xD0, 0xE7, 0x3F, 0xD8, 0x0F, 0x19, 0xD1, 0xFF, 0x00});
@@ -141,21 +143,21 @@ Bytes extendedWebp(const Bytes& exif) {
 }
 
 TEST(TextureDecoder, ReadsWebpWithoutItsMetadata) {
-    // Readers skip the first six bytes of Exif, though there may be fewer.
+    // Readers skip the first six bytes of Exif although there may be fewer, as here.
     const Bytes file = extendedWebp({'E', 'x', 'i', 'f', 0});
     EXPECT_EQ(rgbaOf(file), (Bytes{200, 100, 50, 255, 1, 2, 3, 255}));
     const Bytes reduced = withoutWebpMetadata(file).bytes;
     const std::string_view text(reinterpret_cast<const char*>(reduced.data()), reduced.size());
     for (const char* name : {"EXIF", "XMP ", "ICCP"})
         EXPECT_EQ(text.find(name), std::string_view::npos) << name;
-    EXPECT_EQ(reduced[20], 0);  // flags
+    EXPECT_EQ(reduced[20], 0);  // no flags
     EXPECT_EQ(reduced[4], reduced.size() - 8);
     EXPECT_EQ(withoutWebpMetadata(reduced).bytes, reduced);
-    // A chunk larger than the file.
+    // A chunk that exceeds the file is refused.
     EXPECT_THROW(rgbaOf(Bytes(file.begin(), file.end() - 2)), Error);
 }
 
-/// Returns Exif with an orientation, in either byte order (CIPA DC-008, 4.6.2).
+/// Returns Exif data with an orientation, in either byte order (CIPA DC-008, 4.6.2).
 Bytes exifOf(std::uint8_t orientation, bool little) {
     const auto number = [&](Bytes& to, unsigned value, unsigned size) {
         for (unsigned i = 0; i < size; ++i)
@@ -165,10 +167,10 @@ Bytes exifOf(std::uint8_t orientation, bool little) {
     exif.insert(exif.end(), 2, little ? 'I' : 'M');
     number(exif, 42, 2);
     number(exif, 8, 4);
-    number(exif, 2, 2);  // entries
+    number(exif, 2, 2);  // number of entries
     for (const unsigned tag : {0x010FU, 0x0112U}) {
         number(exif, tag, 2);
-        number(exif, 3, 2);  // a short
+        number(exif, 3, 2);  // type: short
         number(exif, 1, 4);
         number(exif, tag == 0x0112U ? orientation : 7, 2);
         number(exif, 0, 2);
@@ -176,7 +178,7 @@ Bytes exifOf(std::uint8_t orientation, bool little) {
     return exif;
 }
 
-/// Returns the JPEG with an Exif segment after the first marker.
+/// Returns the JPEG with an Exif segment inserted after the first marker.
 Bytes withExif(Bytes jpeg, const Bytes& exif) {
     Bytes segment = {0xFF, 0xE1, 0, static_cast<std::uint8_t>(exif.size() + 2)};
     segment.insert(segment.end(), exif.begin(), exif.end());
@@ -193,7 +195,7 @@ TEST(TextureDecoder, WarnsOfAnOrientationThatItDoesNotCarryOut) {
         EXPECT_EQ(turned.image.width, 8);
         ASSERT_EQ(turned.notes.size(), 1U);
         EXPECT_NE(turned.notes[0].find("orientation 6"), std::string::npos) << turned.notes[0];
-        // Truncated anywhere, it has no effect.
+        // Exif that is truncated anywhere has no effect.
         const Bytes whole = exifOf(6, little);
         for (std::size_t size = 0; size < whole.size(); ++size)
             EXPECT_TRUE(
@@ -258,7 +260,7 @@ TEST(TextureDecoder, ReadsJpeg) {
     EXPECT_EQ(image.rgba[3], 255);
 }
 
-/// Red, green and blue, in the layout of BMP palettes.
+/// Three palette entries in the layout of BMP: red, green and blue.
 const Bytes kPalette = {0, 0, 255, 0, 0, 255, 0, 0, 255, 0, 0, 0};
 const Bytes kRed = {255, 0, 0, 255}, kGreen = {0, 255, 0, 255}, kBlue = {0, 0, 255, 255};
 
@@ -270,7 +272,7 @@ Bytes joined(std::initializer_list<Bytes> parts) {
 }
 
 TEST(TextureDecoder, ReadsBmpOfEveryDepth) {
-    // Rows are padded to four bytes, the lowest row first.
+    // Rows are padded to four bytes, and the lowest row is first.
     EXPECT_EQ(rgbaOf(bmp(1, 2, 24, 0, {}, {0, 0, 255, 9, 0, 255, 0, 9})), joined({kGreen, kRed}));
     EXPECT_EQ(rgbaOf(bmp(1, -2, 24, 0, {}, {0, 0, 255, 9, 0, 255, 0, 9})), joined({kRed, kGreen}));
     EXPECT_EQ(rgbaOf(bmp(3, 1, 8, 0, kPalette, {2, 0, 1, 9})), joined({kBlue, kRed, kGreen}));
@@ -286,7 +288,7 @@ TEST(TextureDecoder, ReadsBmpOfEveryDepth) {
 }
 
 TEST(TextureDecoder, ReadsBmpInRunLengths) {
-    // A run, literal pixels (padded), an end of a line, a jump, an end.
+    // The data is a run, literal pixels (padded), an end of line, a jump and an end.
     EXPECT_EQ(rgbaOf(bmp(3, 2, 8, 1, kPalette, {2, 1, 1, 2, 0, 0, 0, 3, 0, 1, 2, 0, 0, 1})),
               joined({kRed, kGreen, kBlue, kGreen, kGreen, kBlue}));
     EXPECT_EQ(rgbaOf(bmp(3, 1, 4, 2, kPalette, {3, 0x12, 0, 1})), joined({kGreen, kBlue, kGreen}));
@@ -303,13 +305,13 @@ TEST(TextureDecoder, ReadsTgaOfEveryType) {
     EXPECT_EQ(rgbaOf(tga(2, 1, 1, 32, 8, {30, 20, 10, 128})), (Bytes{10, 20, 30, 128}));
     EXPECT_EQ(rgbaOf(tga(2, 2, 1, 16, 0, {0, 0x7C, 0xE0, 0x03})), joined({kRed, kGreen}));
     EXPECT_EQ(rgbaOf(tga(3, 2, 1, 8, 0, {7, 8})), (Bytes{7, 7, 7, 255, 8, 8, 8, 255}));
-    // Run lengths: two of one colour, then a literal one.
+    // The data has two run lengths: two pixels of one colour, then a literal pixel.
     EXPECT_EQ(rgbaOf(tga(10, 3, 1, 24, 0, {0x81, 0, 0, 255, 0, 0, 255, 0})),
               joined({kRed, kRed, kGreen}));
     EXPECT_EQ(rgbaOf(tga(11, 3, 1, 8, 0, {2, 1, 2, 3})),
               (Bytes{1, 1, 1, 255, 2, 2, 2, 255, 3, 3, 3, 255}));
     Bytes palette = tga(1, 2, 1, 8, 0, {0, 0, 255, 0, 255, 0, 5, 4});
-    palette[1] = 1;  // two 24-bit colours, from index 4 on
+    palette[1] = 1;  // the palette has two 24-bit colours, from index 4 on
     palette[3] = 4;
     palette[5] = 2;
     palette[7] = 24;
@@ -355,7 +357,7 @@ TEST(TextureDecoder, NeverEndsOtherwiseThanInAnImageOrAnInputError) {
         bmp(3, 2, 8, 1, kPalette, {2, 1, 1, 2, 0, 0, 0, 3, 0, 1, 2, 0, 0, 1}),
         bmp(2, 1, 16, 0, {}, {0, 0x7C, 0xE0, 0x03}),
         tga(10, 3, 1, 24, 0, {0x81, 0, 0, 255, 0, 0, 255, 0})};
-    unsigned state = 1;  // a fixed seed: the same damage every time
+    unsigned state = 1;  // a fixed seed, so that the damage is the same every time
     const auto random = [&] { return state = state * 1664525U + 1013904223U, state >> 8U; };
     const auto attempt = [](const Bytes& file) {
         try {
@@ -378,7 +380,7 @@ TEST(TextureDecoder, NeverEndsOtherwiseThanInAnImageOrAnInputError) {
 }
 
 TEST(TextureDecoder, RefusesPicturesThatAreTooLargeBeforeAllocating) {
-    // 2^31 − 1 pixels per side in the header of a 70-byte file.
+    // The header of a 70-byte file says 2^31 − 1 pixels per side.
     Bytes file = png(1, 1, PngColor::kGrey, 8, {0});
     for (const std::size_t offset : {16U, 20U}) {
         file[offset] = 0x7F;

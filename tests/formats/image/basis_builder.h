@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A writer of BasisLZ: Huffman tables, codebooks and slices, symbol by symbol (KTX 2.0,
+// A writer of BasisLZ, symbol by symbol: Huffman tables, codebooks and slices (KTX 2.0,
 // "BasisLZ/ETC1S Bitstream Specification").
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace peeler::test {
 
-/// A canonical code (RFC 1951, section 3.2.2).
+/// A canonical Huffman code (RFC 1951, section 3.2.2).
 class BasisCode {
   public:
     explicit BasisCode(std::vector<std::uint8_t> lengths)
@@ -21,7 +21,7 @@ class BasisCode {
             for (std::size_t i = 0; i < lengths_.size(); ++i)
                 if (lengths_[i] == length) codes_[i] = code++;
     }
-    /// Returns a code of `count` symbols, all of about the same length.
+    /// Returns a code for `count` symbols, all of about the same length.
     static BasisCode flat(std::size_t count) {
         std::uint8_t bits = 0;
         while (std::size_t{1} << bits < count)
@@ -33,13 +33,13 @@ class BasisCode {
         return BasisCode(lengths);
     }
 
-    /// Writes a code from its highest bit.
+    /// Writes the code of a symbol, highest bit first.
     void put(BitWriter& bits, std::size_t symbol) const {
         for (unsigned i = lengths_.at(symbol); i-- > 0;)
             bits.put(codes_[symbol] >> i & 1U, 1);
     }
 
-    /// Returns the code for lengths, which has 4 bits for 0 to 10 and 5 for 11 to 20.
+    /// Returns the code for code lengths: 4 bits for 0 to 10, 5 bits for 11 to 20.
     static BasisCode ofLengths() {
         std::vector<std::uint8_t> lengths(21, 4);
         std::fill(lengths.begin() + 11, lengths.end(), std::uint8_t{5});
@@ -64,14 +64,14 @@ class BasisCode {
     std::vector<unsigned> codes_;
 };
 
-/// The codebooks of a picture; slices are the caller's.
+/// The codebooks and tables of a picture. Callers write the slices.
 struct BasisBooks {
-    using Endpoint = std::array<unsigned, 4>;  ///< R, G, B of 5 bits, intensity
+    using Endpoint = std::array<unsigned, 4>;  ///< R, G and B of 5 bits each, and the intensity
     std::vector<Endpoint> endpoints = {{16, 16, 16, 0}};
     std::vector<std::uint32_t> selectors = {0};  ///< two bits per texel
     std::size_t history = 0;
     bool grey = false;   ///< endpoints have one channel
-    bool plain = false;  ///< selectors are not packed
+    bool plain = false;  ///< selectors are stored as they are, without a code
     BasisCode predictions = BasisCode::flat(257);
     BasisCode runs = BasisCode::flat(64);
 
@@ -121,7 +121,7 @@ struct BasisBooks {
     }
 };
 
-/// Returns a file of one level with these slices: of colours, and optionally a second one.
+/// Returns a file of one level with these slices: one of colour and, optionally, one of alpha.
 inline Ktx2File basisFile(std::uint32_t width, std::uint32_t height, const BasisBooks& books,
                           const std::vector<Bytes>& slices) {
     Ktx2File file;
@@ -136,7 +136,7 @@ inline Ktx2File basisFile(std::uint32_t width, std::uint32_t height, const Basis
     for (const Bytes& part : parts)
         appendNumber(file.global, part.size());
     appendNumber(file.global, 0);
-    appendNumber(file.global, 0);  // flags
+    appendNumber(file.global, 0);  // no flags
     Bytes level;
     for (std::size_t i = 0; i < 2; ++i) {
         appendNumber(file.global, i < slices.size() ? level.size() : 0);
@@ -154,13 +154,14 @@ struct BasisBlock {
     std::size_t endpoint = 0, selector = 0;
 };
 
-/// Returns a slice with explicit indices for every block, without references to others.
+/// Returns a slice in which every block has explicit indices, without references to other blocks.
 inline Bytes plainSlice(const BasisBooks& books, std::size_t columns,
                         const std::vector<BasisBlock>& blocks) {
     BitWriter bits;
     std::size_t before = 0;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
-        const bool first = i % columns % 2 == 0 && i / columns % 2 == 0;  // of 2 × 2 blocks
+        // `first`: the first of 2 × 2 blocks, which share a symbol.
+        const bool first = i % columns % 2 == 0 && i / columns % 2 == 0;
         if (first) books.predictions.put(bits, 0xFF);
         const std::size_t all = books.endpoints.size();
         books.deltas().put(bits, (blocks[i].endpoint + all - before) % all);

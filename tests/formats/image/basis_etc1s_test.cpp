@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// BasisLZ gives the original ETC1S texels, with every encoding; damage is refused.
+// Tests that BasisLZ decodes to the original ETC1S texels with every kind of encoding, and that
+// damage is refused.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -37,13 +38,13 @@ std::string problemOf(const Ktx2File& file) {
     return problemOf([&] { pixelsOf(file); });
 }
 
-/// Returns the texels of one row, from left to right, as selectors.
+/// Returns the selectors of a row's four texels, from left to right.
 std::uint32_t rowOf(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
     return a | b << 2U | c << 4U | d << 6U;
 }
 
-/// Returns four endpoints with different reds: 5 bits 0, 8, 16, 24, i.e. 8 bits 0, 66, 132, 198,
-/// plus 2 with selector 2.
+/// Returns four endpoints with different reds: 0, 8, 16, 24 in 5 bits, which are 0, 66, 132, 198 in
+/// 8 bits; selector 2 adds 2.
 BasisBooks redBooks() {
     BasisBooks books;
     books.endpoints = {{0, 0, 0, 0}, {8, 0, 0, 0}, {16, 0, 0, 0}, {24, 0, 0, 0}};
@@ -52,7 +53,7 @@ BasisBooks redBooks() {
 }
 constexpr std::uint8_t kReds[] = {2, 68, 134, 200};
 
-/// Returns the reds of all blocks, from their upper left texels.
+/// Returns the red of each block's upper left texel.
 std::vector<std::uint8_t> redsOf(const Ktx2File& file) {
     const std::vector<Color> pixels = pixelsOf(file);
     std::vector<std::uint8_t> reds;
@@ -63,7 +64,8 @@ std::vector<std::uint8_t> redsOf(const Ktx2File& file) {
 }
 
 TEST(BasisEtc1s, HasTheModifiersOfTheTable) {
-    // "Intensity modifier sets for ETC1 compressed textures", for selectors −b, −a, +a, +b.
+    // The table is "Intensity modifier sets for ETC1 compressed textures"; its columns are a and b
+    // of the selectors −b, −a, +a, +b.
     constexpr int kModifiers[8][2] = {{2, 8},   {5, 17},  {9, 29},   {13, 42},
                                       {18, 60}, {24, 80}, {33, 106}, {47, 183}};
     BasisBooks books;
@@ -72,7 +74,7 @@ TEST(BasisEtc1s, HasTheModifiersOfTheTable) {
     books.endpoints.clear();
     std::vector<BasisBlock> blocks;
     for (unsigned intensity = 0; intensity < 8; ++intensity) {
-        // 28, 4 and 3 are the specification's example: 231, 33 and 24.
+        // The specification's example: 28, 4 and 3 in 5 bits are 231, 33 and 24 in 8 bits.
         books.endpoints.push_back({28, 4, 3, intensity});
         blocks.push_back({intensity, 0});
     }
@@ -107,14 +109,15 @@ TEST(BasisEtc1s, HasCodebooksOfEveryKind) {
         }
     EXPECT_EQ(pictures[0][0], (Color{72, 72, 72, 255}));  // 255 − 183
     EXPECT_EQ(pictures[0][4], (Color{17, 17, 17, 255}));  // 0 + 17
-    EXPECT_EQ(pictures[0][8], (Color{53, 53, 53, 255}));  // 82 − 29: the lowest bits of 0x78, 0
-    EXPECT_EQ(pictures[0][9], (Color{91, 91, 91, 255}));  // 82 + 9: 2
+    // 82 − 29: the selector is 0, the lowest bits of 0x78.
+    EXPECT_EQ(pictures[0][8], (Color{53, 53, 53, 255}));
+    EXPECT_EQ(pictures[0][9], (Color{91, 91, 91, 255}));      // 82 + 9: the selector is 2
     EXPECT_EQ(pictures[0][12], (Color{194, 194, 194, 255}));  // 181 + 13
 }
 
 TEST(BasisEtc1s, HasASecondSliceForAlpha) {
     BasisBooks books = redBooks();
-    books.endpoints.push_back({31, 8, 31, 0});  // its green is alpha
+    books.endpoints.push_back({31, 8, 31, 0});  // the green of the second slice is alpha
     const std::vector<Bytes> slices = {plainSlice(books, 1, {{1, 0}}),
                                        plainSlice(books, 1, {{4, 0}})};
     for (const Color& pixel : pixelsOf(basisFile(4, 4, books, slices)))
@@ -122,7 +125,8 @@ TEST(BasisEtc1s, HasASecondSliceForAlpha) {
 }
 
 TEST(BasisEtc1s, RefersToTheBlocksAround) {
-    // 2 × 2 blocks, two bits each from the lowest: 0 left, 1 above, 2 above and left, 3 explicit.
+    // The symbol has two bits for each of 2 × 2 blocks, from the lowest: 0 left, 1 above, 2 above
+    // left, 3 explicit.
     const BasisBooks books = redBooks();
     const auto sliceOf = [&](unsigned predictions, const std::vector<std::size_t>& deltas) {
         BitWriter bits;
@@ -140,17 +144,18 @@ TEST(BasisEtc1s, RefersToTheBlocksAround) {
             out.push_back(kReds[endpoint]);
         return out;
     };
-    // Explicit differences wrap around: 1; 1 + 3 = 0; 0 + 2 = 2; 2 + 1 = 3.
+    // Explicit differences wrap around: 1, 1 + 3 = 0, 0 + 2 = 2, 2 + 1 = 3.
     EXPECT_EQ(redsOf(sliceOf(0xFF, {1, 3, 2, 1})), reds({1, 0, 2, 3}));
-    EXPECT_EQ(redsOf(sliceOf(0xF3, {1, 2, 3})), reds({1, 1, 3, 2}));  // left
+    EXPECT_EQ(redsOf(sliceOf(0xF3, {1, 2, 3})), reds({1, 1, 3, 2}));  // refers to the left
     EXPECT_EQ(redsOf(sliceOf(0x5F, {1, 1})), reds({1, 2, 1, 2}));     // above
-    EXPECT_EQ(redsOf(sliceOf(0xBF, {1, 1, 1})), reds({1, 2, 3, 1}));  // above and left
+    EXPECT_EQ(redsOf(sliceOf(0xBF, {1, 1, 1})), reds({1, 2, 3, 1}));  // refers to above left
     for (const unsigned wrong : {0xFCU, 0xFDU, 0xFEU, 0xF7U, 0xFBU, 0xCFU, 0xEFU})
         EXPECT_TRUE(contains(problemOf(sliceOf(wrong, {0, 0, 0})), "outside the picture")) << wrong;
 }
 
 TEST(BasisEtc1s, RepeatsPredictions) {
-    // Nine pairs in one row: the first is explicit, the last symbol repeats it 3 + 5 times.
+    // The row has nine pairs of blocks. The first pair's symbol is explicit; the next symbol
+    // repeats it 3 + 5 times.
     const BasisBooks books = redBooks();
     BitWriter bits;
     books.predictions.put(bits, 0xFF);
@@ -169,7 +174,7 @@ TEST(BasisEtc1s, RepeatsPredictions) {
         EXPECT_EQ(reds[i], kReds[(i + 1) % 4]);
 }
 
-/// Returns blocks in a row, all with endpoint 0; `write` writes their selectors.
+/// Returns a row of blocks, all with endpoint 0; `write` writes the selector of each.
 Ktx2File selectorsFile(const BasisBooks& books, std::uint32_t count,
                        const std::function<void(BitWriter&, std::size_t)>& write) {
     BitWriter bits;
@@ -181,8 +186,8 @@ Ktx2File selectorsFile(const BasisBooks& books, std::uint32_t count,
     return basisFile(4 * count, 4, books, {bits.bytes()});
 }
 
-/// Returns four selectors of one value each, with an endpoint that distinguishes them: 132 − 8, −
-/// 2, + 2, + 8.
+/// Returns codebooks with four selectors, each of a single value, and an endpoint that tells them
+/// apart: 132 − 8, − 2, + 2, + 8.
 BasisBooks selectorBooks(std::size_t history) {
     BasisBooks books;
     books.selectors = {0x00000000, 0x55555555, 0xAAAAAAAA, 0xFFFFFFFF};
@@ -198,12 +203,13 @@ std::vector<std::uint8_t> shown(const std::vector<std::size_t>& selectors) {
 }
 
 TEST(BasisEtc1s, RemembersSelectors) {
-    // Symbols from 4 on are history positions. New entries replace the last two in turn, and a used
-    // one swaps with the one at half its position.
+    // Symbols from 4 on are positions in the history. New selectors replace the last two entries in
+    // turn; a used entry swaps with the one at half its position.
     const BasisBooks books = selectorBooks(4);
     const std::vector<std::size_t> symbols = {1, 2, 6, 5, 4, 3, 6, 7};
-    // {0 0 1 0}, {0 0 1 2}; place 2: 1, {0 1 0 2}; place 1: 1, {1 0 0 2}; place 0: 1;
-    // 3 goes to place 2: {1 0 3 2}; place 2: 3, {1 3 0 2}; place 3: 2.
+    // The history is {0 0 1 0} after 1 and {0 0 1 2} after 2; position 2 gives 1: {0 1 0 2};
+    // position 1 gives 1: {1 0 0 2}; position 0 gives 1; 3 is new, at position 2: {1 0 3 2};
+    // position 2 gives 3: {1 3 0 2}; position 3 gives 2.
     const auto file =
         selectorsFile(books, static_cast<std::uint32_t>(symbols.size()),
                       [&](BitWriter& bits, std::size_t i) { books.codes().put(bits, symbols[i]); });
@@ -211,11 +217,12 @@ TEST(BasisEtc1s, RemembersSelectors) {
 }
 
 TEST(BasisEtc1s, RepeatsSelectors) {
-    // The symbol after the history repeats its front: 3 + 1 times, then 3 + 62 with a length.
+    // The symbol after the history positions repeats its first entry: 3 + 1 times, then 3 + 62
+    // times with an explicit length.
     const BasisBooks books = selectorBooks(2);
     const auto file = selectorsFile(books, 72, [&](BitWriter& bits, std::size_t i) {
-        if (i == 0) books.codes().put(bits, 3);  // goes to place 1
-        if (i == 1) books.codes().put(bits, 5);  // and from there to the front
+        if (i == 0) books.codes().put(bits, 3);  // puts it at position 1
+        if (i == 1) books.codes().put(bits, 5);  // swaps it to the front
         if (i == 2 || i == 6) books.codes().put(bits, 6);
         if (i == 2) books.runs.put(bits, 1);
         if (i == 6) {
@@ -227,7 +234,7 @@ TEST(BasisEtc1s, RepeatsSelectors) {
     std::vector<std::size_t> expected(72, 3);
     expected.back() = 0;
     EXPECT_EQ(redsOf(file), shown(expected));
-    // A length in two pieces: 3 + (4 + 128).
+    // This length is written in two pieces: 3 + (4 + 128).
     const auto longer = selectorsFile(books, 139, [&](BitWriter& bits, std::size_t i) {
         if (i == 0) books.codes().put(bits, 3);
         if (i == 1) books.codes().put(bits, 5);
@@ -273,7 +280,7 @@ TEST(BasisEtc1s, RefusesWhatIsCutShort) {
     EXPECT_TRUE(contains(problemOf(file), "slice of BasisLZ is cut short"));
     file.levels[0].bytes.pop_back();
     EXPECT_TRUE(contains(problemOf(file), "does not fit its level"));
-    // The global data's endpoints, selectors and tables, each cut in half.
+    // Cut the global data's endpoints, selectors and tables in half, one at a time.
     const char* const words[] = {"cut short", "cut short", "cut short"};
     for (std::size_t part = 0; part < 3; ++part) {
         file = whole;
@@ -319,12 +326,12 @@ TEST(BasisEtc1s, RefusesGlobalDataThatContradictsItself) {
     Ktx2File alpha = whole;
     alpha.channels = {0, 15};
     EXPECT_TRUE(contains(problemOf(alpha), "slice of 0 bytes"));
-    // Its place: in the image description.
+    // The error names the byte in the image description.
     EXPECT_TRUE(
         contains(problemOf(alpha), "byte " + std::to_string(20 + alpha.descriptorAt() + 60 + 4)));
 }
 
-/// Returns a table with these lengths, read back.
+/// Writes a table with these code lengths and returns it as read back.
 HuffmanTable tableOf(const std::vector<std::uint8_t>& lengths) {
     BitWriter bits;
     BasisCode(lengths).putTable(bits);
@@ -333,7 +340,7 @@ HuffmanTable tableOf(const std::vector<std::uint8_t>& lengths) {
 }
 
 TEST(HuffmanTable, DecodesWhatWasEncoded) {
-    // All lengths from 1 to 16.
+    // The code has all lengths from 1 to 16.
     std::vector<std::uint8_t> lengths;
     for (std::uint8_t length = 1; length <= 16; ++length)
         lengths.push_back(length);
@@ -357,7 +364,7 @@ TEST(HuffmanTable, RefusesLengthsThatMakeNoCode) {
     EXPECT_TRUE(contains(problemOf([] { tableOf({1, 1, 1}); }), "too many"));
     EXPECT_TRUE(contains(problemOf([] { tableOf({2, 2, 2}); }), "too few"));
     EXPECT_TRUE(contains(problemOf([] { tableOf({1, 16}); }), "too few"));
-    // A single symbol may have one code; the other bit is invalid.
+    // A code may consist of a single symbol; the other bit is then invalid.
     const HuffmanTable one = tableOf({0, 1});
     const Bytes bits = {0x02};
     BitReader reader(bits, 100);
@@ -380,11 +387,11 @@ TEST(HuffmanTable, TakesRunsOfLengths) {
         BitReader reader(bits.bytes(), 0);
         return HuffmanTable::read(reader);
     };
-    // 3 zeros, 11 zeros, a 4, then 3 and 7 + 5 more: 16 codes of 4 bits.
+    // The lengths are 3 zeros, 11 zeros, a 4, then 3 and 7 + 5 repetitions: 16 codes of 4 bits.
     const HuffmanTable table =
         read(30, {{17, 0, 3}, {18, 0, 7}, {4, 0, 0}, {19, 0, 2}, {20, 5, 7}});
     EXPECT_EQ(table.symbols(), 30U);
-    const Bytes bits = {0x80};  // codes 0, and 1 from its highest bit
+    const Bytes bits = {0x80};  // code 0, then code 1, highest bit first
     BitReader reader(bits, 0);
     EXPECT_EQ(table.decode(reader), 14U);
     EXPECT_EQ(table.decode(reader), 15U);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A bit stream with the lowest bit of each byte first, as in UASTC and BasisLZ.
+// A bit stream that fills each byte from its lowest bit, as in UASTC and BasisLZ.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ class BitWriter {
         }
     }
     std::size_t count() const { return count_; }
-    /// The last byte is padded with zeros.
+    /// Returns the bytes written; the last one is padded with zeros.
     const Bytes& bytes() const { return bytes_; }
 
   private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// BMP and TGA files, byte by byte.
+// BMP and TGA files, built byte by byte.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,8 @@ inline void addNumber(Bytes& to, std::uint32_t value, std::size_t size) {
         to.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
 }
 
-/// Returns a BMP with the header of Windows 3: a palette, or masks, and the following data.
+/// Returns a BMP with the header of Windows 3, followed by `colors` (a palette or masks) and
+/// `pixels`.
 inline Bytes bmp(int width, int height, std::uint32_t bits, std::uint32_t packing,
                  const Bytes& colors, const Bytes& pixels) {
     Bytes file = {'B', 'M'};
@@ -35,7 +36,7 @@ inline Bytes bmp(int width, int height, std::uint32_t bits, std::uint32_t packin
     return file;
 }
 
-/// Returns a TGA without a palette: `descriptor` gives the first corner.
+/// Returns a TGA without a palette; `descriptor` says which corner comes first.
 inline Bytes tga(std::uint8_t type, std::uint32_t width, std::uint32_t height, std::uint8_t bits,
                  std::uint8_t descriptor, const Bytes& pixels) {
     Bytes file(12, 0);

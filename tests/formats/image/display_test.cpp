@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Display of light: straight pixels over any background, and metering.
+// Tests display transforms: straight pixels over any background, and exposure metering.
 #include "formats/image/display.h"
 
 #include <gtest/gtest.h>
@@ -15,9 +15,9 @@ namespace {
 
 using Rgba = std::array<float, 4>;
 
-/// Returns the largest difference, in 255ths and over 256 greys from black to white, between a
-/// premultiplied colour over the grey in linear light and a straight pixel over it in a viewer,
-/// encoded.
+/// Returns the largest error, in 255ths, of a straight pixel that a viewer blends in encoded
+/// values, compared with the premultiplied colour over the same background in linear light.
+/// Backgrounds are 256 greys.
 double worstError(const Rgba& shown, const StraightPixel& pixel) {
     double worst = 0;
     for (int grey = 0; grey < 256; ++grey) {
@@ -32,7 +32,8 @@ double worstError(const Rgba& shown, const StraightPixel& pixel) {
     return worst;
 }
 
-/// Returns the naive result: at alpha A, clipped.
+/// Returns the naive conversion to straight alpha: divided by the unchanged alpha, then clipped to
+/// 1.
 StraightPixel clipped(const Rgba& shown) {
     const float alpha = std::max(shown[3], 1.0F / 255);
     return {{std::min(1.0F, shown[0] / alpha), std::min(1.0F, shown[1] / alpha),
@@ -43,7 +44,7 @@ StraightPixel clipped(const Rgba& shown) {
 TEST(StraightPixels, LightOnClearGlassSurvivesOverEveryGrey) {
     const struct {
         Rgba shown;
-        double before, after;  // minimum, maximum
+        double before, after;  // minimum error when clipped, maximum error of straightPixel()
     } rows[] = {{{0.05F, 0.05F, 0.05F, 0}, 62, 23},  {{0.18F, 0.18F, 0.18F, 0}, 116, 22},
                 {{0.5F, 0.5F, 0.5F, 0}, 186, 18},    {{0.8F, 0.8F, 0.8F, 0.3F}, 154, 11},
                 {{0.18F, 0.09F, 0.02F, 0}, 116, 49}, {{0.18F, 0, 0, 0}, 116, 61}};
@@ -53,7 +54,7 @@ TEST(StraightPixels, LightOnClearGlassSurvivesOverEveryGrey) {
         EXPECT_TRUE(pixel.raised);
         EXPECT_GT(worstError(shown, clipped(shown)), before);
         EXPECT_LT(worstError(shown, pixel), after);
-        // No other alpha with these colours is better by more than a tenth of the range.
+        // With these colours, no other alpha has an error lower by more than a tenth of the range.
         double least = 255;
         for (int i = 1; i <= 255; ++i) {
             StraightPixel other = pixel;
@@ -64,7 +65,7 @@ TEST(StraightPixels, LightOnClearGlassSurvivesOverEveryGrey) {
     }
 }
 
-/// Returns the worst error of light of this colour, and of all fractions of it, with coverage
+/// Returns the largest error for light of this colour and all fractions of it, with coverage
 /// `alpha`.
 double worstOfLight(const std::array<float, 3>& color, float alpha) {
     double worst = 0;
@@ -87,7 +88,7 @@ TEST(StraightPixels, AreOffByNoMoreThanTheGuideOfLightSays) {
     EXPECT_LE(clear, 24);
     EXPECT_LE(covering, 73.5);
     EXPECT_LE(colored, 130);
-    // The bounds are tight.
+    // The bounds above are tight.
     EXPECT_GT(clear, 23);
     EXPECT_GT(covering, 69);
     EXPECT_GT(colored, 129);
@@ -122,7 +123,7 @@ TEST(StraightPixels, NothingJumpsWhereLightExceedsCoverage) {
         for (float light = alpha; light <= 1; light += 1e-4F) {
             const StraightPixel pixel = straightPixel({light, light / 2, light / 4, alpha});
             EXPECT_GE(pixel.alpha, before - 1e-5F);
-            // The steepest part is the curve's linear one.
+            // The curve is steepest in its linear part, with a slope of 12.92.
             EXPECT_LE(pixel.alpha - before, 12.93F * 1e-4F) << alpha << ' ' << light;
             before = pixel.alpha;
         }
@@ -136,7 +137,7 @@ TEST(Displays, ToneMapsSeeOpaqueAndCoveredPartsAlike) {
     for (std::size_t c = 0; c < 3; ++c)
         EXPECT_NEAR(half[c], opaque[c] / 2, 1e-6);
     EXPECT_EQ(half[3], 0.5F);
-    // Light of 3 on clear glass appears like light of 3 on any surface.
+    // Light of 3 on clear glass must look like light of 3 on any surface.
     const Rgba clear = display.shown({3, 3, 3, 0}), covered = display.shown({3, 3, 3, 1});
     EXPECT_FLOAT_EQ(clear[0], covered[0]);
     EXPECT_EQ(display.shown({}), Rgba{});
@@ -169,17 +170,18 @@ float metered(const std::vector<Rgba>& pixels) {
 }
 
 TEST(Metering, AimsHalfwayBetweenMiddleGreyAndHighlights) {
-    // One grey v: the mean gives log2(0.18 / v), the highlights log2(1 / v).
+    // For a single grey v, the mean asks for log2(0.18 / v) stops and the highlights for log2(1 /
+    // v).
     for (const float v : {0.01F, 0.18F, 1.0F, 50.0F}) {
         EXPECT_NEAR(metered(std::vector<Rgba>(100, {v, v, v, 1})),
                     (std::log2(0.18 / v) + std::log2(1 / v)) / 2, 0.06);
     }
-    // 90 of 0.1 and 10 of 10: the mean is 0.1^0.9·10^0.1, the highlights are at 10.
+    // With 90 pixels of 0.1 and 10 of 10, the mean is 0.1^0.9·10^0.1 and the highlights are at 10.
     std::vector<Rgba> pixels(90, {0.1F, 0.1F, 0.1F, 1});
     pixels.insert(pixels.end(), 10, {10, 10, 10, 1});
     const double mean = 0.9 * std::log2(0.1) + 0.1 * std::log2(10);
     EXPECT_NEAR(metered(pixels), (std::log2(0.18) - mean - std::log2(10)) / 2, 0.06);
-    // A few sparks have no effect, nor does their absence.
+    // A few sparks make no difference.
     std::vector<Rgba> sparks(990, {0.18F, 0.18F, 0.18F, 1});
     sparks.insert(sparks.end(), 10, {1e6F, 1e6F, 1e6F, 1});
     EXPECT_NEAR(metered(sparks), metered(std::vector<Rgba>(10, {0.18F, 0.18F, 0.18F, 1})), 0.15);
@@ -188,7 +190,7 @@ TEST(Metering, AimsHalfwayBetweenMiddleGreyAndHighlights) {
 }
 
 TEST(Metering, KeepsHighlightsBelowFour) {
-    // Dark, and a twentieth very bright: halfway would leave that at 2^(3.5).
+    // Dark, with a very bright twentieth: the halfway exposure would leave that at 2^(3.5).
     std::vector<Rgba> pixels(95, {0.001F, 0.001F, 0.001F, 1});
     pixels.insert(pixels.end(), 5, {10, 10, 10, 1});
     EXPECT_NEAR(metered(pixels), std::log2(4.0 / 10), 0.06);
@@ -207,7 +209,7 @@ TEST(Metering, DoesNotDependOnBandsOrOrder) {
         meter.add(pictureOf({pixels.begin() + static_cast<std::ptrdiff_t>(first),
                              pixels.begin() + static_cast<std::ptrdiff_t>(first + 500)}));
     EXPECT_EQ(meter.stops(), whole);
-    EXPECT_EQ(std::round(whole * 10) / 10, whole);  // the reported value can be given
+    EXPECT_EQ(std::round(whole * 10) / 10, whole);  // users can specify it exactly
 }
 
 TEST(Metering, OfUnknownLightChangesOnlyWhatCannotBeShown) {

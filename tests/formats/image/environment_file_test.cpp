@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Environments from files, whole and damaged.
+// Tests environments from files, intact and damaged.
 #include "formats/image/environment_file.h"
 
 #include <OpenEXR/ImfEnvmap.h>
@@ -18,7 +18,7 @@
 namespace peeler::test {
 namespace {
 
-/// Writes `values`, three or four per pixel, with OpenImageIO.
+/// Writes `values`, three or four per pixel, with OpenImageIO; returns the path.
 std::string writeFloats(const ScratchDir& folder, const std::string& name, int width, int height,
                         const std::vector<float>& values, int channels = 3) {
     const std::string path = folder / name;
@@ -29,7 +29,7 @@ std::string writeFloats(const ScratchDir& folder, const std::string& name, int w
     return path;
 }
 
-/// The content and warnings of a file.
+/// A file's environment and the warnings.
 struct Sky {
     Environment environment;
     std::vector<Text> warnings;
@@ -135,7 +135,7 @@ TEST(EnvironmentFile, CutShortIsRefused) {
     }
 }
 
-/// Writes a Radiance file of `bytes`, four per pixel.
+/// Writes a Radiance file whose pixels are `bytes`, four per pixel; returns the path.
 std::string writeRadiance(const ScratchDir& folder, const std::string& header,
                           const std::string& resolution, const std::string& bytes) {
     const std::string path = folder / "sky.hdr";
@@ -154,7 +154,8 @@ TEST(EnvironmentFile, MayHaveEachOfTheEightOrientations) {
     for (const bool rows_first : {true, false})
         for (const char x_sign : {'+', '-'})
             for (const char y_sign : {'+', '-'}) {
-                // X grows to the right, Y upward; the resolution's first axis is the outer loop.
+                // X grows to the right and Y upward. The first axis of the resolution is the outer
+                // loop.
                 std::string bytes;
                 for (int a = 0; a < (rows_first ? kHeight : kWidth); ++a)
                     for (int b = 0; b < (rows_first ? kWidth : kHeight); ++b) {
@@ -203,7 +204,7 @@ TEST(EnvironmentFile, WarnsOfSettingsThatHaveNoEffect) {
     }
 }
 
-/// Writes a black sky of this size.
+/// Writes a black sky of this size; returns the path.
 std::string writeExr(const ScratchDir& folder, int width, int height,
                      const std::function<void(Imf::Header&)>& change = {}, std::size_t parts = 1) {
     const std::string path = folder / "sky.exr";
@@ -242,7 +243,7 @@ TEST(EnvironmentFile, WarnsOfPicturesThatAreNotTwiceAsWideAsHigh) {
     const ScratchDir folder;
     for (const auto& [width, height] : {std::pair(64, 32), {1, 1}, {63, 32}, {64, 33}})
         EXPECT_TRUE(skyOf(writeExr(folder, width, height)).warnings.empty());
-    // A light probe, and cube crosses.
+    // These are the sizes of a light probe and of cube crosses.
     for (const auto& [width, height] : {std::pair(32, 32), {24, 32}, {32, 24}, {8, 48}})
         EXPECT_EQ(skyOf(writeExr(folder, width, height)).warnings.size(), 1U);
 }

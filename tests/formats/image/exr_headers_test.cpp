@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR headers are refused before a library parses them in a way that contradicts their sizes.
+// Tests that OpenEXR headers are checked, and refused, before a library parses sizes in them that
+// contradict each other.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -31,8 +32,8 @@ std::string channel(const std::string& name) {
     return name + '\0' + std::string(16, '\1');
 }
 
-/// Returns the complaint about a file with this attribute in its header, and bytes after it; "" if
-/// there is none.
+/// Returns the complaint about a file whose header has this attribute, followed by other bytes; ""
+/// if there is none.
 std::string complaint(const std::string& attribute) {
     const ScratchDir scratch;
     const auto path = scratch / "a.exr";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Written pictures come back linear and premultiplied, in every format.
+// Tests pictures in every format, written and read back, linear and premultiplied.
 #include "formats/image/flat_image.h"
 
 #include <OpenImageIO/imageio.h>
@@ -25,7 +25,7 @@ class FlatImageFile : public testing::Test {
   protected:
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
 
-    /// Writes two adjacent pixels: half covered, and opaque.
+    /// Writes two adjacent pixels, one half covered and one opaque; returns the path.
     std::string write(const std::string& name) const {
         CompositeImage picture;
         picture.window = {0, 0, 2, 1};
@@ -63,7 +63,7 @@ TEST_F(FlatImageFile, JpegHasNoAlpha) {
     EXPECT_NEAR(flat.image.rgba[1][2], 1, 0.05);
 }
 
-/// Writes samples unchanged with OpenImageIO.
+/// Writes samples, unchanged, with OpenImageIO.
 template <class T>
 void writeSamples(const std::string& path, OIIO::ImageSpec spec, const std::vector<T>& samples) {
     const auto output = OIIO::ImageOutput::create(path);
@@ -73,7 +73,8 @@ void writeSamples(const std::string& path, OIIO::ImageSpec spec, const std::vect
 }
 
 TEST_F(FlatImageFile, OfATiffIsTurnedAsItsTagSays) {
-    // 2 x 3 pixels, and the six in viewing order; TIFF 6.0, section 8.
+    // The picture has 2 x 3 pixels, numbered; `seen` has them in viewing order for each orientation
+    // of TIFF 6.0, section 8.
     const std::vector<std::uint16_t> stored = {1, 2, 3, 4, 5, 6};
     const std::vector<std::vector<int>> seen = {
         {1, 2, 3, 4, 5, 6}, {2, 1, 4, 3, 6, 5}, {6, 5, 4, 3, 2, 1}, {5, 6, 3, 4, 1, 2},
@@ -97,12 +98,12 @@ TEST_F(FlatImageFile, OfAJpegIsTurnedAsItsExifSays) {
     OIIO::ImageSpec spec(16, 8, 3, OIIO::TypeDesc::UINT8);
     spec.attribute("Orientation", 6);
     std::vector<std::uint8_t> pixels(16 * 8 * 3);
-    std::fill_n(pixels.begin(), 16 * 4 * 3, std::uint8_t{255});  // the upper half
+    std::fill_n(pixels.begin(), 16 * 4 * 3, std::uint8_t{255});  // the upper half is white
     writeSamples(path("a.jpg"), spec, pixels);
     const FlatImage flat = readFlatImage(path("a.jpg"));
     EXPECT_EQ(flat.width, 8);
     EXPECT_EQ(flat.height, 16);
-    EXPECT_NEAR(flat.image.rgba[0][0], 0, 0.01);  // the former top is on the right
+    EXPECT_NEAR(flat.image.rgba[0][0], 0, 0.01);  // the former top is now on the right
     EXPECT_NEAR(flat.image.rgba[7][0], 1, 0.01);
 }
 
@@ -122,12 +123,13 @@ TEST_F(FlatImageFile, FloatingPointTiffIsLinear) {
 }
 
 struct Tiff {
-    std::uint32_t photometric = 5;  ///< TIFF 6.0: 0 white is zero, 3 palette, 5 separated
+    std::uint32_t photometric = 5;  ///< TIFF 6.0: 0 = white is zero, 3 = palette, 5 = separated
     int channels = 4, bits = 8, rows = 1;
     bool tiled = false;
 };
 
-/// Returns an uncompressed TIFF of 64 pixels per row, all bits 0: one strip per row, or one tile.
+/// Returns an uncompressed TIFF with 64 pixels per row and all bits 0, in one strip per row or in
+/// one tile.
 std::string stored(const Tiff& tiff) {
     constexpr std::uint32_t kWidth = 64, kShort = 3, kLong = 4, kTile = 64;
     const auto count = static_cast<std::uint32_t>(tiff.channels);
@@ -159,7 +161,7 @@ std::string stored(const Tiff& tiff) {
                    number(static_cast<std::uint32_t>(values.size()), 4) + text;
         ++entry_count;
     };
-    constexpr std::uint32_t kPixels = 1U << 18U;  // after all lists
+    constexpr std::uint32_t kPixels = 1U << 18U;  // offset of the pixels, after all lists
     entry(256, kLong, {kWidth});
     entry(257, kLong, {rows});
     entry(258, kShort, std::vector<std::uint32_t>(count, bits));

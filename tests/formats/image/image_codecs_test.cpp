@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The built-in decoders match OpenImageIO's, bit for bit, and both read the encoders' files.
+// Tests that the built-in decoders give the same bits as OpenImageIO's, and that both read what the
+// encoders write.
 #include <gtest/gtest.h>
 #include <turbojpeg.h>
 
@@ -24,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A decoded file. Empty = refused.
+/// A decoded file; empty if it was refused.
 struct Decoded {
     std::vector<std::string> channels;
     int width = 0, height = 0;
@@ -61,7 +62,7 @@ Decoded decoded(ImageDecoder& decoder) {
     return result;
 }
 
-/// Decodes with the module alone.
+/// Decodes with the OpenImageIO module alone.
 Decoded byOpenImageIo(const std::string& format, const Bytes& file) {
     try {
         return decoded(*imageLibrary().decoder(format, "picture." + format, file));
@@ -78,7 +79,7 @@ Decoded builtInPng(const Bytes& file) {
     }
 }
 
-/// Decodes with the built-in decoder; refuses files that need the module.
+/// Decodes with the built-in decoder alone, which refuses files that need the module.
 Decoded builtInJpeg(const Bytes& file) {
     try {
         const auto decoder = jpegDecoder("picture.jpg", file);
@@ -113,7 +114,8 @@ struct Kind {
     std::vector<PngChunk> chunks{};
 };
 
-/// tRNS names samples that are among the first of seed 5, so that some pixel is transparent.
+/// Returns kinds of PNG. Some tRNS chunks name the first sample values of the pictures, whose data
+/// is randomBytes(…, 5), so that at least one pixel is transparent.
 std::vector<Kind> kinds() {
     const PngChunk palette = {"PLTE", randomBytes(768, 1)};
     const auto colors = [&](std::size_t count) {
@@ -135,10 +137,12 @@ std::vector<Kind> kinds() {
         for (const PngColor color :
              {PngColor::kGrey, PngColor::kRgb, PngColor::kGreyAlpha, PngColor::kRgba})
             all.push_back({color, depth});
-        all.push_back({PngColor::kRgb, depth, {colors(9)}});  // only a suggestion
+        // For RGB a palette is only a suggestion.
+        all.push_back({PngColor::kRgb, depth, {colors(9)}});
     }
     all.push_back({PngColor::kGrey, 16, {{"tRNS", {first[0], first[1]}}}});
-    all.push_back({PngColor::kGrey, 8, {{"tRNS", {9, first[0]}}}});  // more than 8 bits
+    // The value has more than 8 bits.
+    all.push_back({PngColor::kGrey, 8, {{"tRNS", {9, first[0]}}}});
     all.push_back({PngColor::kGrey, 8, {{"tRNS", {first[0]}}}});
     all.push_back({PngColor::kPalette, 8, {colors(2), {"tRNS", {1, 2, 3}}}});
     all.push_back({PngColor::kRgba, 8, {{"tRNS", first}}});
@@ -162,7 +166,7 @@ TEST(BuiltInPng, IsOpenImageIosInEveryKind) {
             }
 }
 
-/// Encodes samples; 16-bit ones are in machine byte order.
+/// Encodes samples, of which 16-bit ones are in machine byte order.
 Bytes encodedPng(const ImageToEncode& image, const Bytes& samples, int rows_at_once) {
     struct : EncodedFile {
         std::uint64_t size() const override { return bytes.size(); }
@@ -187,7 +191,8 @@ Bytes encodedPng(const ImageToEncode& image, const Bytes& samples, int rows_at_o
     return file.bytes;
 }
 
-// Rows are compressed in pieces, in parallel. The largest picture exceeds the number held at once.
+// Rows are compressed in pieces, in parallel. The largest picture has more pieces than are held at
+// once.
 TEST(BuiltInPng, EncodesTheSameBytesOnAnyNumberOfThreads) {
     for (const auto& [width, height] : {std::pair(1, 1), {3, 200}, {300, 500}, {1100, 1300}}) {
         for (const int channels : {1, 2, 3, 4}) {
@@ -198,7 +203,8 @@ TEST(BuiltInPng, EncodesTheSameBytesOnAnyNumberOfThreads) {
                 ImageToEncode image{"", width, height, channels, bits, "peeler", "a picture", true};
                 Bytes samples =
                     randomBytes(static_cast<std::size_t>(width * height * channels * bits / 8), 11);
-                for (std::size_t i = 0; i < samples.size(); ++i)  // half of it compresses well
+                // Half of the data compresses well.
+                for (std::size_t i = 0; i < samples.size(); ++i)
                     if (i % 4096 < 2048) samples[i] = static_cast<std::uint8_t>(i / 4096);
                 setThreadCount(1);
                 const Bytes alone = encodedPng(image, samples, 64);
@@ -256,7 +262,7 @@ TEST(BuiltInPng, TellsTheSameDescription) {
     EXPECT_THROW(imageDecoder("png", scratch / "missing.png"), std::runtime_error);
 }
 
-/// Applies random damage step by step, with fixed seeds.
+/// Damages a file at random, with a fixed seed, and calls attempt(damaged file) each time.
 template <class Attempt>
 void damage(const Bytes& file, unsigned rounds, const Attempt& attempt) {
     std::mt19937 random(3);
@@ -276,14 +282,15 @@ TEST(BuiltInPng, NeverTakesDamageThatOpenImageIoRefuses) {
         try {
             reduced = withoutPngMetadata(file).bytes;
         } catch (const Error&) {
-            return;  // invisible to a decoder
+            return;  // decoders never see this damage
         }
         const Decoded ours = builtInPng(reduced);
         if (!ours.bytes.empty()) {
             EXPECT_TRUE(ours == byOpenImageIo("png", reduced));
         }
     });
-    for (std::size_t size = 1; size < whole.size() - 12; size += 7)  // IEND may be missing
+    // IEND may be missing, so all sizes end before it.
+    for (std::size_t size = 1; size < whole.size() - 12; size += 7)
         EXPECT_TRUE(
             builtInPng(Bytes(whole.begin(), whole.begin() + std::ptrdiff_t(size))).bytes.empty())
             << size;
@@ -297,7 +304,7 @@ TEST(BuiltInDecoders, AllocateNothingForPicturesThatAreTooLarge) {
     EXPECT_THROW(imageDecoder("png", "huge.png", file), std::runtime_error);
 }
 
-/// The environment belongs to the host, and may hold OpenImageIO's limits.
+/// The environment belongs to the host, which may have set OpenImageIO's limits in it.
 TEST(ImageLibrary, LeavesTheEnvironmentAlone) {
     unsetenv("OPENIMAGEIO_THREADS");
     setLibraryThreads(1);
@@ -340,7 +347,8 @@ Bytes jpeg(const JpegKind& kind, int width, int height) {
     tjFree(memory);
     tjDestroy(compressor);
     if (kind.adobe < 0) return file;
-    // SOI and the marker segment after it: JFIF's or Adobe's is replaced by one of Adobe's.
+    // The start of the file and the marker segment after it, JFIF's or Adobe's, are replaced by
+    // these bytes with a segment of Adobe's.
     const Bytes adobe = {0xFF, 0xD8, 0xFF, 0xEE, 0,   14,
                          'A',  'd',  'o',  'b',  'e', 0,
                          100,  0,    0,    0,    0,   static_cast<std::uint8_t>(kind.adobe)};
@@ -385,7 +393,7 @@ TEST(BuiltInJpeg, LeavesTheRestToTheModule) {
 
 TEST(BuiltInDecoders, AreOpenImageIosOnRealTextures) {
     PEELER_REQUIRE_ASSETS(assets);
-    constexpr std::size_t kEvery = 5;  // half a second in total for each
+    constexpr std::size_t kEvery = 5;  // takes half a second in total per format
     std::size_t found = 0, compared = 0;
     for (const auto& entry : fs::recursive_directory_iterator(assets)) {
         const std::string extension = entry.path().extension();

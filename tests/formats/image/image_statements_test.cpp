@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Handling of every statement of textures, environments and compared pictures (formats/README.md).
+// Tests that every statement of textures, environments and compared pictures has the outcome that
+// formats/README.md documents.
 #include <OpenEXR/ImfEnvmap.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenImageIO/imageio.h>
@@ -47,7 +48,7 @@ std::string text(const Bytes& bytes) {
     return {bytes.begin(), bytes.end()};
 }
 
-/// Returns a picture written by OpenImageIO.
+/// Returns the bytes of a picture written by OpenImageIO.
 std::string written(const std::string& name, const OIIO::ImageSpec& spec,
                     const std::vector<float>& values) {
     const ScratchDir folder;
@@ -91,7 +92,7 @@ std::string radiance(const std::string& header, const std::string& resolution = 
            std::string(8, '\x81');
 }
 
-/// Returns the bytes of a black EXR.
+/// Returns the bytes of a black OpenEXR file with a changed header.
 std::string exrWith(const std::function<void(Imf::Header&)>& change, std::size_t parts = 1) {
     const ScratchDir folder;
     writeBlackFile(folder / "a.exr", {{0, 0}, {1, 0}}, {{0, 0}, {7, 3}}, change, parts);
@@ -102,7 +103,8 @@ std::string envmap(Imf::Envmap kind) {
     return exrWith([&](Imf::Header& header) { Imf::addEnvmap(header, kind); });
 }
 
-/// Textures are in files t…, environments in e…, compared pictures in c….
+/// Returns the statements. Files of textures are named t…, of environments e…, of compared pictures
+/// c….
 std::vector<Statement> texturesAndPictures() {
     Ktx2File swizzled = ktx2Of(), premultiplied = ktx2Of(), grey = ktx2Of();
     swizzled.metadata = {{"KTXswizzle", std::string("bgra\0", 5)}};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Known linear colours give known bytes; the table of formats describes its entries.
+// Tests that known linear colours are written as known bytes, and that the table of formats
+// describes its entries correctly.
 #include "formats/image/image_writer.h"
 
 #include <OpenImageIO/imageio.h>
@@ -21,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using Rgba = std::array<float, 4>;
 
-/// Returns one row of pixels, one fragment each (none where alpha and colour are 0).
+/// Returns one row of pixels with one fragment each, or none where alpha and colour are 0.
 test::SyntheticPicture rowOfPixels(const std::vector<Rgba>& colors) {
     test::SyntheticPicture picture;
     const int width = static_cast<int>(colors.size());
@@ -49,7 +50,7 @@ struct Pixels {
 
 Pixels readBack(const fs::path& path) {
     OIIO::ImageSpec config;
-    config.attribute("oiio:UnassociatedAlpha", 1);  // keep straight alpha
+    config.attribute("oiio:UnassociatedAlpha", 1);  // keeps alpha straight
     const auto input = OIIO::ImageInput::open(path.string(), &config);
     if (!input) throw std::runtime_error(OIIO::geterror());
     const OIIO::ImageSpec& spec = input->spec();
@@ -90,8 +91,8 @@ TEST_F(ImageFile, PngHasSrgbBytesAndStraightAlpha) {
                                                        {0.2158605F, 4, 0.0005F, 1},
                                                        {0.1F, 0.1F, 0.1F, 0.1F}}));
     ASSERT_EQ(pixels.channels, 4);
-    // sRGB of 0.5 is 188; 0.25 premultiplied by 0.5 is 0.5; 0.2158605 is the grey of byte 128;
-    // 0.0005 is in the linear toe: 0.00646·255 = 1.6.
+    // In sRGB, 0.5 is byte 188; 0.25 of alpha 0.5 is straight 0.5; 0.2158605 is byte 128; 0.0005 is
+    // in the linear toe: 0.00646·255 = 1.6.
     const std::vector<std::uint16_t> wanted = {255, 0, 188, 255, 188, 0,   0,   128, 0,   0,
                                                0,   0, 128, 255, 2,   255, 255, 255, 255, 26};
     EXPECT_EQ(pixels.values, wanted);
@@ -119,7 +120,7 @@ TEST_F(ImageFile, LightWithoutCoverageRaisesAlpha) {
     options.outcome = std::make_shared<DisplayOutcome>();
     const Pixels pixels = writeAndRead(
         scratch / "out.png", rowOfPixels({{0.18F, 0.18F, 0.18F, 0}, {0.1F, 0, 0, 0.5F}}), options);
-    // sRGB of 0.18 is 118; 0.1 premultiplied by 0.5 is 0.2, 124.
+    // In sRGB, 0.18 is byte 118; 0.1 of alpha 0.5 is straight 0.2, byte 124.
     EXPECT_EQ(pixels.values, (std::vector<std::uint16_t>{255, 255, 255, 118, 124, 0, 0, 128}));
     EXPECT_EQ(options.outcome->raised_pixels, 1U);
     options.background = {0, 0, 0, 1};
@@ -136,10 +137,11 @@ TEST_F(ImageFile, AutomaticExposureIsMeteredOnTheWholePicture) {
     const std::vector<Rgba> bright(100, {100, 100, 100, 1});
     test::SyntheticPicture picture = rowOfPixels(bright);
     const Pixels pixels = writeAndRead(scratch / "out.png", picture, options);
-    // Halfway between 0.18 and 1, in stops: √0.18 = 0.424, sRGB 174; rounded to tenths.
+    // The target is halfway between 0.18 and 1, in stops: √0.18 = 0.424, sRGB 174. The exposure is
+    // rounded to tenths.
     EXPECT_NEAR(options.outcome->exposure, std::log2(0.424 / 100), 0.051);
     EXPECT_NEAR(pixels.values[0], 174, 4);
-    // A part of a picture is not metered, so that parts agree.
+    // Parts of a picture are not metered, so that they match.
     picture.plan.view.height = 2;
     writeAndRead(scratch / "part.png", picture, options);
     EXPECT_EQ(options.outcome->exposure, 0);
@@ -230,7 +232,7 @@ TEST(ToneMaps, CurvesAreWhatTheyClaim) {
     for (const ToneMap& entry : toneMaps()) {
         SCOPED_TRACE(std::string(entry.name));
         float before = -1;
-        for (float v = 0; v <= 20; v += 0.125F) {  // greys stay grey and are monotonic
+        for (float v = 0; v <= 20; v += 0.125F) {  // greys must stay grey and be monotonic
             const auto mapped = entry.map({v, v, v});
             EXPECT_NEAR(mapped[0], mapped[1], 2e-3F);
             EXPECT_NEAR(mapped[0], mapped[2], 2e-3F);
@@ -245,17 +247,17 @@ TEST(ToneMaps, CurvesAreWhatTheyClaim) {
         }
         throw std::runtime_error("no such tone map");
     };
-    // Neutral: base colours below the shoulder lose only the 4 % Fresnel offset.
+    // In "neutral", base colours below the shoulder lose only the 4 % Fresnel offset.
     const auto base = map("neutral", {0.5F, 0.3F, 0.2F});
     EXPECT_NEAR(base[0], 0.46F, 1e-6);
     EXPECT_NEAR(base[1], 0.26F, 1e-6);
     EXPECT_NEAR(base[2], 0.16F, 1e-6);
-    // ACES: 18 % grey by the formula, computed by hand.
+    // In "aces", the value of 18 % grey was computed by hand.
     EXPECT_NEAR(map("aces", {0.18F, 0.18F, 0.18F})[0], 0.1055F, 2e-3);
     EXPECT_EQ(map("none", {5, 0, -1}), (std::array<float, 3>{5, 0, -1}));
 }
 
-/// Returns kind and hint of the Error that makeSink throws.
+/// Returns kind and hint of the Error that makeSink() throws.
 std::string usageHint(const std::string& path, const OutputOptions& options) {
     try {
         makeSink(path, options);

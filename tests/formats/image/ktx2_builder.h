@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A writer of valid and invalid KTX 2.0 files, with known bytes.
+// A writer of valid and invalid KTX 2.0 files whose bytes are known.
 #pragma once
 
 #include <algorithm>
@@ -18,28 +18,28 @@ inline void appendNumber(Bytes& out, std::uint64_t value, std::size_t size = 4) 
         out.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
 }
 
-/// Overwrites a number.
+/// Overwrites a little-endian number.
 inline void setNumber(Bytes& out, std::size_t at, std::uint64_t value, std::size_t size = 4) {
     for (std::size_t i = 0; i < size; ++i)
         out.at(at + i) = static_cast<std::uint8_t>(value >> (8 * i));
 }
 
 struct Ktx2Part {
-    Bytes bytes;                 ///< as they are stored
+    Bytes bytes;                 ///< as stored
     std::uint64_t unpacked = 0;  ///< the size in the index
 };
 
-/// The parts of a file; the defaults describe a UASTC picture in sRGB, without levels.
+/// The parts of a file. The defaults describe a UASTC picture in sRGB without levels.
 struct Ktx2File {
     std::uint32_t vk_format = 0, width = 4, height = 4;
-    std::uint32_t scheme = 0;  ///< 1 BasisLZ, 2 Zstandard, 3 ZLIB
+    std::uint32_t scheme = 0;  ///< 0 none, 1 BasisLZ, 2 Zstandard, 3 ZLIB
     std::uint8_t model = 166, primaries = 1, transfer = 2, flags = 0;
-    Bytes channels = {3};  ///< of the samples
+    Bytes channels = {3};  ///< of the samples in the descriptor
     std::vector<std::pair<std::string, std::string>> metadata{};
     Bytes global{};
     std::vector<Ktx2Part> levels{};  ///< the largest first
 
-    /// Returns the position after the index of levels.
+    /// Returns the offset of the data format descriptor, which follows the index of levels.
     std::size_t descriptorAt() const { return 80 + 24 * levels.size(); }
 
     Bytes descriptor() const {
@@ -88,7 +88,7 @@ struct Ktx2File {
             appendNumber(out, field);
         appendNumber(out, global.empty() ? 0 : global_at, 8);
         appendNumber(out, global.size(), 8);
-        // The smallest level comes first, at multiples of 16.
+        // The smallest level is stored first; all are aligned to 16 bytes.
         std::vector<std::size_t> places(levels.size());
         for (std::size_t i = levels.size(); i-- > 0;) {
             places[i] = at = (at + 15) / 16 * 16;
@@ -111,7 +111,7 @@ struct Ktx2File {
     }
 };
 
-/// Returns an uncompressed UASTC picture with one level.
+/// Returns a UASTC picture of one level, without supercompression.
 inline Ktx2File uastcFile(std::uint32_t width, std::uint32_t height, const Bytes& blocks) {
     Ktx2File file;
     file.width = width;

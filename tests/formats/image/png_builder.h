@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A writer of uncompressed PNG files of every colour type, with known bytes.
+// A writer of uncompressed PNG files of every colour type whose bytes are known.
 #pragma once
 
 #include <array>
@@ -24,8 +24,8 @@ inline std::uint32_t channelsOf(PngColor color) {
     return kChannels[static_cast<std::size_t>(color)];
 }
 
-/// Returns rows that each begin with a filter byte: one pass, or seven (§8.2, Adam7). Without
-/// samples only these bytes.
+/// Returns rows that each begin with a filter byte, in one pass or in seven (§8.2, Adam7). Without
+/// samples, only the filter bytes.
 inline Bytes filteredRows(std::uint32_t width, std::uint32_t height, std::uint32_t bits,
                           const Bytes& samples, bool interlaced) {
     struct Pass {
@@ -38,7 +38,7 @@ inline Bytes filteredRows(std::uint32_t width, std::uint32_t height, std::uint32
     Bytes rows;
     for (const Pass& pass : interlaced ? std::vector<Pass>(kAdam7, kAdam7 + 7) : std::vector{kAll})
         for (std::uint32_t y = pass.y; y < height && pass.x < width; y += pass.step_y) {
-            rows.push_back(0);  // no filter
+            rows.push_back(0);  // filter type: none
             std::uint32_t count = 0;
             for (std::uint32_t x = pass.x; x < width; x += pass.step_x)
                 for (std::uint32_t bit = x * bits; bit < (x + 1) * bits; ++bit, ++count) {
@@ -52,7 +52,7 @@ inline Bytes filteredRows(std::uint32_t width, std::uint32_t height, std::uint32
 }
 
 /// Returns a PNG (ISO/IEC 15948). `samples` are the bytes of all rows without filter bytes;
-/// `chunks` go before the pixels, e.g. PLTE and tRNS. At most 64 KiB of pixels.
+/// `chunks` go before the pixels, e.g. PLTE and tRNS. Supports at most 64 KiB of pixels.
 inline Bytes png(std::uint32_t width, std::uint32_t height, PngColor color, std::uint8_t depth,
                  const Bytes& samples, const std::vector<PngChunk>& chunks = {},
                  bool interlaced = false) {
@@ -74,7 +74,7 @@ inline Bytes png(std::uint32_t width, std::uint32_t height, PngColor color, std:
         number(out, ~crc);
     };
     const Bytes rows = filteredRows(width, height, depth * channelsOf(color), samples, interlaced);
-    // zlib (RFC 1950) around one stored block (RFC 1951 §3.2.4).
+    // The data is zlib's format (RFC 1950) with one stored block (RFC 1951 §3.2.4).
     const auto size = static_cast<std::uint16_t>(rows.size());
     const auto inverse = static_cast<std::uint16_t>(~size);
     Bytes zlib = {0x78,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// UASTC blocks give the texels of the specification's tables, mode by mode.
+// Tests that UASTC blocks decode to the texels of the specification's tables, mode by mode.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -25,8 +25,8 @@ Color texel(const Texels& texels, std::size_t i) {
 
 constexpr Color kErrorColor = {255, 0, 255, 255};
 
-/// "UASTC unquantization values for weight expansion"; those of 5 bits increase by 2, except for a
-/// step of 4 in the middle.
+/// Returns a weight expanded by "UASTC unquantization values for weight expansion". Those of 5 bits
+/// increase by 2, except for a step of 4 in the middle.
 unsigned expandedWeight(unsigned bits, unsigned weight) {
     constexpr unsigned kOfFour[] = {0, 4, 8, 12, 17, 21, 25, 29, 35, 39, 43, 47, 52, 56, 60, 64};
     constexpr unsigned kOfThree[] = {0, 9, 18, 27, 37, 46, 55, 64}, kOfTwo[] = {0, 21, 43, 64};
@@ -44,7 +44,8 @@ unsigned expandedWeight(unsigned bits, unsigned weight) {
     }
 }
 
-/// "UASTC unquantization data for Mode …": the value of 255 by index, for digits above bits.
+/// Endpoint values of "UASTC unquantization data for Mode …", 0 to 255, by (digits, bits) and
+/// index, in which the digit is above the bits.
 const std::map<std::pair<unsigned, unsigned>, std::map<unsigned, std::uint8_t>> kUnquantized = {
     {{3, 2},
      {{0, 0},
@@ -118,13 +119,13 @@ const std::map<std::pair<unsigned, unsigned>, std::map<unsigned, std::uint8_t>> 
       {160, 66},
       {190, 126},
       {191, 129}}},
-    // Without digits, bits are repeated.
+    // Without digits, the bits are repeated.
     {{1, 4}, {{0, 0}, {15, 255}, {1, 0x11}, {7, 0x77}, {8, 0x88}, {10, 0xAA}, {14, 0xEE}}},
     {{1, 5}, {{0, 0}, {31, 255}, {1, 0x08}, {4, 0x21}, {16, 0x84}, {21, 0xAD}, {30, 0xF7}}},
     {{1, 8}, {{0, 0}, {255, 255}, {1, 1}, {77, 77}, {128, 128}, {200, 200}, {254, 254}}},
 };
 
-/// Returns endpoint indices and their values, in turn.
+/// Returns endpoint indices and their values, taken from the tables in turn.
 std::vector<std::pair<unsigned, std::uint8_t>> endpointsOf(const UastcLayout& mode,
                                                            std::size_t from) {
     const auto& known = kUnquantized.at({mode.digits, mode.endpoint_bits});
@@ -134,10 +135,10 @@ std::vector<std::pair<unsigned, std::uint8_t>> endpointsOf(const UastcLayout& mo
     return out;
 }
 
-/// Returns ASTC's partition (Khronos Data Format Specification 1.3, "Partition Pattern
-/// Generation"), for blocks of 4 × 4.
+/// Returns the subset of a texel by ASTC's algorithm (Khronos Data Format Specification 1.3,
+/// "Partition Pattern Generation"), for blocks of 4 × 4.
 unsigned astcSubset(unsigned seed, unsigned x, unsigned y, unsigned count) {
-    x *= 2;  // for blocks with fewer than 31 texels
+    x *= 2;  // as for all blocks of fewer than 31 texels
     y *= 2;
     seed += (count - 1) * 1024;
     std::uint32_t p = seed;
@@ -164,7 +165,7 @@ unsigned astcSubset(unsigned seed, unsigned x, unsigned y, unsigned count) {
     return a >= b && a >= c ? 0 : b >= c ? 1 : 2;
 }
 
-/// Returns the "ASTC Partition Index for UASTC PAT values".
+/// Returns an entry of the table "ASTC Partition Index for UASTC PAT values".
 unsigned astcSeed(std::size_t mode, std::size_t pattern) {
     constexpr unsigned kTwo[] = {28,  20,  16,  29,  91,  9,   107, 72,  149, 204,
                                  50,  114, 496, 17,  78,  39,  252, 828, 43,  156,
@@ -175,7 +176,7 @@ unsigned astcSeed(std::size_t mode, std::size_t pattern) {
     return mode == 3 ? kThree[pattern] : mode == 7 ? kOfSeven[pattern] : kTwo[pattern];
 }
 
-/// The subset of each texel, and the first texel of each subset.
+/// The subset of each texel and the first texel (anchor) of each subset.
 struct Partition {
     std::array<std::size_t, 16> subset{};
     std::vector<std::size_t> anchors;
@@ -210,7 +211,7 @@ class UastcModes : public testing::TestWithParam<std::size_t> {
 };
 
 TEST_P(UastcModes, HaveTheEndpointsOfTheTables) {
-    // All weights 0: the low endpoint, for every texel.
+    // With all weights 0, every texel has the low endpoint.
     for (std::size_t from = 0; from < 21; ++from) {
         const Partition partition = partitionOf(GetParam(), 0);
         UastcFields block = fields(0, partition);
@@ -233,7 +234,7 @@ TEST_P(UastcModes, HaveTheEndpointsOfTheTables) {
 }
 
 TEST_P(UastcModes, HaveTheWeightsOfTheTables) {
-    // From 0 to 255 in every channel and subset.
+    // Endpoints are 0 and 255 in every channel and subset, so texels show the weights.
     const unsigned levels = 1U << mode().weight_bits;
     const Partition partition = partitionOf(GetParam(), 1 % mode().patterns);
     UastcFields block = fields(1 % mode().patterns, partition);
@@ -306,7 +307,7 @@ TEST(UastcBlock, MayBeOfOneColor) {
 }
 
 TEST(UastcBlock, OfNoModeHasTheErrorColor) {
-    // Every seven bits begin a mode, except the reserved one's.
+    // Every code of seven bits selects a mode, except the reserved code.
     for (unsigned code = 0; code < 128; ++code) {
         Bytes block(16, 0);
         block[0] = static_cast<std::uint8_t>(code);
@@ -316,7 +317,8 @@ TEST(UastcBlock, OfNoModeHasTheErrorColor) {
 }
 
 TEST(UastcBlock, RoundsAsItsColorsAreMeant) {
-    // From 0 to 6 by 21/64: (1542 · 21 + 32) >> 14, and (128 · 43 + 1664 · 21 + 32) >> 14.
+    // Interpolating from 0 to 6 by 21/64 gives, without and with sRGB: (1542 · 21 + 32) >> 14, and
+    // (128 · 43 + 1664 · 21 + 32) >> 14.
     UastcFields block;
     block.mode = 1;
     block.endpoints = {0, 6, 0, 6, 0, 6};
@@ -327,7 +329,7 @@ TEST(UastcBlock, RoundsAsItsColorsAreMeant) {
 
 TEST(UastcBlock, TakesDigitsThatNoEncoderWrites) {
     // "Implementations should be resilient to ET bytes containing 243..255, which are mapped to
-    // 0..12": 255 = 12 modulo 243, trits 0, 1, 1, 0, 0.
+    // 0..12": 255 is read as 12, which is the trits 0, 1, 1, 0, 0.
     UastcFields block;
     block.mode = 3;
     block.endpoints.assign(18, 0);
@@ -336,7 +338,8 @@ TEST(UastcBlock, TakesDigitsThatNoEncoderWrites) {
     Bytes bytes = uastcBlock(block);
     for (unsigned bit = 24; bit < 32; ++bit)
         bytes[bit / 8] |= static_cast<std::uint8_t>(1U << bit % 8);
-    // The third trit belongs to the low green endpoint of the first subset: 1 of 11 is 23.
+    // The third trit belongs to the low green endpoint of the first subset; 1 of 11 is the value
+    // 23.
     EXPECT_EQ(texel(texelsOf(bytes), 0), (Color{0, 23, 0, 255}));
 }
 

@@ -14,17 +14,17 @@ namespace peeler::test {
 struct UastcLayout {
     unsigned code, code_bits;
     unsigned
-        first;  ///< first bit of PAT, CSEL or otherwise the endpoints ("mode encoding summary")
-    unsigned pattern_bits, patterns;  ///< PAT, and the number of patterns
-    bool selects;                     ///< CSEL
+        first;  ///< first bit of PAT, else of CSEL, else of the endpoints ("mode encoding summary")
+    unsigned pattern_bits, patterns;  ///< bits of PAT, and the number of patterns
+    bool selects;                     ///< whether the mode has CSEL
     unsigned subsets, channels, planes;
-    unsigned digits;  ///< 3: trits, 5: quints, 1: none
+    unsigned digits;  ///< 3 = trits, 5 = quints, 1 = none
     unsigned endpoint_bits, weight_bits;
 
     std::size_t endpoints() const { return std::size_t{2} * subsets * channels; }
 };
 
-/// By Mode Index; the single-colour mode has no fields here.
+/// The modes' layouts, by mode index; the single-colour mode has no fields here.
 inline constexpr UastcLayout kUastcLayouts[] = {
     {0x01, 4, 19, 0, 1, false, 1, 3, 1, 3, 6, 4},  {0x35, 6, 21, 0, 1, false, 1, 3, 1, 1, 8, 2},
     {0x1D, 5, 20, 5, 30, false, 2, 3, 1, 1, 4, 3}, {0x03, 5, 20, 4, 11, false, 3, 3, 1, 3, 2, 2},
@@ -41,11 +41,13 @@ inline constexpr UastcLayout kUastcLayouts[] = {
 struct UastcFields {
     std::size_t mode = 0;
     unsigned pattern = 0, selector = 0;
-    /// Low and high for each subset and channel; the digit is above endpoint_bits.
+    /// Low and high value for each subset and channel; the digit (trit or quint) is above
+    /// endpoint_bits.
     std::vector<unsigned> endpoints{};
-    /// One per texel, two in modes of two planes; anchors have no highest bit.
+    /// One weight per texel, two in modes with two planes. Anchors are stored without their highest
+    /// bit.
     std::vector<unsigned> weights{};
-    std::vector<std::size_t> anchors = {0};  ///< texels
+    std::vector<std::size_t> anchors = {0};  ///< texels whose weights have no highest bit
 };
 
 inline Bytes uastcBlock(const UastcFields& fields) {

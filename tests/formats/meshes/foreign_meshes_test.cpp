@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PLY, STL and OBJ of other programs: their meaning is read, or a warning names the problem.
+// Tests PLY, STL and OBJ files of other programs: either their meaning is read, or a warning names
+// the problem.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -36,8 +37,7 @@ class ForeignMeshes : public testing::Test {
         ADD_FAILURE() << name << " was read";
         return {ErrorKind::kInternal, "", ""};
     }
-    /// Returns the red of the first pixel of the base colour texture of a scene's only used
-    /// material, or −1.
+    /// Returns the red of the first pixel of the base colour texture of the mesh's material, or −1.
     static int redOf(const Scene& scene) {
         const Primitive& mesh = scene.meshes.at(0).primitives.at(0);
         const TextureRef& texture =
@@ -63,8 +63,8 @@ TEST_F(ForeignMeshes, NamesOfObjAreReadAsProgramsWriteThem) {
     writeFile(folder_ / "sub/c.png", pictureOfRed(20));
     writeFile(folder_ / "Photo #1.png", pictureOfRed(30));
     const struct {
-        const char* library;  ///< its name in `mtllib`
-        const char* file;     ///< its name on disk
+        const char* library;  ///< the name in `mtllib`
+        const char* file;     ///< the name on disk
         const char* texture;
         int red;
         bool warned;
@@ -179,7 +179,7 @@ TEST_F(ForeignMeshes, DissolveGoesBeforeTransparency) {
     const struct {
         const char* statements;
         float alpha;
-        const char* warning;  ///< a part of it; null: no warning
+        const char* warning;  ///< a part of the expected warning; null = no warning
     } cases[] = {
         {"d 1\nTr 1\n", 1, "contradict"},      {"Tr 1\nd 1\n", 1, "contradict"},
         {"d 0.25\nTr 0.75\n", 0.25F, nullptr}, {"d 1\nTr 0\n", 1, nullptr},
@@ -219,7 +219,7 @@ TEST_F(ForeignMeshes, ColorsOfVerticesAreNotMultipliedByGrey) {
     EXPECT_EQ(scene.meshes[0].primitives[0].colors.at(0), glm::vec4(1));
     EXPECT_EQ(materialOf(1), glm::vec4(0.5F, 0.5F, 0.5F, 1));
     EXPECT_TRUE(scene.meshes[1].primitives[0].colors.empty());
-    // As bytes, like some programs.
+    // Some programs write colours as bytes.
     const Scene bytes = read("b.obj", "v 0 0 0 255 0 51\nv 1 0 0 0 0 0\nv 0 1 0 0 0 0\nf 1 2 3\n");
     EXPECT_EQ(bytes.meshes[0].primitives[0].colors.at(0), glm::vec4(1, 0, linearFromSrgb(0.2F), 1));
 }
@@ -274,7 +274,7 @@ TEST_F(ForeignMeshes, NormalsThatAreNotFiniteAreLeftOut) {
 
 // ---- PLY
 
-/// Returns four corners of a square and two triangles, with more face properties.
+/// Returns a square of four corners and two triangles whose faces have additional properties.
 std::string squarePly(const std::string& comments, const std::string& properties,
                       const std::string& faces) {
     return "ply\nformat ascii 1.0\n" + comments + "element vertex 4\n" + kXyz +
@@ -301,7 +301,7 @@ TEST_F(ForeignMeshes, FacesOfAPlyChooseAmongItsTextures) {
     EXPECT_EQ(red(scene, 1), 10);
     EXPECT_EQ(scene.meshes[0].primitives[1].positions.at(2), glm::vec3(0, 1, 0));
     EXPECT_EQ(scene.meshes[0].primitives[1].texcoords[0].at(2), glm::vec2(0, 0));
-    // A face without a texture, and one with a missing texture.
+    // One face has no texture, the other a texture that is missing.
     const Scene none = read("b.ply", squarePly(textures, properties,
                                                "3 0 1 2 6 0 0 1 0 1 1 -1\n"
                                                "3 0 2 3 6 0 0 1 1 0 1 1\n"));
@@ -354,7 +354,7 @@ TEST_F(ForeignMeshes, FacesOfAPlyHaveColors) {
     const Material& material = scene.materials.at(static_cast<std::size_t>(mesh.material));
     EXPECT_EQ(material.base_color, glm::vec4(1));
     EXPECT_EQ(material.alpha_mode, AlphaMode::kBlend);
-    // Equal ones share their corners.
+    // Faces of the same colour share their corners.
     EXPECT_EQ(
         read("b.ply", squarePly("", "property int red\nproperty int green\nproperty int blue\n",
                                 "3 0 1 2 255 0 0\n3 0 2 3 255 0 0\n"))

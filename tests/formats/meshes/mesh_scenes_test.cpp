@@ -19,7 +19,7 @@ using Triangle = PolygonCutter::Triangle;
 
 // ---- polygons
 
-/// In the plane z = x + 2 y, so that no axis is its normal.
+/// Returns the outline in the plane z = x + 2 y, whose normal is not along an axis.
 std::vector<glm::vec3> tilted(const std::vector<glm::vec2>& outline) {
     std::vector<glm::vec3> corners;
     for (const glm::vec2& p : outline)
@@ -32,7 +32,7 @@ double areaOf(const std::vector<glm::vec3>& corners, const Triangle& t) {
     return glm::cross(at(1) - at(0), at(2) - at(0)).z / 2;
 }
 
-/// Triangulates the polygon, and expects triangles of one orientation with its total area.
+/// Triangulates the polygon. Expects triangles of the same orientation with its total area.
 std::vector<Triangle> expectCut(const std::vector<glm::vec2>& outline, double area) {
     const std::vector<glm::vec3> corners = tilted(outline);
     PolygonCutter cutter;
@@ -74,7 +74,7 @@ TEST(Polygons, ConcaveOnesAreCovered) {
 TEST(Polygons, WithCornersOnALineRepeatedOnesAndBridges) {
     expectCut({{0, 0}, {1, 0}, {2, 0}, {2, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}, 4);
     expectCut({{0, 0}, {1, 0}, {1, 0}, {1, 1}, {0, 1}}, 1);
-    // A square with a hole, joined to its corner by a bridge.
+    // A bridge joins the hole to a corner of the square.
     expectCut({{0, 0}, {4, 0}, {4, 4}, {0, 4}, {0, 0}, {1, 1}, {1, 3}, {3, 3}, {3, 1}, {1, 1}}, 12);
 }
 
@@ -153,7 +153,7 @@ TEST_F(MeshScenes, OfStripsOfAPly) {
 }
 
 TEST_F(MeshScenes, OfAPlyWhoseLinesEndByCarriageReturnsAlone) {
-    // The first data byte is a line feed: the header's end must be found without it.
+    // The first byte of data is a line feed, so the header's end must be found without it.
     const float coordinates[] = {std::bit_cast<float>(0x3F80000AU), 0, 0, 0, 1, 0, 0, 0, 1};
     const std::string data(reinterpret_cast<const char*>(coordinates), sizeof coordinates);
     const std::string face("\x03\0\0\0\0\1\0\0\0\2\0\0\0", 13);
@@ -188,7 +188,8 @@ TEST_F(MeshScenes, OfAnObjKeepTheOrderOfItsFaces) {
                              "usemtl y\nf 1/1 3/1 4/-1\nusemtl x\nf -4 \\\n-3 -2 -1\n");
     ASSERT_EQ(scene.meshes.size(), 1U);
     const std::vector<Primitive>& parts = scene.meshes[0].primitives;
-    ASSERT_EQ(parts.size(), 3U);  // the faces with and without texture coordinates
+    // A new part begins where the material and the presence of texture coordinates change.
+    ASSERT_EQ(parts.size(), 3U);
     EXPECT_EQ(parts[0].indices.size(), 3U);
     EXPECT_EQ(parts[1].texcoords[0][0], glm::vec2(0, 0.75F));
     EXPECT_EQ(parts[2].indices.size(), 6U);
@@ -232,14 +233,14 @@ TEST_F(MeshScenes, OfAnObjHaveTheTexturesOfItsMtl) {
     const auto imageOf = [&](const TextureRef& texture) -> const Image& {
         return scene.images.at(static_cast<std::size_t>(texture.image));
     };
-    // Colours from one texture, alpha from the other, at the larger size.
+    // Colours are from one texture and alpha from the other, at the larger of both sizes.
     const TextureRef& colors = material.base_color_texture;
     EXPECT_EQ(imageOf(colors).width, 2);
     EXPECT_EQ(imageOf(colors).height, 2);
     EXPECT_EQ(imageOf(colors).rgba,
               (Bytes{10, 20, 30, 200, 40, 50, 60, 200, 10, 20, 30, 100, 40, 50, 60, 100}));
     EXPECT_EQ(colors.sampler.wrap_s, 33071);
-    // The file's (u, v) is 2 u + 0.5, 3 v + 0.25; both count V from below, glTF from above.
+    // MTL maps (u, v) to (2 u + 0.5, 3 v + 0.25). OBJ counts V from the bottom, glTF from the top.
     EXPECT_EQ(colors.transform[0][0], 2);
     EXPECT_EQ(colors.transform[1][1], 3);
     EXPECT_EQ(colors.transform[2][0], 0.5F);
@@ -267,7 +268,7 @@ TEST_F(MeshScenes, AreTurnedAndScaledByTheirNodes) {
     EXPECT_EQ(glm::dvec3(other.nodes[0].local * corner), glm::dvec3(-1, 0.5, 1.5));
 }
 
-/// A box has no smooth edge at 80 degrees, and only smooth ones at 100.
+/// None of a box's edges is smooth at 80 degrees; all are at 100.
 TEST_F(MeshScenes, AreSmoothWithinAnAngle) {
     const std::string box =
         "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What becomes of everything that an OBJ and its MTL can say (formats/README.md).
+// Tests that every statement of an OBJ and its MTL has the outcome that formats/README.md
+// documents.
 #include "formats/file/file_statements.h"
 #include "formats/image/png_builder.h"
 #include "formats/meshes/scene_reader.h"
@@ -52,12 +53,12 @@ std::string obj(const std::string& before, const std::string& behind = "") {
 
 const std::string kName = "a.obj";
 
-/// An OBJ that says something; its material says nothing of interest.
+/// Returns a statement in an OBJ whose material is trivial.
 Statement ofObj(const std::string& says, const std::string& becomes, const std::string& bytes) {
     return {says, becomes, kName, bytes, {{"m.mtl", "newmtl m\nKd 1 0 0\n"}}};
 }
 
-/// An OBJ whose material says something.
+/// Returns a statement in the MTL of an OBJ.
 Statement ofMtl(const std::string& says, const std::string& becomes, const std::string& statement) {
     const Bytes picture = png(1, 1, PngColor::kRgb, 8, {1, 2, 3});
     return {says,

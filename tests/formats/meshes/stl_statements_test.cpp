@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What becomes of everything that an STL can say (formats/README.md).
+// Tests that every statement of an STL has the outcome that formats/README.md documents.
 #include "formats/file/file_statements.h"
 #include "formats/meshes/scene_reader.h"
 
@@ -41,7 +41,7 @@ std::string textStl(const std::string& facets) {
     return "solid a\n" + facets + "endsolid a\n";
 }
 
-/// The text in one line.
+/// Returns the text as a single line.
 std::string oneLine(std::string text) {
     std::ranges::replace(text, '\n', ' ');
     return text;

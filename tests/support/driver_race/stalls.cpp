@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded library that stalls the threads of Mesa's rasteriser where the scheduler may also stop
-// them: in lp_fence_signal(), between its final broadcast and the unlocking of the fence's mutex
+// Preloaded library that stalls the threads of Mesa's rasteriser where the scheduler, too, may stop
+// them: in lp_fence_signal(), between its last broadcast and the unlocking of the fence's mutex
 // (cmd/mutex_destroy.cpp).
 //   PEELER_STALL_MICROSECONDS   duration (default: none)
 //   PEELER_STALL_ONE_IN         only each n-th time per thread (default 1)
@@ -41,7 +41,7 @@ bool isRasterizer() {
     return std::string_view(name.data()).starts_with("llvmpipe-");
 }
 
-/// x86-64 also has an older function of this name.
+/// x86-64's C library also has an older version of this function, which must not be used.
 Broadcast actualBroadcast() {
     void* const found = dlvsym(RTLD_NEXT, "pthread_cond_broadcast", "GLIBC_2.3.2");
     return reinterpret_cast<Broadcast>(found ? found : dlsym(RTLD_NEXT, "pthread_cond_broadcast"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// EGL and GL wrappers: one function in front of each of the driver's.
+// Wrappers of EGL and GL: one function in front of each function of the driver.
 #define EGL_NO_X11
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
@@ -44,7 +44,7 @@ enum Place {
 
 thread_local GLenum pending_error = GL_NO_ERROR;
 
-/// By function name.
+/// Kinds of calls that are counted in addition, by function name.
 constexpr struct {
     const char* name;
     Call call;
@@ -57,13 +57,13 @@ constexpr struct {
     {"glGetGraphicsResetStatus", k_gl_error},
 };
 
-/// Counts a call. Returns whether it must be skipped.
+/// Counts a call; returns whether it must be skipped because it is to fail.
 bool failsDriver(const char* name) {
     if (strncmp(name, "egl", 3) == 0) return fails(k_egl);
     bool failed = false;
     for (const auto& row : kSpecial)
         if (strcmp(row.name, name) == 0) failed = fails(row.call);
-    // Queries do not run out of memory; deletions free it.
+    // Queries do not run out of memory, and deletions free memory, so neither may fail.
     const bool asks = strncmp(name, "glGet", 5) == 0 || strncmp(name, "glCheck", 7) == 0;
     if (!asks && strncmp(name, "glDelete", 8) != 0) failed = fails(k_gl) || failed;
     if (failed && !asks) pending_error = GL_OUT_OF_MEMORY;
@@ -71,7 +71,7 @@ bool failsDriver(const char* name) {
 }
 
 /// Returns how many objects a glCreate... call makes or a glDelete... call removes: its count
-/// argument, or one. The name 0 does not count.
+/// argument, or one. Objects of the name 0 do not count.
 template <std::same_as<GLuint> Name>
 std::int64_t objectsOf(Name name) {
     return name != 0 ? 1 : 0;
@@ -83,7 +83,8 @@ std::int64_t objectsOf(GLenum, GLsizei count, const GLuint* names) {
     return objectsOf(count, names);
 }
 
-/// Counts GL objects. `made`: the result of a creating call that returns one.
+/// Counts GL objects. `made` is the result of a call that creates an object and returns it;
+/// otherwise 0.
 template <class... Arguments>
 void countObjects(const char* name, GLuint made, Arguments... arguments) {
     const bool makes = strncmp(name, "glCreate", 8) == 0;
@@ -144,7 +145,7 @@ constexpr struct {
 #undef X
 };
 
-/// eglGetProcAddress finds the driver's functions; their wrappers need to know them.
+/// The driver's eglGetProcAddress. The functions that it finds are wrapped, too.
 PFNEGLGETPROCADDRESSPROC find_in_driver = nullptr;
 __eglMustCastToProperFunctionPointerType findInstead(const char* name) {
     const Uncounted inside;

@@ -40,7 +40,7 @@
 #include <cstdint>
 #include <utility>
 
-/// A place for a debugger's breakpoint at the failing call.
+/// Does nothing; a debugger can set a breakpoint here to stop at the failing call.
 extern "C" __attribute__((noinline)) void failing_calls_here() {
     asm volatile("");
 }
@@ -69,7 +69,7 @@ struct Walk {
     std::uint64_t hash;
 };
 
-/// Lists the allocation if its call path is new.
+/// Lists an allocation in the record if its call path is new.
 void notePath(std::uint64_t number) {
     constexpr int kDepth = 24;
     constexpr std::size_t kSlots = 1 << 18;
@@ -198,7 +198,8 @@ void addPlace(std::uint64_t place) {
 
 void* real(const char* name) {
     using Find = void* (*)(void*, const char*);
-    // Not dlsym(), which is wrapped, too; glibc's libraries are one from this version on.
+    // dlsym() cannot be used, because it is wrapped, too. GLIBC_2.34 is the version from which
+    // glibc's libraries are one.
     static const auto find = reinterpret_cast<Find>(dlvsym(RTLD_NEXT, "dlsym", "GLIBC_2.34"));
     return find(RTLD_NEXT, name);
 }

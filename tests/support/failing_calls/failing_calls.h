@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Failing kinds of calls, and their record, which the test reads (its settings: failing_calls.cpp).
+// Kinds of calls that can fail, and the record that the test reads. failing_calls.cpp describes the
+// settings.
 #pragma once
 
 #include <atomic>
@@ -7,7 +8,7 @@
 
 namespace failing {
 
-// Names of the kinds, in the order of the test's list.
+// The kinds' names, in the order in which the test lists them.
 #define FAILING_CALLS(X)                                                                          \
     X(allocation)       /* malloc and its like, also for operator new */                          \
     X(c_allocation)     /* of these, those that are not for operator new */                       \
@@ -47,42 +48,44 @@ enum Call : int {
 };
 
 constexpr int kMostPlaces = 1 << 16;
-constexpr int kGlObjects = 31;  ///< index in the counts: the current number of GL objects
+constexpr int kGlObjects = 31;  ///< index in Record::counts of the current number of GL objects
 
-/// Mapped from a file of the test; forked children continue to count.
+/// Counts of calls, mapped from a file that the test made. Forked children continue to count in it.
 struct Record {
     std::atomic<std::uint64_t> counts[32];
     std::atomic<std::uint64_t> failed;       ///< number of failed calls
     std::atomic<std::uint64_t> place_count;  ///< number of places below
-    std::uint64_t places[kMostPlaces];  ///< the first allocation of each path, or the number of
-                                        ///< bytes after each write
+    /// First allocation of each call path, or number of bytes after each write.
+    std::uint64_t places[kMostPlaces];
+    ///< bytes after each write
 };
 static_assert(kCalls <= kGlObjects);
 
 enum class How { kOnce, kOn, kLarge, kShort, kRemove, kMove };
 
-/// The planned failure (failing_calls.cpp).
+/// The failure to inject, as set by the variables (failing_calls.cpp).
 struct Plan {
     Call call = kCalls;
-    std::uint64_t at = 0;  ///< 0 = none
+    std::uint64_t at = 0;  ///< number of the failing call, counted from 1; 0 = none fails
     How how = How::kOnce;
     int error = 0;
     char folder[4096] = {};
 };
 extern Plan plan;
 extern Record* record;
-extern std::atomic<bool> counting;  ///< main() is running
+extern std::atomic<bool> counting;  ///< whether main() is running
 
-/// Whether calls of this thread count now.
+/// Whether calls made by this thread count at this moment.
 bool counts();
 /// Adds a place to the record.
 void addPlace(std::uint64_t place);
 
-/// Whether malloc()'s caller is operator new, and whether the caller can handle a failure.
+/// isNew(): whether the caller of malloc() is operator new. mayFail(): whether the caller can
+/// handle a failure.
 bool isNew(const void* caller);
 bool mayFail(const void* caller);
 
-/// Returns the next library's function of this name.
+/// Returns the function of this name in the next library, the one that is wrapped.
 void* real(const char* name);
 #define REAL(name)                                                                              \
     ([]() {                                                                                     \
@@ -90,10 +93,10 @@ void* real(const char* name);
         return function;                                                                        \
     }())
 
-/// Counts a call. Returns whether it must fail, with errno set.
+/// Counts a call. Returns whether the call must fail, and sets errno in that case.
 bool fails(Call call);
 
-/// Disables counting, while it lives, on this thread and on those that it starts.
+/// Disables counting while the object exists, in this thread and in threads that it starts.
 class Uncounted {
   public:
     Uncounted();
@@ -102,7 +105,8 @@ class Uncounted {
     Uncounted& operator=(const Uncounted&) = delete;
 };
 
-/// Returns the wrapper of a looked-up EGL or GL function, or the found one.
+/// Returns the wrapper of an EGL or GL function that was looked up or, if there is none, the
+/// function itself.
 void* driverFunction(const char* name, void* found);
 
 }  // namespace failing

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// C library wrappers: one function in front of each that may fail.
+// Wrappers of the C library: one function in front of each function that may fail.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <pthread.h>
@@ -34,7 +34,7 @@ namespace {
 
 constexpr std::size_t kLarge = std::size_t{64} << 10U;
 
-/// The size of the failed allocation; all of at least this size fail.
+/// The smallest size of allocations that fail from now on, which is that of the failed one.
 std::atomic<std::size_t> too_large{SIZE_MAX};
 
 bool failsToAllocate(std::size_t size, const void* caller) {
@@ -49,7 +49,8 @@ bool failsToAllocate(std::size_t size, const void* caller) {
     return true;
 }
 
-/// Returns how many bytes of a read or a write are done: all, except for a short one.
+/// Returns how many bytes a read or a write may transfer: all of them, except in a call that is to
+/// be short.
 std::size_t allowed(Call call, std::size_t bytes, bool& failed) {
     failed = fails(call);
     if (!failed || plan.how != How::kShort || plan.call != call) return bytes;
@@ -57,7 +58,7 @@ std::size_t allowed(Call call, std::size_t bytes, bool& failed) {
     return std::max<std::size_t>(bytes / 2, 1);
 }
 
-/// Does the same for a write, which changes a file and needs disk space.
+/// Like allowed(), for a write, which changes a file and needs disk space.
 std::size_t allowedWrite(int file, std::size_t bytes, bool& failed) {
     if (!counts()) return bytes;
     if (file == STDOUT_FILENO || file == STDERR_FILENO) return allowed(k_stream, bytes, failed);
@@ -67,7 +68,8 @@ std::size_t allowedWrite(int file, std::size_t bytes, bool& failed) {
     const std::uint64_t before = record->counts[k_room].fetch_add(most);
     if (plan.call != k_room) return most;
     if (plan.at == 0) addPlace(before + most);
-    // A disk of N bytes fails at byte N + 1 (plan.at); a disk without space fails at 1.
+    // A disk with room for N bytes fails at byte N + 1, which is plan.at; a full disk has plan.at =
+    // 1.
     if (plan.at == 0 || before + most < plan.at) return most;
     record->failed += 1;
     const std::uint64_t room = plan.at - 1;
@@ -85,7 +87,8 @@ bool failsToOpen(int flags) {
     return fails(k_open) || (opensToWrite(flags) && fails(k_change));
 }
 
-/// A thread, and whether its starter's calls count.
+/// The function and argument of a thread that is started by uncounted code; its calls are not
+/// counted either.
 struct Start {
     void* (*work)(void*);
     void* argument;
@@ -217,8 +220,8 @@ ssize_t writev(int file, const iovec* parts, int count) {
     if (most == size) return REAL(writev)(file, parts, count);
     return REAL(write)(file, parts[0].iov_base, std::min(most, parts[0].iov_len));
 }
-/// Among glibc's buffered files, only the standard streams: their final writes are calls within
-/// glibc.
+/// Fails only for the standard streams, because glibc's own writes to them do not go through the
+/// wrapped write().
 size_t fwrite(const void* bytes, size_t size, size_t count, FILE* file) {
     if ((file == stdout || file == stderr) && fails(failing::k_stream)) return 0;
     return REAL(fwrite)(bytes, size, count, file);
@@ -244,7 +247,7 @@ int fcntl(int file, int command, ...) {
     va_list more;
     va_start(more, command);
     void* const argument =
-        va_arg(more, void*);  // one int or pointer, or nothing, depending on the command
+        va_arg(more, void*);  // one int or pointer, or nothing: it depends on the command
     va_end(more);
     const bool duplicates = command == F_DUPFD || command == F_DUPFD_CLOEXEC;
     return duplicates && fails(failing::k_duplicate) ? -1 : REAL(fcntl)(file, command, argument);
@@ -322,7 +325,7 @@ int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*
                    void* argument) noexcept {
     if (failing::counts()) {
         if (fails(failing::k_thread)) return errno;
-        const failing::Uncounted inside;  // glibc's own memory for it
+        const failing::Uncounted inside;  // glibc's own memory for the thread does not count
         return REAL(pthread_create)(thread, attributes, work, argument);
     }
     auto* const start = static_cast<failing::Start*>(__libc_malloc(sizeof(failing::Start)));
@@ -335,7 +338,7 @@ int clock_gettime(clockid_t clock, timespec* now) noexcept {
     const int result = REAL(clock_gettime)(clock, now);
     constexpr time_t kDay = 86400, kYear = 365 * kDay;
     if (!jumps || result != 0) return result;
-    // A clock for elapsed time never goes back, but may have missed some time.
+    // A clock for elapsed time never goes back, so that clock jumps forward.
     if (clock == CLOCK_REALTIME)
         now->tv_sec -= kYear;
     else if (failing::plan.how == failing::How::kOn)
@@ -350,7 +353,7 @@ time_t time(time_t* place) noexcept {
 }
 
 void* dlopen(const char* path, int flags) noexcept {
-    // The failing lookup uses a missing name, so that dlerror() has a message.
+    // A failing call tries to load a file that does not exist, so that dlerror() has a message.
     const bool failed = fails(failing::k_library);
     const failing::Uncounted inside;
     return REAL(dlopen)(failed ? "/nowhere/a library that cannot be loaded" : path, flags);

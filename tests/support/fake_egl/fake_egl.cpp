@@ -34,11 +34,11 @@ namespace {
 
 constexpr int kMostDevices = 8;
 
-/// The handle of a device and, once it is opened, of its display.
+/// A fake device, whose address is its handle and, once it is opened, that of its display.
 struct FakeDevice {
     int index = 0;
     bool string_queried = false;
-    EGLDisplay display = EGL_NO_DISPLAY;  ///< the real one behind it
+    EGLDisplay display = EGL_NO_DISPLAY;  ///< the real display behind the fake one
 };
 std::array<FakeDevice, kMostDevices> devices;
 thread_local const FakeDevice* current = nullptr;
@@ -53,13 +53,13 @@ int deviceCount() {
     return std::clamp(std::atoi(variable("PEELER_FAKE_EGL_DEVICES")), 0, kMostDevices);
 }
 
-/// The variable's value at the start of the process, before any change.
+/// Value of CUDA_VISIBLE_DEVICES when the process started, before any change.
 const std::string visible_at_start = [] {
     const char* text = std::getenv("CUDA_VISIBLE_DEVICES");
     return std::string(text ? text : "all");
 }();
 
-/// Returns the fake device behind a handle of a device or a display; null for a real one.
+/// Returns the fake device behind the handle of a device or a display, and null for a real one.
 FakeDevice* fake(void* handle) {
     for (FakeDevice& device : devices)
         if (handle == &device) return &device;
@@ -125,11 +125,12 @@ void demandString(const FakeDevice& device) {
     std::abort();
 }
 
-/// Returns the device's number in the driver's attribute; -1 = hidden from CUDA.
+/// Returns the device's number as the driver's attribute gives it; -1 = hidden from CUDA.
 int cudaOrdinal(const FakeDevice& device) {
     const int ordinal = deviceCount() - 1 - device.index;
     if (*variable("PEELER_FAKE_EGL_REMAPS") == '\0' || visible_at_start == "all") return ordinal;
-    // A driver initialises CUDA, which reads the variable at that moment.
+    // A real driver initialises CUDA when this attribute is queried, and CUDA reads the variable
+    // then.
     const char* now = std::getenv("CUDA_VISIBLE_DEVICES");
     if (!now) return ordinal;
     int position = 0;

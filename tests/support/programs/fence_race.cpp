@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A minimal program for the race that cmd/mutex_destroy.cpp fixes: clears two framebuffers in turn,
-// without waiting. Prints the renderer.
+// A minimal program for the race that cmd/mutex_destroy.cpp fixes. Clears two framebuffers in turn
+// without waiting, and prints the renderer.
 //   fence_race BACKEND SCENES
 #include <array>
 #include <cstdio>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// A shared library that finds modules like the product: relative to itself.
+// A shared library that finds modules the way peeler does: relative to its own path.
 #include <cstring>
 #include <string>
 
 #include <peeler/error.h>
 #include "formats/file/module.h"
 
-/// Writes the path of the module, or the error and its place.
+/// Writes the path of a module, or the text and location of the error.
 extern "C" void findModule(const char* name, char* text, std::size_t size) {
     std::string answer;
     try {
