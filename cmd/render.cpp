@@ -347,8 +347,8 @@ Progress Render::progressOf(const Picture& picture) {
     };
 }
 
-/// Finishes the previous picture if it is still pending. If that failed, throws, or with
-/// `keep_going` adds the failure to the results.
+/// Finishes the previous picture if it is still pending. If the picture failed, throws or, if
+/// `keep_going`, adds the failure to the results.
 void Render::endPending(bool keep_going) {
     if (!pending_) return;
     Picture picture = std::move(*pending_);

@@ -33,8 +33,9 @@ vec3 environmentRadiance(vec3 direction, float roughness) {
 /// Returns irradiance / pi on a surface with this normal.
 vec3 environmentDiffuse(vec3 normal) { return textureLod(environment_irradiance, normal, 0.0).rgb; }
 
-/// Lookup parameters for the F0 and F90 terms: position between the normal and the mirrored view, and the roughness of
-/// the level divided by that of the surface (lobeTable() in core/shading/albedo_table.h).
+/// Where to look up prefiltered light for the F0 term (xy) and the F90 term (zw): a direction, as a position between
+/// the normal and the mirrored view, and the roughness of a level, divided by the surface's (lobeTable() in
+/// core/shading/albedo_table.h).
 layout(binding = PEELER_LOBE_UNIT) uniform sampler2D lobe_table;
 
 vec4 tabledLobe(float n_dot_v, float roughness) {

@@ -129,7 +129,8 @@ class Units {
         const double cubic = metres_ * metres_ * metres_ * volume;
         return number(1e9 * cubic, "%.6g") + " mm3 (" + number(cubic, "%.6g") + " m3)";
     }
-    /// Returns the coordinates of a place in scene units, as other programs show them.
+    /// Returns the coordinates of a place as text. They stay in scene units, because other programs
+    /// show those.
     static std::string place(const glm::dvec3& p) {
         const auto coordinate = [](double x) {
             return number(std::abs(x) < 1e-12 ? 0 : x, "%.6g");

@@ -28,8 +28,8 @@ void checkNotThere(const std::filesystem::path& file);
 /// Implements --no-mkdir: throws Error (kOutput) if the file's folder does not exist.
 void checkFolderIsThere(const std::filesystem::path& folder, const std::filesystem::path& file);
 
-/// Does the part of checkOutput() that depends on the folder: the folder accepts a new file, or can
-/// be created. Leaves no files or folders behind.
+/// Does the part of checkOutput() that depends on the folder: checks that the folder accepts a new
+/// file, or can be created. Leaves no files or folders behind.
 void checkFolder(const std::filesystem::path& file);
 
 /// Calls checkTarget() with `output` for the name of every file of a run. Calls checkFolder() for

@@ -33,8 +33,8 @@ class SampleShards {
   public:
     /// `options` must request shards. Changes the output in `options` to the file of a sample,
     /// whose name contains {stem}, {folder} and the patterns for frame and view numbers. Creates
-    /// nothing under --dry-run. Notes existing shards that cannot be kept. Throws Error (kUsage) if
-    /// the options are invalid, Error (kOutput) if the shards cannot be written.
+    /// nothing under --dry-run. Reports existing shards that cannot be kept, as notes. Throws Error
+    /// (kUsage) if the options are invalid, Error (kOutput) if the shards cannot be written.
     SampleShards(RenderOptions& options, Reporter& reporter);
 
     /// Returns the common name of the shards, with the pattern for their number.

@@ -55,7 +55,7 @@ void setColors(const std::vector<BoxFilter::Pixel>& pixels, CompositeImage& pict
 
 /// A sink that makes cells from layers: the composite and every layer, front to back; or the
 /// composites of the nearest 1, 2, … layers. If there are more cells than the limit, omits the
-/// deepest layers or, in a progression, the cells before the last.
+/// deepest layers or, of the composites, those just before the last.
 class SheetCells : public Sink {
   public:
     explicit SheetCells(const SheetSettings& settings) : settings_(settings) {}

@@ -42,8 +42,9 @@ struct BakeSettings {
     int bounces = 1;  ///< reflections of light on its way to a receiver; irradiance only
 };
 
-/// A function that interpolates the irradiance gathered so far at a point of the primitive with
-/// this draw-order key. Supplied by the code that placed the receivers.
+/// A function that interpolates between receivers: it returns the irradiance at a point of the
+/// primitive with this draw-order key. `irradiance` holds what every receiver has gathered so far.
+/// Supplied by the code that placed the receivers.
 using SurfaceLookup = std::function<glm::vec3(std::span<const float> irradiance, std::uint32_t key,
                                               const glm::vec2& barycentric)>;
 

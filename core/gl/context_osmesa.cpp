@@ -77,7 +77,8 @@ class OsmesaContextHolder final : public Context {
     std::array<std::uint32_t, static_cast<std::size_t>(kSize) * kSize> buffer_{};
 };
 
-/// Loads the library only now, because it loads LLVM, which a GPU's driver does not need.
+/// Opens a context. The OSMesa library is loaded here and not at startup, because it brings in
+/// LLVM, which a run on a GPU does not need.
 std::unique_ptr<Context> openOsmesaContext(const Device& device, std::string& problem) {
     problem = osmesaLibrary().problem;
     if (!problem.empty()) return nullptr;

@@ -41,8 +41,8 @@ CheckedLine::CheckedLine(const glm::dvec3& origin, const glm::dvec3& direction)
 }
 
 bool CheckedLine::meets(const Bounds& box, double from, double to) const {
-    // A direction along an axis divides by 0: the comparisons below handle infinities, and NaN (an
-    // origin in the plane of a side) leaves `from` and `to` unchanged.
+    // If a component of the direction is 0, its inverse is infinite: the comparisons below handle
+    // infinities, and NaN (an origin in the plane of a side) leaves `from` and `to` unchanged.
     constexpr double kSlack = 1e-12;
     for (int i = 0; i < 3; ++i) {
         double near = (box.min[i] - origin_[i]) * inverse_[i];

@@ -294,8 +294,8 @@ std::vector<FacePair> firstPairs(const TriangleTree& tree, double below,
 /// Finds a thinner wall between the faces of a pair.
 std::optional<Wall> wallBetween(const FacePair& pair, const TriangleTree& tree, WallRays& rays,
                                 double below, StepLimit& limit) {
-    // At the closest point, another body may lie between the faces, but perhaps not nearer to the
-    // middle of their overlap; hence several tries.
+    // At the closest point, another body may lie between the faces. Nearer to the middle of their
+    // overlap there may be none, so several points are tried.
     for (const double share : {1e-7, 1e-4, 1e-2, 0.1, 0.3, 0.6, 1.0}) {
         limit.take(kWallStepsPerRay);
         const glm::dvec3 from = glm::mix(pair.at, pair.middle, share);

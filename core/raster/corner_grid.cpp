@@ -11,8 +11,9 @@ namespace {
 constexpr int kMostBits = 16;
 // The grid extends 2^kHalfBits steps to either side of the picture's centre.
 constexpr int kHalfBits = 30;
-// A pinhole's rays begin at this fraction of the near plane's distance: in front of the near plane,
-// so the cut is never visible, but far enough to keep projected coordinates bounded.
+// A pinhole's rays begin at this fraction of the near plane's distance, where triangles are cut:
+// nearer than the near plane, so the cut is never visible, but far enough from the pinhole to keep
+// projected coordinates bounded.
 constexpr double kNearestShare = 1.0 / 1024;
 
 /// Rounds to the nearest integer, ties to even. The added constant moves the integer into the lower
@@ -110,7 +111,7 @@ PlacedPolygon CornerPlacement::placedPolygon(const std::array<glm::vec3, 3>& pos
     if (perspective_) {
         keepInside(polygon, [&](const PlacedCorner& c) { return c.z - nearest_; });
         for (std::size_t i = 0; i < polygon.corners; ++i) {
-            // Rounding must not move a corner on the cut to the camera's side of it.
+            // A corner on the cut may have been rounded to the camera's side of it.
             polygon.corner[i].z = std::max(polygon.corner[i].z, nearest_);
             project(polygon.corner[i]);
         }

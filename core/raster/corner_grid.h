@@ -86,8 +86,8 @@ class CornerPlacement {
     void snap(std::span<const glm::vec3> positions, SnappedCorner* out) const;
 
     /// Clips a triangle to the grid and to the space in front of a pinhole. Returns a polygon
-    /// without corners if nothing remains or if a coordinate is not finite. Two triangles that
-    /// share an edge cut it at exactly the same point, so surfaces stay closed.
+    /// without corners if nothing remains or if a coordinate is not finite. An edge shared
+    /// by two triangles is cut at exactly the same point in both, so surfaces stay closed.
     PlacedPolygon placedPolygon(const std::array<glm::vec3, 3>& positions) const;
 
     /// Transforms a position, without the perspective division: for a pinhole, x and y are relative

@@ -161,9 +161,10 @@ void forEachShortRow(const SortedTriangle& triangle, const RayWindow& window, Em
     const std::int64_t steps = std::int64_t{1} << window.bits;
     const std::int64_t x0 = window.x0 * steps, y0 = window.y0 * steps;
     const double width = window.x1 - window.x0;
-    // The upper and lower edges lie on the same side of the long one, and the covered rays end at
-    // the nearer of the two: on the right at the lesser crossing, on the left at the greater one.
-    // Multiplying by `sign` turns the second case into the first.
+    // The upper and lower edges lie on the same side of the long one. In each row, the covered rays
+    // lie between the long edge and the nearer crossing of the other two: the lesser one if these
+    // are on the right, the greater one if they are on the left. Multiplying by `sign` turns the
+    // second case into the first.
     const double sign = triangle.area > 0 ? 1 : -1;
     struct Edge {
         double at, slope, down;

@@ -21,8 +21,8 @@ struct NextHit {
 };
 
 /// The nearest hits before and after a point. A surface through the point (up to rounding: 1e-12 of
-/// the coordinates) counts as before it, at distance 0. Of coincident surfaces, the one drawn last
-/// is nearest before a point, the one drawn first nearest after it.
+/// the coordinates) counts as before it, at distance 0. Of coincident surfaces, `before` is the
+/// one drawn last, and `after` the one drawn first.
 struct PointHits {
     NextHit before;  ///< at point − distance · direction
     NextHit after;   ///< at point + distance · direction

@@ -216,8 +216,8 @@ void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t>
     constexpr std::uint8_t kOdd = 1, kInside = 2;  // 1 − (state & kInside) is 1 outside, −1 inside
     for (std::size_t i = 0; i < hits; ++i)
         if (solids[i] != Solids::kNone) states[solids[i]] ^= kOdd;
-    // Backwards, because an unpaired last hit of a solid opens nothing. All states are 0 at the
-    // end.
+    // Backwards, so that a solid's unpaired last hit, which opens nothing, comes first and can be
+    // skipped. All states are 0 at the end.
     int around = 0;
     for (std::size_t i = hits; i-- > 0;) {
         if (solids[i] == Solids::kNone) continue;

@@ -159,8 +159,8 @@ double lambda(double cosine, double alpha) {
                                  : 2 * lambdaFit(0.5, alpha) - lambdaFit(1 - cosine, alpha));
 }
 
-/// Returns the Charlie lobe (sheen) times the surface cosine; `shadowing` is 1 + lambda of both
-/// directions.
+/// Returns the Charlie lobe (sheen) times `n_dot_l`. `shadowing` is 1 plus the sum of lambda() for
+/// the two directions.
 double charlie(double alpha, double n_dot_v, double n_dot_l, double cos_phi, double shadowing) {
     const double visibility = std::min(1.0, 1 / (shadowing * 4 * n_dot_l * n_dot_v));
     const double sines = std::sqrt((1 - n_dot_l * n_dot_l) * (1 - n_dot_v * n_dot_v));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables of directional albedos and of prefiltered-environment lookups, per lobe.
+// Tables of the directional albedos of lobes, and of where GGX looks up prefiltered light.
 #pragma once
 
 #include <glm/glm.hpp>

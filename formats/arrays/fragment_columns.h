@@ -17,8 +17,7 @@ namespace peeler {
 /// Returns the array type for a channel type.
 NumberType numberTypeOf(PixelType type);
 
-/// Returns `count` components of every fragment, from component `first` on; gathers them in
-/// `storage` if they are not contiguous.
+/// Returns `count` components of every fragment, from component `first` on, gathered in `storage`.
 std::span<const std::byte> componentsOf(const FragmentArray& array, std::size_t first,
                                         std::size_t count, std::vector<std::byte>& storage);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera files, of other programs and our own: reading as views, and writing from views.
+// Camera files of other programs and our own: reads views from them, and writes views to them.
 #pragma once
 
 #include <array>

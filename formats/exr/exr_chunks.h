@@ -100,7 +100,7 @@ class ExrPackerPool {
     std::vector<std::unique_ptr<ExrChunkPacker>> idle_;
 };
 
-/// A packed row of deep samples, which is a chunk.
+/// A packed row of deep samples: one chunk of the file.
 struct ExrDeepChunk {
     ByteBuffer counts;         ///< running sum of the sample counts along the row, one per pixel
     ByteBuffer samples;        ///< the samples, channel by channel

@@ -27,8 +27,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20U;
-/// The minimum bytes per transfer to disk, because smaller, scattered transfers would take the
-/// kernel longer than the writing itself.
+/// A transfer to disk starts only once this many bytes are new, because starting many small,
+/// scattered transfers would take the kernel longer than the writing itself.
 constexpr std::uint64_t kTransferBytes = std::uint64_t{8} << 20U;
 
 std::string hintFor(int error) {

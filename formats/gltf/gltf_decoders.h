@@ -88,10 +88,10 @@ struct MeshoptStream {
     std::uint64_t count = 0;              ///< number of elements
 };
 
-/// Checks the extension's rules ("for the extension object to be valid …"), and that the compressed
-/// size can hold the element count: the formats need at least 1/64 of the decoded size (and one
-/// byte per triangle or index). Hence a declared size has been checked before its memory is
-/// allocated.
+/// Checks the extension's rules ("for the extension object to be valid …"), and that there are
+/// enough compressed bytes for the declared number of elements: the formats need at least 1/64 of
+/// the decoded size (and one byte per triangle or index). Memory of the declared size may be
+/// allocated only after this check.
 void checkMeshoptStream(const MeshoptStream& stream);
 
 /// Decodes a stream that passed checkMeshoptStream() into `out`, which has count · stride bytes.

@@ -378,7 +378,7 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     document.node_extras = takeFromNodes(gltf, "extras");
     document.variants = readVariantNames(gltf);
     const json views = gltf.value("bufferViews", json::array());
-    // The rest is serialised again, into a string whose storage doubles.
+    // The rest is serialised again, into a string that doubles its storage whenever it is full.
     document.memory.allow(2 * container.json.size(), name);
     document.model = parseModel(std::move(gltf), document, name);
     checkGltfCameras(document.model);

@@ -166,8 +166,8 @@ class MaterialReader {
         return -1;
     }
 
-    /// Returns the index in scene.images of an image of the file. Only images that are used get
-    /// one.
+    /// Returns the index in scene.images of an image of the file. The first call for an image
+    /// assigns the index, so unused images have none.
     int sceneImage(int image, int fallback = -1) {
         int& place = places_[static_cast<std::size_t>(image)];
         if (place < 0) {

@@ -30,7 +30,7 @@ inline constexpr const char* kStudioName = "studio";
 /// Returns the built-in environment, with a hash of its content.
 Environment namedStudio();
 
-/// Returns the built-in environment if that is the name, else readEnvironment().
+/// Returns namedStudio() if `name_or_path` is kStudioName, else readEnvironment().
 Environment environmentNamed(const std::string& name_or_path, ReadWarnings& warnings);
 
 }  // namespace peeler

@@ -82,8 +82,8 @@ class MeshFile {
     int addNode(const std::string& node_name, Mesh mesh);
     /// Returns the index of the plain grey material, which the first call adds.
     int neutralMaterial();
-    /// Returns the index of the white material for meshes with colours of their own, which the
-    /// first call adds.
+    /// Returns the index of the white material, which the first call adds. It is for meshes with
+    /// colours of their own.
     int colorMaterial();
     /// Completes the scene (normals, default material, roots) and returns it.
     Scene finish();

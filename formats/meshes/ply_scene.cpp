@@ -516,7 +516,7 @@ class PlyReader {
     void openRun() {
         if (!runs_.empty() && runs_.back().texture == texture_) return;
         closeRun();
-        // In bytes, besides the data in the scene, until the run is finished.
+        // What a run takes besides its data in the scene, until it is finished, in bytes.
         constexpr std::size_t kRunBytes = 4096;
         file_.allow(sizeof(Run) + kRunBytes);
         runs_.push_back({texture_});

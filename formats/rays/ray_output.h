@@ -61,7 +61,7 @@ struct RayResults {
 /// Returns the total number of rays in the bundles.
 std::uint64_t raysOf(std::span<const Bundle> bundles);
 
-/// Receives one bundle after the other, each in bands from top to bottom. If destroyed before
+/// Receives one bundle after another, each in bands from top to bottom. If destroyed before
 /// finish(), an output leaves no file.
 class RayOutput {
   public:

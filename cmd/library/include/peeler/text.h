@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Text of errors and warnings, in which parameters keep their identity.
+// Text of errors and warnings that knows which of its words are parameters, so that command line
+// and Python can use their own names for them.
 #pragma once
 
 #include <cstddef>
