@@ -271,8 +271,8 @@ void Bake::openHits() {
     checkMemory(budget, usedBytes(budget) + written, "to write the results");
 }
 
-/// Raises the memory forecast to `bytes`, and to the process's peak so far, which it may reach
-/// again.
+/// Raises the memory forecast to at least `bytes`, and to at least the peak of the process so far,
+/// because a run may reach that peak again.
 void Bake::takeMemory(std::uint64_t bytes) {
     memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()), bytes});
 }

@@ -228,7 +228,8 @@ LayeredImage Extract::bandLike() const {
     return band;
 }
 
-/// Returns the whole picture's plan, completed by the bytes per fragment, which headers lack.
+/// Returns the whole picture's plan, completed from sample_, because headers lack the bytes per
+/// fragment.
 Plan Extract::wholePlan() const {
     Plan whole = whole_;
     whole.color_type = sample_.color.type;

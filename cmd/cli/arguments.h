@@ -196,8 +196,8 @@ enum class Asked { kVerb, kHelp, kVersion, kNothing };
 class ArgumentParser {
   public:
     /// Constructs a parser for arguments of a verb that do not come from a command line. It lacks
-    /// --version. It also lacks the limit to one verb, so that an argument equal to the verb's name
-    /// is skipped.
+    /// --version. It also lacks the limit to one verb; hence it skips a surplus argument that
+    /// equals the verb's name, instead of refusing it.
     ArgumentParser();
     /// Constructs the parser of the command line. `help` begins and `footer` ends the program's
     /// help.

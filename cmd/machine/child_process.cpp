@@ -114,7 +114,7 @@ ChildProcess::~ChildProcess() {
     out_.close();
     err_.close();
     if (process_ <= 0) return;
-    // SIGTERM first gives the process time to remove its temporary files.
+    // Sends SIGTERM first and waits, so that the process can remove its temporary files.
     kill(process_, SIGTERM);
     for (int i = 0; i < 50; ++i) {
         if (waitpid(process_, nullptr, WNOHANG) == process_) return;

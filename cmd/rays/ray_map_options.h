@@ -18,7 +18,7 @@ class VerbOptions;
 /// The requested ray maps and their parameters.
 struct RayMapFlags {
     std::vector<RayMap> maps;  ///< empty = no maps; hits are written
-    /// Attenuation per scene unit of materials, given by name glob or index.
+    /// Materials, given by name glob or index, and their attenuation per scene unit.
     std::vector<std::pair<std::string, double>> attenuation;
     std::vector<std::string> parts;  ///< globs of node names
     std::optional<std::pair<double, double>> range;

@@ -23,7 +23,7 @@ namespace peeler::cmd {
 /// The bundles for one output, and the results.
 struct RayTrace {
     OutputRequest output;
-    std::optional<std::size_t> view{};  ///< if each has its own output; names the bundle
+    std::optional<std::size_t> view{};  ///< index of the view, if each view has its own output
     std::vector<Bundle> bundles{};
     /// The settings, other than the options, that change hits.
     nlohmann::json settings = nlohmann::json::object();

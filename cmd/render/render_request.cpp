@@ -186,8 +186,8 @@ PictureNumber RenderRequest::number(std::size_t index) const {
     return number;
 }
 
-/// Returns the output of a picture. If there is only one, it keeps the given name, even if that
-/// contains number patterns.
+/// Returns the output of a picture. Unless isSequence(), the output keeps the given name, even if
+/// the name contains number patterns.
 OutputRequest RenderRequest::outputOf(std::size_t index) const {
     OutputRequest output = options_.output;
     output.path = fileOf(number(index));

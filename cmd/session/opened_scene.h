@@ -39,8 +39,8 @@ class OpenedScene {
     /// Returns the scene at a time, with some nodes placed elsewhere. Throws like placeNodes().
     PosedScene at(double time, std::span<const PlacedNode> placed) const;
 
-    /// Returns the extent that a camera without a pose frames. For animated scenes, it covers all
-    /// times. Not thread-safe.
+    /// Returns the extent to be framed by a camera that has no pose. For animated scenes, it covers
+    /// all times. Not thread-safe.
     const SceneExtent& extent() const;
 
   private:

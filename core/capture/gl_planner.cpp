@@ -14,9 +14,9 @@
 namespace peeler {
 namespace {
 
-// Planning's approximate share of the time of a picture. Counting is one cheap pass out of two or
-// three, plus the writing; merging samples means capturing all of them once; compositing while
-// planning leaves little else to do.
+// The approximate share of a picture's time that planning takes. Counting is one cheap pass,
+// followed by one or two others and the writing. Merging samples captures all of them once.
+// Compositing while planning leaves little to do afterwards.
 constexpr double kCountShare = 0.2, kMergeShare = 0.6, kCompositeShare = 0.8;
 
 std::uint64_t imageBytes(const LayeredImage& image) {

@@ -19,7 +19,7 @@ double absoluteDifference(double a, double b) {
     return std::isnan(apart) ? std::numeric_limits<double>::infinity() : apart;
 }
 
-/// Adds the differences of one colour's components; returns the largest.
+/// Adds the differences between the components of two colours; returns the largest.
 float addColor(const TintedColor& a, const TintedColor& b, std::size_t components, int x, int y,
                DifferenceStatistics& sum) {
     double largest = 0;

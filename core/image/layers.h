@@ -24,7 +24,7 @@ class DepthComplexity {
     /// Adds the counts of a band's pixels.
     void addBand(const LayeredImage& band);
 
-    /// Merges the statistics of some of the rows.
+    /// Adds statistics that another object has accumulated for some rows of the same crop.
     void add(const DepthComplexity& rows);
 
     /// Returns one entry for each of the nearest `limit` layers (0 = all), front to back.

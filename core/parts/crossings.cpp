@@ -122,8 +122,8 @@ namespace {
 using CrossingPair = std::pair<std::uint32_t, std::uint32_t>;
 
 constexpr std::size_t kCrossedAtOnce = 64;
-/// Limits of findCrossings(), in steps. A step is one triangle comparison; storing a pair counts as
-/// several.
+/// The step limit of findCrossings(): kCrossingSteps, plus kCrossingStepsPerTriangle per triangle.
+/// A step is one triangle comparison; storing a pair counts as kCrossingStepsPerPair steps.
 constexpr std::uint64_t kCrossingSteps = 20'000'000, kCrossingStepsPerTriangle = 100,
                         kCrossingStepsPerPair = 10;
 constexpr std::uint64_t kFirstCrossingSteps = 1'000'000;

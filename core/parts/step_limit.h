@@ -11,8 +11,8 @@
 
 namespace peeler {
 
-/// A step counter shared by several threads. Its sum does not depend on their order, so results do
-/// not either.
+/// A step counter shared by several threads. The total does not depend on the order in which the
+/// threads add to it, so neither do the results.
 class StepLimit {
   public:
     explicit StepLimit(std::uint64_t most) : most_(most) {}

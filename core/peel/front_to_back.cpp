@@ -8,8 +8,8 @@
 namespace peeler {
 namespace {
 
-/// Blends each layer under those before it: C += (1 − A)·c, A += (1 − A)·a. Everitt's product of
-/// transmittances, instead of the sum A, would round differently from compositeOver().
+/// Blends each layer under those before it: C += (1 − A)·c, A += (1 − A)·a. Accumulates the opacity
+/// A, because Everitt's product of transmittances would round differently from compositeOver().
 class FrontToBackComposite final : public CompositeMethod {
   public:
     std::uint64_t tileBytes(std::uint64_t tile_pixels,

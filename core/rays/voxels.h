@@ -69,7 +69,7 @@ class VoxelVotes {
     static std::uint64_t cellsOf(const AxisBundles& lattice);
     /// Returns the bytes that the votes take.
     static std::uint64_t bytesOf(const AxisBundles& lattice);
-    /// Returns the words of a line of `cells` cells along z.
+    /// Returns the number of 64-bit words that hold a line of `cells` cells along z.
     static std::size_t wordsOf(int cells) { return (static_cast<std::size_t>(cells) + 63) / 64; }
 
   private:

@@ -129,8 +129,9 @@ void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instan
     }
 }
 
-/// Adds the surfaces of a group of instances, before their matrices are in worlds_. `first_key` is
-/// the first instance's first key.
+/// Adds the surfaces of a group of instances. Must be called before their matrices are added to
+/// worlds_, whose size is the index of the first instance. `first_key` is that instance's first
+/// key.
 void DrawList::addSurfaces(std::span<const Primitive> primitives, std::uint32_t first_key,
                            std::size_t instances) {
     for (std::size_t i = 0; i < instances; ++i) {

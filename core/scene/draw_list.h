@@ -66,7 +66,8 @@ struct DrawnSurface {
 class KeyIndex {
   public:
     KeyIndex() = default;
-    /// `first_keys` of the surfaces are in ascending order; all keys are less than `end`.
+    /// `first_keys` has the first key of each surface, in ascending order; all keys are less than
+    /// `end`.
     KeyIndex(std::vector<std::uint32_t> first_keys, std::uint64_t end);
 
     std::uint32_t surfaceOf(std::uint32_t key) const {

@@ -76,7 +76,7 @@ class Lighting {
 
     /// Uploads the records, including those of shadow maps. The GPU must not be using them.
     void setView(const glm::dmat4& camera_to_world);
-    /// Binds the records as PEELER_LIGHTS, and the shadow maps.
+    /// Binds the records as PEELER_LIGHTS, the environment textures, and any shadow maps.
     void bind() const;
 
   private:

@@ -173,8 +173,9 @@ SurfaceLinks linkSurfaces(const LayeredImage& image, const View& view) {
 
 namespace {
 
-/// With a perspective camera, the maximum factor between a corner's planar depth and those of its
-/// fragments, so that a surface seen edge-on does not reach behind the camera or to the horizon.
+/// With a perspective camera, the maximum factor by which the planar depth at a corner may exceed
+/// or fall below those of the fragments around the corner, so that a surface seen edge-on does not
+/// reach behind the camera or to the horizon.
 constexpr double kStretch = 2;
 
 /// The sides that lead from pixel to pixel around a corner, clockwise, starting in the pixel of

@@ -17,7 +17,7 @@ namespace {
 constexpr std::uint32_t kNothing = 0xFFFFFFFFU;
 constexpr std::string_view kFacingName = "facing";
 
-/// A known column. A picture gets it if it has all of these channels, and they share one type.
+/// A known column, used if a picture has all of its channels and they share one type.
 struct KnownColumn {
     std::string_view name;
     std::vector<std::string_view> channels;

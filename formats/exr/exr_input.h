@@ -37,8 +37,8 @@ struct ExrInputChannel {
 /// N.Z) form one array.
 std::vector<FragmentArray> fragmentArrays(std::span<const ExrInputChannel> channels);
 
-/// The values of ExrInputPart::type for pictures in array files (formats/arrays/picture_arrays.h),
-/// which OpenEXR does not have: lists of all fragments, and the pixels of a composite.
+/// Values of ExrInputPart::type that OpenEXR does not have, for pictures in array files
+/// (formats/arrays/picture_arrays.h): lists of all fragments, and the pixels of a composite.
 inline constexpr const char* kListArrays = "lists in arrays";
 inline constexpr const char* kPlaneArrays = "planes in arrays";
 

@@ -49,7 +49,7 @@ struct Request {
 
 struct DracoJob {
     Request request;
-    std::string where;  ///< JSON pointer of the first primitive's extension object
+    std::string where;  ///< JSON pointer of the extension object in the job's first primitive
     DracoMesh mesh;
     std::optional<Error> problem;
     std::map<std::string, int> accessors;  ///< new accessors, by attribute

@@ -21,7 +21,7 @@ Scene readGltf(const std::filesystem::path& path, const GltfOptions& options = {
 struct GltfExtension {
     const char* name;
     bool supported;  ///< may be in extensionsRequired
-    /// Purpose of a supported extension; effect of ignoring any other.
+    /// If supported, the extension's purpose; otherwise the effect of ignoring it.
     const char* note;
     /// Whether it provides texture images in a format that cannot be decoded.
     bool undecoded_images = false;

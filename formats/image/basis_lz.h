@@ -142,7 +142,8 @@ struct BasisCodebooks {
 
 /// The number of endpoint predictions. Their code has one more symbol, which means repetition.
 inline constexpr std::uint32_t kBasisPredictions = 256;
-/// The number of symbols in the code of run lengths; the last one means that a length follows.
+/// The number of symbols in the Huffman code for run lengths. The last symbol means that an
+/// explicit length follows.
 inline constexpr std::uint32_t kBasisRuns = 64;
 
 /// Reads the codebooks. Throws std::runtime_error (failKtx2()) if data is missing, or if a slice of

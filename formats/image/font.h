@@ -24,8 +24,8 @@ void drawText(CompositeImage& picture, int x, int y, int scale, const std::array
 
 /// The first and last character of the font.
 inline constexpr char kFirstGlyph = ' ', kLastGlyph = '~';
-/// The height of a glyph above the top of capitals, and its whole height, in dots. Brackets rise
-/// above capitals, and some letters descend below the line.
+/// The number of rows of a glyph, in dots: those above the capitals, and all of them. Brackets rise
+/// above the capitals, and some letters descend below the baseline.
 inline constexpr int kGlyphTop = 1, kGlyphRows = 11;
 
 /// The coverage of each pixel of a glyph at scale S, row by row, as 0 to 255.
