@@ -31,7 +31,7 @@ Bounds boundsOf(const std::array<glm::dvec3, 3>& corners) {
 }
 
 CheckedLine::CheckedLine(const glm::dvec3& origin, const glm::dvec3& direction)
-    : origin_(origin), direction_(direction), inverse_(1.0 / direction) {
+    : origin_(origin), direction_(direction), inverse_(1.0 / (direction + 0.0)) {
     const glm::dvec3 size = glm::abs(direction);
     z_ = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
     x_ = (z_ + 1) % 3;
@@ -42,7 +42,8 @@ CheckedLine::CheckedLine(const glm::dvec3& origin, const glm::dvec3& direction)
 
 bool CheckedLine::meets(const Bounds& box, double from, double to) const {
     // If a component of the direction is 0, its inverse is infinite: the comparisons below handle
-    // infinities, and NaN (an origin in the plane of a side) leaves `from` and `to` unchanged.
+    // infinities, and NaN (an origin in the plane of a side) leaves `from` and `to` unchanged. The
+    // constructor turns −0 into +0, with which the other side cannot be infinitely far behind.
     constexpr double kSlack = 1e-12;
     for (int i = 0; i < 3; ++i) {
         double near = (box.min[i] - origin_[i]) * inverse_[i];

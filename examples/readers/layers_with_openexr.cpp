@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Unprojects every layer of a peeler file to world space, with plain OpenEXR 3, in 60 lines (plus a
-// JSON header, Debian's nlohmann-json3-dev).
+// Unprojects every layer to world space with OpenEXR 3 and a JSON header (nlohmann-json3-dev).
 //   g++ -std=c++17 -O2 layers_with_openexr.cpp -o layers $(pkg-config --cflags --libs OpenEXR)
 //   ./layers out.exr          # the numbers of `peeler info out.exr`
 #include <ImfFrameBuffer.h>

@@ -302,7 +302,8 @@ TEST_F(ViewPage, TellsWhatIsShown) {
     const double share = std::stod(page.substr(page.find("\"distance\":") + 11)) / 6;
     ASSERT_TRUE(share > 0.5 && share < 0.9) << share;
     const Pixel before = {static_cast<int>(30.5 - 20 * share), static_cast<int>(40.5 + 10 * share)};
-    EXPECT_TRUE(contains(told["moved"].get<std::string>(), "pixel " + before.place() + " object wall"))
+    EXPECT_TRUE(
+        contains(told["moved"].get<std::string>(), "pixel " + before.place() + " object wall"))
         << told["moved"];
     EXPECT_EQ(told["moved by fingers"], told["moved"]);
     EXPECT_LT(psnr("moved", "original"), 30);

@@ -471,5 +471,20 @@ TEST(PartCheck, JoinedPartsAreOneIfTheyAreWelded) {
     EXPECT_FALSE(Checked(joinParts({&a.raw, &b.raw}, false)).topology.closed());
 }
 
+TEST(CheckedLine, MeetsABoxAlongItsSides) {
+    const Bounds box{{0, 0, 0}, {1, 1, 1}};
+    for (const double side : {0.0, 1.0}) {
+        for (const double zero : {0.0, -0.0}) {
+            for (int axis = 0; axis < 2; ++axis) {
+                glm::dvec3 origin(0.5, 0.5, -1), direction(zero, zero, 1);
+                origin[axis] = side;
+                EXPECT_TRUE(CheckedLine(origin, direction).meets(box, 0, 10)) << side << zero;
+                origin[axis] = side == 0 ? -0.1 : 1.1;
+                EXPECT_FALSE(CheckedLine(origin, direction).meets(box, 0, 10)) << side << zero;
+            }
+        }
+    }
+}
+
 }  // namespace
 }  // namespace peeler
