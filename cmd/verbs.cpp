@@ -58,7 +58,7 @@ std::span<const Verb> verbs() {
          "peeler flatten layers.exr -o flat.png\n"
          "peeler flatten deep.exr -o flat.exr\n"
          "peeler flatten layers.exr -o nearest.png --layers 1 --background 1,1,1",
-         "output background layers include exclude material samples exposure tone-map part",
+         "output background layers include exclude material fxaa exposure tone-map part",
          declareFlatten},
         {"extract", kFiles, "Extract layers, points, arrays or fragment counts",
          "peeler extract layers.exr -o layer.####.png\n"

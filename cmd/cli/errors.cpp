@@ -32,12 +32,12 @@ constexpr DefaultHint kDefaultHints[] = {
     {ErrorKind::kMemory, "use a smaller --size, fewer --layers or a higher --memory"},
 };
 
-std::string hintOf(const Error& error) {
-    if (!error.hint().empty()) return error.hint();
+Text hintOf(const Error& error) {
+    if (!error.hint().empty()) return error.hintText();
     for (const DefaultHint& row : kDefaultHints) {
         if (row.kind == error.kind()) return row.hint;
     }
-    return "";
+    return {};
 }
 
 constexpr ExitCode kExitCodes[] = {

@@ -98,21 +98,5 @@ TEST(EveryModel, OfTheAssetGeneratorIsCapturedWhole) {
     captureFolder("gltf-asset-generator", 53);
 }
 
-TEST(EveryModel, ThatIsRefusedStandsInTheReadme) {
-    const std::string readme = bytesOf(sourceDir() / "tests" / "README.md");
-    std::size_t rows = 0;
-    for (std::size_t at = readme.find("| `gltf-"); at != std::string::npos;
-         at = readme.find("| `gltf-", at + 1)) {
-        const std::size_t begin = at + 3, end = readme.find('`', begin);
-        EXPECT_NE(refusalOf(readme.substr(begin, end - begin)), nullptr)
-            << readme.substr(begin, end - begin);
-        ++rows;
-    }
-    EXPECT_EQ(rows, std::size(kRefusals));
-    for (const Refusal& row : kRefusals)
-        EXPECT_NE(readme.find("| `" + std::string(row.file) + "` |"), std::string::npos)
-            << row.file;
-}
-
 }  // namespace
 }  // namespace peeler::test
