@@ -155,7 +155,7 @@ void Bake::placeReceivers() {
     const StageTimer timer(job_.times(), "receivers");
     vertices_.emplace(*posed_, capture_.memory);
     if (vertices_->receivers().size() == 0)
-        throw Error(ErrorKind::kInput, "the scene shows no triangles to bake for",
+        throw Error(ErrorKind::kInput, "the scene shows no triangles to bake",
                     options_.scene.file.string(), "use peeler info to see its contents");
     if (options_.bake.chosenTarget() == BakeTarget::kVertices) return;
     texels_.emplace(*posed_, *vertices_, options_.bake.texels(), capture_.memory);
@@ -446,12 +446,12 @@ void Bake::report() {
 constexpr const char* kBakeFooter =
     "A .glb gets a COLOR_0 for display (linear, 16 bits), which viewers multiply with the\n"
     "material's colour: ao and sky-visibility times the existing COLOR_0, bent-normal as\n"
-    "n/2+1/2, thickness as a share of the greatest, irradiance as E/pi (the light that a\n"
+    "n/2+1/2, thickness divided by the largest, irradiance as E/pi (the light that a\n"
     "white surface reflects); clipped at 1. It also gets the values themselves as 32-bit\n"
     "floats: _AO and so on. A .png contains the values of COLOR_0 without the existing\n"
-    "colour, an .exr the values themselves. Normals and distances are in world space. A mesh\n"
-    "that nodes show differently is copied for each node; the instances of one node\n"
-    "(EXT_mesh_gpu_instancing) get their mean. Values are those of front sides.\n"
+    "colour, an .exr the values themselves. Normals and distances are in world space. If nodes\n"
+    "with the same mesh get different values, each gets a copy of it; the instances of one\n"
+    "node (EXT_mesh_gpu_instancing) get their mean. Values are those of the front faces.\n"
     "Arrays of n vertices: values (n, 1 or 3), positions and normals (n, 3; world space),\n"
     "float32, and ranges (r, 5; int64): node, instance (among all drawn instances), primitive\n"
     "of its mesh, first vertex and number of vertices. With --target texture, arrays contain\n"

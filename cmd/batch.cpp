@@ -367,8 +367,8 @@ VerbAction declareBatch(VerbOptions& verb) {
     addFile(verb, "JOBS", "", options->file,
             "file with one job per line, or - for standard input: {\"verb\": \"render\", \"args\": "
             "[\"scene.glb\", \"-o\", \"out.exr\"], \"options\": {\"size\": \"640x360\", "
-            "\"shadows\": true}, \"id\": \"first\"}; args, options and id are optional; verbs are "
-            "those with --output; ids are unique strings; jobs do not depend on each other; the "
+            "\"shadows\": true}, \"id\": \"first\"}; args, options and id are optional; verb is "
+            "any verb with --output; ids are unique strings; jobs do not depend on each other; the "
             "results are JSON lines on stdout, in the order of the jobs")
         .required();
     addValue(

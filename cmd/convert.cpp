@@ -36,11 +36,11 @@ void checkHoldsLayers(const ConvertOptions& options) {
     constexpr OutputContent kArrays[] = {OutputContent::kArrays, OutputContent::kPlanes,
                                          OutputContent::kXray};
     if (std::ranges::find(kArrays, format.content) != std::end(kArrays)) {
-        throw Error(ErrorKind::kUsage, "convert writes layers", path,
+        throw Error(ErrorKind::kUsage, "convert writes layers only", path,
                     "write arrays with peeler extract --npz");
     }
     if (format.holds(OutputContent::kComposite) || format.holds(OutputContent::kShadowMap)) {
-        throw Error(ErrorKind::kUsage, "convert writes layers", path,
+        throw Error(ErrorKind::kUsage, "convert writes layers only", path,
                     "use --as ldi, deep or layers, or write a composite with peeler flatten");
     }
     if (options.cryptomatte &&
@@ -70,7 +70,7 @@ void convert(const ConvertOptions& options, Reporter& reporter) {
     const auto input = run.openInput(ObjectOptions());
     const ExrInfo& info = input->info();
     if (options.cryptomatte && info.provenance.ids.empty())
-        throw Error(ErrorKind::kUsage, "the file has no names of ids", "--cryptomatte",
+        throw Error(ErrorKind::kUsage, "the file does not name its ids", "--cryptomatte",
                     "render it with --channels id");
     countLayers(*input, run);
 
@@ -90,8 +90,8 @@ void convert(const ConvertOptions& options, Reporter& reporter) {
 
 constexpr const char* kConvertFooter =
     "Layered files (--as ldi, in any --layout) and deep images contain the same fragments, so\n"
-    "conversion in both directions is lossless. A file that is converted there and back with\n"
-    "the same options is the same byte for byte. A deep image has no composite, and so no\n"
+    "conversion in both directions is lossless. Converting a file there and back with the\n"
+    "same options reproduces it byte for byte. A deep image has no composite, and so no\n"
     "Cryptomatte. Deep images of other programs are read too; their samples are sorted by\n"
     "depth first.";
 
@@ -107,7 +107,7 @@ VerbAction declareConvert(VerbOptions& verb) {
     addLayerOutputOptions(verb, options->output, true);
     verb.addFlag("--cryptomatte", options->cryptomatte,
                  "write Cryptomatte 1.4 (objects and materials) into the composite part, from the "
-                 "ids of the input (default: if the input has it)")
+                 "ids of the input (default: on if the input has it)")
         .group("Output");
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);

@@ -94,7 +94,7 @@ VerbAction declareFlatten(VerbOptions& verb) {
     addLayeredOptions(verb, options->reading);
     addOutputOptions(verb, options->output);
     addObjectOptions(verb, options->objects);
-    addFxaaOption(verb, options->fxaa, "fast, but render --samples sees more detail");
+    addFxaaOption(verb, options->fxaa, "fast, but less accurate than peeler render --samples");
     addValue(
         verb, "--layers", "N|all", options->max_layers,
         [](const std::string& text) { return parseLayers(text); },

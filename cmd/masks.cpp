@@ -384,27 +384,27 @@ void addMaskOptions(VerbOptions& verb, MasksOptions& options) {
         .group("Output");
     addObjectsOption(verb, options.objects);
     addValue(verb, "--see-through", "A", options.see_through, parseOpacity,
-             "minimum opacity of a fragment that hides the objects behind it: a pixel shows the "
-             "object of the first such fragment, else of its first fragment; at 0 any fragment "
-             "hides, at 1 only an opaque one (default: 0)")
+             "minimum opacity at which a fragment hides the objects behind it: a pixel belongs to "
+             "the object of its first such fragment, or else of its first fragment; at 0 every "
+             "fragment hides, at 1 only opaque ones (default: 0)")
         .group("Objects");
     addValue(verb, "--canvas", "K", options.canvas, parseCanvas,
-             "capture an area K times as wide and high as the picture around it, so that counts, "
+             "capture a canvas around the picture, K times as wide and high, so that counts, "
              "fractions and amodal boxes include objects outside the picture; K is odd, 1 to 9; "
              "BOP uses 3 (default: 1)")
         .group("Objects");
 }
 
 constexpr const char* kMasksFooter =
-    "The amodal mask of an object contains the pixels where it has any fragment, hidden or\n"
-    "not; the visible mask those where it is the object that is seen (--see-through). Visible\n"
-    "masks do not overlap; together with the background, which belongs to no object, they\n"
-    "form the first layer. The visible fraction is the visible area in the picture, divided\n"
-    "by the area of the silhouette on the canvas. A view does not list objects that it does\n"
-    "not contain.\n"
-    "The last file of a view is views/NNNNNN.json, by which --skip-existing recognises the\n"
-    "view. The JSON files of all views are written with the last missing view, in whichever\n"
-    "--chunk it is.";
+    "The amodal mask of an object covers the pixels where it has any fragment, hidden or not;\n"
+    "the visible mask covers those where it is the object that is seen (--see-through).\n"
+    "Visible masks do not overlap; together with the background, which belongs to no object,\n"
+    "they form the first layer. The visible fraction is the visible area in the picture,\n"
+    "divided by the area of the silhouette on the canvas. A view does not list objects that\n"
+    "it does not contain.\n"
+    "The file views/NNNNNN.json is written last for each view, and --skip-existing looks for\n"
+    "it. The JSON files of all views are written once no view is missing, by whichever\n"
+    "--chunk completes them.";
 
 }  // namespace
 

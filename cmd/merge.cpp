@@ -234,7 +234,8 @@ VerbAction declareMerge(VerbOptions& verb) {
     verb.addFlag("--elements", options->elements,
                  "merge elements of one picture, such as objects rendered separately, instead of "
                  "tiles; the fragments of layered or deep files are merged by depth");
-    verb.addFlag("--allow-gaps", options->allow_gaps, "leave pixels empty that no tile has");
+    verb.addFlag("--allow-gaps", options->allow_gaps,
+                 "allow pixels that no tile covers, and leave them empty");
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);
     verb.footer(

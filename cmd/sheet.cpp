@@ -302,9 +302,9 @@ void addCellOptions(VerbOptions& verb, SheetOptions& options) {
                  "show composites of the nearest 1, 2, … layers instead of the layers, each with "
                  "its error against the composite of all")
         .group(kGroup);
-    addChoice<SheetMethods>(verb, "--methods", options.request.methods, kMethodChoices,
-                            "choice of methods",
-                            "for scenes: composites that methods blend during rendering:")
+    addChoice<SheetMethods>(
+        verb, "--methods", options.request.methods, kMethodChoices, "choice of methods",
+        "composites to show that are blended during rendering, for scenes only:")
         .group(kGroup);
     addValue(verb, "--cells", "N", options.request.cells.most_cells, within(1, 1000),
              "maximum number of cells; the rest are left out (default: 24)")
@@ -334,9 +334,9 @@ std::set<std::string> sceneOptionsGiven(const VerbOptions& verb) {
 }
 
 constexpr const char* kSheetFooter =
-    "Options of scene, camera, clipping, light and machine, and those of layers except\n"
-    "--layers, are for scenes only; a sheet of a layered file shows the file's content.\n"
-    "Errors are those of linear premultiplied R, G, B and A against the composite of all\n"
+    "Options for scene, camera, clipping, light and machine, and those for layers except\n"
+    "--layers, apply to scenes only; a sheet of a layered file shows the file's content.\n"
+    "Errors are measured in linear premultiplied R, G, B and A against the composite of all\n"
     "layers. A file has no draw order, so unsorted blending is shown only for scenes, next to\n"
     "the composite of all layers.";
 

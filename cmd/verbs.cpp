@@ -42,7 +42,8 @@ std::span<const Verb> verbs() {
          "output direction directions resolution camera size map attenuation voxels parity "
          "columns engine",
          declareRays},
-        {"check", kGeometry, "Check parts for 3D printing: closed, oriented, crossing, thin walls",
+        {"check", kGeometry,
+         "Check parts for 3D printing: holes, orientation, crossings, thin walls",
          "peeler check part.glb\n"
          "peeler check part.glb --json\n"
          "peeler check part.glb -o places.png",
@@ -95,7 +96,8 @@ std::span<const Verb> verbs() {
          "peeler verify frame.*.exr\n"
          "peeler verify layers.exr deep.exr --any-settings --json",
          "", declareVerify},
-        {"devices", kInspect, "List every GL backend and device, and why one cannot be used",
+        {"devices", kInspect,
+         "List all GL backends and devices, with the reason if one cannot be used",
          "peeler devices\n"
          "peeler devices --json\n"
          "peeler devices --json | grep usable",

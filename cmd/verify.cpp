@@ -192,8 +192,8 @@ VerbAction declareVerify(VerbOptions& verb) {
         "programs or older versions, are reported as such. Every chunk is read. Layers must\n"
         "be sorted by Z, with a finite Z where there is a fragment and 0 elsewhere; the\n"
         "header must have the right number of fragments, and the stored composite must be the\n"
-        "composite of the layers, bit for bit. All attributes of a camera must agree. A file\n"
-        "of another program is only read to its end.\n"
+        "composite of the layers, bit for bit. All attributes of a camera must agree. Files\n"
+        "of other programs are only read to their end.\n"
         "\n"
         "Exit codes: 0 all files are good; 3 a file is unreadable or inconsistent, or has\n"
         "other settings; 6 only fragments or frames are missing.");

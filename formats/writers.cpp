@@ -87,7 +87,7 @@ std::vector<OutputFormat> makeTable() {
     const std::vector<std::string_view> arrays(arrayExtensions().begin(), arrayExtensions().end());
     rows.push_back({.extensions = {".safetensors"},
                     .kind = "layers",
-                    .summary = "every fragment in arrays as in memory; peeler reads them back",
+                    .summary = "every fragment in arrays, as in memory; peeler reads them back",
                     .make = makeLayerArrays,
                     .content = OutputContent::kLists,
                     .channels = true,

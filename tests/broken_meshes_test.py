@@ -76,10 +76,10 @@ refused("ply: a list of 2^31 corners", "p.ply", ply(kind=LITTLE, list_type="uint
         + struct.pack("<I3i", 1 << 31, 0, 1, 2)), "ends before", ", byte ")
 refused("ply: a list of −1 corners", "p.ply", ply(list_type="char int", data=CORNERS + "-1\n"), "length", ":")
 refused("ply: a list of 2.5 corners", "p.ply", ply(list_type="float int", data=CORNERS + "2.5 0 1\n"), "length", ":")
-refused("ply: NaN", "p.ply", ply(data="nan 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), "not a number", ":")
+refused("ply: NaN", "p.ply", ply(data="nan 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), "NaN", ":")
 refused("ply: infinite", "p.ply", ply(data="0 0 0\n1 inf 0\n0 1 0\n3 0 1 2\n"), "infinite", ":")
 refused("ply: too large", "p.ply", ply(data="0 0 0\n1 1e39 0\n0 1 0\n3 0 1 2\n"), "too large", ":")
-refused("ply: binary, NaN", "p.ply", ply(kind=BIG, data=packed(corners=(0, 0, NAN, 1, 0, 0, 0, 1, 0))), "not a number",
+refused("ply: binary, NaN", "p.ply", ply(kind=BIG, data=packed(corners=(0, 0, NAN, 1, 0, 0, 0, 1, 0))), "NaN",
         ", byte ")
 refused("ply: an index past the end", "p.ply", ply(data=CORNERS + "3 0 1 3\n"), "vertex 3 is out of range", ":")
 refused("ply: a negative index", "p.ply", ply(data=CORNERS + "3 0 1 -1\n"), "vertex -1 is out of range", ":")
@@ -168,7 +168,7 @@ refused("obj: a word for an index", "o.obj", OBJ + "f one two three\n", '"one"',
 refused("obj: no index", "o.obj", OBJ + "f /1 2/1 3/1\n", "expected an index", ":7")
 refused("obj: two coordinates", "o.obj", "v 1 2\n" + OBJ, "fewer than three coordinates", ":1")
 refused("obj: a word for a number", "o.obj", "v 1 2 c\n" + OBJ, '"c"', ":1")
-refused("obj: NaN", "o.obj", "v 1 2 nan\n" + OBJ, "not a number", ":1")
+refused("obj: NaN", "o.obj", "v 1 2 nan\n" + OBJ, "NaN", ":1")
 refused("obj: too large", "o.obj", "v 1 2 1e300\n" + OBJ, "too large", ":1")
 refused("obj: text that is none", "o.obj", "Once upon a time\n", "not an OBJ file", ":1")
 refused("obj: UTF-16", "o.obj", OBJ.encode("utf-16"), "UTF-16", "")

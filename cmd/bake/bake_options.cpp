@@ -126,7 +126,7 @@ void addBakeOptions(VerbOptions& verb, BakeOptions& options) {
                             "quantity", "quantity to bake:")
         .group("Baking");
     add("Baking", "--directions", "N", options.settings.directions, evenNumber,
-        "number of directions over the sphere, even (default: 256)");
+        "number of directions over the sphere, an even number (default: 256)");
     add("Baking", "--resolution", "R", options.settings.resolution, integers(1, kMostResolution),
         "rays along the longer side of each bundle, for --engine gl and irradiance; a bundle "
         "covers the scene, and details smaller than the distance between rays are lost (default: "

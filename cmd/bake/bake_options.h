@@ -28,7 +28,7 @@ inline constexpr Choice<BakeQuantity> kBakeQuantities[] = {
      "ambient occlusion: cosine-weighted unoccluded share of the hemisphere"},
     {"bent-normal", BakeQuantity::kBentNormal, "mean unoccluded direction, world space"},
     {"sky-visibility", BakeQuantity::kSkyVisibility,
-     "share of the light of a uniform sky above that arrives"},
+     "share of the light from a uniform sky above that reaches the surface"},
     {"thickness", BakeQuantity::kThickness, "mean distance to the other side, scene units"},
     {"irradiance", BakeQuantity::kIrradiance,
      "light from the environment and from emissive materials, with diffuse bounces"},

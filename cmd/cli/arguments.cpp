@@ -48,7 +48,7 @@ void complete(OptionDescription& description, const CLI::Option& option) {
 /// Throws Error (kUsage) because of an empty value, which scripts pass if a variable is unset.
 void refuseEmpty(const std::string& name, bool is_file) {
     refuse(is_file ? "the name is empty" : "the value is empty", name,
-           "give one; a variable of the script may be unset");
+           "give one; a variable in your script may be unset");
 }
 
 /// Returns a hint if an argument that looks like an option is the name of an existing file; else
@@ -56,7 +56,7 @@ void refuseEmpty(const std::string& name, bool is_file) {
 std::string dashHint(const Texts& arguments) {
     for (const std::string& argument : arguments)
         if (argument.size() > 1 && argument.starts_with('-') && isSeen(argument))
-            return "for the file of this name write ./" + argument + "\n";
+            return "if you mean a file of this name, write ./" + argument + "\n";
     return "";
 }
 
@@ -85,7 +85,7 @@ Error unplaced(const CLI::App& app, std::string hint) {
     hint += "see peeler " + (chosen.empty() ? "" : verb.get_name() + " ") + "--help";
     const char* what = is_option        ? "unknown option"
                        : chosen.empty() ? "unknown verb"
-                                        : "one argument too many";
+                                        : "unexpected argument";
     return Error(ErrorKind::kUsage, what, argument, hint);
 }
 
@@ -286,7 +286,7 @@ ArgumentParser::ArgumentParser(const VerbHelp& help, const std::string& footer)
     : app_(std::make_unique<CLI::App>(help.summary, "peeler")) {
     helps_[""] = help;
     app_->set_version_flag("-V,--version", "", "print the version and exit");
-    app_->set_help_flag("-h,--help", "print help and exit; --help all: with every option");
+    app_->set_help_flag("-h,--help", "print help and exit; --help all shows every option");
     app_->get_formatter()->column_width(30);
     app_->get_formatter()->label("SUBCOMMAND", "VERB");
     app_->require_subcommand(0, 1);

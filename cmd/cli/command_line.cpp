@@ -32,8 +32,8 @@ std::string programFooter() {
         codes += (codes.empty() ? "Exit codes: " : ", ") + std::string(row.code) + ' ' +
                  std::string(row.meaning);
     }
-    return "`peeler VERB --help` shows the options that most people need, --help all every "
-           "one.\n\n" +
+    return "`peeler VERB --help` shows the options that most people need, --help all shows all of "
+           "them.\n\n" +
            wrapped(codes + '.', 88);
 }
 

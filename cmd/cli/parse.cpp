@@ -216,7 +216,7 @@ std::uint32_t parseLayers(std::string_view text) {
     if (text == "all") return 0;
     const auto value = readAll<std::int64_t>(text);
     if (!value || *value < 0 || *value > std::numeric_limits<std::int32_t>::max()) {
-        refuse("expected all (or 0), or a whole number of layers from 1");
+        refuse("expected all (or 0), or a number of layers, 1 or more");
     }
     return static_cast<std::uint32_t>(*value);
 }

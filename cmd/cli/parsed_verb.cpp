@@ -30,7 +30,7 @@ ParsedVerb::ParsedVerb(const Verb& verb, const std::vector<std::string>& argumen
 void ParsedVerb::parse(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), name_);
     if (parser_.parse(arguments) != Asked::kVerb)
-        throw Error(ErrorKind::kUsage, "there is nothing to do", "--help", "leave it out");
+        throw Error(ErrorKind::kUsage, "a job cannot print help", "--help", "leave it out");
 }
 
 }  // namespace peeler::cmd

@@ -59,7 +59,7 @@ void checkFile(const ExtractOptions& options, const fs::path& path, bool fits,
 }
 
 constexpr const char* kExtractFooter =
-    "Arrays for n fragments of w x h pixels, named as by peeler rays: ray_splits (w*h + 1, int64;\n"
+    "Arrays for n fragments of w x h pixels, named as in peeler rays: ray_splits (w*h + 1, int64;\n"
     "pixel p, row by row, has the fragments ray_splits[p] to ray_splits[p + 1], front to back),\n"
     "z (n; depth along bundle_direction), rgba (n, 4; linear, premultiplied), opacity (n, 3; per\n"
     "colour channel, if the file has AR, AG and AB), layer (n, from 0).\n"
@@ -147,7 +147,7 @@ void addExtractOptions(VerbOptions& verb, ExtractOptions& options) {
     verb.option("--output")
         .required(false)
         .description(
-            "file of each layer, #### or %04d standing for its number: .exr or .safetensors (all "
+            "file of each layer; #### or %04d becomes its number: .exr or .safetensors (all "
             "channels, cropped to the layer), .npz (rgba and z), .png, .jpg, .tif")
         .files(".exr .safetensors .npz .png .jpg .tif");
     const auto add = [&](const char* name, auto& target, const char* endings, const char* help) {

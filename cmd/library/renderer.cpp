@@ -30,7 +30,7 @@ PosedScene posed(const Shown& shown) {
         if (animation < 0 || static_cast<std::size_t>(animation) >= scene.animations.size())
             throw Error(ErrorKind::kUsage, "the scene has no such animation",
                         Parameter::kAnimations + " " + std::to_string(animation),
-                        "the scene has " + std::to_string(scene.animations.size()));
+                        "the number of animations is " + std::to_string(scene.animations.size()));
     return {scene, index, poseAt(scene, shown.animations, shown.time)};
 }
 

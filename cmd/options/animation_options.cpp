@@ -32,7 +32,7 @@ void addTimeOptions(VerbOptions& verb, AnimationOptions& options) {
     addValue(
         verb, "--time", "SECONDS", options.time,
         [](const std::string& text) { return parseNumber(text); },
-        "time in the animation; outside the range of its keys it holds the first or last one")
+        "time in the animation; before its first key or after its last, that key applies")
         .group(kAnimationGroup);
 }
 

@@ -11,11 +11,11 @@ namespace {
 
 constexpr Choice<Transmitted> kTransmissions[] = {
     {"color", Transmitted::kColor,
-     "its layer filters the layers behind it per colour channel, without refraction; layers get "
-     "AR, AG and AB besides A if the scene has coloured glass"},
+     "their layers filter the layers behind them per colour channel, without refraction; layers "
+     "get AR, AG and AB besides A if the scene has coloured glass"},
     {"alpha", Transmitted::kAlpha,
-     "its layer has a single alpha, which attenuates all colours behind it equally"},
-    {"opaque", Transmitted::kNothing, "it is drawn as opaque"},
+     "their layers have a single alpha, which attenuates all colours behind them equally"},
+    {"opaque", Transmitted::kNothing, "they are drawn as opaque"},
 };
 
 void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance, const std::string& remark) {

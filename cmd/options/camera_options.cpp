@@ -66,8 +66,8 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options, SceneReadOption
     };
     add("--camera", "NAME|INDEX", options.camera, text,
         "camera of the scene, by name or by index as peeler info lists it; light:NAME or "
-        "light:INDEX looks from a directional or spot light, light:key from the built-in one of a "
-        "scene without lights (default: the first camera, or a view of the whole scene if it has "
+        "light:INDEX looks from a directional or spot light, light:key from the built-in light of "
+        "a scene without lights (default: the first camera, or a view of the whole scene if it has "
         "no camera)");
     add("--eye", "X,Y,Z", options.eye, vector,
         "position of a custom camera (default: one that sees the whole scene with margins of 5 %; "

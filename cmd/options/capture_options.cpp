@@ -87,7 +87,7 @@ void addPointSizeOption(VerbOptions& verb, CaptureSettings& capture, const std::
     addValue(
         verb, "--point-size", "N", capture.point_size,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 1024)); },
-        "pixels per side of points (default: " + otherwise + ")")
+        "width and height of points in pixels (default: " + otherwise + ")")
         .group(kLayersGroup);
 }
 

@@ -18,7 +18,7 @@ constexpr std::int64_t kMostPlanes = 4096;
 
 constexpr Choice<PixelType> kPlaneTypes[] = {
     {"float", PixelType::kFloat, "32 bits"},
-    {"half", PixelType::kHalf, "16 bits: three digits, up to 65,504"},
+    {"half", PixelType::kHalf, "16 bits: three significant digits, up to 65,504"},
 };
 
 double parseFill(const std::string& text) {
@@ -45,8 +45,9 @@ void addDenseOptions(VerbOptions& verb, OutputRequest& output) {
                 output.given.insert("--dense");
                 if (output.options.as.empty()) output.options.as = "dense";
             },
-            "write dense planes instead of lists: arrays (h, w, N) and (h, w, N, components), "
-            "whose plane k has the k-th fragment of every pixel, and count (h, w); N is 1 to " +
+            "write N dense planes instead of lists: arrays of shape (h, w, N) or (h, w, N, "
+            "components), where plane k holds the k-th fragment of every pixel, plus count (h, w); "
+            "N is 1 to " +
                 std::to_string(kMostPlanes))
         .group(kGroup);
     verb.addText(

@@ -48,7 +48,7 @@ class ChosenObjects final : public LayeredInput {
         keepObjects(out, selection_);
     }
     void readComposite(const Window&, CompositeImage&) override {
-        throw Error(ErrorKind::kInput, "the composite contains all objects", "",
+        throw Error(ErrorKind::kInput, "objects cannot be chosen in a composite", "",
                     "flatten the layers");
     }
     int rowsFor(std::uint64_t bytes) const override { return input_->rowsFor(bytes); }

@@ -48,7 +48,8 @@ void checkFilesBeside(const OutputRequest& output, const std::vector<fs::path>& 
     for (const std::string& file : beside) {
         const auto is_file = [&](const fs::path& input) { return sameFile(input, file); };
         if (std::ranges::any_of(inputs, is_file)) {
-            throw Error(ErrorKind::kUsage, "a file written beside the output is an input", file,
+            throw Error(ErrorKind::kUsage,
+                        "a file written next to the output would replace an input", file,
                         "choose another name for the output");
         }
         if (output.no_clobber) checkNotThere(file);
@@ -108,7 +109,7 @@ void checkTarget(const OutputRequest& output, const std::vector<fs::path>& input
             if (!sameFile(output.path, file)) continue;
             throw Error(ErrorKind::kUsage,
                         file == input.string() ? "the output is the input"
-                                               : "the output is a file of the input",
+                                               : "the output is one of the input's files",
                         output.path.string(), "choose another name for the output");
         }
     }

@@ -104,8 +104,8 @@ void addLayerFileOptions(VerbOptions& verb, OutputRequest& output) {
         .group(kGroup);
     addGiven(verb, output, "--deep-alpha-tolerance", "X", options.deep_merge.alpha_tolerance,
              parseTolerance,
-             "maximum difference between the alpha of merged samples and of the nearest one, for "
-             "by-id (default: 1, any)")
+             "maximum alpha difference of merged samples from the nearest one, for by-id (default: "
+             "1, any)")
         .group(kGroup);
 }
 

@@ -29,8 +29,8 @@ void addSceneOptions(VerbOptions& verb, SceneOptions& options) {
     verb.addRepeated(
             "--ignore-extension", "NAME",
             [&](const std::string& text) { options.reading.ignored_extensions.push_back(text); },
-            "read the file without a glTF extension that it requires and peeler lacks; textures "
-            "whose only image needs the extension are left out; may be repeated")
+            "read a file that requires this glTF extension, although peeler does not support it; "
+            "textures whose only image needs the extension are left out; may be repeated")
         .group(kGroup);
     addValue(
         verb, "--smooth-normals", "DEGREES", options.reading.smooth_normals,
@@ -74,8 +74,7 @@ void addSandboxOption(VerbOptions& verb, bool& allow_outside) {
 
 void addStrictOption(VerbOptions& verb, bool& strict) {
     verb.addFlag("--strict", strict,
-                 "treat a warning about input that is not shown as an error (exit code 3); nothing "
-                 "is written then")
+                 "turn warnings about the input into errors (exit code 3); nothing is written then")
         .group("Messages");
 }
 

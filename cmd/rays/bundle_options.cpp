@@ -92,15 +92,15 @@ void addBundleOptions(VerbOptions& verb, BundleOptions& options, SceneReadOption
         "distance between rays in scene units, instead of --resolution")
         .group(kGroup);
     addValue(verb, "--bounds", "X0,Y0,Z0,X1,Y1,Z1", options.bounds, parseBounds,
-             "box that bundles cover across their direction; along their direction, rays cross the "
+             "box that bundles cover, as seen along their direction; each ray still crosses the "
              "whole scene (default: the scene's bounds)")
         .group(kGroup);
     addCameraOptions(verb, options.camera, reading);
     addViewOptions(verb, options.views);
     verb.option("--camera")
         .description(
-            "scene camera whose pixels get a ray each, by name or index; --eye and the options "
-            "below define a camera instead");
+            "trace one ray per pixel of this scene camera, given by name or index; --eye and the "
+            "options below define a camera instead");
     verb.option("--size").description("size of the camera's picture in pixels (default: 1280x720)");
 }
 

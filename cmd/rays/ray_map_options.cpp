@@ -91,12 +91,13 @@ void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags) {
         .group(kGroup);
     verb.addRepeated(
             "--part", "GLOB", [&flags](const std::string& text) { flags.parts.push_back(text); },
-            "part for --map overlap, given twice: the nodes with this name and their descendants")
+            "one of the two parts for --map overlap: the nodes with this name and their "
+            "descendants; give it twice")
         .group(kGroup);
     addValue(verb, "--range", "LOW,HIGH", flags.range, parseRange,
-             "values that are black and yellow in a picture (default: 0 to the largest value; for "
-             "first and last from the smallest); for transmission, LOW is white and HIGH black, as "
-             "on X-ray film (default: 0 to 1)")
+             "values shown as black and yellow in a picture (default: 0 to the largest value; for "
+             "first and last, the smallest to the largest); for transmission, LOW is white and "
+             "HIGH black, as on X-ray film (default: 0 to 1)")
         .group(kGroup);
     verb.addFlag("--legend,!--no-legend", flags.legend,
                  "draw a colour bar with numbers and their unit below a picture (default)")

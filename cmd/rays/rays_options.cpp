@@ -40,15 +40,15 @@ constexpr const char* kRaysFooter =
     "the hits ray_splits[r] to ray_splits[r + 1], sorted), t_hit (n; distance along the ray),\n"
     "geometry_ids (n; index of the placed mesh), primitive_ids (n; index of the triangle in its\n"
     "mesh), primitive_uvs (n, 2; weights of the second and third corner), facing (n; 1 = the\n"
-    "front), normals and primitive_normals (n, 3; world space, on the front: for shading, and of\n"
-    "the flat triangle), node_ids, mesh_ids, instance_ids (within the node), material_ids (n;\n"
+    "front), normals (for shading) and primitive_normals (of the flat triangle) (n, 3; world\n"
+    "space, on the front), node_ids, mesh_ids, instance_ids (within the node), material_ids (n;\n"
     "indices into the glTF, from 0, 0xFFFFFFFF = none); --columns chooses among these.\n"
     "Per bundle: bundle_origin, bundle_direction, bundle_right, bundle_up (b, 3), bundle_size\n"
     "(b, 2), float64, bundle_resolution (b, 2) and bundle_window (b, 4; x, y, width, height of\n"
     "the rays that were traced, all of them without --crop), int64, and bundle_perspective (b, 0\n"
     "or 1); arrays_version.\n"
     "With --dense N, for H x W rays per bundle, arrays of n are (H, W, N) or (H, W, N,\n"
-    "components); for several bundles, which must have one size, (b, H, W, N, ...); count\n"
+    "components); for several bundles, all of one size, (b, H, W, N, ...); count\n"
     "(H, W, uint32; all hits of the ray) replaces ray_splits.\n"
     "peeler extract uses the same names. Rays are ordered by bundle, then by row from the top.\n"
     "With (w, h) = bundle_resolution, ray (i, j) starts at\n"
@@ -59,7 +59,7 @@ constexpr const char* kRaysFooter =
     "--parity and maps define the inside of a closed surface as the intervals between its first\n"
     "and second hit, its third and fourth, and so on. A closed primitive is a surface of its own;\n"
     "all other primitives of a mesh form one surface. Overlapping shells of one surface cancel\n"
-    "out where they overlap. A camera must stand outside.\n"
+    "out where they overlap. A camera must be outside.\n"
     "Rays hit triangles, not lines or points. They pass through fragments that a MASK material's\n"
     "alpha test rejects and through BLEND fragments with alpha 0; they hit everything else,\n"
     "however transparent.\n"
@@ -95,7 +95,7 @@ void checkVoxels(const RaysOptions& options) {
         refuse("voxels cannot be combined with maps or 64-bit points", "--voxels",
                "leave --map and --double out");
     if (options.bundles.asksForRays() || options.bundles.resolution || options.bundles.spacing)
-        refuse("voxels set the rays themselves", "--voxels",
+        refuse("voxels define their own rays", "--voxels",
                "leave directions, cameras, --resolution and --spacing out");
     const std::string path = options.output.path.string();
     if (options.writesFile() && !isArrayName(path) && lowerExtension(path) != ".vdb")
@@ -200,16 +200,16 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
     addBundleOptions(verb, options.bundles, &options.scene.reading);
     verb.addFlag(
             "--refine,!--no-refine", options.refine,
-            "compute t from the triangle in double precision (default); otherwise t is the "
-            "rasteriser's, which in GL has a 32-bit depth and corners on a grid of 1/256 pixel")
+            "compute t from the triangle in double precision (default); otherwise t comes from the "
+            "rasteriser, which in GL has 32-bit depth and snaps corners to 1/256 pixel")
         .group("Rays");
     addRayFacesOption(verb, options.faces);
     addRayMapOptions(verb, options.maps);
     addValue(
         verb, "--voxels", "R", options.voxels,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 4096)); },
-        "write which cells are inside, in a lattice with R cells along its longest side; the "
-        "majority of the parities along the three axes decides")
+        "write which cells of a lattice are inside, by majority of the parities along the three "
+        "axes; the longest side of the lattice has R cells")
         .group("Inside");
     addValue(
         verb, "--parity", "NAME", options.parity,

@@ -111,8 +111,8 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
         .group("Output");
     verb.option("--strict")
         .description(
-            "treat a warning about input that is not shown as an error (exit code 3), and a layer "
-            "limit that leaves fragments out as well (6); nothing is written then");
+            "turn warnings about the input into errors (exit code 3), and also a layer limit that "
+            "leaves out fragments (exit code 6); nothing is written then");
 }
 
 CaptureSettings captureSettings(const RenderOptions& options) {

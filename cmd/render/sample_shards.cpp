@@ -83,22 +83,22 @@ void checkShardName(const RenderOptions& options) {
 void addShardOptions(VerbOptions& verb, ShardOptions& options) {
     addValue(
         verb, "--shard-member", "EXT", options.sample, [](const std::string& text) { return text; },
-        "extension of each picture's file in shards, as -o takes it (default: the usual one of "
-        "--as, else exr), or a whole name such as '{folder}_{stem}.npz' (default: {stem}), to "
-        "which the numbers of frame and view are added; -o 'train-%06d.tar' writes shards, tar "
-        "files of samples for webdataset")
+        "file extension of the samples in shards (default: the usual one of --as, else exr), or a "
+        "whole name such as '{folder}_{stem}.npz' (default: {stem}), to which the numbers of frame "
+        "and view are added; -o 'train-%06d.tar' writes shards: tar files of samples for "
+        "webdataset")
         .group(kShardsGroup);
     addValue(
         verb, "--shard-count", "N", options.samples,
         [](const std::string& text) {
             return static_cast<std::uint64_t>(parseInteger(text, 1, 1'000'000'000));
         },
-        "most samples per shard (default: 100000)")
+        "maximum number of samples per shard (default: 100000)")
         .group(kShardsGroup);
     addValue(
         verb, "--shard-size", "BYTES", options.bytes,
         [](const std::string& text) { return parseBytes(text); },
-        "most bytes per shard, unless a single sample is larger (default: 3GB)")
+        "maximum size of a shard in bytes, unless a single sample is larger (default: 3GB)")
         .group(kShardsGroup);
 }
 

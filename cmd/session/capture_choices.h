@@ -14,7 +14,7 @@ namespace peeler::cmd {
 inline constexpr Choice<Surfaces> kSurfaces[] = {
     {"all", Surfaces::kAll, "every surface, even behind opaque ones"},
     {"visible", Surfaces::kVisible, "surfaces up to the nearest opaque one"},
-    {"transparent", Surfaces::kTransparent, "surfaces as for visible, without opaque ones"},
+    {"transparent", Surfaces::kTransparent, "as visible, but without opaque surfaces"},
 };
 inline constexpr Choice<Tail> kTails[] = {
     {"drop", Tail::kDrop, "leave them out"},

@@ -149,7 +149,7 @@ void checkLayerParts(const std::string& path, const ExrInfo& info, VerifiedFile&
         const std::string name = layerName(k);
         file.blame(findings[k].no_number, name + ": Z is not a number");
         file.blame(findings[k].colored, name + ": colour without a fragment");
-        file.blame(findings[k].orphaned, name + ": fragment without one in the layer before");
+        file.blame(findings[k].orphaned, name + ": fragment without one in the previous layer");
     }
 }
 

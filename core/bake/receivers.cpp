@@ -36,7 +36,7 @@ VertexReceivers::VertexReceivers(const PosedScene& posed, const MemoryBudget& bu
     }
     if (count > kMostReceivers)
         throw Error(ErrorKind::kInput,
-                    "the scene has " + std::to_string(count) + " visible vertices, at most " +
+                    "the scene has " + std::to_string(count) + " visible vertices, but at most " +
                         std::to_string(kMostReceivers) + " can be baked",
                     "", "bake parts of it: " + Parameter::kInclude + ", " + Parameter::kExclude);
     checkReceiverMemory(count * kReceiverBytes, count, budget);

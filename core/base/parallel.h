@@ -17,7 +17,8 @@ namespace peeler {
 
 /// The hint of an Error that is thrown because threads cannot be started.
 inline constexpr char kMoreThreads[] =
-    "raise the limit on processes and threads (ulimit -u, a cgroup's pids.max), or end others";
+    "raise the limit on processes and threads (ulimit -u, a cgroup's pids.max), or end other "
+    "processes";
 
 /// Runs `work` on a new thread with all signals blocked, because a signal handler could run while
 /// the thread holds a lock. Throws Error (kMemory) if a process limit allows no more threads.

@@ -164,7 +164,7 @@ void checkErrors(const Functions& gl, const std::string& stage) {
     const GLenum code = gl.GetError();
     if (code == GL_NO_ERROR) return;
     if (code == GL_OUT_OF_MEMORY) {
-        throw Error(ErrorKind::kMemory, "the GL driver is out of memory while " + stage, "",
+        throw Error(ErrorKind::kMemory, "the GL driver ran out of memory while " + stage, "",
                     "lower " + Parameter::kMemory + " or the picture's size");
     }
     throw Error(ErrorKind::kInternal, "GL error " + std::to_string(code) + " while " + stage);

@@ -22,7 +22,7 @@ glm::dmat4 place(const LightInstance& instance, LightType type) {
             if (const auto turned = lookAlong(at, forward, up)) return *turned;
         if (type == LightType::kPoint) return *lookAlong(at, {0, 0, -1}, {0, 1, 0});
     }
-    throw Error(ErrorKind::kInput, "the node gives its light no position or no direction",
+    throw Error(ErrorKind::kInput, "the node's transform gives its light no position or direction",
                 "/nodes/" + std::to_string(instance.node),
                 "look for scales of 0 in it and its ancestors");
 }

@@ -289,7 +289,7 @@ PosedScene::PosedScene(const Scene& scene, int index, const Pose& pose)
     : shown_(std::make_shared<Shown>(scene)) {
     if (index < 0 || static_cast<std::size_t>(index) >= scene.scenes.size())
         throw Error(ErrorKind::kUsage, "there is no scene " + std::to_string(index), "",
-                    "the file has " + std::to_string(scene.scenes.size()));
+                    "the number of scenes is " + std::to_string(scene.scenes.size()));
     const SceneRoots& shows = scene.scenes[static_cast<std::size_t>(index)];
     Builder builder(scene, pose, shows.to_world, *shown_);
     walk(scene, pose, shows.roots, shows.to_world, [&](const Visit& visit) { builder.add(visit); });

@@ -31,7 +31,8 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
     if (!named) named = archive.find("positions");
     // A file of ours without positions has other arrays of three components, which are not points.
     if (!named && archive.find("ray_splits"))
-        throw Error(ErrorKind::kInput, "rows of rays need the array positions to be points", where,
+        throw Error(ErrorKind::kInput,
+                    "hits of rays without the array positions cannot be read as points", where,
                     "run extract with the channel position, or let rays write a .ply of points");
     const std::vector<NpzArchive::Member> members = named ? std::vector{*named} : archive.members();
     std::vector<glm::dvec3> found;
@@ -60,7 +61,8 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
         found = positionsIn(*points, inside);
         name = member.name;
     }
-    if (name.empty()) throw Error(ErrorKind::kInput, "it has no array of points", where, kHint);
+    if (name.empty())
+        throw Error(ErrorKind::kInput, "the file has no array of points", where, kHint);
     return found;
 }
 

@@ -61,7 +61,8 @@ PictureArrayReader::PictureArrayReader(std::unique_ptr<PictureArrays> arrays, bo
     if (pixels != arrays_->composite())
         throw Error(
             ErrorKind::kInput,
-            pixels ? "it is not a composite" : "it is a composite without layers", arrays_->path(),
+            pixels ? "the file is not a composite" : "the file is a composite without layers",
+            arrays_->path(),
             "render with " + Parameter::kAs + " " + std::string(pixels ? "composite" : "layers"));
     placePixels(info_.plan.view, stored_, arrays_->options.pixels_only, arrays_->path());
     stored_ = intersect(stored_, info_.plan.view.crop);
@@ -214,7 +215,7 @@ void PictureArrayReader::read(const Window& window, LayeredImage& out) {
     // To writers, Z = +inf means a pixel without a fragment.
     const auto is_number = [](float z) { return z < std::numeric_limits<float>::infinity(); };
     if (!arrays_->composite() && !std::ranges::all_of(out.z, is_number))
-        fail("the Z of a fragment is infinite or not a number");
+        fail("a fragment's Z is infinite or NaN");
     readColors(runs, fragments, out);
     out.extra.resize(arrays_->extra.size());
     for (std::size_t i = 0; i < arrays_->extra.size(); ++i) {

@@ -17,7 +17,7 @@
 namespace peeler {
 namespace {
 
-constexpr const char* kNoPicture = "it holds arrays, but no picture";
+constexpr const char* kNoPicture = "the file holds arrays, but no picture";
 
 PixelType pixelTypeOf(const SafetensorsArray& array) {
     return array.type == "F16"   ? PixelType::kHalf
@@ -44,7 +44,7 @@ PictureArrays::PictureArrays(const std::string& path, const LayeredReadOptions& 
         display_.empty() ||
         std::max({std::abs(data_.x0), std::abs(data_.y0), std::abs(data_.x1), std::abs(data_.y1),
                   display_.x1, display_.y1}) > kMostCoordinate)
-        fail("its windows are not plausible");
+        fail("the display or data window is implausible");
     if (composite_)
         takeComposite();
     else

@@ -69,7 +69,7 @@ std::vector<std::byte> bytesOfHex(const std::string& text, const std::string& wh
 int pixelNumber(double value, const std::string& where) {
     constexpr double kMost = 1 << 28;
     if (!(std::abs(value) <= kMost))
-        throw Error(ErrorKind::kInput, "its windows are not plausible", where);
+        throw Error(ErrorKind::kInput, "the display or data window is implausible", where);
     return static_cast<int>(value);
 }
 

@@ -64,7 +64,7 @@ std::vector<glm::dvec3> plyPoints(std::span<const std::uint8_t> file, const std:
         }
         if (is_vertex) return points;
     }
-    throw Error(ErrorKind::kInput, "it has no vertices", where);
+    throw Error(ErrorKind::kInput, "the file has no vertices", where);
 }
 
 }  // namespace peeler

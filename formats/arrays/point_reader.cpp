@@ -47,13 +47,13 @@ std::vector<glm::dvec3> readPoints(const std::filesystem::path& path, const Memo
         throw Error(ErrorKind::kInput, "this is neither a PLY file nor a .npz", path.string(),
                     "numpy.savez(path, points=...) makes one");
     std::vector<glm::dvec3> points = format->read(bytes, path.string(), allow);
-    if (points.empty()) throw Error(ErrorKind::kInput, "it has no points", path.string());
+    if (points.empty()) throw Error(ErrorKind::kInput, "the file has no points", path.string());
     const auto bad = std::ranges::find_if_not(points, isUsable);
     if (bad != points.end())
-        throw Error(ErrorKind::kInput,
-                    "point " + std::to_string(bad - points.begin()) +
-                        " is infinite, not a number, or too far away",
-                    path.string(), "leave such points out (points count from 0)");
+        throw Error(
+            ErrorKind::kInput,
+            "point " + std::to_string(bad - points.begin()) + " is infinite, NaN or too far away",
+            path.string(), "leave such points out (points count from 0)");
     return points;
 }
 

@@ -101,7 +101,7 @@ SafetensorsHeader parsedHeader(std::string_view text, std::uint64_t file_bytes,
 }
 
 std::uint64_t headerLength(std::string_view begin, std::uint64_t size, const std::string& where) {
-    if (!isSafetensors(begin, size)) damagedTensors("it has no header of a plausible size", where);
+    if (!isSafetensors(begin, size)) damagedTensors("its header has an implausible size", where);
     std::uint64_t length = 0;
     std::memcpy(&length, begin.data(), sizeof length);
     return length;

@@ -45,13 +45,13 @@ nlohmann::json readCameraJson(const std::filesystem::path& path) {
         std::ranges::count_if(text, [](char c) { return c == ',' || c == '[' || c == '{'; });
     if (static_cast<std::uint64_t>(values) > kMostValues)
         refuseCamera(
-            "the file is too large, at most " + std::to_string(kMostViews) + " views are read",
+            "the file is too large; at most " + std::to_string(kMostViews) + " views are read",
             path.string(), "split the file");
     return parseJson(text, path.string());
 }
 
 void checkViewCount(std::uint64_t count, const std::string& where) {
-    if (count == 0) refuseCamera("it has no cameras", where);
+    if (count == 0) refuseCamera("the file has no cameras", where);
     if (count > kMostViews)
         refuseCamera("there are " + std::to_string(count) + " views, but the limit is " +
                          std::to_string(kMostViews),

@@ -22,11 +22,11 @@ constexpr const CameraFormat* kCameraFormats[] = {
 };
 
 constexpr CameraConventionInfo kConventions[] = {
-    {"opencv", "world to camera, which looks along +Z, +Y down"},
-    {"opengl", "camera to world; it looks along -Z, +Y up"},
+    {"opencv", "world to camera; the camera looks along +Z, +Y down"},
+    {"opengl", "camera to world; the camera looks along -Z, +Y up"},
     {"blender",
-     "like opengl, in a world with +Z up, which is turned to +Y; cameras of other formats keep "
-     "their own axes"},
+     "like opengl, but turns a world with +Z up to +Y up; if the file format defines the axes of a "
+     "camera, only the world is turned"},
 };
 
 std::string_view nameOf(CameraConvention convention) {

@@ -37,7 +37,7 @@ class ColmapBytes {
         const auto count = take<std::uint64_t>();
         if (count > (bytes_.size() - at_) / least)
             refuseCamera("the file is too small for the " + std::to_string(count) +
-                             " entries that it promises",
+                             " entries that it declares",
                          place, "copy or export the file again");
         return count;
     }

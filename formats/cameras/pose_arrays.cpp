@@ -152,7 +152,7 @@ std::vector<FileCamera> camerasIn(const NpzArchive& archive, const CameraSource&
         std::string names;
         for (const PoseArray& row : kPoseArrays)
             names += (names.empty() ? "" : ", ") + std::string(row.name);
-        refuseCamera("it has no array of poses", source.path.string(),
+        refuseCamera("the file has no array of poses", source.path.string(),
                      "name the array one of " + names);
     }
     for (const NpzArchive::Member& member : archive.members()) {

@@ -95,7 +95,7 @@ void ExrInput::decodeAll(std::size_t part) const {
         check(result, info.name);
         if (chunk.packed_size > bytes_ || chunk.unpacked_size > kMaxUnpacked ||
             (info.compression == "none" && chunk.packed_size != chunk.unpacked_size)) {
-            throw Error(ErrorKind::kInput, "a chunk has no plausible size",
+            throw Error(ErrorKind::kInput, "a chunk has an implausible size",
                         path_ + ": " + info.name);
         }
         batch.push_back(chunk);

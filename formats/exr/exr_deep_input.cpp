@@ -95,7 +95,7 @@ void ExrInput::readDeepBlock(std::size_t part, std::size_t block, bool counts_on
     if (chunk.sample_count_table_size > bytes_ || chunk.packed_size > bytes_ ||
         table_bytes > exrMostUnpacked(info.compression, chunk.sample_count_table_size) ||
         chunk.unpacked_size > exrMostUnpacked(info.compression, chunk.packed_size)) {
-        refuse("a chunk has no plausible size", info);
+        refuse("a chunk has an implausible size", info);
     }
     // Given a null pointer for the samples, OpenEXRCore does not read them.
     const std::size_t packed_size = counts_only ? 0 : chunk.packed_size;

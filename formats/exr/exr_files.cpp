@@ -84,7 +84,7 @@ void ExrFiles::addLayers() {
     const ExrInputPart head = parts_.front();
     const int layers = numberIn<int>(head.attribute("peeler:layers"));
     if (layers < 0 || layers > kMostLayers)
-        throw Error(ErrorKind::kInput, "its number of layers is not plausible", path());
+        throw Error(ErrorKind::kInput, "the file has an implausible number of layers", path());
     for (int layer = 0; layer < layers; ++layer) {
         const std::string file = exrLayerFile(path(), static_cast<std::size_t>(layer));
         try {

@@ -138,7 +138,7 @@ void addDate(Imf::Header& header) {
 int pixelsIn(const nlohmann::json& value) {
     const auto pixels = value.get<double>();
     if (!(std::abs(pixels) <= kMostCoordinate))
-        throw Error(ErrorKind::kInput, "the camera's picture has no plausible size",
+        throw Error(ErrorKind::kInput, "the camera's picture has an implausible size",
                     "peeler:cameraJson");
     return static_cast<int>(pixels);
 }

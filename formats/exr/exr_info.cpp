@@ -50,9 +50,9 @@ View viewOf(const ExrInfo& info, const std::string& path) {
     const std::string camera = first.attribute("peeler:cameraJson");
     if (!camera.empty()) view = viewFromJson(camera);
     const Window& display = first.display_window;
-    if (display.empty()) throw Error(ErrorKind::kInput, "its display window is empty", path);
+    if (display.empty()) throw Error(ErrorKind::kInput, "the display window is empty", path);
     if (!camera.empty() && (view.width != display.width() || view.height != display.height())) {
-        throw Error(ErrorKind::kInput, "peeler:cameraJson has another picture size", path);
+        throw Error(ErrorKind::kInput, "peeler:cameraJson gives a different picture size", path);
     }
     view.width = display.width();
     view.height = display.height();
@@ -158,7 +158,7 @@ int findComposite(const ExrInfo& info) {
 
 const std::string& imagePath(const std::string& path) {
     if (fileKind(path) != FileKind::kGltf) return path;
-    throw Error(ErrorKind::kInput, "it is a scene, not an image", path,
+    throw Error(ErrorKind::kInput, "the file is a scene, not an image", path,
                 "render it first: " + Parameter::kRenderer);
 }
 
@@ -175,7 +175,7 @@ ExrInfo describe(std::vector<ExrInputPart> parts, std::uint64_t bytes, const std
     ExrInfo info;
     info.parts = std::move(parts);
     info.bytes = bytes;
-    if (info.parts.empty()) throw Error(ErrorKind::kInput, "it has no parts", path);
+    if (info.parts.empty()) throw Error(ErrorKind::kInput, "the file has no parts", path);
     for (auto& [number, place] : findLayers(info.parts, path)) {
         info.layers.push_back(place.part);
         info.prefixes.push_back(place.prefix);

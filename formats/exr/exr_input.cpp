@@ -309,7 +309,7 @@ void ExrInput::moveToOrigin() {
     };
     for (const ExrInputPart& part : parts_) {
         if (isFar(part.data_window) || isFar(part.display_window))
-            throw Error(ErrorKind::kInput, "the size of a part is not plausible",
+            throw Error(ErrorKind::kInput, "a part has an implausible size",
                         path_ + ": " + part.name);
     }
     if (parts_.empty()) return;
@@ -329,7 +329,7 @@ void ExrInput::checkSizes() const {
         const Window& window = part.data_window;
         if (window.width() > kMostImageSide || window.height() > kMostImageSide || window.empty() ||
             part.channels.size() > kMaxChannels) {
-            throw Error(ErrorKind::kInput, "the size of a part is not plausible",
+            throw Error(ErrorKind::kInput, "a part has an implausible size",
                         path_ + ": " + part.name);
         }
         if (part.deep() && !canBeDeep(part.compression)) {
@@ -346,8 +346,8 @@ void ExrInput::checkSizes() const {
         least += window.pixels() * pixel / mostRatio(part.compression);
     }
     if (least > bytes_) {
-        throw Error(ErrorKind::kInput, "the file is too small for the pixels it promises", path_,
-                    "it may be cut off; write it again");
+        throw Error(ErrorKind::kInput, "the file is too small for the pixels that it declares",
+                    path_, "it may be cut off; write it again");
     }
     for (std::size_t i = 0; i < parts_.size(); ++i) {
         const ExrInputPart& part = parts_[i];
@@ -366,7 +366,7 @@ void ExrInput::checkBlock(const ExrInputPart& part, int width, int rows) const {
     const std::uint64_t bytes =
         pixel * static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(rows);
     if (bytes > kMostBlock && bytes / mostRatio(part.compression) > bytes_)
-        refuse("a block of pixels has no plausible size", part);
+        refuse("a block of pixels has an implausible size", part);
 }
 
 std::vector<StoredAttribute> ExrInput::attributes(std::size_t part) const {
@@ -401,7 +401,7 @@ void ExrInput::readChunk(std::size_t part, int y, const Window& window,
     const Window chunk = needsClasses(parts_[part]) ? decodeByClasses(part, y, targets, planes)
                                                     : decodeChunk(part, y, targets, planes);
     const Window rows = intersect({window.x0, chunk.y0, window.x1, chunk.y1}, window);
-    if (rows.empty()) refuse("a chunk has no plausible size", parts_[part]);
+    if (rows.empty()) refuse("a chunk has an implausible size", parts_[part]);
     for (std::size_t t = 0; t < targets.size(); ++t) {
         const std::size_t size = pixelTypeSize(targets[t].type);
         const auto width = static_cast<std::size_t>(chunk.width());
@@ -427,7 +427,7 @@ Window ExrInput::decodeChunk(std::size_t part, int y, std::span<const ExrTarget>
     const int top = chunk.start_y - origin_y_;
     const Window pixels{info.data_window.x0, top, info.data_window.x1, top + chunk.height};
     if (chunk.packed_size > bytes_ || intersect(pixels, info.data_window).empty() || !whole)
-        refuse("a chunk has no plausible size", info);
+        refuse("a chunk has an implausible size", info);
     DecodePipeline decoder(context_);
     exr_decode_pipeline_t& pipeline = decoder.pipeline;
     check(exr_decoding_initialize(context_, index, &chunk, &pipeline), info.name);

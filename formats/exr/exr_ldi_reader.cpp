@@ -73,14 +73,15 @@ ExrLdiReader::ExrLdiReader(OpenedExr opened, const std::optional<ExrPicture>& pi
     } else if (picture) {
         takePicture(*picture);
     } else if (info_.layers.empty() && promised != "0") {
-        throw Error(ErrorKind::kInput, "it is not a layered depth image: no part is named layer_*",
+        throw Error(ErrorKind::kInput,
+                    "the file is not a layered depth image: no part is named layer_*",
                     input_.path(), "render with " + Parameter::kAs + " ldi");
     } else if (!promised.empty() && promised != std::to_string(info_.layers.size()) &&
                !lone_layer) {
-        throw Error(
-            ErrorKind::kInput,
-            "it should have " + promised + " layers but has " + std::to_string(info_.layers.size()),
-            input_.path(), "render it again");
+        throw Error(ErrorKind::kInput,
+                    "the file should have " + promised + " layers but has " +
+                        std::to_string(info_.layers.size()),
+                    input_.path(), "render it again");
     }
     for (std::size_t i = 0; i < info_.layers.size(); ++i)
         sources_.push_back({info_.layers[i], info_.prefixes[i]});
@@ -110,7 +111,7 @@ ExrLdiReader::~ExrLdiReader() = default;
 /// Treats the composite as the only layer. Only the number of the original layers is known.
 void ExrLdiReader::takeComposite() {
     if (info_.composite < 0 || !info_.layers.empty()) {
-        throw Error(ErrorKind::kInput, "it is not a composite", input_.path(),
+        throw Error(ErrorKind::kInput, "the file is not a composite", input_.path(),
                     "composites have one part, named composite");
     }
     flat_ = true;
@@ -147,10 +148,10 @@ void ExrLdiReader::checkLayers() const {
         for (std::size_t c = 0; c < first_extra_; ++c) {
             const ExrInputChannel* channel = part.channel(storedName(source, channels_, c));
             if (channel ? channel->type != PixelType::kUint : flat_) continue;
-            throw Error(
-                ErrorKind::kInput,
-                "a layer has no channel " + source.prefix + channels_[c].name + " of half or float",
-                input_.where(source.part), "read a part by itself with " + Parameter::kPart);
+            throw Error(ErrorKind::kInput,
+                        "a layer has no half or float channel " + source.prefix + channels_[c].name,
+                        input_.where(source.part),
+                        "read a part by itself with " + Parameter::kPart);
         }
     }
 }
@@ -374,7 +375,7 @@ void ExrLdiReader::read(const Window& window, LayeredImage& out) {
 
 void ExrLdiReader::readComposite(const Window& window, CompositeImage& out) {
     if (info_.composite < 0) {
-        throw Error(ErrorKind::kInput, "it has no part \"composite\"", input_.path(),
+        throw Error(ErrorKind::kInput, "the file has no part \"composite\"", input_.path(),
                     "flatten it, or render without " + Parameter::kNoComposite);
     }
     const auto part = static_cast<std::size_t>(info_.composite);

@@ -262,11 +262,11 @@ ExrPicture choosePicture(OpenedExr& opened) {
     if (std::ranges::any_of(pictures, isColored))
         std::erase_if(pictures, [&](const ExrPicture& p) { return !isColored(p); });
     if (pictures.empty() && !info.deep.empty())
-        throw Error(ErrorKind::kInput, "no deep part has a channel Z of half or float", path,
+        throw Error(ErrorKind::kInput, "no deep part has a half or float channel Z", path,
                     "samples without a depth have no order");
     if (pictures.empty())
         throw Error(ErrorKind::kInput,
-                    "it has neither layers nor a picture: no part has R, G, B or Y", path,
+                    "the file has neither layers nor a picture: no part has R, G, B or Y", path,
                     Parameter::kReadExrInfo + " lists its parts");
     const std::size_t part = pictures.front().part;
     std::erase_if(pictures, [&](const ExrPicture& p) { return p.part != part; });
@@ -311,7 +311,7 @@ void makeDepthsFinite(std::span<float> depths, ReadWarnings& warnings) {
         odd = odd || !(z > 0);
         z = z < 0 ? -kMost : kMost;
     }
-    if (odd) warnings.warn("A depth is NaN or -inf, and is taken as the largest or least number.");
+    if (odd) warnings.warn("A depth is NaN or -inf; it is taken as the largest or least number.");
 }
 
 void placePixels(View& view, const Window& data, bool pixels_only, const std::string& path) {

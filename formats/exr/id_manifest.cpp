@@ -251,7 +251,7 @@ IdNames idNamesFromManifest(std::span<const std::byte> attribute) {
     std::memcpy(&unpacked, attribute.data(), sizeof unpacked);
     const auto packed = attribute.subspan(sizeof unpacked);
     if (unpacked > kMostNameBytes || unpacked > packed.size() * kMostZlibRatio)
-        throw Error(ErrorKind::kInput, "the manifest has no plausible size", "idManifest");
+        throw Error(ErrorKind::kInput, "the manifest has an implausible size", "idManifest");
     std::vector<std::byte> bytes(unpacked);
     if (!exrInflate(packed, bytes))
         throw Error(ErrorKind::kInput, "the manifest is damaged: it does not unpack", "idManifest");

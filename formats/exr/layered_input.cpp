@@ -43,7 +43,7 @@ std::unique_ptr<LayeredInput> openLayeredExr(OpenedExr opened) {
     const bool chooses = opened.options.choosesPicture();
     if (holdsBundles(opened.info) && !chooses) {
         throw Error(ErrorKind::kInput,
-                    "it holds the hits of " + std::to_string(opened.info.deep.size()) +
+                    "the file holds the hits of " + std::to_string(opened.info.deep.size()) +
                         " bundles of rays, not one picture",
                     opened.files.path(), "trace one bundle into a file, or read it with OpenEXR");
     }

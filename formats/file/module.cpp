@@ -42,8 +42,8 @@ fs::path moduleFile(const std::string& name) {
         if (isSeen(folder / name)) return folder / name;
     throw Error(ErrorKind::kInternal, "a part of peeler is not installed",
                 (folders[1] / name).string(),
-                "copy the folder " PEELER_MODULES " with the program; it was looked for in " +
-                    folders[0].string() + " and " + folders[2].string() + ", too");
+                "copy the folder " PEELER_MODULES " with the program; peeler also looked in " +
+                    folders[0].string() + " and " + folders[2].string());
 }
 
 void* moduleFunction(const char* module, const char* function) {

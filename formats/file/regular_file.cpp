@@ -68,7 +68,7 @@ Bytes readAll(const std::filesystem::path& path, std::uint64_t max_bytes) {
     file.check();
     if (file.size() > max_bytes)
         throw Error(ErrorKind::kInput,
-                    "the file has " + std::to_string(file.size()) + " bytes, the limit is " +
+                    "the file has " + std::to_string(file.size()) + " bytes, but the limit is " +
                         std::to_string(max_bytes),
                     path.string(), "split the file or raise the limit");
     Bytes bytes(file.size(), {});

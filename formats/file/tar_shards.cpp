@@ -113,10 +113,10 @@ std::uint64_t tarBytes(std::uint64_t size) {
 
 void checkTarMember(const std::string& name, std::uint64_t size) {
     if (name.size() > kTarName.size)
-        throw Error(ErrorKind::kOutput, "a member of a shard has a name of more than 100 bytes",
+        throw Error(ErrorKind::kOutput, "the name of a file in a shard is longer than 100 bytes",
                     name, "give the scene a shorter name");
     if (size > kMostTarBytes)
-        throw Error(ErrorKind::kOutput, "a member of a shard would have more than 8 GiB", name,
+        throw Error(ErrorKind::kOutput, "a file in a shard would be larger than 8 GiB", name,
                     "choose a smaller size, or fewer layers or channels");
 }
 

@@ -109,7 +109,7 @@ std::span<const std::uint8_t> AccessorReader::bufferView(int buffer_view) const 
     // Both are at most 2^53 (schema), so the sum cannot overflow.
     if (view.byteOffset + view.byteLength > buffer.size())
         failGltf("the view ends at byte " + std::to_string(view.byteOffset + view.byteLength) +
-                     ", its buffer has " + std::to_string(buffer.size()),
+                     ", but its buffer has " + std::to_string(buffer.size()),
                  where);
     return buffer.subspan(view.byteOffset, view.byteLength);
 }
@@ -134,7 +134,7 @@ AccessorReader::Elements AccessorReader::elements(int accessor) const {
     if (info.bufferView < 0) {
         if (info.count > kMaxUnbackedCount)
             failGltf("an accessor without a buffer view must have at most " +
-                         std::to_string(kMaxUnbackedCount) + " elements, it has " +
+                         std::to_string(kMaxUnbackedCount) + " elements, but has " +
                          std::to_string(info.count),
                      where + "/count");
         return result;
@@ -186,7 +186,7 @@ void AccessorReader::applySparse(int accessor, ElementRange range, bool normaliz
     const auto beyond = std::find_if(places.begin(), places.end(),
                                      [&](std::uint32_t place) { return place >= info.count; });
     if (beyond != places.end())
-        failGltf("element " + std::to_string(*beyond) + " is substituted, the accessor has " +
+        failGltf("element " + std::to_string(*beyond) + " is substituted, but the accessor has " +
                      std::to_string(info.count),
                  where + "/indices");
     copyElements(
@@ -258,7 +258,7 @@ std::vector<float> AccessorReader::matrices(int accessor, std::size_t count,
         failGltf("accessor " + std::to_string(accessor) + " must hold 4x4 matrices of floats", use);
     if (info.count < count)
         failGltf("accessor " + std::to_string(accessor) + " has " + std::to_string(info.count) +
-                     " matrices, " + std::to_string(count) + " are needed",
+                     " matrices, but " + std::to_string(count) + " are needed",
                  use);
     const Elements source = elements(accessor);
     std::vector<float> values(count * source.components);
@@ -274,8 +274,8 @@ std::vector<std::uint32_t> AccessorReader::indices(int accessor, const std::stri
     const tinygltf::Accessor& info = document_.model.accessors[static_cast<std::size_t>(accessor)];
     const int type = info.componentType;
     if (info.type != TINYGLTF_TYPE_SCALAR || (type != 5121 && type != 5123 && type != 5125))
-        failGltf("indices must be unsigned integer scalars, accessor " + std::to_string(accessor) +
-                     " is not",
+        failGltf("indices must be unsigned integer scalars, but accessor " +
+                     std::to_string(accessor) + " is not",
                  use);
     max_value = type == 5121 ? 0xFFU : type == 5123 ? 0xFFFFU : 0xFFFFFFFFU;
     const Elements source = elements(accessor);

@@ -64,7 +64,7 @@ std::vector<int> parentsOf(const json& nodes) {
             const auto child = children[j].get<std::size_t>();
             if (parents[child] >= 0)
                 failGltf("node " + std::to_string(child) + " is already a child of node " +
-                             std::to_string(parents[child]) + ", a node has one parent at most",
+                             std::to_string(parents[child]) + "; a node has at most one parent",
                          childPointer(childPointer("/nodes", i) + "/children", j));
             parents[child] = static_cast<int>(i);
         }
@@ -229,7 +229,7 @@ void checkGltfCameras(const tinygltf::Model& model) {
         if (camera.type == "perspective") {
             const tinygltf::PerspectiveCamera& lens = camera.perspective;
             if (lens.yfov >= std::numbers::pi)
-                failGltf("the vertical field of view must be below pi radians, it is " +
+                failGltf("the vertical field of view must be below pi radians, but is " +
                              std::to_string(lens.yfov),
                          where + "/yfov", "glTF gives angles in radians");
             // In tinygltf, 0 means that there is no far plane; the schema check has rejected an
@@ -254,11 +254,11 @@ void checkGltfVersion(json& gltf, const std::string& path, ReadWarnings& warning
     readVersionNumber(asset, "minVersion", warnings);
     if (!asset.contains("version")) failGltf("the glTF version is missing", "/asset");
     if (!isVersion2(asset["version"], false))
-        failGltf("the file is glTF " + shownJson(asset["version"]) + ", only 2.x is read",
+        failGltf("the file is glTF " + shownJson(asset["version"]) + ", but only 2.x is read",
                  "/asset/version", "convert it to glTF 2.0");
     if (asset.contains("minVersion") && !isVersion2(asset["minVersion"], true))
         failGltf("the file needs a reader of glTF " + shownJson(asset["minVersion"]) +
-                     ", this one reads 2.0",
+                     ", but this one reads 2.0",
                  "/asset/minVersion", "export it as glTF 2.0");
 }
 

@@ -31,7 +31,7 @@ std::uint32_t littleEndian32(std::span<const std::uint8_t> bytes, std::size_t of
 [[noreturn]] void failTruncated(const char* part, std::uint64_t promised, std::uint64_t present,
                                 const std::string& path) {
     failContainer("the file is truncated: the " + std::string(part) + " says " +
-                      std::to_string(promised) + " bytes, " + std::to_string(present) +
+                      std::to_string(promised) + " bytes, but only " + std::to_string(present) +
                       " are there",
                   path);
 }
@@ -43,7 +43,7 @@ std::string_view objectText(std::string_view text, const std::string& path) {
     if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
     const std::size_t begin = text.find_first_not_of(" \t\r\n");
     if (begin == std::string_view::npos)
-        failContainer("there is no JSON in it, only white space or nothing", path);
+        failContainer("the file contains no JSON, only white space or nothing", path);
     if (text[begin] == '[')
         failContainer("this JSON is not glTF: it is an array, not an object", path, kSceneHint);
     if (text[begin] != '{')
@@ -67,8 +67,8 @@ GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std:
     const std::uint32_t length = littleEndian32(bytes, 8);
     if (version != 2)
         failContainer(
-            "the file is binary glTF " + std::to_string(version) + ", only version 2 is read", path,
-            "convert it to glTF 2.0");
+            "the file is binary glTF " + std::to_string(version) + ", but only version 2 is read",
+            path, "convert it to glTF 2.0");
     if (length > bytes.size()) failTruncated("header", length, bytes.size(), path);
     if (length < bytes.size()) {
         warnings.warn("The file is longer than its header says; the rest is ignored.", path);

@@ -213,8 +213,8 @@ void readBuffer(GltfDocument& document, const json& buffers, std::size_t index,
     const auto length = buffer["byteLength"].get<std::uint64_t>();
     if (length > bytes.size())
         throw Error(ErrorKind::kInput,
-                    "the buffer is truncated: byteLength says " + std::to_string(length) + ", " +
-                        std::to_string(bytes.size()) + " bytes are there",
+                    "the buffer is truncated: byteLength says " + std::to_string(length) +
+                        ", but only " + std::to_string(bytes.size()) + " bytes are there",
                     where, "copy or export the file again");
     document.buffers[index] = bytes.first(length);
 }
@@ -241,8 +241,8 @@ void decompressViews(GltfDocument& document, const json& views, const json& buff
             }
         }
         if (document.buffers[buffer].empty()) throw problem.error;
-        document.warn("Uncompressed data replaces that of " + problem.error.where() + ": " +
-                      problem.error.what() + ".");
+        document.warn("The uncompressed fallback replaces the data of " + problem.error.where() +
+                      ": " + problem.error.what() + ".");
     }
 }
 

@@ -105,7 +105,7 @@ class DracoReader {
                              const std::string& where) {
         if (primitive.mode != kTriangles && primitive.mode != kTriangleStrip)
             throw Error(ErrorKind::kInput,
-                        "Draco compresses triangles and triangle strips only, the mode is " +
+                        "Draco compresses triangles and triangle strips only, but the mode is " +
                             std::to_string(primitive.mode),
                         where + "/mode", "export the file again");
         Request request;
@@ -289,7 +289,8 @@ class DracoReader {
         if (job.problem) {
             std::string why = job.problem->what();
             if (why.ends_with('.')) why.pop_back();  // libdraco's messages may end so
-            document_.warn("Uncompressed data replaces that of " + job.where + ": " + why + ".");
+            document_.warn("The uncompressed fallback replaces the data of " + job.where + ": " +
+                           why + ".");
             return;
         }
         for (const auto& [name, index] : job.accessors)

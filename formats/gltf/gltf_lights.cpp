@@ -40,12 +40,12 @@ void readCone(const json& source, const std::string& where, Light& light) {
     // hard-edged cone.
     constexpr double kHalfSpace = std::numbers::pi / 2 * (1 + 1e-6);
     if (light.outer_cone > kHalfSpace)
-        failGltf("the outer cone angle must be at most pi/2 radians, it is " +
+        failGltf("the outer cone angle must be at most pi/2 radians, but is " +
                      std::to_string(light.outer_cone),
                  where + "/spot/outerConeAngle");
     if (light.inner_cone < 0 || light.inner_cone > light.outer_cone)
         failGltf("the inner cone angle must lie between 0 and the outer one, " +
-                     std::to_string(light.outer_cone) + " radians, it is " +
+                     std::to_string(light.outer_cone) + " radians, but is " +
                      std::to_string(light.inner_cone),
                  where + "/spot/innerConeAngle");
 }

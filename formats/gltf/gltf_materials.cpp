@@ -252,11 +252,11 @@ class MaterialReader {
                 place[i] = static_cast<int>(scene_.images.size());
                 scene_.images.push_back(std::move(decoded_[i].texture.image));
                 if (!decoded_[i].texture.in_gltf)
-                    document_.warn(
-                        "The image " + pointerOf(i) + " is a " + scene_.images.back().codec +
-                            ", which glTF does not have (IMAGE_UNRECOGNIZED_FORMAT); it is "
-                            "shown.",
-                        pointerOf(i));
+                    document_.warn("The image " + pointerOf(i) + " is a " +
+                                       scene_.images.back().codec +
+                                       ", which glTF does not allow (IMAGE_UNRECOGNIZED_FORMAT); "
+                                       "it is used anyway.",
+                                   pointerOf(i));
                 for (const std::string& note : decoded_[i].texture.notes)
                     document_.warn("The image " + pointerOf(i) + ": " + note + ".");
                 continue;

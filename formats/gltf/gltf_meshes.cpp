@@ -135,7 +135,7 @@ class PrimitiveReader {
         const std::string use = where + '/' + name;
         if (accessors_.count(found->second) != vertex_count_)
             failGltf("the attribute has " + std::to_string(accessors_.count(found->second)) +
-                         " elements, POSITION has " + std::to_string(vertex_count_),
+                         " elements, but POSITION has " + std::to_string(vertex_count_),
                      use);
         components = accessors_.components(found->second);
         // Budget the result, too: an accessor without data takes no bytes in the file, and many
@@ -155,8 +155,7 @@ class PrimitiveReader {
                             "export the file again");
             value = 0;
             document_.warn("The attribute " + use +
-                           " holds numbers that are not finite; zeros "
-                           "stand in for them.");
+                           " holds numbers that are not finite; they are taken as 0.");
         }
         return values;
     }
@@ -289,7 +288,7 @@ class PrimitiveReader {
             if (result[i] < vertex_count_ && result[i] != restart) continue;
             failGltf("index " + std::to_string(i) + " is " + std::to_string(result[i]) +
                          (result[i] == restart ? ", the primitive restart value, which glTF forbids"
-                                               : ", the primitive has " +
+                                               : ", but the primitive has " +
                                                      std::to_string(vertex_count_) + " vertices"),
                      where);
         }
@@ -403,7 +402,7 @@ std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& opti
             const std::string where = childPointer(childPointer("/meshes", i) + "/primitives", j);
             if (from.targets.size() != source.primitives.front().targets.size())
                 failGltf("the primitive has " + std::to_string(from.targets.size()) +
-                             " morph targets, the first one of the mesh has " +
+                             " morph targets, but the first one of the mesh has " +
                              std::to_string(source.primitives.front().targets.size()),
                          where + "/targets");
             Primitive primitive;

@@ -55,7 +55,7 @@ MeshoptStream streamOf(const json& view, const json& extension, const GltfDocume
     // Both are at most 2^53 (schema), so the sum cannot overflow.
     if (offset + length > buffer.size())
         failGltf("the compressed data ends at byte " + std::to_string(offset + length) +
-                     ", its buffer has " + std::to_string(buffer.size()),
+                     ", but its buffer has " + std::to_string(buffer.size()),
                  where);
     stream.bytes = buffer.subspan(offset, length);
     if (view.value("byteStride", stream.stride) != stream.stride)
@@ -64,7 +64,7 @@ MeshoptStream streamOf(const json& view, const json& extension, const GltfDocume
     if (const auto bytes = view["byteLength"].get<std::uint64_t>();
         bytes != stream.count * stream.stride)
         failGltf("the view has " + std::to_string(bytes) +
-                     " bytes, its compressed data decodes to " +
+                     " bytes, but its compressed data decodes to " +
                      std::to_string(stream.count * stream.stride),
                  where);
     checkMeshoptStream(stream);

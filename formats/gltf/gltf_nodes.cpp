@@ -140,8 +140,7 @@ class NodeReader {
         if (instancing == extensions.end() || node.mesh < 0) return;
         if (node.skin >= 0)
             document_.warn("The instances " + where +
-                           " are of a skinned mesh, which its joints "
-                           "place; it is shown once.");
+                           " are of a skinned mesh, whose joints place it; it is shown once.");
         else
             node.instances =
                 instances((*instancing)["attributes"], where + '/' + kInstancing + "/attributes");
@@ -156,8 +155,8 @@ class NodeReader {
             const int accessor = found->get<int>();
             const std::size_t elements = accessors_.count(accessor);
             if (first && elements != count)
-                failGltf("the attribute has " + std::to_string(elements) + " elements, " + first +
-                             " has " + std::to_string(count),
+                failGltf("the attribute has " + std::to_string(elements) + " elements, but " +
+                             first + " has " + std::to_string(count),
                          where + '/' + name);
             first = name;
             count = elements;
@@ -217,7 +216,7 @@ class NodeReader {
         if (const auto name = source.find("name"); name != source.end() && name->is_string())
             skin.name = name->get<std::string>();
         skin.joints = source["joints"].get<std::vector<int>>();
-        if (skin.joints.empty()) failGltf("a skin has at least one joint", where + "/joints");
+        if (skin.joints.empty()) failGltf("a skin must have at least one joint", where + "/joints");
         document_.memory.allow(skin.joints.size() * (sizeof(glm::dmat4) + 16 * sizeof(float)),
                                where);
         skin.inverse_bind.assign(skin.joints.size(), glm::dmat4(1));
@@ -240,7 +239,7 @@ class NodeReader {
         const std::size_t joints = scene_.skins[static_cast<std::size_t>(node.skin)].joints.size();
         if (mesh_joints_[mesh] > joints)
             failGltf("mesh " + std::to_string(node.mesh) + " is moved by joint " +
-                         std::to_string(mesh_joints_[mesh] - 1) + ", the skin has " +
+                         std::to_string(mesh_joints_[mesh] - 1) + ", but the skin has " +
                          std::to_string(joints),
                      where + "/skin");
     }

@@ -60,7 +60,7 @@ class SchemaCheck {
   private:
     [[noreturn]] static void refuse(const std::string& pointer, const std::string& rule,
                                     const json& value) {
-        failGltf("the value " + rule + ", it is " + shownJson(value), pointer);
+        failGltf("the value " + rule + ", but is " + shownJson(value), pointer);
     }
 
     void member(json& value, const std::string& pointer, const SchemaRow& rule) {
@@ -223,7 +223,7 @@ class SchemaCheck {
 void checkStrides(const json& views) {
     for (std::size_t i = 0; i < views.size(); ++i)
         if (const int stride = views[i].value("byteStride", 4); stride % 4 != 0)
-            failGltf("the value must be a multiple of 4, it is " + std::to_string(stride),
+            failGltf("the value must be a multiple of 4, but is " + std::to_string(stride),
                      childPointer("/bufferViews", i) + "/byteStride");
 }
 

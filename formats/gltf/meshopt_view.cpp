@@ -154,8 +154,9 @@ void checkMeshoptStream(const MeshoptStream& stream) {
     const std::uint64_t least = mode.least_bytes(stream.count, stride);
     if (stream.bytes.size() < least)
         failMeshopt(std::to_string(stream.count) + " elements of " + std::to_string(stride) +
-                    " bytes need at least " + std::to_string(least) + " compressed bytes, " +
-                    std::to_string(stream.bytes.size()) + " are there");
+                    " bytes need at least " + std::to_string(least) +
+                    " compressed bytes, but only " + std::to_string(stream.bytes.size()) +
+                    " are there");
 }
 
 void decodeMeshoptStream(const MeshoptStream& stream, std::span<std::uint8_t> out) {

@@ -83,7 +83,7 @@ void checkTextureSize(const StoredImage& stored, const TextureLimits& limits) {
     if (std::max(stored.width, stored.height) > limits.max_dimension || bytes > limits.max_bytes)
         failTexture("the image of " + std::to_string(stored.width) + " x " +
                         std::to_string(stored.height) + " pixels is larger than the limit of " +
-                        std::to_string(limits.max_dimension) + " pixels a side and " +
+                        std::to_string(limits.max_dimension) + " pixels per side and " +
                         std::to_string(limits.max_bytes) + " bytes",
                     "scale it down");
 }
@@ -160,8 +160,8 @@ DecodedTexture decodeTexture(std::span<const std::uint8_t> bytes, const std::str
         out.notes = stored.notes;
         out.notes.insert(out.notes.end(), reduced.notes.begin(), reduced.notes.end());
         if (reduced.orientation != 1)
-            out.notes.push_back("its Exif says orientation " + std::to_string(reduced.orientation) +
-                                "; textures are taken as they are stored");
+            out.notes.push_back("its Exif orientation " + std::to_string(reduced.orientation) +
+                                " is ignored; textures are used as stored");
         return out;
     } catch (const Error&) {
         throw;

@@ -65,8 +65,7 @@ void checkExrEnvironment(const std::string& path, ReadWarnings& warnings) {
             const auto stored = valueOf<std::array<float, 8>>(file, attribute);
             if (!std::ranges::equal(stored, kRec709,
                                     [](float a, float b) { return std::abs(a - b) < 2e-3F; }))
-                warnOf(path,
-                       "its colours have other primaries than Rec. 709; they are taken as such",
+                warnOf(path, "its primaries are not those of Rec. 709; colours are not converted",
                        warnings);
         }
     if (parts > 1)
@@ -80,7 +79,7 @@ void checkShape(const Environment& environment, const std::string& path, ReadWar
     warnOf(path,
            "it has " + std::to_string(environment.width) + " x " +
                std::to_string(environment.height) +
-               " pixels, an equirectangular picture is twice as wide as high; it is stretched",
+               " pixels, but an equirectangular picture is twice as wide as high; it is stretched",
            warnings);
 }
 

@@ -67,7 +67,7 @@ bool ExrHeaders::nextAttribute(Attribute& attribute) {
     if (attribute.size > file_.size() - place_)
         fail("\"" + printable(attribute.name) + "\" reaches beyond the end of the file");
     if (!fitsType(attribute))
-        fail("\"" + printable(attribute.name) + "\" is not as long as its type says");
+        fail("\"" + printable(attribute.name) + "\" has the wrong length for its type");
     place_ = attribute.place + attribute.size;
     return true;
 }
@@ -103,7 +103,7 @@ char ExrHeaders::byteAt(std::uint64_t place) {
     if (place < block_begin_ || place - block_begin_ >= block_size_) {
         block_begin_ = place;
         block_size_ = file_.readSome(place, block_);
-        if (block_size_ == 0) fail("the file ends in it");
+        if (block_size_ == 0) fail("the file ends within it");
     }
     return block_[static_cast<std::size_t>(place - block_begin_)];
 }

@@ -97,7 +97,7 @@ void checkFlatSize(const StoredImage& stored, const FlatImageLimits& limits) {
     if (std::max(stored.width, stored.height) > limits.max_side || bytes > limits.max_bytes) {
         failFlatImage("the image of " + std::to_string(stored.width) + " x " +
                           std::to_string(stored.height) + " pixels is larger than the limit of " +
-                          std::to_string(limits.max_side) + " pixels a side and " +
+                          std::to_string(limits.max_side) + " pixels per side and " +
                           std::to_string(limits.max_bytes / 16) + " pixels",
                       "scale or crop it");
     }

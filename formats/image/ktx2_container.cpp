@@ -174,7 +174,7 @@ class Ktx2Reader {
         if (row == std::end(kKtx2Texels))
             failKtx2("VkFormat " + std::to_string(format) + " with the colour model " +
                          std::to_string(model) +
-                         " is not decoded, only ETC1S, UASTC, R8G8B8 and R8G8B8A8 are",
+                         " is not decoded; only ETC1S, UASTC, R8G8B8 and R8G8B8A8 are",
                      Ktx2Field::kVkFormat);
         texels_ = row;
         out_.texels = row->texels;
@@ -298,7 +298,7 @@ class Ktx2Reader {
             if (text.substr(0, end) == "KTXorientation" && value != "rd")
                 // KTXorientation does not change which pixel is at a coordinate.
                 out_.notes.emplace_back(
-                    "its orientation (KTXorientation) is not rd; it has no effect");
+                    "its orientation (KTXorientation) is not rd; it is ignored");
             if (text.substr(0, end) == "KTXswizzle") readSwizzle(value, begin + at + 4);
             at += std::min<std::uint64_t>(4 + (size + 3) / 4 * 4, left);
         }
@@ -309,7 +309,7 @@ class Ktx2Reader {
         if (value.size() != 4 || value.find_first_not_of("rgba01") != std::string_view::npos)
             failKtx2("KTXswizzle is invalid", at);
         if (value == kComponents) return;
-        out_.notes.push_back("it has a swizzle (KTXswizzle), " + std::string(value));
+        out_.notes.push_back("its swizzle (KTXswizzle), " + std::string(value) + ", is applied");
         const std::array<char, 4> of_texels = out_.swizzle;
         for (std::size_t i = 0; i < 4; ++i) {
             const std::size_t component = kComponents.find(value[i]);

@@ -53,8 +53,9 @@ class ArraySceneReader {
             primitive_.topology = choose(kTopologies, *mode, "mode");
         const auto vertices = arrays_.array("vertices");
         if (!vertices)
-            throw Error(ErrorKind::kInput, "it is not a scene: the array \"vertices\" is missing",
-                        file_.name(), "give vertices of shape (n, 3), faces of shape (m, 3)");
+            throw Error(ErrorKind::kInput,
+                        "the file is not a scene: the array \"vertices\" is missing", file_.name(),
+                        "give vertices of shape (n, 3), faces of shape (m, 3)");
         primitive_.positions = vectorsOf<glm::vec3>("vertices", *vertices, {});
         const std::uint64_t n = primitive_.positions.size();
         if (const auto faces = arrays_.array("faces")) readFaces(*faces);

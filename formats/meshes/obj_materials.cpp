@@ -284,7 +284,7 @@ int ObjMaterials::use(const std::string& material, const std::string& where) {
     const auto [found, is_new] = numbers_.try_emplace(material, -1);
     if (is_new)
         file_.warn("The material \"" + material + "\" is missing (" + where +
-                   "); it is a neutral grey.");
+                   "); it is shown as neutral grey.");
     if (found->second < 0) return -1;
     materials_[static_cast<std::size_t>(found->second)].used = true;
     return found->second;

@@ -129,10 +129,8 @@ class ObjReader {
         }
         finishPaint();
         if (odd_numbers_ > 0)
-            file_.warn(
-                "Normals and texture coordinates that are infinite or not a number are "
-                "left out (" +
-                std::to_string(odd_numbers_) + ").");
+            file_.warn("Normals and texture coordinates that are infinite or NaN are left out (" +
+                       std::to_string(odd_numbers_) + ").");
         if (!makeLinear(colors_, {}))
             file_.warn("Colours of vertices that are above 1 are clamped.");
     }
@@ -147,7 +145,7 @@ class ObjReader {
         add(positions_, glm::vec3(found[0], found[1], found[2]));
         if (count == 5 || count > 6)
             file_.warn("A vertex has " + std::to_string(count) +
-                           " numbers: coordinates, a weight, and colours are 3, 4 and 6.",
+                           " numbers, not 3 (coordinates), 4 (with a weight) or 6 (with a colour).",
                        where());
         if (count < 6) return;  // any fourth number is a weight for curves
         const glm::vec4 color(found[3], found[4], found[5], 1);
@@ -215,7 +213,7 @@ class ObjReader {
 
     float number(std::string_view word) const {
         const auto found = coordinate(real(word));
-        if (!found) fail("a number is infinite, not a number, or too large");
+        if (!found) fail("a number is infinite, NaN or too large");
         return *found;
     }
 
@@ -369,7 +367,7 @@ class ObjReader {
             *number < 0 ? static_cast<std::int64_t>(seen) + std::max(*number, -all - 1)
                         : *number - 1;
         if (*number == 0 || found < 0 || found >= all)
-            fail("index " + std::string(word.substr(0, 32)) + " is out of range, there are " +
+            fail("index " + std::string(word.substr(0, 32)) + " is out of range; there are " +
                  std::to_string(count));
         return found;
     }
@@ -430,7 +428,7 @@ class ObjReader {
             file_.warn("Faces with fewer than three corners are invisible (" +
                        std::to_string(odd_faces_) + ").");
         if (unknown_ > 0 && !is_obj_)
-            throw Error(ErrorKind::kInput, "this is not an OBJ file: it has no line of an OBJ",
+            throw Error(ErrorKind::kInput, "this is not an OBJ file: it has no OBJ statements",
                         first_unknown_, "check that it is the right file");
         if (unknown_ > 0)
             file_.warn("Unknown lines are ignored (" + std::to_string(unknown_) +

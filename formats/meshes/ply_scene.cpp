@@ -130,7 +130,7 @@ class PlyReader {
         checkEnd();
         warnOf(odd_faces_, "Faces with fewer than three corners are invisible");
         warnOf(bare_faces_, "Some faces have no texture coordinates");
-        warnOf(odd_numbers_, "Numbers of faces that are infinite or not a number are taken as 0");
+        warnOf(odd_numbers_, "Numbers of faces that are infinite or NaN are taken as 0");
         finishMesh();
         return file_.finish();
     }
@@ -151,7 +151,7 @@ class PlyReader {
             names += (names.empty() ? "" : ", ") + element.name;
         throw Error(
             ErrorKind::kInput,
-            "it has no element vertex; its elements are: " + (names.empty() ? "none" : names),
+            "the file has no element vertex; its elements are: " + (names.empty() ? "none" : names),
             file_.name(), "rename the element");
     }
 
@@ -273,8 +273,8 @@ class PlyReader {
             if (odd[i] == 0) continue;
             const bool normals = i == static_cast<std::size_t>(Meaning::kNormal);
             if (normals) mesh_.normals.clear();
-            file_.warn("Numbers of " + std::string(kMeanings[i].names) +
-                       " are infinite or not a number (" + std::to_string(odd[i]) +
+            file_.warn("Numbers of " + std::string(kMeanings[i].names) + " are infinite or NaN (" +
+                       std::to_string(odd[i]) +
                        "): " + (normals ? "the normals are left out." : "they are taken as 0."));
         }
         if (!mesh_.colors.empty()) makeColorsLinear(mesh_.colors, colorTypesOf(meant));
@@ -318,7 +318,7 @@ class PlyReader {
     static float finite(double value) {
         const auto number = coordinate(value);
         if (!number)
-            throw Error(ErrorKind::kInput, "a number is infinite, not a number, or too large", "",
+            throw Error(ErrorKind::kInput, "a number is infinite, NaN or too large", "",
                         "leave such vertices out");
         return *number;
     }
@@ -443,7 +443,7 @@ class PlyReader {
             }
             if (!(index >= 0 && index < vertices))
                 throw Error(ErrorKind::kInput, "vertex " + numberText(index) +
-                                                   " is out of range, there are " +
+                                                   " is out of range; there are " +
                                                    std::to_string(mesh_.positions.size()));
             face_.push_back(static_cast<std::uint32_t>(index));
         }

@@ -110,10 +110,10 @@ class StlReader {
             has_attributes = has_attributes || attribute != 0;
             for (const CornerIndex::Key& corner : corners) {
                 if (!isFinite(corner))
-                    throw Error(ErrorKind::kInput,
-                                "a corner of triangle " + std::to_string(facet) +
-                                    " is infinite or not a number",
-                                file_.atByte(at + kFirstCorner), "export the file again");
+                    throw Error(
+                        ErrorKind::kInput,
+                        "a corner of triangle " + std::to_string(facet) + " is infinite or NaN",
+                        file_.atByte(at + kFirstCorner), "export the file again");
                 addCorner(corner);
             }
         }

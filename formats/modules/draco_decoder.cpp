@@ -94,8 +94,8 @@ void checkPromise(const Promise& promise, const DracoLimits& limits) {
         failDraco("the Draco data has " + std::to_string(promise.faces) +
                   " triangles, but the accessors have room for " + std::to_string(limits.faces));
     if (promise.points > limits.points)
-        failDraco("the Draco data has " + std::to_string(promise.points) + " vertices, at most " +
-                  std::to_string(limits.points) + " can be used");
+        failDraco("the Draco data has " + std::to_string(promise.points) +
+                  " vertices, but at most " + std::to_string(limits.points) + " can be used");
 }
 
 template <typename Number>
@@ -135,8 +135,8 @@ std::vector<std::uint8_t> valuesOf(const draco::Mesh& mesh, const DracoAttribute
                   std::to_string(wanted.unique_id));
     if (attribute->num_components() != wanted.components || wanted.components > 4)
         failDraco("the attribute " + std::to_string(wanted.unique_id) + " of the Draco data has " +
-                  std::to_string(attribute->num_components()) + " components, its accessor has " +
-                  std::to_string(wanted.components));
+                  std::to_string(attribute->num_components()) +
+                  " components, but its accessor has " + std::to_string(wanted.components));
     // Reject bools: glTF has no such accessors, and Draco accepts any stored byte as a bool.
     if (attribute->data_type() == draco::DT_BOOL)
         failDraco("the attribute " + std::to_string(wanted.unique_id) +
@@ -190,7 +190,7 @@ void decodeRequest(SharedFile& request, SharedFile& result) {
     const Promise promise = promiseOf(bytes);
     checkPromise(promise, limits);
     if (promise.faces > kMostFacesPerByte * bytes.size())
-        failDraco("the Draco data promises " + std::to_string(promise.faces) + " triangles in " +
+        failDraco("the Draco data declares " + std::to_string(promise.faces) + " triangles in " +
                   std::to_string(bytes.size()) + " bytes");
     limitSeconds(dracoSeconds(promise.faces));
     const std::uint64_t needed = dracoBytes(promise.faces, attributes.size());

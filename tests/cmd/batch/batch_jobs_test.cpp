@@ -80,7 +80,7 @@ TEST(BatchJobs, ThatAreWrongAreNamedByTheirLine) {
         {R"({"verb": "render", "args": "a.glb"})", "expected an array"},
         {R"({"verb": "render", "args": [1]})", "line 3: args"},
         {R"({"verb": "render", "args": ["a\u0000.glb"]})", "null character"},
-        {R"({"verb": "render", "args": ["--help"]})", "nothing to do"},
+        {R"({"verb": "render", "args": ["--help"]})", "cannot print help"},
         {R"({"verb": "render", )" + outputs + R"(, "options": []})", "expected an object"},
         {R"({"verb": "render", )" + outputs + R"(, "options": {"--size": 3}})", "dashes"},
         {R"({"verb": "render", )" + outputs + R"(, "options": {"size": null}})", "options/size"},

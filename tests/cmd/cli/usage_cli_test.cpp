@@ -165,7 +165,7 @@ INSTANTIATE_TEST_SUITE_P(
         refusedRender({"--metod", "x"}, {"unknown option: --metod", "did you mean '--method'?"}),
         refusedRender({"extra.gltf"}, {"would have the same file name", "put {stem}"}),
         Refused{{"flatten", "a.exr", "b.exr", "-o", "OUT/a.png"},
-                {"one argument too many: b.exr", "see peeler flatten --help"}},
+                {"unexpected argument: b.exr", "see peeler flatten --help"}},
         Refused{{"bake", "SCENE", "-o", "OUT/a.glb", "--quantity", "lihgt"},
                 {"unknown quantity 'lihgt'", "the quantities are: ao"}},
         refusedRender({"--method", "a-bufer"},

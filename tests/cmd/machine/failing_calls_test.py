@@ -129,10 +129,10 @@ FAILURES = [
     Failure("clock", "on", 0, set(), ""),
     Failure("library", "once", 0, DEVICE | INTERNAL, "cannot open shared object file"),
     Failure("egl", "once", 0, DEVICE, "no usable OpenGL"),
-    Failure("gl", "once", 0, MEMORY, "GL driver is out of memory"),
-    Failure("gl_allocation", "once", 0, MEMORY, "GL driver is out of memory"),
-    Failure("gl_mapping", "once", 0, MEMORY, "GL driver is out of memory"),
-    Failure("gl_error", "once", 0, MEMORY | DEVICE, "GL driver is out of memory|context was lost"),
+    Failure("gl", "once", 0, MEMORY, "GL driver ran out of memory"),
+    Failure("gl_allocation", "once", 0, MEMORY, "GL driver ran out of memory"),
+    Failure("gl_mapping", "once", 0, MEMORY, "GL driver ran out of memory"),
+    Failure("gl_error", "once", 0, MEMORY | DEVICE, "GL driver ran out of memory|context was lost"),
 ]
 
 # OpenEXRCore reports a lack of memory in zlib in the same way as a chunk that unpacks to more than expected.

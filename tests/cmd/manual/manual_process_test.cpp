@@ -267,9 +267,9 @@ TEST(Manual, ReadsAsTheHelpDoes) {
     const CommandResult page = runCommand({"groff", "-man", "-Tutf8", "-P-cbou", "-rLL=300n",
                                            (scratch / "peeler-extract.1").string()});
     for (const char* line :
-         {"-o, --output FILE", "#### or %04d standing for its number: .exr or",
-          "origin + z * direction", "peeler extract layers.exr -o layer.####.png", "128 + n",
-          "peeler-render(1)", "#rrggbb[aa] in sRGB"})
+         {"-o, --output FILE", "#### or %04d becomes its number: .exr or", "origin + z * direction",
+          "peeler extract layers.exr -o layer.####.png", "128 + n", "peeler-render(1)",
+          "#rrggbb[aa] in sRGB"})
         EXPECT_TRUE(contains(page.out, line)) << line << '\n' << page.out;
 }
 

@@ -176,7 +176,7 @@ TEST_F(VerifyCommand, ALayerWithoutTheOneBefore) {
         p.at("Z", pixel[0], pixel[1]) = kInfinity;
     });
     expect(bad, 3,
-           "layer_002: fragment without one in the layer before in 1 pixel, the first at " +
+           "layer_002: fragment without one in the previous layer in 1 pixel, the first at " +
                at(pixel));
     EXPECT_NE(verify({bad}).out.find("the header says"), std::string::npos);
 }

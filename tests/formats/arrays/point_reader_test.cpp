@@ -204,8 +204,8 @@ TEST(NpzPoints, AsNumpyWritesThem) {
         }
         return std::string();
     };
-    EXPECT_EQ(refused("nan.npz"), "point 1 is infinite, not a number, or too far away");
-    EXPECT_EQ(refused("empty.npz"), "it has no points");
+    EXPECT_EQ(refused("nan.npz"), "point 1 is infinite, NaN or too far away");
+    EXPECT_EQ(refused("empty.npz"), "the file has no points");
     std::ofstream(scratch / "other.xyz") << "1 2 3\n";
     EXPECT_EQ(refused("other.xyz"), "this is neither a PLY file nor a .npz");
     EXPECT_NE(refused("missing.npz"), "");
@@ -232,7 +232,7 @@ TEST(NpzPoints, RowsOfRaysWithoutPositionsAreNone) {
         writer.finish();
         return bytesOf(path);
     };
-    expectRefused(write("normals"), "need the array positions", "f");
+    expectRefused(write("normals"), "without the array positions", "f");
     write("positions");
     EXPECT_EQ(readPoints(path), (std::vector<glm::dvec3>{{0, 0, 1}}));
 }

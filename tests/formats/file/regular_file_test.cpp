@@ -49,7 +49,7 @@ TEST(RegularFile, IsReadInPartsAndAtOnce) {
     EXPECT_EQ(readRegularText(scratch / "a"), "0123456789");
     EXPECT_EQ(readRegularFile(scratch / "a", 10).size(), 10U);
     EXPECT_EQ(messageOf([&] { readRegularFile(scratch / "a", 9); }),
-              "the file has 10 bytes, the limit is 9");
+              "the file has 10 bytes, but the limit is 9");
     const RegularFile file(scratch / "a");
     ASSERT_TRUE(file.isOpen());
     char four[4] = {};

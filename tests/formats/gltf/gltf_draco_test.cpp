@@ -233,7 +233,7 @@ TEST(GltfDraco, GoesBeforeTheFallbackUnlessItIsDamaged) {
     with_fallback.gltf["accessors"][0]["count"] = with_fallback.gltf["accessors"][3]["count"] = 3;
     const Scene scene = load(with_fallback);
     EXPECT_EQ(scene.meshes[0].primitives[0].positions[0], glm::vec3(0, 0, 9));
-    EXPECT_TRUE(warned(scene, "Uncompressed data replaces"));
+    EXPECT_TRUE(warned(scene, "The uncompressed fallback replaces"));
     GltfOptions strict;
     strict.strict = true;
     EXPECT_EQ(errorOf(with_fallback, strict).where(), where);
@@ -308,7 +308,7 @@ INSTANTIATE_TEST_SUITE_P(
             [](GltfBuilder& b) { dracoExtension(b)["attributes"]["COLOR_0"] = 77; },
             DRACO_EXTENSION, "no attribute with the id 77"},
         Lie{"OtherShape", [](GltfBuilder& b) { dracoExtension(b)["attributes"]["COLOR_0"] = 0; },
-            DRACO_EXTENSION, "3 components, its accessor has 4"},
+            DRACO_EXTENSION, "3 components, but its accessor has 4"},
         Lie{"NegativeAttribute",
             [](GltfBuilder& b) { dracoExtension(b)["attributes"]["COLOR_0"] = -1; },
             DRACO_EXTENSION "/attributes/COLOR_0", "must be an integer"},

@@ -215,7 +215,7 @@ TEST(GltfFiles, SaysWhatIsWrongWithTheSceneFileItself) {
     ASSERT_EQ(mkfifo((folder / "pipe.glb").c_str(), 0600), 0);
     expect(folder / "pipe.glb", "not a regular file");
     expectText("", "empty");
-    expectText(" \n", "there is no JSON in it");
+    expectText(" \n", "the file contains no JSON");
     expectText("\x89PNG\r\n\x1A\n", "neither binary glTF nor a JSON object");
     expectText("[]", "it is an array, not an object");
     expectText("{}", "no \"asset\"");
@@ -260,15 +260,16 @@ TEST(GltfContainer, RefusesDamage) {
     };
     // The file has 12 bytes of header, 8 + 28 of JSON and 8 + 4 of BIN.
     ASSERT_EQ(good.size(), 60U);
-    expect(good.substr(0, 59), "truncated: the header says 60 bytes, 59 are there");
+    expect(good.substr(0, 59), "truncated: the header says 60 bytes, but only 59 are there");
     expect(good.substr(0, 8), "truncated");
     expect(patched(4, 1), "binary glTF 1");
-    expect(patched(12, 100), "truncated: the chunk header says 100 bytes, 40 are there");
-    expect(patched(48, 5), "truncated: the chunk header says 5 bytes, 4 are there");
+    expect(patched(12, 100), "truncated: the chunk header says 100 bytes, but only 40 are there");
+    expect(patched(48, 5), "truncated: the chunk header says 5 bytes, but only 4 are there");
     expect(patched(15, '\x7F'), "truncated");
     expect(patched(16, 'X'), "first chunk is not JSON");
     expect(patched(8, 12).substr(0, 12), "no JSON chunk");
-    expect(patched(8, 16).substr(0, 16), "truncated: the chunk header says 8 bytes, 4 are there");
+    expect(patched(8, 16).substr(0, 16),
+           "truncated: the chunk header says 8 bytes, but only 4 are there");
     for (std::size_t size = 0; size < good.size(); ++size) {
         writeFile(folder / "scene.glb", good.substr(0, size));
         EXPECT_EQ(errorOf(folder / "scene.glb").kind(), ErrorKind::kInput) << size;

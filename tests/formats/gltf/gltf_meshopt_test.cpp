@@ -112,7 +112,7 @@ INSTANTIATE_TEST_SUITE_P(
             },
             MESHOPT_EXTENSION, "need at least"},
         Lie{"OtherLength", [](GltfBuilder& b) { meshoptExtension(b, 0)["count"] = 4; },
-            MESHOPT_EXTENSION, "48 bytes, its compressed data decodes to 64"},
+            MESHOPT_EXTENSION, "48 bytes, but its compressed data decodes to 64"},
         Lie{"OtherStride", [](GltfBuilder& b) { b.gltf["bufferViews"][0]["byteStride"] = 12; },
             MESHOPT_EXTENSION "/byteStride", "differ"},
         Lie{"BeyondItsBuffer", [](GltfBuilder& b) { meshoptExtension(b, 0)["byteOffset"] = 60; },

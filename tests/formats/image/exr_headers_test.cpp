@@ -50,7 +50,7 @@ std::string complaint(const std::string& attribute) {
 }
 
 TEST(ExrHeaders, ValuesAreAsLongAsTheirTypesSay) {
-    const std::string wrong = "the header is damaged: \"name\" is not as long as its type says";
+    const std::string wrong = "the header is damaged: \"name\" has the wrong length for its type";
     EXPECT_EQ(complaint(attribute("float", std::string(4, '\0'))), "");
     EXPECT_EQ(complaint(attribute("float", std::string(5, '\0'))), wrong);
     EXPECT_EQ(complaint(attribute("m44f", std::string(60, '\0'))), wrong);
@@ -61,7 +61,7 @@ TEST(ExrHeaders, ValuesAreAsLongAsTheirTypesSay) {
 }
 
 TEST(ExrHeaders, ChannelsFillTheirList) {
-    const std::string wrong = "the header is damaged: \"name\" is not as long as its type says";
+    const std::string wrong = "the header is damaged: \"name\" has the wrong length for its type";
     EXPECT_EQ(complaint(attribute("chlist", "\0"s)), "");
     EXPECT_EQ(complaint(attribute("chlist", channel("R") + channel("alpha") + '\0')), "");
     EXPECT_EQ(complaint(attribute("chlist", "")), wrong);
@@ -72,7 +72,7 @@ TEST(ExrHeaders, ChannelsFillTheirList) {
 }
 
 TEST(ExrHeaders, PreviewsHaveAsManyPixelsAsTheySay) {
-    const std::string wrong = "the header is damaged: \"name\" is not as long as its type says";
+    const std::string wrong = "the header is damaged: \"name\" has the wrong length for its type";
     EXPECT_EQ(complaint(attribute("preview", number(2) + number(3) + std::string(24, '\0'))), "");
     EXPECT_EQ(complaint(attribute("preview", number(0) + number(0))), "");
     EXPECT_EQ(complaint(attribute("preview", number(2) + number(3) + std::string(23, '\0'))),

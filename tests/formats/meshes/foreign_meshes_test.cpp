@@ -249,7 +249,7 @@ TEST_F(ForeignMeshes, FilesThatAreNoSceneSayWhatTheyAre) {
         EXPECT_TRUE(contains(refusal(name, "<!DOCTYPE html>\n").what(), "web page")) << name;
     }
     const Error error = refusal("a.obj", "# a\n\nOnce upon a time\n");
-    EXPECT_TRUE(contains(error.what(), "no line of an OBJ"));
+    EXPECT_TRUE(contains(error.what(), "no OBJ statements"));
     EXPECT_EQ(error.where(), (folder_ / "a.obj").string() + ":3");
 }
 
