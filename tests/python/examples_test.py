@@ -6,7 +6,7 @@ import subprocess
 import sys
 import unittest
 
-from module import BUILD, SOURCE, ModuleTest, np, peeler
+from module import BUILD, SOURCE, ModuleTest, np, peeler, scene
 from PIL import Image
 
 
@@ -26,7 +26,7 @@ class Examples(ModuleTest):
         file = self.folder / "peeling.png"
         done = self.run_example("peel.py", SOURCE / "examples" / "scenes" / "panes.glb", file, "96x54")
         with peeler.Renderer() as r:
-            layers = r.layers(SOURCE / "examples" / "scenes" / "panes.glb", size=(96, 54), samples=4).layers
+            layers = r.layers(scene("panes"), size=(96, 54), samples=4).layers
         self.assertIn(f"{2 * layers - 1} frames, {layers} layers", done.stdout)
         with Image.open(file) as picture:
             self.assertEqual((picture.size, picture.n_frames), ((96, 54), 2 * layers - 1))
