@@ -90,8 +90,8 @@ void ExrFiles::addLayers() {
         try {
             add(file);
         } catch (const Error& error) {
-            throw Error(error.kind(), std::string("a layer's file cannot be read: ") + error.what(),
-                        error.where(), "keep the files of " + path() + " together");
+            throw Error(error.kind(), "a layer's file cannot be read: " + error.whatText(),
+                        error.whereText(), "keep the files of " + path() + " together");
         }
         if (sameRender(head, parts_.back()) &&
             parts_.back().attribute("peeler:layer") == std::to_string(layer))

@@ -302,8 +302,8 @@ TarShards::Stored TarShards::add(const std::string& key, const nlohmann::ordered
             input.file.check();
         } catch (const Error& problem) {
             throw Error(problem.kind() == ErrorKind::kMemory ? problem.kind() : ErrorKind::kOutput,
-                        std::string("a file of the sample is lost: ") + problem.what(),
-                        problem.where(), "something else may have removed it");
+                        "a file of the sample is lost: " + problem.whatText(), problem.whereText(),
+                        "something else may have removed it");
         }
         checkTarMember(input.name, input.file.size());
         stored.bytes += input.file.size();

@@ -209,8 +209,8 @@ void GlbWriter::takeImages() {
                 bytes = isDataUri(uri) ? decodeDataUri(uri, where)
                                        : folder_.read(uri, where, given_by_read_gltf_);
             } catch (const Error& problem) {
-                warnings_.push_back("The image " + where + " is not embedded: " + problem.what() +
-                                    ".");
+                warnings_.push_back("The image " + where +
+                                    " is not embedded: " + problem.whatText() + ".");
                 continue;
             }
             const char* mime_type = mimeTypeOf(bytes);

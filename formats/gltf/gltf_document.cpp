@@ -241,8 +241,8 @@ void decompressViews(GltfDocument& document, const json& views, const json& buff
             }
         }
         if (document.buffers[buffer].empty()) throw problem.error;
-        document.warn("The uncompressed fallback replaces the data of " + problem.error.where() +
-                      ": " + problem.error.what() + ".");
+        document.warn("The uncompressed fallback replaces the data of " +
+                      problem.error.whereText() + ": " + problem.error.whatText() + ".");
     }
 }
 

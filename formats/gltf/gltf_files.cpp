@@ -313,8 +313,8 @@ std::vector<std::uint8_t> GltfFolder::read(const Named& named, const std::string
     const std::string shown = "\"" + named.shown.substr(0, kMostOfName) + "\"";
     const Found found = look(named);
     if (found.problem)
-        throw Error(ErrorKind::kInput, shown + " is not read: " + found.problem->what(), where,
-                    found.problem->hint());
+        throw Error(ErrorKind::kInput, shown + " is not read: " + found.problem->whatText(), where,
+                    found.problem->hintText());
     if (!found.in_place.empty())
         warnings.warn("The file " + shown + " does not exist; \"" + found.in_place +
                           "\" in the scene's folder is used instead.",

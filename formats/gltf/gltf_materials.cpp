@@ -179,7 +179,7 @@ class MaterialReader {
         return place;
     }
 
-    void missing(const std::string& where, const std::string& why, const std::string& hint) {
+    void missing(const std::string& where, const Text& why, const Text& hint) {
         document_.warnings.warn("The texture " + where + " is left out: " + why + ".",
                                 Error(ErrorKind::kInput, why, where, hint));
     }
@@ -264,10 +264,10 @@ class MaterialReader {
             if (problem->kind() != ErrorKind::kInput) throw Error(*problem);
             const std::string where = pointerOf(i);
             if (i >= count || stand_ins[i] < 0)
-                missing(where, problem->what(), problem->hint());
+                missing(where, problem->whatText(), problem->hintText());
             else
-                document_.warn("The fallback replaces the image " + where + ": " + problem->what() +
-                               ".");
+                document_.warn("The fallback replaces the image " + where + ": " +
+                               problem->whatText() + ".");
         }
         for (std::size_t i = 0; i < count; ++i)
             if (stand_ins[i] >= 0) place[i] = place[static_cast<std::size_t>(stand_ins[i])];
