@@ -9,7 +9,7 @@ namespace peeler::inline v0 {
 namespace {
 
 /// The names of the parameters, in the order of Parameter.
-constexpr auto kNames = std::to_array<std::string_view>({
+constexpr auto kParameterNames = std::to_array<std::string_view>({
     "allow_outside",
     "animations",
     "as",
@@ -69,12 +69,12 @@ constexpr auto kNames = std::to_array<std::string_view>({
     "uv_set",
     "view",
 });
-static_assert(kNames.size() == static_cast<std::size_t>(Parameter::kCount));
+static_assert(kParameterNames.size() == static_cast<std::size_t>(Parameter::kCount));
 
 }  // namespace
 
 std::string_view nameOf(Parameter parameter) {
-    return kNames.at(static_cast<std::size_t>(parameter));
+    return kParameterNames.at(static_cast<std::size_t>(parameter));
 }
 
 Text::Text(Parameter parameter)

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string_view>
 
@@ -29,9 +30,9 @@ inline constexpr char kFirstGlyph = ' ', kLastGlyph = '~';
 inline constexpr int kGlyphTop = 1, kGlyphRows = 11;
 
 /// The coverage of each pixel of a glyph at scale S, row by row, as 0 to 255.
-template <int S>
+template <std::size_t S>
 using Glyph = std::array<std::array<std::uint8_t, S * kTextAdvance>, S * kGlyphRows>;
-template <int S>
+template <std::size_t S>
 using Glyphs = std::array<Glyph<S>, kLastGlyph - kFirstGlyph + 1>;
 
 /// The font as write_font.cpp writes it: a memory image.
