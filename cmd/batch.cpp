@@ -133,7 +133,7 @@ void Batch::readFile() {
         try {
             text = readRegularText(options_.file);
         } catch (const Error& problem) {
-            throw Error(problem.kind(), std::string("cannot read the jobs: ") + problem.whatText(),
+            throw Error(problem.kind(), "cannot read the jobs: " + problem.whatText(),
                         options_.file.string(),
                         "give a file with one job per line, as in peeler batch --help, or - for "
                         "standard input");

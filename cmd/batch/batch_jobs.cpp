@@ -142,9 +142,7 @@ std::vector<Job> readJobs(const std::string& name, const std::string& text) {
             jobs.push_back(std::move(job));
         } catch (const Error& error) {
             const std::string place = name + ", line " + std::to_string(number);
-            throw Error(error.kind(), error.whatText(),
-                        error.where().empty() ? place : place + ": " + error.whereText(),
-                        error.hintText());
+            throw error.at(error.where().empty() ? place : place + ": " + error.whereText());
         }
     }
     return jobs;

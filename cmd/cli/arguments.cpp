@@ -101,8 +101,8 @@ bool takeAll(Texts& arguments) {
 }
 
 /// Hides all options in a verb's help except those in `common`.
-void showOnly(CLI::App& verb, const std::string& common) {
-    std::istringstream words(common);
+void showOnly(CLI::App& verb, std::string_view common) {
+    std::istringstream words{std::string(common)};
     const Texts names(std::istream_iterator<std::string>(words), {});
     std::size_t count = 0;
     for (CLI::Option* option : verb.get_options()) {
@@ -198,7 +198,7 @@ Option VerbOptions::addText(const std::string& name, const std::string& value_na
         try {
             take(text);
         } catch (const Error& error) {
-            throw Error(error.kind(), error.whatText(), shown + " " + text, error.hintText());
+            throw error.at(shown + " " + text);
         }
     };
     return described(*app_->add_option_function<std::string>(name, assign)
@@ -216,9 +216,7 @@ Option VerbOptions::addRepeated(const std::string& name, const std::string& valu
             try {
                 take(text);
             } catch (const Error& error) {
-                const Text where =
-                    error.where().empty() ? std::string(name) + " " + text : error.whereText();
-                throw Error(error.kind(), error.whatText(), where, error.hintText());
+                throw error.at(error.where().empty() ? Text(name) + " " + text : error.whereText());
             }
         }
     };
@@ -283,7 +281,7 @@ std::vector<Option> VerbOptions::given() const {
 ArgumentParser::ArgumentParser() : app_(std::make_unique<CLI::App>()) {}
 
 ArgumentParser::ArgumentParser(const VerbHelp& help, const std::string& footer)
-    : app_(std::make_unique<CLI::App>(help.summary, "peeler")) {
+    : app_(std::make_unique<CLI::App>(std::string(help.summary), "peeler")) {
     helps_[""] = help;
     app_->set_version_flag("-V,--version", "", "print the version and exit");
     app_->set_help_flag("-h,--help", "print help and exit; --help all shows every option");
@@ -295,11 +293,11 @@ ArgumentParser::ArgumentParser(const VerbHelp& help, const std::string& footer)
 
 ArgumentParser::~ArgumentParser() = default;
 
-VerbOptions ArgumentParser::addVerb(const std::string& name, VerbHelp help) {
-    CLI::App* verb = app_->add_subcommand(name, help.summary);
-    verb->group(help.purpose);
+VerbOptions ArgumentParser::addVerb(const std::string& name, const VerbHelp& help) {
+    CLI::App* verb = app_->add_subcommand(name, std::string(help.summary));
+    verb->group(std::string(help.purpose));
     verb->footer("");  // else CLI11 would use the program's footer
-    helps_[name] = std::move(help);
+    helps_[name] = help;
     return {*verb, descriptions_};
 }
 
@@ -340,7 +338,7 @@ std::string ArgumentParser::help() const {
     if (is_short) showOnly(*app_->get_subcommand(verb()), found->second.common);
     std::string text = app_->help();
     if (found->second.examples.empty()) return text;
-    std::istringstream examples(found->second.examples);
+    std::istringstream examples{std::string(found->second.examples)};
     std::string shown = "\nExamples:\n", line;
     for (int i = 0; (i < 2 || !is_short) && std::getline(examples, line); ++i)
         shown += "  " + line + '\n';
@@ -355,7 +353,7 @@ CommandDescription ArgumentParser::describe(const CLI::App& app) const {
     const auto help = helps_.find(&app == app_.get() ? "" : app.get_name());
     CommandDescription command{app.get_name(),
                                app.get_description(),
-                               help == helps_.end() ? "" : help->second.examples,
+                               std::string(help == helps_.end() ? "" : help->second.examples),
                                app.get_footer(),
                                {},
                                {}};

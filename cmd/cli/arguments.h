@@ -9,6 +9,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cmd/cli/errors.h"
@@ -181,12 +182,13 @@ Option addChoice(VerbOptions& verb, const std::string& name, T& target,
         .oneOf(describeChoices(choices, true));
 }
 
-/// A verb's help text, apart from its options.
+/// A verb's help text, apart from its options. Views of literals.
 struct VerbHelp {
-    std::string summary;
-    std::string purpose = "Verbs";  ///< the heading under which the program's help lists the verb
-    std::string examples{};         ///< one command per line
-    std::string common{};           ///< options in the short help: "output size"; empty = all
+    std::string_view summary;
+    /// The heading under which the program's help lists the verb.
+    std::string_view purpose = "Verbs";
+    std::string_view examples{};  ///< one command per line
+    std::string_view common{};    ///< options in the short help: "output size"; empty = all
 };
 
 /// The action that the arguments request.
@@ -207,14 +209,14 @@ class ArgumentParser {
     ArgumentParser& operator=(const ArgumentParser&) = delete;
 
     /// Adds a verb, whose only option at first is --help.
-    VerbOptions addVerb(const std::string& name, VerbHelp help);
+    VerbOptions addVerb(const std::string& name, const VerbHelp& help);
 
     /// Parses the arguments and sets the targets of the options given. Must be called only once.
     /// Throws Error (kUsage) if a name is unknown (with the nearest known name) or a required
     /// option is missing. Passes on exceptions from callbacks.
     Asked parse(const std::vector<std::string>& given);
 
-    /// Returns the verb named in the parsed arguments; "" if there is none.
+    /// Returns the verb that the parsed arguments name, or "" if they name no verb.
     std::string verb() const;
     /// Returns the help of the verb given or, without a verb, of the program. The help of a verb
     /// lists its common options, or all options if the arguments are "--help all".

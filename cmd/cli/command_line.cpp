@@ -38,10 +38,8 @@ std::string programFooter() {
 }
 
 VerbOptions addTo(ArgumentParser& parser, const Verb& verb) {
-    return parser.addVerb(std::string(verb.name), {.summary = std::string(verb.summary),
-                                                   .purpose = std::string(verb.purpose),
-                                                   .examples = std::string(verb.examples),
-                                                   .common = std::string(verb.common)});
+    return parser.addVerb(std::string(verb.name),
+                          {verb.summary, verb.purpose, verb.examples, verb.common});
 }
 
 /// Replaces "help" and "help VERB" by the equivalent options. Drops "help" before an unknown verb.

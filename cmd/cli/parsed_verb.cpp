@@ -19,7 +19,7 @@ const Verb& verbNamed(const std::string& name) {
 
 ParsedVerb::ParsedVerb(const Verb& verb)
     : name_(verb.name),
-      options_(parser_.addVerb(name_, {.summary = std::string(verb.summary)})),
+      options_(parser_.addVerb(name_, {.summary = verb.summary})),
       action_(verb.declare(options_)) {}
 
 ParsedVerb::ParsedVerb(const Verb& verb, const std::vector<std::string>& arguments)

@@ -59,8 +59,7 @@ std::vector<glm::dvec3> plyPoints(std::span<const std::uint8_t> file, const std:
             for (; row < element.rows; ++row)
                 readRow(element, *numbers, is_vertex ? points[row] : none);
         } catch (const Error& error) {
-            throw Error(error.kind(), error.whatText(),
-                        where + ", " + element.name + " " + std::to_string(row), error.hintText());
+            throw error.at(where + ", " + element.name + " " + std::to_string(row));
         }
         if (is_vertex) return points;
     }

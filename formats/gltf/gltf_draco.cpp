@@ -238,9 +238,7 @@ class DracoReader {
                                     budget.where(), budget.hint(2 * budget));
                 return;
             }
-            job.problem =
-                Error(error.kind(), error.whatText(),
-                      error.where().empty() ? job.where : error.whereText(), error.hintText());
+            job.problem = error.at(error.where().empty() ? job.where : error.whereText());
         }
     }
 

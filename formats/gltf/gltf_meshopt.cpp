@@ -37,8 +37,7 @@ struct MeshoptJob {
 
 /// Returns the error with `where` as its place, which the codec does not know.
 Error placed(const Error& error, const std::string& where) {
-    return {error.kind(), error.whatText(), error.where().empty() ? where : error.whereText(),
-            error.hintText()};
+    return error.at(error.where().empty() ? where : error.whereText());
 }
 
 MeshoptStream streamOf(const json& view, const json& extension, const GltfDocument& document,

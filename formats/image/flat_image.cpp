@@ -218,8 +218,7 @@ auto named(const std::string& path, Action&& action) {
     try {
         return action();
     } catch (const Error& error) {
-        throw Error(error.kind(), error.whatText(),
-                    error.where().empty() ? path : error.whereText(), error.hintText());
+        throw error.at(error.where().empty() ? path : error.whereText());
     } catch (const std::bad_alloc&) {
         throw Error(ErrorKind::kMemory, "not enough memory to decode the image", path);
     } catch (const std::exception& problem) {

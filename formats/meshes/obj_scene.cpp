@@ -309,7 +309,7 @@ class ObjReader {
             for (const PolygonCutter::Triangle& triangle : cutter_.cut(outline_))
                 addElement(triangle, 3);
         } catch (const Error& problem) {
-            throw Error(problem.kind(), problem.whatText(), where(), problem.hintText());
+            throw problem.at(where());
         }
     }
 

@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <peeler/text.h>
 
@@ -39,6 +40,9 @@ class Error : public std::runtime_error {
     const Text& whatText() const noexcept { return what_; }
     const Text& whereText() const noexcept { return where_; }
     const Text& hintText() const noexcept { return hint_; }
+
+    /// Returns the same error with another place.
+    Error at(Text where) const { return {kind_, what_, std::move(where), hint_}; }
 
   private:
     ErrorKind kind_;
