@@ -4,20 +4,18 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
 #include <vector>
 
+#include "core/base/memory_image.h"
 #include "core/shading/constants.h"
 
 namespace peeler {
 namespace {
 
-static_assert(std::is_trivially_copyable_v<Constants> && sizeof(Constants) % sizeof(float) == 0);
+static_assert(sizeof(Constants) % sizeof(float) == 0);
 
 template <typename Room, typename Value>
 void fill(Room& room, const std::vector<Value>& values) {
@@ -43,18 +41,6 @@ std::unique_ptr<Constants> calculated() {
     return all;
 }
 
-/// Writes under a temporary name first, because the build would take a partial file for an
-/// up-to-date one.
-void write(const Constants& all, const std::string& path) {
-    const std::string unfinished = path + ".tmp";
-    std::ofstream file;
-    file.exceptions(std::ios::failbit | std::ios::badbit);
-    file.open(unfinished, std::ios::binary);
-    file.write(reinterpret_cast<const char*>(&all), sizeof all);
-    file.close();
-    std::filesystem::rename(unfinished, path);
-}
-
 }  // namespace
 }  // namespace peeler
 
@@ -64,7 +50,7 @@ int main(int count, char** arguments) {
         return 2;
     }
     try {
-        peeler::write(*peeler::calculated(), arguments[1]);
+        peeler::writeMemoryImage(*peeler::calculated(), arguments[1]);
         return 0;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "write_constants: %s: %s\n", arguments[1], error.what());

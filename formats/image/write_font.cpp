@@ -6,19 +6,15 @@
 
 #include <cstdio>
 #include <exception>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
 
+#include "core/base/memory_image.h"
 #include "formats/image/font.h"
 
 namespace peeler {
 namespace {
-
-static_assert(std::is_trivially_copyable_v<Font>);
 
 void check(FT_Error error, const std::string& what) {
     if (error != 0) throw std::runtime_error(what + ": FreeType error " + std::to_string(error));
@@ -60,18 +56,6 @@ std::unique_ptr<Font> rasterised(const std::string& path) {
     return font;
 }
 
-/// Writes under a temporary name first, because a build would take half a file, newer than its
-/// sources, as finished.
-void write(const Font& font, const std::string& path) {
-    const std::string unfinished = path + ".tmp";
-    std::ofstream file;
-    file.exceptions(std::ios::failbit | std::ios::badbit);
-    file.open(unfinished, std::ios::binary);
-    file.write(reinterpret_cast<const char*>(&font), sizeof font);
-    file.close();
-    std::filesystem::rename(unfinished, path);
-}
-
 }  // namespace
 }  // namespace peeler
 
@@ -81,7 +65,7 @@ int main(int count, char** arguments) {
         return 2;
     }
     try {
-        peeler::write(*peeler::rasterised(arguments[1]), arguments[2]);
+        peeler::writeMemoryImage(*peeler::rasterised(arguments[1]), arguments[2]);
         return 0;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "write_font: %s\n", error.what());

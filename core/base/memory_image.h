@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files that programs of the build write, and that the assembler includes in peeler.
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <ios>
+#include <string>
+#include <type_traits>
+
+namespace peeler {
+
+/// Writes the memory image of `data`, first under a temporary name: an unfinished file would look
+/// newer than its sources. Throws std::ios::failure or std::filesystem::filesystem_error if it
+/// cannot be written.
+template <class Data>
+void writeMemoryImage(const Data& data, const std::string& path) {
+    static_assert(std::is_trivially_copyable_v<Data>);
+    const std::string unfinished = path + ".tmp";
+    std::ofstream file;
+    file.exceptions(std::ios::failbit | std::ios::badbit);
+    file.open(unfinished, std::ios::binary);
+    file.write(reinterpret_cast<const char*>(&data), sizeof data);
+    file.close();
+    std::filesystem::rename(unfinished, path);
+}
+
+}  // namespace peeler
