@@ -14,8 +14,9 @@
 namespace peeler::cmd {
 
 /// A writer of selected layers. An .exr is a layered file that holds one layer with all channels,
-/// cropped to the layer's pixels. A .png, .jpg or .tif covers the picture's crop. Each open file
-/// keeps rows in memory, so many layers need several passes over the picture.
+/// cropped to the layer's pixels. A .png, .jpg or .tif covers the picture's crop. An open
+/// file holds rows in memory. If the files of all layers do not fit at once, the picture is read
+/// several times.
 class LayerFiles {
   public:
     /// `output.path` is a name that may contain a pattern for the layer's number. Throws Error

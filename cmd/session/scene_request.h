@@ -82,7 +82,7 @@ struct AppearanceOptions {
     bool operator==(const AppearanceOptions&) const = default;
 };
 
-/// Returns the environment's file; nothing if the environment is built in or there is none.
+/// Returns the environment's file, or nothing for a built-in environment or no environment.
 std::optional<std::filesystem::path> environmentFile(const AppearanceOptions& appearance);
 
 /// Throws Error (kUsage) if a rotation is given without an environment.

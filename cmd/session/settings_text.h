@@ -16,7 +16,7 @@ struct ShownScene {
     int scene = 0;                  ///< index of the scene
     std::vector<int> animations{};  ///< indices of the animations that play
     std::vector<std::string> include{}, exclude{};
-    double frames_per_second = 0;  ///< for motion vectors; 0 = there are none
+    double frames_per_second = 0;  ///< of motion vectors; 0 = no motion vectors
     /// The pixels to which --occlusion-ratio refers. Needed because a tile may keep more or fewer
     /// layers than the whole picture.
     Window crop{};

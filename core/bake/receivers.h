@@ -121,9 +121,9 @@ class TexelReceivers {
 };
 
 /// Returns, for each texel of a square with `size` texels per side, the nearest texel where
-/// `filled` is true, the texel itself included; −1 if there is none within `reach` texels
-/// (Euclidean, in a plane that repeats the square). Ties are resolved the same way on every run.
-/// Two passes, columns then rows (Saito & Toriwaki 1994).
+/// `filled` is true, which may be the texel itself; −1 if all such texels are more than `reach`
+/// texels away (Euclidean, in a plane that repeats the square). Ties are resolved the same way on
+/// every run. Two passes, columns then rows (Saito & Toriwaki 1994).
 std::vector<std::int32_t> nearestFilled(const std::vector<char>& filled, int size, int reach);
 
 }  // namespace peeler

@@ -23,7 +23,8 @@ struct Candidate {
 /// A row of the backend table.
 struct Backend {
     const char* name;
-    /// Returns all candidates, hardware first; at least one, if only to explain why there is none.
+    /// Returns all candidates, hardware first. A backend without devices returns one candidate that
+    /// says why.
     std::vector<Candidate> (*candidates)();
 };
 

@@ -186,8 +186,8 @@ std::vector<BackendCandidate> requested(const ContextRequest& request) {
                 Parameter::kDevice + " " + request.device.text(), "choose one of:" + list);
 }
 
-/// Opens the first usable candidate; null if there is none. `attempts` receives a sentence for each
-/// candidate that failed before it.
+/// Opens the first usable candidate, or returns null if all fail. `attempts` receives a sentence
+/// for each candidate that failed before it.
 std::unique_ptr<Context> openFirst(std::vector<BackendCandidate> rows,
                                    const ContextRequest& request,
                                    std::vector<std::string>& attempts) {

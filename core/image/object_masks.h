@@ -44,8 +44,8 @@ class PixelRuns {
 
     std::uint64_t count() const { return count_; }
     const std::deque<Run>& runs() const { return runs_; }
-    /// Returns the bounding box of the pixels; empty if there are none. Its origin is the picture's
-    /// upper left corner.
+    /// Returns the bounding box of the pixels; an object without pixels has an empty box. Its
+    /// origin is the picture's upper left corner.
     Window box() const;
     /// Sets the bytes of the set's pixels to `value`; `bytes` has one byte per pixel of the
     /// picture.

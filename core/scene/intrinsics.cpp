@@ -52,7 +52,7 @@ double rounded(double value, int digits) {
 }
 
 /// Returns the number with the fewest digits that equals `value` up to rounding and for which
-/// fits() is true; nothing if there is none.
+/// fits() is true, or nothing if no number passes.
 template <class Fits>
 std::optional<double> simplest(double value, const Fits& fits) {
     for (int digits = 1; digits < std::numeric_limits<double>::max_digits10; ++digits)

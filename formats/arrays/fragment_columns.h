@@ -53,7 +53,8 @@ std::vector<FragmentColumn> fragmentColumns(const LayeredImage& band);
 /// A reader of one column of a band; band and column must outlive it.
 class FragmentColumnReader {
   public:
-    /// `default_material` is the `id.material` of glTF's default material; 0 if there is none.
+    /// `default_material` is the `id.material` of glTF's default material, or 0 if
+    /// the file lists no materials.
     FragmentColumnReader(const LayeredImage& band, const FragmentColumn& column,
                          std::uint32_t default_material);
 

@@ -21,7 +21,7 @@ namespace peeler {
 struct FragmentPointOptions {
     bool double_positions = false;  ///< 64-bit positions instead of 32
     std::string comment{};          ///< one line
-    /// The id.material of glTF's default material; 0 if there is none.
+    /// The id.material of glTF's default material, or 0 if the file lists no materials.
     std::uint32_t default_material = 0;
 };
 

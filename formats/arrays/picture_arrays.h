@@ -29,8 +29,9 @@ SizeForecast forecastLayerArrays(const std::string& path, const Plan& plan,
                                  const OutputOptions& options);
 
 /// Returns a Sink that writes the composite over the background: `rgba` (h, w, 4; float), `opacity`
-/// (h, w, 3; float, if the plan is tinted) and `z` (h, w; float: of the nearest fragment, +inf if
-/// there is none). A .safetensors also has the texts of pictureTexts(), a .npz only `output_hash`.
+/// (h, w, 3; float, if the plan is tinted) and `z` (h, w; float: of the nearest fragment, +inf
+/// without fragments). A .safetensors also has the texts of pictureTexts(), a .npz only
+/// `output_hash`.
 std::unique_ptr<Sink> makeCompositeArrays(const std::string& path, const OutputOptions& options);
 SizeForecast forecastCompositeArrays(const std::string& path, const Plan& plan,
                                      const OutputOptions& options);

@@ -34,8 +34,8 @@ bool isOf(const std::string& channel, const std::string& name) {
     return channel == name || channel.ends_with("." + name);
 }
 
-/// Adds a group of channels and names. `parents`, the ids of the parents, make a second component;
-/// if empty, there is none.
+/// Adds a group of channels and names. `parents`, the ids of the parents, make a second component
+/// unless `parents` is empty.
 void addGroup(Imf::IDManifest& manifest, const Imf::ChannelList& channels, const char* name,
               const std::vector<std::string>& names, const std::vector<std::uint32_t>& parents) {
     std::set<std::string> found;
