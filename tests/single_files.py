@@ -23,7 +23,7 @@ import time
 SOURCE = pathlib.Path(__file__).resolve().parents[1]
 FOLDERS = ("core", "formats", "cmd", "tests")
 INCLUDE = re.compile(r'^ *# *include ["<]([^">]+)[">]', re.MULTILINE)
-SECONDS = 20
+SECONDS = 8
 MOST_DIFFERENT = 28
 COMMITS = 30
 

@@ -4,7 +4,7 @@
     style_units.py BUILD_FOLDER OUT_FOLDER [all]
 
 Takes the files that differ from the last landed commit (or that include a changed header), and a quarter of the others,
-a different quarter at every commit; with `all`, takes all files. clang-tidy spends most of a unit's time on library
+a different quarter at every commit, but at most a random half of all files; with `all`, takes all files. clang-tidy spends most of a unit's time on library
 headers, and little more for each of our files after them. Files with the same flags become one unit: a file of includes
 in OUT_FOLDER, next to a compile_commands.json for the units. Prints the paths of the units, the largest unit first.
 Skips tests, and files of the product that tests compile again."""
@@ -16,13 +16,15 @@ import sys
 import single_files
 
 SHARE = 4
+MOST = 0.5  # of all files
 
 
 def chosen_of(files, source):
     changed = single_files.different(source)[1]
     first = {file for file in files if file in changed or changed & set(single_files.includes(source, file)[:1])}
-    rest = sorted(set(files) - first)
-    return first | set(single_files.turn_of(source).sample(rest, len(rest) // SHARE))
+    rest, turn = sorted(set(files) - first), single_files.turn_of(source)
+    chosen = first | set(turn.sample(rest, len(rest) // SHARE))
+    return set(turn.sample(sorted(chosen), min(len(chosen), int(MOST * len(files)))))
 
 
 def main(build, out, every):

@@ -136,7 +136,7 @@ TEST(Supersampling, LayersOfTheExampleScenesCompositeToTheSupersampledComposite)
 
 TEST(Supersampling, MethodsAndBandsAgree) {
     const int scale = exhaustive() ? 2 : 1;
-    const View view = testView(80 * scale, 60 * scale);
+    const View view = testView(48 * scale, 36 * scale);
     for (const auto& [name, scene] : hardScenes()) {
         const PosedScene shown(scene, 0);
         GlRenderer renderer(sharedContext(), shown);
@@ -146,7 +146,7 @@ TEST(Supersampling, MethodsAndBandsAgree) {
             if (!method.exact()) continue;
             CaptureSettings settings = samplesAPixel(3, false);
             settings.method = method.name;
-            settings.band_bytes = (1U << 18) * static_cast<unsigned>(scale * scale);
+            settings.band_bytes = (1U << 17) * static_cast<unsigned>(scale * scale);
             const auto other = capture(renderer, view, settings);
             EXPECT_GT(other.bands.size(), 1U);
             EXPECT_EQ(difference(layers.image, other.image), "") << name << ", " << method.name;

@@ -166,7 +166,7 @@ TEST(Transmission, IsTheSameInEveryMethod) {
         scene.materials[i].base_color = {1, 1, 1, 1};  // makes some panes perfectly clear
     const PosedScene shown(scene, 0);
     GlRenderer renderer(sharedContext(), shown);
-    const View view = testView(100, 75);
+    const View view = exhaustive() ? testView(100, 75) : testView(60, 45);
     for (const Surfaces surfaces : {Surfaces::kAll, Surfaces::kVisible}) {
         CaptureSettings s;
         s.surfaces = surfaces;
