@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Unordered sums of all fragments of a pixel: input of weighted average and weighted sum, and the tail of a composite
-// with a layer limit (BEHIND: only fragments behind the last layer).
+// Unordered sums of a pixel's fragments: all fragments, for weighted average and weighted sum, or only those behind the
+// last layer (BEHIND), for the tail of a composite with a layer limit.
 #include "shade.glsl"
 
 #ifdef BEHIND
@@ -10,7 +10,7 @@ layout(binding = PEELER_PREVIOUS_PRIMITIVE_UNIT) uniform usampler2D previous_pri
 layout(std430, binding = PEELER_DEPTHS) buffer Depths { uint depth_bits[]; };  // positive floats sort like their bits
 #endif
 
-layout(location = 0) out vec4 sum;  // of premultiplied colours
+layout(location = 0) out vec4 sum;  // sum of premultiplied colours
 layout(location = 1) out float count;
 #ifdef TINTED
 layout(location = 2) out vec4 opacity_sum;

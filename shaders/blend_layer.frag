@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adds a peeled layer, held in textures of a raster tile, to the composite. Fixed-function blending puts it under
-// (front to back) or over (BACKWARD) the previous layers. With PING_PONG the previous layers are read from a texture
-// instead, without blending. When peeling from behind, the layer's index follows from the number of fragments; layers
-// beyond the limit go into the tail's sums (TAIL), or are dropped.
+// Adds a peeled layer, held in textures of a raster tile, to the composite. Fixed-function blending puts the layer
+// under (front to back) or over (BACKWARD) the previous layers. With PING_PONG, the previous layers are read from a
+// texture, without blending. When peeling from behind, the layer's index follows from the number of fragments; layers
+// beyond the limit are added to the tail's sums (TAIL), or dropped.
 #include "fragment.glsl"
 #include "packed_color.glsl"
 
-layout(location = 0) uniform ivec4 layer;  // x: layer index from the end where peeling began
+layout(location = 0) uniform ivec4 layer;  // x: index of the layer, counted from the end where peeling began
 
 layout(binding = PEELER_PREVIOUS_DEPTH_UNIT) uniform sampler2D layer_depth;
 layout(binding = PEELER_PREVIOUS_PRIMITIVE_UNIT) uniform usampler2D layer_primitive;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Additional channels of captured fragments (core/image/channels.h), for every method: each fragment finds its entry in
+// Additional channels of captured fragments (core/image/channels.h), for every method. Each fragment finds its entry in
 // its pixel's list by its primitive, which is unique within a pixel. Vectors are in world space.
 #include "normal.glsl"
 #include "stored_fragments.glsl"
@@ -16,14 +16,14 @@ void put(inout uint at, vec3 v) {
 }
 
 #ifdef CHANNEL_TANGENT
-/// Returns the direction of increasing U, and the sign for which cross(normal, tangent) points up the image. `normal`
+/// Returns the direction of increasing U, and the sign that makes cross(normal, tangent) point up the image. `normal`
 /// is on the viewer's side.
 vec4 surfaceTangent(vec3 normal, Gradients g) {
     vec3 tangent, bitangent;
     tangentFrame(normal, PEELER_NORMAL_UNIT, g, tangent, bitangent);
     float size = dot(tangent, tangent);
     if (!(size > 0.0)) return vec4(0.0);
-    float side = gl_FrontFacing ? 1.0 : -1.0;  // undoes the flip of tangentFrame() on back faces
+    float side = gl_FrontFacing ? 1.0 : -1.0;  // reverts the flip of tangentFrame() on back faces
     return vec4(side * tangent * inversesqrt(size), side * sign(dot(cross(normal, side * tangent), bitangent)));
 }
 #endif
@@ -33,7 +33,7 @@ void main() {
     uint key = fragmentKey().primitive, pixel = pixelIndex();
     uint entry = pixel == 0u ? 0u : list_heads[pixel - 1u], end = list_heads[pixel];
     while (entry < end && storedPrimitive(entry) != key) ++entry;
-    if (entry == end) return;  // rejected, or beyond the stored layers
+    if (entry == end) return;  // the fragment was rejected, or is beyond the stored layers
     uint at = entry * uint(argument.x);
 
 #ifdef CHANNEL_NORMAL

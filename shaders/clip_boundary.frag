@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The surfaces of a clip mesh: their count per pixel (COUNT), then their depths and facings.
+// The surfaces of a clip mesh: first their count per pixel (COUNT), then their depths and facings.
 #include "fragment.glsl"
 
 layout(location = 0) uniform ivec4 argument;  // x: capacity of the buffer, in surfaces

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dual depth peeling (Bavoil & Myers 2008) with compositing on the fly. Each pass peels the fragments at the front and
-// back depths of the previous pass. Either every target has its own blending (the front goes under the composite, the
-// back over it), or all use MAX_BLENDING as in the paper: then the front composite is read from the previous pass, and
-// a separate pass blends the back.
+// Dual depth peeling (Bavoil & Myers 2008), composited on the fly. Each pass peels the fragments at the front and back
+// depths of the previous pass. Either every target has its own blending (front fragments under the composite, back
+// fragments over it), or all targets use MAX_BLENDING, as in the paper. In the second case, the front composite is read
+// from the previous pass, and a separate pass blends the back.
 //
-// Where two fragments coincide at a peeled depth, their order would be lost. Stamps detect this: the pixel's list head
-// gets an invalid value, and the pixel is peeled again by another method.
+// The order of two fragments that coincide at a peeled depth would be lost. Stamps detect such fragments: the pixel's
+// list head gets an invalid value, and the pixel is peeled again by another method.
 #include "shade.glsl"
 
-layout(location = 0) uniform ivec4 pass;  // x: number of this peeling pass, from 1
+layout(location = 0) uniform ivec4 pass;  // x: number of this peeling pass, counted from 1
 
 layout(binding = PEELER_PREVIOUS_DEPTH_UNIT) uniform sampler2D previous_range;
 #ifdef MAX_BLENDING
@@ -48,7 +48,7 @@ void main() {
 #endif
     vec2 previous = texelFetch(previous_range, at, 0).rg;
     float nearest = previous.x, farthest = -previous.y;
-    if (key.depth > nearest || key.depth < farthest) return;  // peeled before
+    if (key.depth > nearest || key.depth < farthest) return;  // already peeled
     if (key.depth < nearest && key.depth > farthest) {
         range = vec2(key.depth, -key.depth);
         return;
@@ -66,7 +66,7 @@ void main() {
     }
     uint stamp = uint(pass.x);
     if (atomicExchange(stamps[2u * pixel + (is_front ? 0u : 1u)], stamp) == stamp)
-        atomicOr(list_heads[pixel], 0x80000000u);  // several fragments at this depth
+        atomicOr(list_heads[pixel], 0x80000000u);  // several fragments have this depth
     else
         atomicAdd(list_heads[pixel], 1u);
     if (index == 0u) depths[pixel] = key.depth;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dual depth peeling (Bavoil & Myers 2008): fragments at the front or back depth of the previous pass are peeled; those
-// between set the range of the next pass. Peeled fragments are appended to their pixel's list, all coincident ones
-// together, so none is lost, and the lists are sorted afterwards.
+// Dual depth peeling (Bavoil & Myers 2008). Peels the fragments at the front and back depths of the previous pass.
+// Fragments between these depths set the range of the next pass. Peeled fragments are appended to their pixel's list.
+// Coincident fragments are peeled together, so none is lost. The lists are sorted afterwards.
 #include "shade.glsl"
 #include "stored_fragments.glsl"
 #include "list_heads.glsl"
@@ -18,7 +18,7 @@ void main() {
     if (!inRange(key)) discard;
     vec2 previous = texelFetch(previous_range, ivec2(gl_FragCoord.xy), 0).rg;
     float front = previous.x, back = -previous.y;
-    if (key.depth > front || key.depth < back) discard;  // peeled before
+    if (key.depth > front || key.depth < back) discard;  // already peeled
     if (key.depth < front && key.depth > back) {
         range = vec2(key.depth, -key.depth);
         return;

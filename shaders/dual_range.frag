@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// First pass of dual depth peeling: nearest and farthest depth per pixel, by MAX blending of (depth, -depth).
+// First pass of dual depth peeling: finds the nearest and farthest depth per pixel, by MAX blending of (depth, -depth).
 #ifdef ALPHA_TEST
 #include "surface.glsl"
 #else

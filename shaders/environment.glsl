@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Environment lighting. Directions are in world space.
 //
-// With ENVIRONMENT, an image prefiltered by core/shading/environment_maps. Otherwise the built-in light: a pale floor,
-// a bright horizon, a blue-grey dome and one large soft box around the key light, fixed in world space (+Y up).
+// With ENVIRONMENT, the light comes from an image prefiltered by core/shading/environment_maps. Otherwise it is built
+// in: a pale floor, a bright horizon, a blue-grey dome and one large soft box around the key light, fixed in world
+// space (+Y up).
 
 #if defined(ENVIRONMENT) || defined(SHEEN)
 /// Indexed by view cosine and roughness: scale and bias of F0 (GGX), and the albedo of sheen.
 layout(binding = PEELER_ALBEDO_UNIT) uniform sampler2D albedo_table;
 
-/// Returns the texture coordinates for these values; the table's outer texel centres are at 0 and 1.
+/// Returns the table's texture coordinates for these values. The outermost texel centres are at 0 and 1.
 vec2 tablePlace(float n_dot_v, float roughness) {
     vec2 size = vec2(textureSize(albedo_table, 0));
     return (vec2(n_dot_v, roughness) * (size - 1.0) + 0.5) / size;
@@ -33,8 +34,8 @@ vec3 environmentRadiance(vec3 direction, float roughness) {
 /// Returns irradiance / pi on a surface with this normal.
 vec3 environmentDiffuse(vec3 normal) { return textureLod(environment_irradiance, normal, 0.0).rgb; }
 
-/// Where to look up prefiltered light for the F0 term (xy) and the F90 term (zw): a direction, as a position between
-/// the normal and the mirrored view, and the roughness of a level, divided by the surface's (lobeTable() in
+/// The lookups in prefiltered light for the F0 term (xy) and the F90 term (zw): a direction, as a position between the
+/// normal and the mirrored view, and the roughness of a level, divided by the surface's roughness (lobeTable() in
 /// core/shading/albedo_table.h).
 layout(binding = PEELER_LOBE_UNIT) uniform sampler2D lobe_table;
 
@@ -42,8 +43,7 @@ vec4 tabledLobe(float n_dot_v, float roughness) {
     return textureLod(lobe_table, tablePlace(n_dot_v, roughness), 0.0);
 }
 
-/// Returns the directional albedo of GGX, split into scale of F0 and bias (Karis, "Real Shading in Unreal Engine 4",
-/// 2013).
+/// Returns the directional albedo of GGX as scale and bias of F0 (Karis, "Real Shading in Unreal Engine 4", 2013).
 vec2 environmentBrdf(float roughness, float n_dot_v) { return tabledAlbedo(n_dot_v, roughness).xy; }
 
 #else
@@ -67,7 +67,7 @@ vec3 environmentDiffuse(vec3 normal) {
     return dome + 0.12 * kSoftBox * max(0.0, 0.3 + 0.7 * dot(normal, kKeyDirection));
 }
 
-/// Approximates the GGX albedo by the fit of Karis, "Physically Based Shading on Mobile", 2014.
+/// Approximates the directional albedo of GGX by the fit of Karis, "Physically Based Shading on Mobile", 2014.
 vec2 environmentBrdf(float roughness, float n_dot_v) {
     const vec4 c0 = vec4(-1.0, -0.0275, -0.572, 0.022), c1 = vec4(1.0, 0.0425, 1.04, -0.04);
     vec4 r = roughness * c0 + c1;

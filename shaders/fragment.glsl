@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fragment definition: position, key (depth, primitive), and tests for rejection (core/README.md, "What a fragment
-// is"). Every pass of every method includes this, so that all agree.
+// is"). Every pass of every method includes this file, so that all passes find the same fragments.
 #include "interface.glsl"
 
 layout(std140, binding = PEELER_FRAME_BLOCK) uniform FrameBlock { FrameRecord frame; };
@@ -9,22 +9,22 @@ layout(binding = PEELER_OPAQUE_DEPTH_UNIT) uniform sampler2D opaque_depth;
 layout(binding = PEELER_OPAQUE_PRIMITIVE_UNIT) uniform usampler2D opaque_primitive;
 #endif
 #ifdef IN_FRONT
-// Runs the depth test before anything is stored. It writes no depth, so fragments discarded later have no effect.
+// Runs the depth test before anything is stored. The test writes no depth, so fragments discarded later have no effect.
 layout(early_fragment_tests) in;
 layout(binding = PEELER_OPAQUE_FRAGMENT_UNIT) uniform usampler2D opaque_fragment;  // see opaque.frag
 #endif
 
 struct Key {
     float depth;     // reversed Z: larger is nearer
-    uint primitive;  // draw order: smaller comes first among equal depths
+    uint primitive;  // draw order: among equal depths, smaller comes first
 };
 
-/// Whether a comes before b, front to back.
+/// Whether `a` comes before `b`, front to back.
 bool precedes(Key a, Key b) {
     return a.depth > b.depth || (a.depth == b.depth && a.primitive < b.primitive);
 }
 
-#ifdef GEOMETRY  // and not a pass that covers every pixel
+#ifdef GEOMETRY  // not in full-screen passes
 layout(location = PEELER_FIRST_KEY) flat in uint first_key;
 
 Key fragmentKey() { return Key(gl_FragCoord.z, first_key + uint(gl_PrimitiveID)); }
@@ -45,11 +45,11 @@ uint pixelIndex() {
 layout(std430, binding = PEELER_CLIP_FIRST) readonly buffer ClipFirst { uint clip_first[]; };
 layout(std430, binding = PEELER_CLIP_DEPTHS) readonly buffer ClipDepths { float clip_depths[]; };
 
-/// Whether the boundary encloses this depth: behind a point inside a closed mesh there are more back faces than front
-/// faces. Counts the faces behind, since those before the near plane may be clipped. The boundary itself is inside.
+/// Whether the boundary encloses this depth. A point is inside a closed mesh if there are more back faces than front
+/// faces behind it. Faces in front are not counted, since the near plane may clip them. The boundary itself is inside.
 bool insideMesh(float depth) {
-    // GPUs also run the shader for helper pixels beside those drawn. Beyond the band, the loop bounds would be
-    // arbitrary, and an H100 is reset then.
+    // GPUs also run the shader for helper pixels beside the drawn ones. Outside the band, the loop bounds would be
+    // arbitrary, and an H100 would be reset.
     if (any(greaterThanEqual(uvec2(placeInBand()), uvec2(frame.band.zw)))) return false;
     uint pixel = pixelIndex();
     int winding = 0;
@@ -80,7 +80,7 @@ bool isKept(float depth) {
 #endif
 
 /// Whether a fragment is accepted: in front of the far plane, inside the clip volume (CLIPPED), and not behind the
-/// nearest opaque fragment (BOUNDED), which is itself accepted.
+/// nearest opaque fragment (BOUNDED). The nearest opaque fragment itself is accepted.
 bool inRange(Key key) {
     if (!(key.depth > 0.0)) return false;  // the far plane is exclusive
 #ifdef CLIPPED
@@ -92,8 +92,8 @@ bool inRange(Key key) {
     if (precedes(nearest_opaque, key)) return false;
 #endif
 #ifdef IN_FRONT
-    // The first keys of draws are enough to order opaque and transparent fragments at the same depth, because a draw
-    // has one material.
+    // A draw has one material, so the first keys of draws are enough to order opaque and transparent fragments at the
+    // same depth.
     uvec4 opaque = texelFetch(opaque_fragment, ivec2(gl_FragCoord.xy), 0);
     if (precedes(Key(uintBitsToFloat(opaque.r), opaque.g), Key(key.depth, first_key))) return false;
 #endif

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The hits of rays: like a_buffer.frag, without shading.
+// The hits of rays: like a_buffer.frag, but without shading.
 #ifdef ALPHA_TEST
 #include "surface.glsl"
 #else

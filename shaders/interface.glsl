@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The shared C++ and GLSL interface: bindings, locations and the records of uniform blocks (std140).
+// The interface shared by C++ and GLSL: bindings, locations, and the records of uniform blocks (std140).
 #ifdef __cplusplus
 #pragma once
 #include <cstdint>
@@ -20,7 +20,7 @@ using glm::vec4;
 #define PEELER_TEXCOORD1 4
 #define PEELER_COLOR 5
 
-// Varyings. Locations are explicit, since drivers need not assign the same ones in separately compiled stages.
+// Varyings. Locations are explicit, since drivers may assign different ones in separately compiled stages.
 #define PEELER_FIRST_KEY 0
 #define PEELER_CLIP_DEPTH 1
 #define PEELER_SURFACE 2          // a block of five
@@ -36,22 +36,22 @@ using glm::vec4;
 #define PEELER_MATERIAL_BLOCK 2
 
 // Storage blocks of a band.
-#define PEELER_LIST_HEADS 0       // uint a pixel: where its next fragment goes (or how many it has: count pass)
-#define PEELER_FRAGMENTS 1   // see stored_fragments.glsl
-// For a composite, per pixel instead:
+#define PEELER_LIST_HEADS 0       // a uint per pixel: entry of its next fragment; in the count pass, its fragment count
+#define PEELER_FRAGMENTS 1   // layout: stored_fragments.glsl
+// For a composite, instead of fragments; per pixel:
 #define PEELER_DEPTHS 1      // float, buffer depth (reversed Z) of the nearest fragment
-#define PEELER_STAMPS 2      // two uints: the last pass that composited a front and a back fragment
+#define PEELER_STAMPS 2      // two uints: the last passes that composited a front and a back fragment
 #define PEELER_COLORS 3      // four floats, or eight with TINTED
-#define PEELER_COUNTS 4      // uint: its fragments, as the count pass found them
-// The boundary of a clip mesh: pixel p owns [clip_first[p], clip_first[p + 1]) of the depths.
+#define PEELER_COUNTS 4      // uint: its number of fragments, from the count pass
+// The boundary of a clip mesh: pixel p has the depths [clip_first[p], clip_first[p + 1]).
 #define PEELER_CLIP_FIRST 5
 #define PEELER_CLIP_DEPTHS 6  // float, buffer depth; the sign bit is set on back faces
-#define PEELER_LIGHTS 7      // LightCount, then a LightRecord a light
-#define PEELER_INSTANCES 8   // Placements of all draws that have several
-#define PEELER_CHANNELS 9    // floats of a fragment that channels.frag yields
+#define PEELER_LIGHTS 7      // LightCount, then one LightRecord per light
+#define PEELER_INSTANCES 8   // Placements of all draws with several instances
+#define PEELER_CHANNELS 9    // floats per fragment, from channels.frag
 
-// Texture units. GL guarantees 16 per shader, and a material may use 17 besides those of lights and peeling. So a
-// program declares only the samplers that its variant reads, and GpuScene counts them.
+// Texture units. GL guarantees 16 per shader, and a material may use 17 in addition to those of lights and peeling. So
+// a program declares only the samplers that its variant reads, and GpuScene counts a material's textures.
 #define PEELER_BASE_COLOR_UNIT 0
 #define PEELER_METALLIC_ROUGHNESS_UNIT 1  // or specular and glossiness
 #define PEELER_NORMAL_UNIT 2
@@ -77,11 +77,11 @@ using glm::vec4;
 #define PEELER_PREVIOUS_PRIMITIVE_UNIT 20
 #define PEELER_PREVIOUS_COLOR_UNIT 21
 #define PEELER_SHADOW_UNIT 22
-#define PEELER_ENVIRONMENT_UNIT 23  // from here on filtered linearly, with mipmaps
+#define PEELER_ENVIRONMENT_UNIT 23  // this and later units are filtered linearly, with mipmaps
 #define PEELER_IRRADIANCE_UNIT 24
 #define PEELER_ALBEDO_UNIT 25
 #define PEELER_LOBE_UNIT 26
-// For resolving a composite, when no geometry is drawn:
+// Units for resolving a composite, when no geometry is drawn:
 #define PEELER_FRONT_UNIT 17
 #define PEELER_BACK_UNIT 18
 #define PEELER_TAIL_SUM_UNIT 19
@@ -99,27 +99,27 @@ using glm::vec4;
 #define PEELER_IS_TRIANGLES 8u
 #define PEELER_MIRRORED 16u
 
-// Bits of MaterialRecord.flags.x; bit PEELER_FIRST_TEXTURE_BIT << unit marks a texture bound at that unit.
+// Bits of MaterialRecord.flags.x. Bit PEELER_FIRST_TEXTURE_BIT << unit means that a texture is bound at that unit.
 #define PEELER_ALPHA_MASK 1u
 #define PEELER_ALPHA_BLEND 2u
 #define PEELER_UNLIT 4u
 #define PEELER_FIRST_TEXTURE_BIT 16u
 
-// The built-in key light: unit vector toward the light, world space.
+// The direction of the built-in key light: unit vector toward the light, world space.
 #define PEELER_KEY_DIRECTION vec3(-0.4364358, 0.7637626, 0.4755910)
 
-/// One raster tile of one band.
+/// The uniforms of one raster tile of one band.
 struct FrameRecord {
     mat4 world_from_view;  // rotation only
-    ivec4 tile;            // x0, y0 of the tile in the picture, its width and height; y down
-    ivec4 band;            // x0, y0 of the band in the picture, its width and height; y down
-    uvec4 limits;          // x: number of nearest layers that a composite orders; w: 0, unknown to compilers
+    ivec4 tile;            // x0, y0, width and height of the tile in the picture; y down
+    ivec4 band;            // x0, y0, width and height of the band in the picture; y down
+    uvec4 limits;          // x: number of nearest layers that a composite orders; w: 0, but not a constant to compilers
     mat4 view_from_ndc;    // from NDC of the tile to homogeneous view space
-    ivec4 clip;            // x: half-spaces, y: 1 = the inside is kept, z: 1 = there is a clip mesh
+    ivec4 clip;            // x: number of half-spaces; y: 1 = keep the inside; z: 1 = a clip mesh exists
     vec4 half_spaces[PEELER_MAX_HALF_SPACES];  // view space: dot(xyz, p) >= w is inside
 };
 
-/// Transforms of one instance of a primitive.
+/// The transforms of one instance of a primitive.
 struct Placement {
     mat4 clip_from_model;
     mat4 view_from_model;
@@ -128,39 +128,40 @@ struct Placement {
 
 /// One primitive of a mesh, in one or more instances.
 struct DrawRecord {
-    Placement placement;  // if there is only one instance
-    uvec4 ids;  // x: key of its first primitive, y: key stride between instances, z: bits above,
-                // w: index of the first instance among all
+    Placement placement;  // used if there is only one instance
+    uvec4 ids;  // x: key of the first primitive, y: key stride between instances, z: the bits above,
+                // w: index of the first instance in PEELER_INSTANCES
 };
 
 struct MaterialRecord {
     vec4 base_color;
     vec4 emissive;                // w: alpha cutoff
     vec4 factors;                 // metallic, roughness, normal scale, occlusion strength
-    vec4 specular;       // rgb, a: KHR_materials_specular's colour and factor; or specular, glossiness
+    vec4 specular;       // rgb and a: colour and factor of KHR_materials_specular; or specular, glossiness
     vec4 clearcoat;      // factor, roughness, normal scale
     vec4 sheen;          // rgb, a: roughness
     vec4 anisotropy;     // strength, cosine and sine of the rotation
-    vec4 iridescence;    // factor, index of refraction, least and greatest thickness (nm)
+    vec4 iridescence;    // factor, index of refraction, minimum and maximum thickness (nm)
     vec4 transmission;   // factor, thickness, 1 / attenuation distance; w: F0 of a dielectric
     vec4 attenuation;    // rgb
     vec4 texture_transform[2 * PEELER_MATERIAL_UNITS];  // two rows of a 3x3 matrix
-    uvec4 flags;         // x: bits above; by unit, y: textures with a transform, z: those of the second UV set
+    uvec4 flags;         // x: the bits above; y, z (a bit per unit): textures with a transform, with the second UV set
 };
 
 struct LightCount {
-    uvec4 lights;  // x: their number
+    uvec4 lights;  // x: number of lights
 };
 
 /// One light (std430), in view space.
 struct LightRecord {
-    vec4 position;  // w = 1; if directional, the unit vector toward the light, w = 0
-    vec4 axis;      // unit, opposite to the light's direction; w: 1 / range, 0 = infinite
-    vec4 color;     // colour times intensity (lux if directional, else candela)
-    vec4 cone;      // x: scale, y: offset, applied to the cosine with the axis
-    // To the light's shadow map: x and y from -1 to 1, y up (perspective: times z), z is depth along the light's axis.
+    vec4 position;  // w = 1; for a directional light, the unit vector toward the light, w = 0
+    vec4 axis;      // unit vector opposite to the light's direction; w: 1 / range, 0 = infinite
+    vec4 color;     // colour times intensity (lux for a directional light, candela for others)
+    vec4 cone;      // x: scale, y: offset, applied to the cosine of the angle to the axis
+    // To the light's shadow map: x and y from -1 to 1, y up (for perspective, times z); z is the depth along the
+    // light's axis.
     mat4 map_from_view;
-    vec4 map;  // x: layer of the map, -1 = none; y: 1 = perspective
+    vec4 map;  // x: layer of the map, -1 = no map; y: 1 = perspective
 };
 
 #ifdef __cplusplus

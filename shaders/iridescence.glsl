@@ -24,13 +24,13 @@ vec3 filmSensitivity(float path_difference, vec3 shift) {
     return kRec709FromXyz * xyz;
 }
 
-/// Returns the reflectance, in air, of a film with refractive index `film_ior` and this thickness (nm) on a base of
-/// reflectance `f0`, seen at the angle whose cosine is `cosine`.
+/// Returns the reflectance, in air, of a film with refractive index `film_ior` and this thickness (nm) on a base with
+/// reflectance `f0`, at the view angle with cosine `cosine`.
 vec3 filmReflectance(float film_ior, float cosine, float thickness, vec3 f0) {
     // A film much thinner than the wavelengths of light has no effect.
     float ior = mix(1.0, film_ior, smoothstep(0.0, 0.03, thickness));
     float sine2 = (1.0 - cosine * cosine) / (ior * ior);
-    if (sine2 > 1.0) return vec3(1.0);  // total reflection
+    if (sine2 > 1.0) return vec3(1.0);  // total internal reflection
     float inner = sqrt(1.0 - sine2);
 
     float r0 = normalReflectance(ior, 1.0);

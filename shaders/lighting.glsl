@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lighting of a surface (glTF 2.0, appendix B, and the KHR_materials extensions).
 //
-// Without lights in the scene: one key light (directional, warm white, from above, left and in front of a viewer who
-// looks along -Z) and the built-in environment. A white diffuse surface that faces the key light comes out at about 1.
+// If the scene has no lights, there is one key light (directional, warm white, from above, left and in front of a
+// viewer who looks along -Z) and the built-in environment. A white diffuse surface that faces the key light has a
+// radiance of about 1.
 //
-// With PUNCTUAL the scene has its own lights, in photometric units: 1 lux on a white diffuse surface gives a radiance
-// of 1 / pi. The key light is off then, and the built-in environment is dimmed to a fill light.
+// With PUNCTUAL, the scene has its own lights, in photometric units: 1 lux on a white diffuse surface gives a radiance
+// of 1 / pi. The key light is off, and the built-in environment is dimmed to a fill light.
 //
-// With ENVIRONMENT an image lights the scene; nothing built-in does.
+// With ENVIRONMENT, an image lights the scene, and there is no built-in light.
 #include "surface.glsl"
 #if defined(PUNCTUAL) || defined(SHADOWED)
 #include "lights.glsl"
@@ -22,8 +23,8 @@ const float kFill = 0.1;  // factor of the built-in environment if there are pun
 #include "environment.glsl"
 #include "reflector.glsl"
 
-/// Returns the outgoing radiance toward the viewer, not yet multiplied by alpha. `base` is baseColor(), `passing` the
-/// fraction of the diffuse light that is transmitted instead.
+/// Returns the outgoing radiance toward the viewer, not yet multiplied by alpha. `base` is baseColor(). `passing` is
+/// the fraction of the diffuse light that is transmitted.
 vec3 litColor(vec3 base, float passing, Gradients g) {
     float occlusion = 1.0;
 #ifdef TEXTURED
@@ -61,7 +62,7 @@ vec3 litColor(vec3 base, float passing, Gradients g) {
 #endif
     }
 #elif !defined(ENVIRONMENT)
-    // Multiplied in the same order as in the loop: with the cosine in between, compilers cannot fold the constants of
+    // Multiplied in the same order as in the loop. With the cosine in between, compilers cannot fold the constants of
     // the key light and the lobes, so fully lit pixels are bit-identical with and without shadows.
     vec3 key = kKeyRadiance;
 #ifdef SHADOWED

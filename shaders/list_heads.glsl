@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// List heads: the entry of each pixel's next fragment, or its fragment count. With FETCHED_LIST_HEADS they are the
-// render target, and the shader reads the value it overwrites (GL_EXT_shader_framebuffer_fetch): fragments of a pixel
-// run in order there, so no atomic counter is needed.
+// List heads: the entry of each pixel's next fragment, or the pixel's fragment count. With FETCHED_LIST_HEADS, they are
+// the render target, and the shader reads the value that it overwrites (GL_EXT_shader_framebuffer_fetch). The fragments
+// of a pixel then run in order, so no atomic counter is needed.
 #ifdef FETCHED_LIST_HEADS
 layout(location = 0) inout uint fetched_head;
 

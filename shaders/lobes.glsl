@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Microfacet lobes: distribution times visibility of each kind (glTF 2.0, appendix B, and the KHR_materials
+// Microfacet lobes: the products of distribution and visibility (glTF 2.0, appendix B, and the KHR_materials
 // extensions), and Schlick's Fresnel term.
 
 const float kPi = 3.14159265358979;
@@ -23,7 +23,7 @@ float ggx(float alpha, float n_dot_l, float n_dot_v, float n_dot_h) {
 
 #ifdef ANISOTROPY
 /// Evaluates GGX with separate roughnesses along and across the tangent (KHR_materials_anisotropy). Directions are in
-/// tangent space: x, y, z along the tangent, the bitangent and the normal.
+/// tangent space: x along the tangent, y along the bitangent, z along the normal.
 float anisotropicGgx(vec2 alpha, vec3 l, vec3 v, vec3 h) {
     float a2 = alpha.x * alpha.y;
     vec3 f = vec3(alpha.y * h.x, alpha.x * h.y, a2 * h.z);
@@ -36,8 +36,8 @@ float anisotropicGgx(vec2 alpha, vec3 l, vec3 v, vec3 h) {
 #endif
 
 #ifdef SHEEN
-// Sheen by Estevez & Kulla, "Production Friendly Microfacet Sheen BRDF", 2017, with the fit of their shadowing terms.
-// core/shading/albedo_table.cpp integrates the same functions.
+// Sheen as in Estevez & Kulla, "Production Friendly Microfacet Sheen BRDF", 2017, with their fit of the shadowing
+// terms. core/shading/albedo_table.cpp integrates the same functions.
 float sheenLambdaFit(float x, float alpha) {
     float t = (1.0 - alpha) * (1.0 - alpha);
     float a = mix(21.5473, 25.3245, t), b = mix(3.82987, 3.32435, t), c = mix(0.19823, 0.16801, t);

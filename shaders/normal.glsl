@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Normals at a fragment, in view space, on the viewer's side: a back face has the opposite of the front face's normal,
+// Normals at a fragment, in view space, on the viewer's side. A back face has the opposite of the front face's normal,
 // including normal maps (glTF 2.0 §3.9.6).
 #include "surface.glsl"
 
@@ -7,10 +7,10 @@
 layout(binding = PEELER_CLEARCOAT_NORMAL_UNIT) uniform sampler2D clearcoat_normal_texture;
 #endif
 
-/// Returns the facet's normal toward the viewer, for either winding; not normalised.
+/// Returns the facet's normal toward the viewer, for either winding order; not normalised.
 vec3 facetNormal(Gradients g) { return cross(g.position_dx, g.position_dy); }
 
-/// Returns the normal without any map.
+/// Returns the normal without a normal map.
 vec3 geometricNormal(Gradients g) {
     vec3 facet = facetNormal(g);
     if ((DRAW_FLAGS & PEELER_HAS_NORMALS) != 0u && dot(surface.normal, surface.normal) > 0.0)
@@ -19,10 +19,10 @@ vec3 geometricNormal(Gradients g) {
 }
 
 #if defined(TEXTURED) || defined(ANISOTROPY) || defined(CHANNEL_TANGENT)
-/// Returns the directions of U and (up the image) V about `normal`; 0 if texture coordinates do not define them. `unit`
-/// is the texture whose coordinates, after KHR_texture_transform, define the directions if the mesh has no tangents,
-/// since glTF 2.0 §3.7.2.1 wants "the texture coordinates associated with the normal texture". A mesh's own tangents
-/// are used unchanged; no specification transforms them. Khronos' sample renderer (getNormalInfo) and three.js
+/// Returns the directions of U and V (V up the image) about `normal`; 0 if texture coordinates do not define them. If
+/// the mesh has no tangents, the coordinates of the texture `unit` define the directions, after KHR_texture_transform,
+/// since glTF 2.0 §3.7.2.1 requires "the texture coordinates associated with the normal texture". A mesh's own tangents
+/// are used unchanged, since no specification transforms them. Khronos' sample renderer (getNormalInfo) and three.js
 /// (getTangentFrame) do the same in both cases.
 void tangentFrame(vec3 normal, int unit, Gradients g, out vec3 tangent, out vec3 bitangent) {
     float side = gl_FrontFacing ? 1.0 : -1.0;
@@ -39,10 +39,10 @@ void tangentFrame(vec3 normal, int unit, Gradients g, out vec3 tangent, out vec3
     if (hasTransform(unit)) dx = transformedSlope(unit, dx), dy = transformedSlope(unit, dy);
     vec3 across_y = cross(g.position_dy, normal), across_x = cross(normal, g.position_dx);
     tangent = across_y * dx.x + across_x * dy.x;
-    // glTF's V runs down the image, while its normal maps point +Y up the image.
+    // In glTF, V runs down the image, but normal maps have +Y up the image.
     bitangent = -(across_y * dx.y + across_x * dy.y);
     float scale = max(dot(tangent, tangent), dot(bitangent, bitangent));
-    // An interpolated normal may lean away from the viewer, and the frame flips with it.
+    // An interpolated normal may point away from the viewer. Then the frame flips, too.
     float facing = dot(normal, facetNormal(g)) < 0.0 ? -side : side;
     tangent *= scale > 0.0 ? facing * inversesqrt(scale) : 0.0;
     bitangent *= scale > 0.0 ? facing * inversesqrt(scale) : 0.0;
@@ -71,7 +71,7 @@ vec3 shadingNormal(Gradients g) {
 }
 
 #ifdef CLEARCOAT
-/// Returns the clearcoat's normal, which ignores the normal map of the surface below.
+/// Returns the clearcoat's normal. It ignores the normal map of the surface below.
 vec3 clearcoatNormal(Gradients g) {
     vec3 normal = geometricNormal(g);
 #ifdef TEXTURED

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The nearest opaque fragment (OPAQUE and MASK, not transmissive) with its colour. The depth test selects it, so
-// fragments behind those already drawn are not shaded. Among equal depths, the test keeps the first drawn, which has
-// the first key.
+// fragments behind already drawn ones are not shaded. Among equal depths, the test keeps the first drawn fragment,
+// which has the smallest key.
 #include "shade.glsl"
 
 // x: the depth, as bits; y: the key of the first primitive of the draw; zw: the colour, if stored as halfs.

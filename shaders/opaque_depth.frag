@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The nearest fragment of opaque surfaces (OPAQUE and MASK, not transmissive): the bound of --surfaces visible and
-// transparent.
+// The nearest opaque fragment (OPAQUE and MASK, not transmissive): the bound of --surfaces visible and transparent.
 #ifdef ALPHA_TEST
 #include "surface.glsl"
 #else

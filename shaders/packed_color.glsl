@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Storage format of a fragment's colour: four halfs or, with COLOR_FLOAT, four floats; with TINTED as many again: the
+// Storage format of a fragment's colour: four halfs or, with COLOR_FLOAT, four floats. With TINTED, as many again: the
 // opacity of each channel, and an unused component.
 #ifdef COLOR_FLOAT
 #define PACKED_COLOR uvec4
@@ -8,7 +8,7 @@ vec4 unpackColor(PACKED_COLOR color) { return uintBitsToFloat(color); }
 PACKED_COLOR packedTexel(uvec4 texel) { return texel; }
 #else
 #define PACKED_COLOR uvec2
-// Packed here instead of by the render target's format, so that every method rounds in the same way.
+// Packed here and not by the render target's format, so that every method rounds in the same way.
 PACKED_COLOR packColor(vec4 color) { return uvec2(packHalf2x16(color.rg), packHalf2x16(color.ba)); }
 vec4 unpackColor(PACKED_COLOR color) { return vec4(unpackHalf2x16(color.r), unpackHalf2x16(color.g)); }
 PACKED_COLOR packedTexel(uvec4 texel) { return texel.rg; }
@@ -18,6 +18,6 @@ PACKED_COLOR packedTexel(uvec4 texel) { return texel.rg; }
 struct StoredColor {
     PACKED_COLOR color;  // premultiplied, with alpha
 #ifdef TINTED
-    PACKED_COLOR opacity;  // per channel; alpha is their mean
+    PACKED_COLOR opacity;  // of each channel; their mean is alpha
 #endif
 };

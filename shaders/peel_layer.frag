@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Depth peeling (Everitt 2001): the next fragment beyond the previous layer. "Beyond" uses the lexicographic key
-// (depth, primitive), so coincident fragments are peeled one by one. Among equal depths the depth test keeps the first
-// drawn (front to back) or the last (BACKWARD), which is the next one by primitive index.
+// Depth peeling (Everitt 2001): the next fragment beyond the previous layer, by the lexicographic key (depth,
+// primitive). So coincident fragments are peeled one by one. Among equal depths, the depth test keeps the fragment
+// drawn first (front to back) or last (BACKWARD), which is the next one by primitive index.
 #include "shade.glsl"
 
 layout(binding = PEELER_PREVIOUS_DEPTH_UNIT) uniform sampler2D previous_depth;
@@ -32,5 +32,5 @@ void main() {
 #ifdef TINTED
     opacity = stored.opacity;
 #endif
-    gl_FragDepth = key.depth;  // exactly the value that the next pass compares with
+    gl_FragDepth = key.depth;  // exactly the value that the next pass compares
 }

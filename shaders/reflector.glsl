@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Surface properties for lighting, and the surface's reflection of lights and environment. Directions are in world
-// space. Each material extension has its own variant: unused extensions are not compiled.
+// space. Each material extension has its own variants, so unused extensions are not compiled.
 #include "normal.glsl"
 #include "lobes.glsl"
 #ifdef IRIDESCENCE
@@ -29,12 +29,12 @@ layout(binding = PEELER_IRIDESCENCE_THICKNESS_UNIT) uniform sampler2D iridescenc
 #endif
 #endif
 
-// Lower limits of alpha. At 0, a mirror would show lights only in infinitely small highlights, and the sheen's
+// Lower limits of alpha. At 0, a mirror would show lights only as infinitely small highlights, and the sheen's
 // exponents would be infinite.
 const float kLeastAlpha = 0.002, kLeastSheenAlpha = 0.005;
 
-// A blend of a dielectric (metallic 0: diffuse light below a specular layer with f0 and f90) and a metal (metallic 1:
-// F0 is `metal`, F90 is 1, no diffuse light), mixed by `metallic` (glTF 2.0, appendix B.3.5).
+// A mix, by `metallic`, of a dielectric (metallic 0: diffuse light below a specular layer with f0 and f90) and a metal
+// (metallic 1: F0 is `metal`, F90 is 1, no diffuse light) (glTF 2.0, appendix B.3.5).
 struct Reflector {
     vec3 diffuse, f0, metal;
     float f90, metallic;
@@ -57,7 +57,7 @@ struct Reflector {
 float largest(vec3 v) { return max(max(v.r, v.g), v.b); }
 
 /// Returns the fraction of light that reaches the diffuse surface below a layer that reflects `reflected`. A layer with
-/// a tinted reflection must not tint the light it transmits.
+/// a tinted reflection must not tint the transmitted light.
 vec3 beneath(vec3 reflected) {
 #ifdef SPECULAR
     return vec3(1.0 - largest(reflected));
@@ -81,10 +81,10 @@ void setAnisotropy(inout Reflector s, Gradients g) {
     vec3 tangent, bitangent;
     tangentFrame(geometricNormal(g), unit, g, tangent, bitangent);
     vec3 along = world_from_view * (tangent * direction.x + bitangent * direction.y);
-    along -= s.n * dot(s.n, along);  // the normal may come from a map
+    along -= s.n * dot(s.n, along);  // a mapped normal may not be perpendicular to the tangents
     s.strength = clamp(material.anisotropy.x * texel.b, 0.0, 1.0);
     float size = dot(along, along);
-    if (!(size > 1e-12)) {  // no texture coordinates: no direction to stretch highlights in
+    if (!(size > 1e-12)) {  // without texture coordinates, highlights cannot be stretched
         s.strength = 0.0;
         along = cross(s.n, abs(s.n.x) < 0.9 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0));
         size = dot(along, along);
@@ -95,8 +95,8 @@ void setAnisotropy(inout Reflector s, Gradients g) {
 #endif
 
 #ifdef IRIDESCENCE
-/// Returns the F0 for which Schlick's term gives the reflectance, at the view angle, of a film on a base of reflectance
-/// `f0`.
+/// Returns the F0 with which Schlick's term gives the reflectance of a film on a base with reflectance `f0`, at the
+/// view angle.
 vec3 filmed(vec3 f0, float film, float thickness, float n_dot_v) {
     vec3 seen = filmReflectance(material.iridescence.y, n_dot_v, thickness, f0);
     float x = min(grazing(n_dot_v), 0.9999);
@@ -104,10 +104,10 @@ vec3 filmed(vec3 f0, float film, float thickness, float n_dot_v) {
 }
 #endif
 
-/// Mixes dielectric and metal. Written so that pure materials keep their exact bits.
+/// Mixes dielectric and metal. Pure materials keep their exact bits.
 vec3 mixed(Reflector s, vec3 dielectric, vec3 metal) { return dielectric * (1.0 - s.metallic) + metal * s.metallic; }
 
-/// Returns the surface for the base colour `base` (linear, without alpha).
+/// Returns the surface properties for the base colour `base` (linear, without alpha).
 Reflector reflectorOf(vec3 base, Gradients g) {
     Reflector s;
 #ifdef ORTHOGRAPHIC
@@ -130,8 +130,8 @@ Reflector reflectorOf(vec3 base, Gradients g) {
     s.diffuse = base * (1.0 - largest(s.f0));
 #else
     s.metallic = rough_metal.y;
-    // Always 0.04, but written so that compilers cannot fold it with other constants, which would round differently
-    // from a texture's value.
+    // Always 0.04. The min() keeps compilers from folding it with other constants, which would round differently from a
+    // texture's value.
     s.f0 = vec3(min(material.transmission.w, 0.04));
 #ifdef SPECULAR
     float share = material.specular.a * TEXEL(specular_texture, PEELER_SPECULAR_UNIT).a;
@@ -167,10 +167,10 @@ Reflector reflectorOf(vec3 base, Gradients g) {
     return s;
 }
 
-/// Returns the cosine of the unit direction `l` at the surface; 0 from behind.
+/// Returns the cosine between the normal and the unit direction `l`; 0 from behind.
 float facing(Reflector s, vec3 l) { return clamp(dot(s.n, l), 0.0, 1.0); }
 
-/// Whether light from `l` reaches the surface or its varnish.
+/// Whether light from `l` reaches the surface or its clearcoat.
 bool isLit(Reflector s, vec3 l) {
 #ifdef CLEARCOAT
     if (dot(s.coat_n, l) > 0.0) return true;
@@ -178,8 +178,8 @@ bool isLit(Reflector s, vec3 l) {
     return facing(s, l) > 0.0;
 }
 
-/// Returns the radiance toward the viewer for light of irradiance 1 (at normal incidence) from `l`, without the
-/// surface cosine and the varnish's share.
+/// Returns the radiance toward the viewer for light from `l` with irradiance 1 at normal incidence. Excludes the
+/// surface cosine and the clearcoat.
 vec3 reflectance(Reflector s, vec3 l) {
     vec3 h = normalize(s.v + l);
     float n_dot_l = facing(s, l);
@@ -205,7 +205,7 @@ vec3 reflectance(Reflector s, vec3 l) {
 }
 
 #ifdef CLEARCOAT
-/// Returns the varnish's reflectance, including the cosine.
+/// Returns the clearcoat's reflectance, including the cosine.
 float coatReflectance(Reflector s, vec3 l) {
     vec3 h = normalize(s.v + l);
     float n_dot_l = clamp(dot(s.coat_n, l), 0.0, 1.0);
@@ -215,14 +215,14 @@ float coatReflectance(Reflector s, vec3 l) {
 #endif
 
 #ifdef ENVIRONMENT
-/// Returns the prefiltered radiance for one term of a lobe; `part` is the half of tabledLobe() for that term.
+/// Returns the prefiltered radiance for one term of a lobe. `part` is that term's half of tabledLobe().
 vec3 radianceAlong(vec3 n, vec3 mirrored, float roughness, vec2 part) {
     return environmentRadiance(mix(n, mirrored, part.x), min(roughness * part.y, 1.0));
 }
 
-/// Reflection by microfacets: singly scattered light, `once`, and light scattered between microfacets, `again`
-/// (Fdez-Agüera, "A Multiple-Scattering Microfacet Model for Real-Time Image Based Lighting", 2019), as fractions of
-/// the mirrored and the surrounding light.
+/// Reflection by microfacets, as fractions: singly scattered light, `once`, of the mirrored light, and multiply
+/// scattered light, `again`, of the surrounding light (Fdez-Agüera, "A Multiple-Scattering Microfacet Model for
+/// Real-Time Image Based Lighting", 2019).
 struct Reflected {
     vec3 once, again;
 };
@@ -236,12 +236,12 @@ Reflected reflected(vec3 f0, float f90, vec2 scale_bias) {
 }
 
 #ifdef ANISOTROPY
-/// Returns the radiance reflected by anisotropic microfacets. Samples normals along the tangent by their distribution
-/// and visibility from `v`. Each sample looks up a round lobe, as wide as that of the microfacets across the tangent,
-/// but at least wide enough to reach the next sample.
+/// Returns the radiance reflected by anisotropic microfacets. Samples normals along the tangent, by their distribution
+/// and their visibility from `v`. Each sample looks up a round lobe, as wide as the microfacets' lobe across the
+/// tangent, or wider if necessary to reach the next sample.
 vec3 stretchedRadiance(Reflector s) {
     const int kNormals = 12;
-    const float kReach = 0.6;  // width of a lobe, in gaps between samples; the least that leaves no stripes
+    const float kReach = 0.6;  // width of a lobe, in gaps between samples; the minimum without stripes
     float along = mix(s.alpha, 1.0, s.strength * s.strength);
     vec3 sum = vec3(0.0);
     float weights = 0.0;
@@ -256,7 +256,7 @@ vec3 stretchedRadiance(Reflector s) {
         float weight = v_dot_h / dot(s.n, h) * 2.0 * n_dot_l / (n_dot_l + sqrt(n_dot_l * n_dot_l + across * across));
         float gap = 2.0 / float(kNormals) * along * inversesqrt(rest) / (rest + along * along * u * u);
         float roughness = sqrt(clamp(kReach * gap, s.alpha, 1.0));
-        // Rough lobes see more of the light above the surface. The power is the best fit to numerical integrals.
+        // Rough lobes receive more of the light above the surface. The power is a best fit to numerical integrals.
         sum += weight * environmentRadiance(mix(l, s.n, roughness * roughness * roughness), roughness);
         weights += weight;
     }
@@ -265,14 +265,16 @@ vec3 stretchedRadiance(Reflector s) {
 #endif
 
 #ifdef SHEEN
-/// Returns the radiance reflected by fibres, divided by their albedo: the mean over directions, weighted by the lobe,
-/// where the lobe is not much below its maximum; each lookup is as wide as its cell (Krivanek & Colbert, "Real-time
-/// Shading with Filtered Importance Sampling", 2008). Cells lie in rings around the normal, symmetric about the plane
-/// of the view, evenly in azimuth.
+/// Returns the radiance reflected by fibres, divided by their albedo: the mean over directions, weighted by the lobe.
+/// Directions where the lobe is far below its maximum are left out. Each lookup is as wide as its cell (Krivanek &
+/// Colbert, "Real-time Shading with Filtered Importance Sampling", 2008). Cells form rings around the normal, symmetric
+/// about the plane of the view and evenly spaced in azimuth.
 vec3 fibresRadiance(Reflector s) {
-    const int kRings = 3, kMost = 9;  // one cell fewer in each ring nearer to the normal
-    const float kLeast = 0.16;        // threshold relative to the maximum, in the plane of the view and in a ring
-    const float kReach = 0.3;         // alpha of a GGX lobe as wide as a cell, divided by the square root of its solid angle
+    const int kRings = 3, kMost = 9;  // each ring nearer to the normal has one cell fewer
+    // Threshold of the lobe relative to its maximum, in the plane of the view and in a ring.
+    const float kLeast = 0.16;
+    // Alpha of a GGX lobe as wide as a cell, divided by the square root of the cell's solid angle.
+    const float kReach = 0.3;
     float alpha = max(s.sheen_roughness * s.sheen_roughness, kLeastSheenAlpha);
     float v_sine = sqrt(1.0 - s.n_dot_v * s.n_dot_v);
     vec3 toward = s.v - s.n * dot(s.n, s.v);
@@ -281,7 +283,7 @@ vec3 fibresRadiance(Reflector s) {
     vec3 aside = cross(s.n, toward);
 
     // The distribution is a power of the half vector's sine. In the plane of the view, the half vector's angle is the
-    // mean of both directions'; it is greatest for light from the horizon.
+    // mean of both directions' angles. It is largest for light from the horizon.
     float v_angle = acos(s.n_dot_v), root = pow(kLeast, alpha);
     float least_angle = 2.0 * asin(root * sin(0.5 * (0.5 * kPi + v_angle))) - v_angle;
     float top = cos(max(least_angle, 0.0));
@@ -293,8 +295,8 @@ vec3 fibresRadiance(Reflector s) {
         float n_dot_l = top * edges.y, sine = sqrt(1.0 - n_dot_l * n_dot_l);
         float cosines = n_dot_l * s.n_dot_v, sines = max(sine * v_sine, 1e-6);
         float across = (n_dot_l + s.n_dot_v) * (n_dot_l + s.n_dot_v);
-        // The azimuth at which the lobe falls to the threshold in this ring. It follows from the half vector's cos² =
-        // across / (2 + 2 l.v) and from the lobe being a power of the sine.
+        // The azimuth at which the lobe falls to the threshold in this ring. The half vector's cos² is across / (2 + 2
+        // l.v), and the lobe is a power of the sine.
         float greatest = 1.0 - across / (2.0 + 2.0 * (cosines + sines));
         float widest = acos(clamp((across / (1.0 - greatest * root * root) - 2.0 - 2.0 * cosines) / (2.0 * sines),
                                   -1.0, 1.0));
@@ -320,12 +322,12 @@ vec3 fibresRadiance(Reflector s) {
 }
 #endif
 
-/// Returns the surface's reflection of the environment, without the varnish's share. `occlusion`: the fraction of the
+/// Returns the surface's reflection of the environment, without the clearcoat. `occlusion`: the fraction of the
 /// environment's light that arrives.
 vec3 reflectedEnvironment(Reflector s, float occlusion) {
     vec2 scale_bias = environmentBrdf(s.roughness, s.n_dot_v);
 #ifdef ANISOTROPY
-    // Uses the mean of the values for both roughnesses.
+    // The mean of the values for both roughnesses.
     float along = mix(s.alpha, 1.0, s.strength * s.strength);
     scale_bias = 0.5 * (scale_bias + environmentBrdf(sqrt(along), s.n_dot_v));
 #endif
@@ -349,7 +351,7 @@ vec3 reflectedEnvironment(Reflector s, float occlusion) {
 }
 
 #ifdef CLEARCOAT
-/// Returns the varnish's reflection of the environment.
+/// Returns the clearcoat's reflection of the environment.
 vec3 coatEnvironment(Reflector s) {
     vec2 scale_bias = environmentBrdf(s.coat_roughness, s.coat_n_dot_v);
     vec2 part = tabledLobe(s.coat_n_dot_v, s.coat_roughness).xy;
@@ -359,7 +361,7 @@ vec3 coatEnvironment(Reflector s) {
 #endif
 
 #else
-/// Returns the same for the built-in environment.
+/// Returns the surface's reflection of the built-in environment.
 vec3 reflectedEnvironment(Reflector s, float occlusion) {
     vec2 scale_bias = environmentBrdf(s.roughness, s.n_dot_v);
     vec3 bent = s.n;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Resets incomplete pixels, so that they can be peeled again. With KEY, sets their key to before the first layer;
-// otherwise clears their composite.
+// Reopens incomplete pixels, so that they can be peeled again. With KEY, resets their key to the one before the first
+// layer; otherwise clears their composite.
 #include "fragment.glsl"
 
 layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]; };

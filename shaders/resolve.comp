@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Resolves a composite: FRONT (peeled from the front) and BACK (from behind), both premultiplied, and TAIL (unordered
-// sums) become one premultiplied colour per pixel of the band.
+// Resolves a composite. FRONT (peeled from the front) and BACK (peeled from behind), both premultiplied, and TAIL
+// (unordered sums) become one premultiplied colour per pixel of the band.
 #include "interface.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
@@ -17,8 +17,7 @@ layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]
 layout(std430, binding = PEELER_COLORS) writeonly buffer Colors { vec4 colors[]; };
 
 #ifdef TINTED
-// Opacity per channel, for unordered methods only: with ordered methods, layers of coloured opacity are composited on
-// the CPU.
+// Opacity per channel. Only for unordered methods: with ordered methods, the CPU composites layers of coloured opacity.
 layout(binding = PEELER_BACK_OPACITY_UNIT) uniform sampler2D back_opacity;
 layout(binding = PEELER_TAIL_OPACITY_UNIT) uniform sampler2D tail_opacity;
 
@@ -42,9 +41,9 @@ void writeTinted(uint pixel, ivec2 at, vec4 back, vec4 tail, float n) {
 
 vec4 over(vec4 a, vec4 b) { return a + (1.0 - a.a) * b; }
 
-/// Returns the weighted average (Bavoil & Myers 2008, section 4): n fragments of average colour and opacity.
+/// Returns the weighted average of n fragments (Bavoil & Myers 2008, section 4): each with the mean colour and opacity.
 vec4 average(vec4 sum, float n) {
-    if (sum.a <= 0.0) return vec4(sum.rgb, 0.0);  // no opacity, only reflections on glass
+    if (sum.a <= 0.0) return vec4(sum.rgb, 0.0);  // no opacity, as for reflections on glass
     float covered = 1.0 - pow(max(0.0, 1.0 - sum.a / n), n);
     return vec4(sum.rgb / sum.a * covered, covered);
 }

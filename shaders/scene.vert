@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The only vertex shader: every pass must rasterise exactly the same positions.
+// The only vertex shader, since every pass must rasterise exactly the same positions.
 #include "interface.glsl"
 
 layout(std140, binding = PEELER_DRAW_BLOCK) uniform DrawBlock { DrawRecord draw; };
@@ -8,19 +8,19 @@ layout(std140, binding = PEELER_DRAW_BLOCK) uniform DrawBlock { DrawRecord draw;
 layout(std430, binding = PEELER_INSTANCES) readonly buffer Instances { Placement instances[]; };
 #endif
 
-// Values constant over a draw are passed as flat varyings: llvmpipe's fragment shaders read a flat varying with one
-// instruction, and a uniform with about twenty.
+// Values that are constant over a draw are flat varyings: llvmpipe's fragment shaders read a flat varying with one
+// instruction, but a uniform with about twenty.
 layout(location = PEELER_FIRST_KEY) flat out uint first_key;  // key of the instance's first primitive
 
 layout(location = PEELER_POSITION) in vec3 position;
 invariant gl_Position;
 
 #ifdef SLOPES
-// Unlike gl_FragCoord.z, not clamped beyond the triangle, where derivatives may take it.
+// Not clamped, unlike gl_FragCoord.z: derivatives may evaluate it beyond the triangle.
 layout(location = PEELER_CLIP_DEPTH) noperspective out float clip_depth;
 #endif
 
-#ifdef VARYINGS  // defined in every pass that looks at the surface, not only at its position
+#ifdef VARYINGS  // defined in every pass that needs more than the surface's position
 layout(location = PEELER_NORMAL) in vec3 normal;
 layout(location = PEELER_TANGENT) in vec4 tangent;
 layout(location = PEELER_TEXCOORD0) in vec2 texcoord0;
@@ -44,7 +44,7 @@ layout(location = PEELER_MATERIAL_EMISSIVE) flat out vec4 material_emissive;
 layout(location = PEELER_MATERIAL_FACTORS) flat out vec4 material_factors;
 
 #ifdef TRANSMISSION
-layout(location = PEELER_MESH_SCALE) flat out float mesh_scale;  // view-space length of a mesh unit
+layout(location = PEELER_MESH_SCALE) flat out float mesh_scale;  // length of a mesh unit in view space
 #endif
 #endif
 
@@ -64,7 +64,7 @@ void main() {
 #ifdef VARYINGS
     surface.position = (placement.view_from_model * vec4(position, 1.0)).xyz;
     surface.normal = mat3(placement.normal_from_model) * normal;
-    // A mirrored mesh mirrors the bitangent, but not the cross product from which it is computed.
+    // A mirrored mesh mirrors the bitangent, but not the cross product that gives the bitangent.
     float handedness = (draw.ids.z & PEELER_MIRRORED) != 0u ? -tangent.w : tangent.w;
     surface.tangent = vec4(mat3(placement.view_from_model) * tangent.xyz, handedness);
     surface.texcoords = vec4(texcoord0, texcoord1);

@@ -7,16 +7,16 @@
 #endif
 
 /// Packs a colour so that the compiler cannot drop the rounding. NVIDIA's compiler (580.159) replaces
-/// unpackHalf2x16(packHalf2x16(x)) by x, so methods that do not store a colour would composite it unrounded; the OR
-/// with limits.w hides the pair.
+/// unpackHalf2x16(packHalf2x16(x)) by x, so methods that do not store colours would composite unrounded ones. The OR
+/// with limits.w prevents this.
 PACKED_COLOR rounded(vec4 color) { return packColor(color) | PACKED_COLOR(frame.limits.w); }
 
-/// Returns the premultiplied linear colour of a fragment whose baseColor() is `base`; with TINTED also the opacity per
-/// channel.
+/// Returns the premultiplied linear colour of a fragment with base colour `base` (baseColor()); with TINTED, also the
+/// opacity per channel.
 StoredColor fragmentColor(vec4 base, Gradients g) {
     vec3 rgb = base.rgb;
     float alpha = coverage(base.a);
-    float passing = 0.0;  // fraction of light that is transmitted instead of reflected diffusely
+    float passing = 0.0;  // fraction of light that is transmitted instead of diffusely reflected
     vec3 opacity = vec3(alpha);
 #ifdef TRANSMISSION
     if (isTintedGlass()) {
@@ -33,8 +33,8 @@ StoredColor fragmentColor(vec4 base, Gradients g) {
                (DRAW_FLAGS & (PEELER_HAS_NORMALS | PEELER_IS_TRIANGLES)) != 0u;
     if (lit) rgb = litColor(base.rgb, passing, g);
 #endif
-    // Limits colours to the range of a half, because vertex colours may be of any size, and interpolation at a snapped
-    // vertex can give negative ones. Replaces NaN (from a degenerate facet), which would spoil the composite.
+    // Limits colours to the range of a half: vertex colours may have any size, and interpolation at a snapped vertex
+    // may give negative ones. Replaces NaN (from a degenerate facet), which would spoil the composite.
     rgb = clamp(rgb * alpha, vec3(0.0), vec3(65504.0));
     rgb = mix(rgb, vec3(0.0), isnan(rgb));
     StoredColor stored;
@@ -48,6 +48,6 @@ StoredColor fragmentColor(vec4 base, Gradients g) {
     return stored;
 }
 
-/// Returns the colour as it is composited: the unpacked colour of a stored fragment.
+/// Returns the colour to composite: the unpacked colour of a stored fragment.
 vec4 compositedColor(StoredColor stored) { return unpackColor(stored.color); }
 vec4 compositedColor(vec4 base, Gradients g) { return compositedColor(fragmentColor(base, g)); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Second of two passes: shades the fragment whose key the first has found.
+// Second of two passes: shades the fragment whose key the first pass has found.
 #include "shade.glsl"
 
 layout(binding = PEELER_PREVIOUS_PRIMITIVE_UNIT) uniform usampler2D layer_primitive;

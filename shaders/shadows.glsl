@@ -3,18 +3,18 @@
 
 layout(binding = PEELER_SHADOW_UNIT) uniform sampler2DArray shadow_maps;
 
-/// Returns 1 if nothing at this texel lies between the light and `depth`, or if the texel is outside the map.
+/// Returns 1 if nothing at this texel is between the light and `depth`, or if the texel is outside the map.
 float litAt(ivec3 texel, float depth) {
     ivec2 size = textureSize(shadow_maps, 0).xy;
     if (any(lessThan(texel.xy, ivec2(0))) || any(greaterThanEqual(texel.xy, size))) return 1.0;
     return depth > texelFetch(shadow_maps, texel, 0).r ? 0.0 : 1.0;
 }
 
-/// Returns the share of light that arrives: the depth tests against the four nearest texels, interpolated; exactly 1 if
-/// all pass. `position` is in view space.
+/// Returns the share of light that arrives: the depth tests against the four nearest texels, interpolated. Exactly 1 if
+/// all four pass. `position` is in view space.
 float visibility(LightRecord light, vec3 position) {
     if (light.map.x < 0.0) return 1.0;
-    // precise, so that every pass compares the same depth.
+    // `precise`, so that every pass compares the same depth.
     precise vec3 at = (light.map_from_view * vec4(position, 1.0)).xyz;
     if (light.map.y != 0.0) {
         if (!(at.z > 0.0)) return 1.0;  // behind a spot light

@@ -21,7 +21,7 @@ void main() {
     ivec2 at = area.xy + ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, area.zw))) return;
     uint primitive = texelFetch(layer_primitive, at, 0).r;
-    if (primitive == 0u) return;  // the pixel lacks this layer
+    if (primitive == 0u) return;  // the pixel has no such layer
     int x = frame.tile.x + at.x - frame.band.x;
     int y = frame.tile.y + frame.tile.w - 1 - at.y - frame.band.y;
     uint pixel = uint(y * frame.band.z + x);

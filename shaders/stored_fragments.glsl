@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fragments of a band, grouped by pixel, in capture order. Each is a two-word key followed by its stored values.
-// They are adjacent, so that a store touches one place in memory, and llvmpipe, which stores lane by lane, needs only
-// one loop.
+// The fragments of a band, grouped by pixel, in capture order. Each has a two-word key and, after it, its stored values:
 //   KEYS_ONLY: nothing else    SLOPES: two floats    otherwise: a colour (packed_color.glsl)
+// Key and values are adjacent, so that a store touches one place in memory. llvmpipe stores lane by lane, and then
+// needs only one loop.
 #include "packed_color.glsl"
 
-// Fragments of six or ten words would need padding as uvec4, so they are kWords elements of uvec2.
+// As uvec4, fragments of six or ten words would need padding, so they are kWords elements of uvec2.
 #if defined(KEYS_ONLY)
 #define FRAGMENT_WORDS uvec2
 const uint kWords = 1u;
@@ -22,8 +22,8 @@ const uint kWords = 3u;
 
 layout(std430, binding = PEELER_FRAGMENTS) buffer Fragments { FRAGMENT_WORDS fragments[]; };
 
-/// Whether the band has room for the entry. If not, there are more fragments than were counted, which the check after
-/// the pass reports.
+/// Whether the band has room for the entry. If it has not, there are more fragments than were counted; the check after
+/// the pass reports this.
 bool hasEntry(uint entry) { return kWords * entry + kWords - 1u < uint(fragments.length()); }
 
 #if defined(KEYS_ONLY)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The material at a fragment: its textures, base colour and alpha. glTF 2.0 §3.9.
+// The material at a fragment: its textures, base colour and alpha (glTF 2.0 §3.9).
 #include "fragment.glsl"
 
 layout(std140, binding = PEELER_MATERIAL_BLOCK) uniform MaterialBlock { MaterialRecord material; };
@@ -25,8 +25,8 @@ layout(location = PEELER_MATERIAL_COLOR) flat in vec4 material_color;
 layout(location = PEELER_MATERIAL_EMISSIVE) flat in vec4 material_emissive;
 layout(location = PEELER_MATERIAL_FACTORS) flat in vec4 material_factors;
 
-/// Screen-space derivatives. They are undefined after a discard or in divergent flow, so every shader computes them
-/// first and samples textures with explicit gradients: the same texel in every pass.
+/// Screen-space derivatives. They are undefined after a discard or in divergent control flow, so every shader computes
+/// them first. It samples textures with these explicit gradients, so that every pass reads the same texels.
 struct Gradients {
     vec4 texcoords_dx, texcoords_dy;
     vec3 position_dx, position_dy;
@@ -37,8 +37,8 @@ Gradients surfaceGradients() {
                      dFdy(surface.position));
 }
 
-// Draw and material flags are compiled into the variant instead of read from the records, because llvmpipe runs both
-// sides of a branch.
+// Draw and material flags are compiled into the variant and not read from the records, because llvmpipe runs both sides
+// of a branch.
 bool hasTexture(int unit) {
     return (MATERIAL_FLAGS & (PEELER_FIRST_TEXTURE_BIT << uint(unit))) != 0u;
 }
@@ -46,14 +46,14 @@ bool hasTexture(int unit) {
 bool hasTransform(int unit) { return (TRANSFORMED_TEXTURES & (1u << uint(unit))) != 0u; }
 bool hasSecondUv(int unit) { return (SECOND_UV_TEXTURES & (1u << uint(unit))) != 0u; }
 
-/// Samples a texture of the material; all ones without a texture.
+/// Samples a texture of the material; ones if there is no texture.
 #ifdef TEXTURED
 #define TEXEL(map, unit) (hasTexture(unit) ? sampled(map, unit, g) : vec4(1.0))
 #else
 #define TEXEL(map, unit) vec4(1.0)
 #endif
 
-/// Transforms a UV slope to the texture's own coordinates by the linear part of KHR_texture_transform.
+/// Transforms a UV slope to the texture's own coordinates, by the linear part of KHR_texture_transform.
 vec2 transformedSlope(int unit, vec2 slope) {
     precise vec2 own = vec2(dot(material.texture_transform[2 * unit].xy, slope),
                             dot(material.texture_transform[2 * unit + 1].xy, slope));
@@ -72,8 +72,8 @@ vec4 sampled(sampler2D map, int unit, Gradients g) {
 }
 #endif
 
-/// Returns the base colour with straight alpha. The alpha of OPAQUE and MASK materials is only for the alpha test;
-/// coverage() is 1 for them.
+/// Returns the base colour with straight alpha. For OPAQUE and MASK materials, the alpha serves only the alpha test;
+/// their coverage() is 1.
 vec4 baseColor(Gradients g) {
     precise vec4 color = material_color;
 #ifdef TEXTURED
@@ -97,7 +97,8 @@ vec2 roughnessMetallic(Gradients g) {
 #endif
 }
 
-/// Whether a fragment passes the alpha test of MASK materials, or has a non-zero alpha for BLEND ones.
+/// Whether a fragment passes the alpha test: alpha at or above the cutoff for MASK materials, above 0 for BLEND
+/// materials.
 bool passesAlphaTest(float alpha) {
     if ((MATERIAL_FLAGS & PEELER_ALPHA_MASK) != 0u) return alpha >= material_emissive.w;
     if ((MATERIAL_FLAGS & PEELER_ALPHA_BLEND) != 0u) return alpha > 0.0;

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light transmitted by a surface (KHR_materials_transmission, KHR_materials_volume), in a form that a layer can hold.
 //
-// The transmitted light is the transmission times the tint, which is the base colour times the volume's transmittance
-// for white light. With TINTED a layer has an opacity per channel, 1 minus the transmitted fraction, so coloured glass
-// filters the light from behind. The transmitted share of light is not reflected diffusely, even if the glass absorbs
-// it.
+// The transmitted light is the transmission times the tint. The tint is the base colour times the volume's
+// transmittance for white light. With TINTED, a layer has an opacity per channel, 1 minus the transmitted fraction, so
+// coloured glass filters the light from behind. The transmitted share of light is not reflected diffusely, even if the
+// glass absorbs it.
 //
 // Without TINTED, or for grey glass, a layer has a single alpha and does not filter per channel. The transmitted
-// fraction is then the transmission times the mean tint, and is subtracted from alpha and from the diffuse light. So
-// white glass of transmission 1 has alpha 0, and coloured glass veils the surfaces behind it with its colour.
+// fraction is then the transmission times the mean tint, and reduces alpha and the diffuse light. So white glass of
+// transmission 1 has alpha 0, and coloured glass veils the surfaces behind it with its colour.
 //
-// Reflections stay at full strength. There is no refraction.
+// Reflections keep their full strength. There is no refraction.
 #include "surface.glsl"
 
 #ifdef TEXTURED
@@ -20,14 +20,14 @@ layout(binding = PEELER_THICKNESS_UNIT) uniform sampler2D thickness_texture;
 
 layout(location = PEELER_MESH_SCALE) flat in float mesh_scale;
 
-/// Returns the volume's transmittance for white light (Beer-Lambert). Its thickness is in mesh space.
+/// Returns the volume's transmittance for white light (Beer-Lambert law). The volume's thickness is in mesh space.
 vec3 attenuation(Gradients g) {
     float thickness = material.transmission.y * TEXEL(thickness_texture, PEELER_THICKNESS_UNIT).g * mesh_scale;
     vec3 left = max(material.attenuation.rgb, 1e-6);  // pow(0, 0) is undefined
     return pow(left, vec3(thickness * material.transmission.z));
 }
 
-/// Whether the surface's opacity differs per channel.
+/// Whether the surface has different opacities per channel.
 bool isTintedGlass() {
 #if defined(TINTED) && defined(TINTED_GLASS)
     return true;
@@ -38,7 +38,7 @@ bool isTintedGlass() {
 #endif
 }
 
-/// Returns the metalness; metals transmit no light.
+/// Returns the metalness. Metals transmit no light.
 float metalness(Gradients g) {
 #ifdef SPECULAR_GLOSSINESS
     return 0.0;
@@ -47,12 +47,12 @@ float metalness(Gradients g) {
 #endif
 }
 
-/// Returns the transmitted fraction of light, before tinting.
+/// Returns the transmitted fraction of light before tinting.
 float transmittedShare(Gradients g) {
     return material.transmission.x * TEXEL(transmission_texture, PEELER_TRANSMISSION_UNIT).r;
 }
 
-/// Returns the fraction of light from behind that passes, per channel; `share` is the transmitted fraction.
+/// Returns the fraction of light from behind that passes, per channel. `share` is the transmitted fraction.
 vec3 passingColors(vec3 base, float share, Gradients g) {
     if (material.transmission.z > 0.0) base *= attenuation(g);
     return clamp(share * (1.0 - metalness(g)) * clamp(base, 0.0, 1.0), 0.0, 1.0);

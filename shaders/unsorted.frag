@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fragments in draw order, for plain blending. TINTED takes two passes, one for colours, blended by the opacity per
-// channel, and one for opacities (OPACITY): dual-source blending allows only one target.
+// Fragments in draw order, for plain blending. With TINTED there are two passes, since dual-source blending allows only
+// one target: one for colours, blended by the opacity per channel, and one for opacities (OPACITY).
 #include "shade.glsl"
 
 layout(std430, binding = PEELER_LIST_HEADS) buffer ListHeads { uint list_heads[]; };

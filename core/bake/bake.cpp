@@ -21,7 +21,7 @@ void checkReceiverMemory(std::uint64_t bytes, std::size_t receivers, const Memor
 
 namespace {
 
-/// The state of one bake.
+/// The settings, receivers and sums of one bake.
 struct BakeState {
     BakeState(HitSource& hits, const Receivers& seers, const BakeSettings& settings,
               const CaptureSettings& asked, const SurfaceLookup& lookup)
@@ -42,8 +42,8 @@ struct BakeState {
         sums.resize(seers.size());
     }
 
-    /// Returns the number of additional copies of the values: later rounds read those of the
-    /// previous round.
+    /// Returns the number of additional copies of the values (0 or 1). From the second round on,
+    /// the integrator needs the values of the previous round.
     std::uint64_t keptCopies() const { return integrator->rounds() > 1 ? 1 : 0; }
     std::uint64_t valueBytes() const { return receivers.size() * components * sizeof(float); }
     bool empty() const { return !source.posed().bounds(); }
@@ -68,7 +68,7 @@ std::vector<float> bake(HitSource& source, const Receivers& receivers, const Bak
     if (s.empty()) return std::move(s.values);
     std::vector<float> gathered;
     for (int round = 0; round < s.integrator->rounds(); ++round) {
-        // The first round also reports the memory that only later rounds need.
+        // The first report includes the memory that later rounds add.
         const std::uint64_t to_come = round == 0 ? s.keptCopies() * s.valueBytes() : 0;
         GatherJob job{receivers, settings, *s.integrator, s.directions};
         if (tell) job.tell = [&](std::uint64_t bytes) { tell(bytes + to_come); };

@@ -14,8 +14,8 @@
 
 namespace peeler {
 
-/// Surface points in world space, each on the side that its unit normal points to. A normal of
-/// length 0 marks a receiver that sees nothing: its values are 0.
+/// Surface points in world space, each on the side of the surface that its unit normal points to.
+/// The values of a receiver with a normal of length 0 are 0.
 struct Receivers {
     std::vector<glm::dvec3> positions;
     std::vector<glm::vec3> normals;
@@ -23,48 +23,50 @@ struct Receivers {
     std::size_t size() const { return positions.size(); }
 };
 
-/// The baked quantity, with the number of floats per receiver.
+/// The baked quantity. Each line starts with the number of floats per receiver.
 enum class BakeQuantity : std::uint8_t {
     kAmbientOcclusion,  ///< 1: cosine-weighted share of the hemisphere that is not occluded
     kBentNormal,        ///< 3: mean unoccluded direction, a unit vector in world space
-    kSkyVisibility,     ///< 1: share of a uniform sky's light that arrives (+Y up); open plain: 1
-    kThickness,         ///< 1: mean distance to the other side, scene units
-    kIrradiance         ///< 3: incoming light, W/m² per W/(m² sr) of emitted radiance
+    /// 1: share of a uniform sky's light that arrives (+Y up); 1 on an open plain
+    kSkyVisibility,
+    kThickness,  ///< 1: mean distance to the opposite side, scene units
+    kIrradiance  ///< 3: incoming light, W/m² per W/(m² sr) of emitted radiance
 };
 /// Returns the number of floats in a receiver's value.
 std::size_t componentsOf(BakeQuantity quantity);
 
 struct BakeSettings {
     BakeQuantity quantity = BakeQuantity::kAmbientOcclusion;
-    int directions = 256;  ///< over the sphere; opposite pairs share a bundle
-    int resolution = 512;  ///< rays along the longer side of a bundle, if bundles are used
+    int directions = 256;  ///< over the sphere; opposite directions share a bundle
+    int resolution = 512;  ///< rays along the longer side of a bundle, if the source uses bundles
     double max_distance = std::numeric_limits<double>::infinity();  ///< range of rays, scene units
     int bounces = 1;  ///< reflections of light on its way to a receiver; irradiance only
 };
 
-/// A function that interpolates between receivers: it returns the irradiance at a point of the
-/// primitive with this draw-order key. `irradiance` holds what every receiver has gathered so far.
-/// Supplied by the code that placed the receivers.
+/// A function that interpolates between receivers. Returns the irradiance at a point of the
+/// primitive with this draw-order key. `irradiance` holds the irradiance that every receiver has
+/// gathered so far. The code that placed the receivers supplies the function.
 using SurfaceLookup = std::function<glm::vec3(std::span<const float> irradiance, std::uint32_t key,
                                               const glm::vec2& barycentric)>;
 
-/// A callback that receives a forecast: the peak resident bytes of the process while receivers
-/// gather along lines, or from the next bundle.
+/// A callback that receives a forecast: the peak resident bytes of the process during a gather
+/// along lines, or during the next bundle.
 using ReportMemory = std::function<void(std::uint64_t bytes)>;
 
-/// Returns the values of every receiver, componentsOf() each. If the source prefers lines and the
-/// integrator needs only distances, lines are traced from each receiver (gatherByLines()).
-/// Otherwise each direction is a parallel bundle that covers the scene (Szirmay-Kalos & Purgathofer
-/// 1998; Hermes et al. 2010; Tokuyoshi et al. 2011), and a receiver uses the ray nearest to it.
-/// Memory does not grow with the number of directions. `lookup` is required for kIrradiance with
-/// several bounces. Throws like HitSource::capture(), and Error (kMemory) if the receivers' sums
-/// alone exceed the budget. `tell` is called before lines are traced, or before each bundle.
+/// Returns the values of all receivers, componentsOf() floats each. If the source prefers lines and
+/// the integrator needs only distances, traces lines from each receiver (gatherByLines()).
+/// Otherwise traces a parallel bundle, which covers the scene, along each direction (Szirmay-Kalos
+/// & Purgathofer 1998; Hermes et al. 2010; Tokuyoshi et al. 2011); each receiver uses the ray
+/// nearest to it. Memory does not grow with the number of directions. kIrradiance with several
+/// bounces needs `lookup`. Throws like HitSource::capture(), and Error (kMemory) if the receivers'
+/// sums alone exceed the budget. Calls `tell` before it traces lines, or before each bundle.
 std::vector<float> bake(HitSource& source, const Receivers& receivers, const BakeSettings& settings,
                         const CaptureSettings& capture, const SurfaceLookup& lookup,
                         const Progress& progress, const ReportMemory& tell = {});
 
-/// Returns the highest value that bake() would report with the same arguments, and reports the same
-/// progress. Traces no lines; counts bundles but does not capture them. Throws like bake().
+/// Returns the highest value that bake() would report to `tell` with the same arguments, and
+/// reports the same progress. Counts bundles but does not capture them; traces no lines. Throws
+/// like bake().
 std::uint64_t forecastBake(HitSource& source, const Receivers& receivers,
                            const BakeSettings& settings, const CaptureSettings& capture,
                            const Progress& progress);

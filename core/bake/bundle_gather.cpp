@@ -13,10 +13,10 @@
 namespace peeler {
 namespace {
 
-constexpr std::size_t kReceiversAtOnce = 4096;  // per task
-// Hits nearer than this share of the ray spacing are attributed to the receiver's own surface.
-// Between rays a surface is approximated by a plane, from which curved surfaces deviate by less
-// than this.
+constexpr std::size_t kReceiversAtOnce = 4096;  // receivers per task
+// Hits nearer than this share of the ray spacing belong to the receiver's own surface. Between rays
+// the surface is taken as a plane; a curved surface deviates from this plane by less than
+// kOwnSurface.
 constexpr double kOwnSurface = 0.2;
 
 /// The positions of receivers in the ray grid of a bundle.
@@ -36,8 +36,8 @@ class RayLattice {
     }
 
     struct Place {
-        int x = 0, y = 0;     // the nearest ray
-        glm::vec2 offset{0};  // from that ray, in ray spacings, y down
+        int x = 0, y = 0;     // pixel of the nearest ray
+        glm::vec2 offset{0};  // from the nearest ray to the receiver, in ray spacings, y down
         float t = 0;
     };
     Place placeOf(const glm::dvec3& position) const {
@@ -53,7 +53,7 @@ class RayLattice {
         return place;
     }
 
-    /// Returns the next hit of the nearest ray, along the ray's direction or against it.
+    /// Returns the receiver's next hit along its nearest ray, in the ray's direction or against it.
     /// Extrapolates each hit, as a plane, to the parallel line through the receiver.
     VisibleHit next(const LayeredImage& band, bool forward, const Place& place) const {
         const std::size_t pixel = band.pixelIndex(place.x, place.y);
@@ -78,10 +78,10 @@ class RayLattice {
     glm::dvec3 origin_, right_, up_, direction_;
     double rays_a_unit_;
     float own_surface_, max_distance_;
-    glm::vec2 z_step_{0};  // factors from depth per ray (y up) to Z per ray (y down)
+    glm::vec2 z_step_{0};  // factors from depth slope per ray (y up) to Z slope per ray (y down)
 };
 
-/// A sink that gathers from the bands of a bundle, for the receivers whose nearest ray is in the
+/// A sink that adds the hits of a bundle's bands to the receivers whose nearest rays are in the
 /// band.
 class ReceiverSink final : public Sink {
   public:
@@ -117,8 +117,8 @@ class ReceiverSink final : public Sink {
     std::vector<Sum>& sums_;
 };
 
-/// Returns the grid of a bundle. Successive grids are rotated and shifted against each other, so
-/// that one bundle hits details that fall between the rays of another.
+/// Returns the ray grid of a bundle. Each grid is rotated and shifted differently, so that one
+/// bundle hits details that fall between the rays of another.
 RayGrid gridOf(const BakeSettings& settings, int bundle) {
     constexpr double kGolden = 0.6180339887498949;
     // The R2 sequence (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
@@ -131,11 +131,11 @@ RayGrid gridOf(const BakeSettings& settings, int bundle) {
     return grid;
 }
 
-/// Heap memory that one bundle leaves allocated for the next; measured.
+/// Heap memory that stays allocated after a bundle; measured.
 constexpr std::uint64_t kLeftBytes = std::uint64_t{4} << 20;
 
-/// Plans one bundle after another and calls take(bundle, plan, share), where `share` is the
-/// progress once this bundle is done.
+/// Plans one bundle after another and calls take(bundle, plan, share). `share` is the progress at
+/// the end of this bundle.
 template <class Take>
 void forEachBundle(HitSource& source, const CaptureSettings& capture, const GatherJob& job,
                    const Take& take) {
@@ -152,7 +152,7 @@ void forEachBundle(HitSource& source, const CaptureSettings& capture, const Gath
 
 void gatherByBundles(HitSource& source, const CaptureSettings& capture, const GatherJob& job,
                      std::vector<Sum>& sums, const Progress& progress) {
-    std::uint64_t kept = 0;  // bytes that captures left allocated for the next ones
+    std::uint64_t kept = 0;  // bytes that remain allocated after earlier captures
     forEachBundle(source, capture, job,
                   [&](const Bundle& bundle, const CapturePlan& plan, double share) {
                       ReceiverSink sink(bundle, job, sums);

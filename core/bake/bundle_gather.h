@@ -8,8 +8,8 @@
 
 namespace peeler {
 
-/// Gathers along the ray of each bundle that is nearest to the receiver. `capture` must request
-/// hits with slopes (HitMode::kSloped) and the integrator's channels. Throws like
+/// Gathers from one bundle per direction: each receiver uses the ray nearest to it. `capture` must
+/// request hits with slopes (HitMode::kSloped) and the integrator's channels. Throws like
 /// HitSource::capture().
 void gatherByBundles(HitSource& source, const CaptureSettings& capture, const GatherJob& job,
                      std::vector<Sum>& sums, const Progress& progress);

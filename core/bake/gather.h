@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The input of both ways of gathering: along lines from each receiver, and along bundles of rays.
+// The input of gatherByLines() and gatherByBundles().
 #pragma once
 
 #include <glm/glm.hpp>
@@ -17,7 +17,7 @@ struct GatherJob {
     const Receivers& receivers;
     const BakeSettings& settings;
     Integrator& integrator;
-    /// Unit vectors. Receivers that face the other way look along the opposite vectors.
+    /// Unit vectors. A receiver that faces away from a direction looks along the opposite vector.
     std::span<const glm::dvec3> directions;
     ReportMemory tell{};  ///< as in bake()
 };

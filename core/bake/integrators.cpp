@@ -16,7 +16,7 @@ namespace {
 
 class Occlusion final : public Integrator {
   public:
-    /// `sky`: light comes only from upward directions.
+    /// `sky`: whether only upward directions bring light.
     explicit Occlusion(bool sky) : sky_(sky) {}
     void add(const VisibleHit& seen, const glm::dvec3&, float cosine, Sum& sum) const override {
         sum.weight += cosine;
@@ -45,7 +45,7 @@ class Thickness final : public Integrator {
     bool looksInside() const override { return true; }
     void add(const VisibleHit& seen, const glm::dvec3&, float cosine, Sum& sum) const override {
         const float distance = std::min(seen.distance, max_distance_);
-        if (!std::isfinite(distance)) return;  // an open surface has no other side there
+        if (!std::isfinite(distance)) return;  // no opposite side: the surface is open
         sum.weight += cosine;
         sum.value.x += cosine * distance;
     }
@@ -54,9 +54,9 @@ class Thickness final : public Integrator {
     float max_distance_;
 };
 
-/// Irradiance from the environment and from surfaces. Lambertian surfaces reflect ρ/π of the
-/// irradiance, on their front (on both sides if the material is double-sided); metals do not
-/// reflect.
+/// Irradiance from the environment and from surfaces. Surfaces are Lambertian: they reflect ρ/π of
+/// the irradiance on their front, or on both sides if the material is double-sided. Metals reflect
+/// nothing.
 class Irradiance final : public Integrator {
   public:
     Irradiance(const BakeSettings& settings, const IntegratorSources& sources)

@@ -17,18 +17,18 @@
 namespace peeler {
 namespace {
 
-constexpr double kOwnSurfaceShare = 1e-4;  // of the scene's diagonal
-// The maximum number of receivers per chunk: few enough to fit a core's cache, enough to be worth
-// projecting the scene.
+constexpr double kOwnSurfaceShare = 1e-4;  // share of the scene's diagonal
+// The maximum number of receivers per chunk: few enough to fit a core's cache, and enough to
+// justify projecting the scene.
 constexpr std::size_t kMostTogether = std::size_t{1} << 17;
-constexpr std::size_t kGroupDirections = 8;  // per task
+constexpr std::size_t kGroupDirections = 8;  // directions per task
 constexpr std::size_t kTasksAThread = 4;
-constexpr std::size_t kSumsAtOnce = 4096;  // per task
-// Bytes that code and tables take on first use, and freshly sorted cells; measured.
+constexpr std::size_t kSumsAtOnce = 4096;  // sums per task
+// Bytes that the first use takes for code, tables and sorted cells; measured.
 constexpr std::uint64_t kLineBytes = std::uint64_t{4} << 20;
 
-/// Returns the receivers in an order that keeps neighbours together: along a Z curve (Morton 1966)
-/// through a grid of 1024 cells per side.
+/// Returns the receivers in an order that keeps neighbours together: along a Z-order curve (Morton
+/// 1966) through a grid of 1024 cells per side.
 std::vector<std::uint32_t> spatialOrder(const Receivers& receivers, const Occluders& occluders) {
     constexpr double kSide = 1024;
     const auto spread = [](double at) {
@@ -52,9 +52,9 @@ std::vector<std::uint32_t> spatialOrder(const Receivers& receivers, const Occlud
     return order;
 }
 
-/// The partition of the work: receivers into chunks, directions into groups.
+/// The division of the work into tasks: chunks of receivers and groups of directions.
 struct LineTasks {
-    /// Throws Error (kMemory) if even one group at a time exceeds the budget.
+    /// Throws Error (kMemory) if a single group of directions exceeds the budget.
     LineTasks(const GatherJob& job, const MemoryBudget& budget)
         : count(job.receivers.size()),
           chunks((count + kMostTogether - 1) / kMostTogether),
@@ -77,12 +77,12 @@ struct LineTasks {
     }
 
     std::size_t count, chunks, chunk, groups, groups_at_once = 1;
-    std::uint64_t bytes = 0;  // needed by all tasks
+    std::uint64_t bytes = 0;  // of all tasks together
 };
 
-/// Runs the tasks, each for one chunk and one group, with enough groups at once to keep all threads
-/// busy. Each task's sums begin at 0 and are added up in the order of groups, so that the result
-/// does not depend on the number of groups at once.
+/// Runs the tasks, one per chunk and group, with enough groups at once to keep all threads busy.
+/// Each task's sums begin at 0 and are added in the order of groups. So the result does not depend
+/// on the number of groups at once.
 class LineGather {
   public:
     LineGather(const Occluders& occluders, const GatherJob& job, const LineTasks& tasks)
@@ -120,7 +120,7 @@ class LineGather {
     }
 
   private:
-    /// Runs one task. `sums` has the group's sums of all receivers, in the order of `order_`.
+    /// Runs one task. `sums` holds the group's sums of all receivers, in the order of `order_`.
     void lookAlong(std::size_t group, std::size_t chunk, Sum* sums) {
         const std::size_t first = chunk * tasks_.chunk,
                           end = std::min(tasks_.count, first + tasks_.chunk);
@@ -161,8 +161,9 @@ class LineGather {
     const Occluders& occluders_;
     const GatherJob& job_;
     const LineTasks& tasks_;
-    std::vector<std::uint32_t> order_;  // chunk by chunk
-    std::vector<Sum> partial_;          // sums of each group in progress, in the order of order_
+    std::vector<std::uint32_t> order_;  // receivers, chunk by chunk
+    // sums of the groups in progress, each in the order of order_
+    std::vector<Sum> partial_;
     std::mutex mutex_;
     std::vector<std::unique_ptr<VisibilityRays>> idle_;
 };

@@ -37,7 +37,7 @@ Occluders::Occluders(const PosedScene& posed, Faces faces) : posed_(posed) {
     const DrawList& list = posed_.drawList();
     const Scene& scene = posed_.scene();
     alpha_tests_.reserve(list.draws().size());
-    /// The patches of a geometry, which several draws may share.
+    /// The patches of a geometry, shared by all draws of it.
     struct Shared {
         std::size_t first = 0, count = 0;
         glm::dvec3 middle{0};
@@ -75,7 +75,7 @@ Occluders::Occluders(const PosedScene& posed, Faces faces) : posed_(posed) {
 
 void Occluders::addPatches(const Primitive& primitive, const std::vector<glm::vec3>& positions,
                            const glm::dvec3& middle) {
-    // For each vertex, the last patch that contains it, and the vertex's corner index in that
+    // For each vertex: the last patch with this vertex, and the vertex's corner index in that
     // patch.
     struct Place {
         std::size_t patch = std::numeric_limits<std::size_t>::max();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Occluders: the triangles of a scene, in patches that are quick to project.
+// Occluders: the triangles of a scene, in patches that are fast to project.
 #pragma once
 
 #include <array>
@@ -15,31 +15,32 @@
 
 namespace peeler {
 
-/// Consecutive triangles of a primitive, with the corners they share.
+/// Consecutive triangles of a primitive, with the corners that they share.
 struct OccluderPatch {
-    /// The maximum number of corners, and of triangles: indices are bytes.
+    /// The maximum number of corners, and of triangles, since indices are bytes.
     static constexpr std::uint32_t kMost = 256;
 
     glm::vec3 middle{0}, half{0};  ///< centre and half extent of the bounding box
     std::size_t first_corner = 0, first_triangle = 0;
     std::uint32_t corners = 0, triangles = 0;
-    std::uint32_t first_element = 0;  ///< index, in the primitive, of the first triangle
+    std::uint32_t first_element = 0;  ///< index of the first triangle in the primitive
 };
 
-/// One instance of a primitive, with the patches of the primitive.
+/// One instance of a primitive, with the primitive's patches.
 struct OccluderPiece {
     const Primitive* primitive = nullptr;
     std::size_t first_patch = 0, patches = 0;
-    /// The transform from the patches' corners to world space, relative to Occluders::origin().
+    /// The transform from the space of the patches' corners to world space minus
+    /// Occluders::origin().
     glm::dmat3 turn{1};
     glm::dvec3 offset{0};
     const AlphaTest* alpha = nullptr;  ///< null: opaque everywhere
-    bool mirrored = false;             ///< fronts are clockwise
+    bool mirrored = false;             ///< whether front faces are clockwise
     bool cull_front = false, cull_back = false;
 };
 
-/// The occluding triangles of a scene. Corners are stored as floats relative to the middle of their
-/// primitive, which preserves precision; instances share the corners.
+/// The occluding triangles of a scene. Corners are floats relative to the middle of their
+/// primitive, which preserves precision. Instances share the corners.
 class Occluders {
   public:
     /// Corner indices, counted from the patch's first corner.
@@ -47,14 +48,14 @@ class Occluders {
 
     Occluders(const PosedScene& posed, Faces faces);
 
-    /// Return the middle of the scene's bounding box, and the length of the box's diagonal.
+    /// Return the middle of the scene's bounding box, and the length of its diagonal.
     const glm::dvec3& origin() const { return origin_; }
     double diagonal() const { return diagonal_; }
     const std::vector<OccluderPiece>& pieces() const { return pieces_; }
     std::span<const OccluderPatch> patches(const OccluderPiece& piece) const {
         return {patches_.data() + piece.first_patch, piece.patches};
     }
-    /// Returns one coordinate, 0 to 2, of the corners of a patch.
+    /// Returns one coordinate (0 to 2) of each corner of a patch.
     const float* coordinates(const OccluderPatch& patch, std::size_t axis) const {
         return corners_[axis].data() + patch.first_corner;
     }
@@ -76,36 +77,36 @@ class Occluders {
     std::vector<Triangle> triangles_;
 };
 
-// patch_cover.cpp: finds the receivers that triangles cover, and their distances.
+// Defined in patch_cover.cpp.
 
-/// Receivers that look along Z or against it, sorted by cell, row by row.
+/// Receivers that look along Z or against Z, sorted by cell, row by row.
 struct CellReceivers {
-    /// The number of receivers processed together. After the last receiver, the arrays have a block
-    /// of padding, which sees nothing.
+    /// The number of receivers that are processed together. The arrays end with a block of padding
+    /// receivers, which see nothing.
     static constexpr std::size_t kBlock = 8;
 
-    const std::uint32_t* first = nullptr;  ///< index of each cell's first receiver, plus an end
+    const std::uint32_t* first = nullptr;  ///< index of each cell's first receiver, then the end
     int width = 1, height = 1;             ///< size of the grid, in cells
-    glm::vec2 units_a_cell{0};             ///< scene units: width and height of a cell
+    glm::vec2 units_a_cell{0};             ///< width and height of a cell, scene units
     std::array<const float*, 3> at{};      ///< positions: x and y in cells, Z in scene units
-    const float* side = nullptr;           ///< 1 = along Z, −1 = against it
+    const float* side = nullptr;           ///< 1: looks along Z; −1: against Z
     float* nearest = nullptr;              ///< nearest distance so far, updated in place
     float own_surface = 0;                 ///< scene units; nearer hits are ignored
 };
 
-/// The transform from a piece's corners to the space of CellReceivers, as the rows of a matrix.
+/// The transform from a piece's corners to the space of CellReceivers: the rows of a matrix.
 struct PatchView {
     std::array<glm::vec4, 3> rows{};
 };
 
 /// A function that updates `nearest` for the receivers that a patch's triangles cover. It enlarges
-/// triangles slightly, so that rounding opens no gaps.
+/// the triangles slightly, so that rounding opens no gaps.
 using CoverPatch = void (*)(const Occluders& occluders, const OccluderPiece& piece,
                             const OccluderPatch& patch, const PatchView& view,
                             const CellReceivers& receivers);
 
-/// Returns the function for this piece: the fastest that this processor can run or, if
-/// `for_every_processor`, the portable one. Both give identical results.
+/// Returns the cover function for a piece: the fastest that this processor can run or, if
+/// `for_every_processor`, the portable one. All give identical results.
 CoverPatch coverPatchFor(const OccluderPiece& piece, bool for_every_processor = false);
 
 }  // namespace peeler

@@ -13,27 +13,27 @@ namespace {
 
 // Triangles extend beyond their edges by this share of their size.
 constexpr float kBeyondEdges = 1e-6F;
-// Only triangles that span more rows of cells than this are scan-converted edge by edge. For
-// smaller ones, all receivers in the bounding box are tested, few of them in vain.
+// Triangles that span more rows of cells than this are scan-converted. For smaller triangles, all
+// receivers in the bounding box are tested, since few of them lie outside the triangle.
 constexpr int kPlainRows = 3;
-// The maximum slope of a triangle, depth over width. Steeper triangles are ignored: they are so
-// nearly edge-on that they hide next to nothing, and rounding of their depth could make one hide
-// receivers on its own surface.
+// The maximum slope of a triangle, depth over width. Steeper triangles are ignored. They are nearly
+// edge-on and hide almost nothing, but rounding of their depth could hide receivers on the triangle
+// itself.
 constexpr float kSteepest = 500;
-// The distance, in columns, by which edges are widened to allow for rounding.
+// The distance, in columns, by which edges are widened against rounding.
 constexpr float kColumnSlack = 1e-3F;
 
 /// SIMD vectors (compiler extension), 16 and 32 bytes wide.
 using FourLanes = float __attribute__((vector_size(4 * sizeof(float))));
 using EightLanes = float __attribute__((vector_size(8 * sizeof(float))));
 
-/// A projected triangle: its first corner; for the other two, the gradients of their barycentric
-/// weights, and their depths relative to the first.
+/// A projected triangle: the position of its first corner and, for the second and the third, the
+/// gradient of the barycentric weight and the depth relative to the first corner.
 struct FacingTriangle {
     float x = 0, y = 0, z = 0;
     float second_x = 0, second_y = 0, third_x = 0, third_y = 0;
     float second_z = 0, third_z = 0;
-    float side = 0;  // side of the receivers that can see the triangle
+    float side = 0;  // `side` of the receivers that can see the triangle
     std::uint32_t element = 0;
 };
 
@@ -71,7 +71,7 @@ struct LaneCover {
         }
     }
 
-    CellReceivers r;  // a copy: writes cannot alias it
+    CellReceivers r;  // a copy, so that the compiler can rule out aliasing
 };
 
 /// The scalar test, for surfaces with an alpha test.
@@ -115,8 +115,8 @@ struct Corner {
     float x = 0, y = 0;
 };
 
-/// Tests the receivers between the edges of a triangle with these corners, which lies in the
-/// columns x0 … x1 of the rows y0 … y1.
+/// Tests the receivers between the edges of the triangle with these corners, within columns x0 … x1
+/// and rows y0 … y1.
 template <class Cover>
 PEELER_INLINE void coverRows(const Cover& cover, const FacingTriangle& triangle, Corner a, Corner b,
                              Corner c, int x0, int x1, int y0, int y1, const CellReceivers& r) {
@@ -127,7 +127,7 @@ PEELER_INLINE void coverRows(const Cover& cover, const FacingTriangle& triangle,
         return to.y > from.y ? (to.x - from.x) / (to.y - from.y) : 0;
     };
     const float along = slope(a, c), upper = slope(a, b), lower = slope(b, c);
-    // x on the long edge, and on the two short edges.
+    // The x on the long edge, and on the two short edges.
     const auto one_at = [&](float y) { return a.x + (y - a.y) * along; };
     const auto other_at = [&](float y) {
         return y < b.y ? a.x + (y - a.y) * upper : b.x + (y - b.y) * lower;
@@ -156,13 +156,13 @@ PEELER_INLINE void coverRows(const Cover& cover, const FacingTriangle& triangle,
     }
 }
 
-/// The projected triangles of a patch, and the cells that they may cover.
+/// The projected triangles of a patch, and the cells that each may cover.
 struct PlacedTriangles {
     static constexpr std::size_t kMost = OccluderPatch::kMost;
     using Values = std::array<float, kMost>;
 
-    Values corner[3];                       // corners of the patch: x, y, z
-    Values a[3], b[3], c[3];                // corners of each triangle
+    Values corner[3];                       // corners of the patch: x, y and z
+    Values a[3], b[3], c[3];                // corner indices of each triangle
     Values inverse_area;                    // 1 / (twice the area)
     std::array<int, kMost> x0, x1, y0, y1;  // range of cells; empty if x1 < x0 or y1 < y0
 };
@@ -176,7 +176,7 @@ PEELER_INLINE float most(float a, float b, float c) {
     return ab > c ? ab : c;
 }
 
-/// Finds the cells between two coordinates; the range is empty if it lies outside the grid.
+/// Sets the range of cells between two coordinates; it is empty if it lies outside the grid.
 PEELER_INLINE void cellsBetween(float from, float to, float cells, int& first, int& last) {
     const float begin = from > 0 ? from : 0;
     first = static_cast<int>(begin < cells ? begin : cells);
@@ -236,7 +236,7 @@ PEELER_INLINE void coverPatch(const Occluders& occluders, const OccluderPiece& p
         const int x0 = p.x0[i], x1 = p.x1[i], y0 = p.y0[i], y1 = p.y1[i];
         if (x1 < x0 || y1 < y0) continue;
         const Corner a{p.a[0][i], p.a[1][i]}, b{p.b[0][i], p.b[1][i]}, c{p.c[0][i], p.c[1][i]};
-        const float inverse = p.inverse_area[i];  // if not finite, the triangle covers nothing
+        const float inverse = p.inverse_area[i];  // a non-finite triangle covers nothing
         FacingTriangle t;
         t.x = a.x;
         t.y = a.y;
@@ -248,8 +248,9 @@ PEELER_INLINE void coverPatch(const Occluders& occluders, const OccluderPiece& p
         t.second_z = p.b[2][i] - t.z;
         t.third_z = p.c[2][i] - t.z;
         if constexpr (Cover::kNeedsSide) {
-            // For receivers that look along Z, counter-clockwise is the front unless a reflection
-            // reverses it; for those that look against Z it is the back.
+            // Receivers that look along Z see a counter-clockwise triangle from its front, or from
+            // its back if a reflection mirrors it. Receivers that look against Z see the other
+            // face.
             const bool front = (inverse > 0) != piece.mirrored;
             t.side = front == piece.cull_back ? 1.0F : -1.0F;
             t.element = patch.first_element + i;

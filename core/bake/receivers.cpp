@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Receivers from vertices and triangles with UVs, and pixels from receivers' values.
+// Receivers at vertices and at texels, and atlas pixels from the receivers' values.
 #include "core/bake/receivers.h"
 
 #include <algorithm>
@@ -57,8 +57,8 @@ void VertexReceivers::fill(const VertexRange& range) {
         world[i] = glm::dvec3(instance.world * glm::dvec4(local[i], 1));
         receivers_.positions[range.first + i] = world[i];
     }
-    // Computes face normals in world space, since a skin can mirror even if the instance's matrix
-    // does not.
+    // Face normals are computed in world space, since a skin can mirror a triangle even if the
+    // instance's matrix does not.
     const double side = instance.mirrored ? -1 : 1;
     for (std::uint32_t t = 0; t < elementsOf(primitive); ++t) {
         const auto [a, b, c] = cornersOf(primitive, t).vertex;
@@ -95,7 +95,7 @@ SurfaceLookup VertexReceivers::lookup() const {
 
 namespace {
 
-// The maximum number of texels of all textures together: their indices take 4 GiB.
+// The maximum number of texels of all textures together. Their indices take 4 GiB.
 constexpr std::size_t kMostTexels = std::size_t{1} << 30;
 
 /// The visible triangles of one material, in draw order.
@@ -108,7 +108,7 @@ struct Chart {
     std::vector<Source> sources;
 };
 
-/// The placement of triangle samples in the world.
+/// A map from samples of triangles to positions and normals in world space.
 class Placement {
   public:
     Placement(const PosedScene& posed, const VertexReceivers& vertices)
@@ -164,7 +164,7 @@ class Placement {
                     Parameter::kInclude + ", " + Parameter::kExclude);
 }
 
-/// Returns the UVs in texels, shifted by whole repeats so that numbers stay small.
+/// Returns the UVs in texels, shifted by whole repeats to keep the numbers small.
 UvTriangle uvTriangle(const std::vector<glm::vec2>& uvs, const Corners& corners, int size) {
     UvTriangle result;
     for (std::size_t i = 0; i < 3; ++i)
@@ -196,7 +196,7 @@ void rasterize(const Chart& chart, const Placement& placement, int size, TexelAt
     }
     if (count > kMostReceivers) failTooLarge();
     atlas.first.push_back(static_cast<std::uint32_t>(count));
-    // Counts the receivers of earlier textures again, since resizing briefly holds them twice.
+    // Resizing briefly holds the receivers of earlier textures twice.
     checkReceiverMemory(count * kReceiverBytes, count, budget);
     receivers.positions.resize(count);
     receivers.normals.resize(count);
@@ -321,7 +321,7 @@ std::vector<std::int32_t> nearestFilled(const std::vector<char>& filled, int siz
     const int most = std::min(reach, size / 2);
     const auto wrapped = [&](int i) { return static_cast<std::size_t>((i + size) % size); };
     constexpr int kNone = std::numeric_limits<int>::max();
-    // For each texel, the vertical offset to the nearest filled texel in the same column.
+    // For each texel: the vertical offset to the nearest filled texel in the same column.
     std::vector<int> offsets(filled.size(), kNone);
     parallelFor(side, [&](std::size_t x) {
         for (int y = 0; y < size; ++y)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Receivers at the vertices of a scene, and at the texels of the textures to bake.
+// Receivers at the vertices of a scene, and at the texels of baked textures.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace peeler {
 
-/// The maximum number of receivers: their positions and normals take 18 GiB.
+/// The maximum number of receivers. Their positions and normals take 18 GiB.
 inline constexpr std::size_t kMostReceivers = std::size_t{1} << 29;
 
 /// The receivers of one instance of a primitive: first … first + count − 1, in the order of the
@@ -31,21 +31,22 @@ struct VertexRange {
 /// receiver only if they use the same vertex index. A vertex that no triangle uses gets normal 0.
 class VertexReceivers {
   public:
-    /// Throws Error (kInput) if there are more than kMostReceivers, and (kMemory) if they exceed
-    /// the budget. Primitives are processed in parallel; the result does not depend on the order.
+    /// Throws Error (kInput) if there are more than kMostReceivers receivers, (kMemory) if the
+    /// receivers exceed the budget. Primitives are processed in parallel; the result does not
+    /// depend on their order.
     explicit VertexReceivers(const PosedScene& posed, const MemoryBudget& budget = {});
 
     const Receivers& receivers() const { return receivers_; }
-    /// Ordered by instance, then primitive. Every primitive has a range; it is empty for topologies
-    /// other than triangles.
+    /// Ordered by instance, then by primitive. Every primitive has a range, which is empty unless
+    /// its topology is triangles.
     const std::vector<VertexRange>& ranges() const { return ranges_; }
     const VertexRange& range(std::size_t instance, std::size_t primitive) const {
         return ranges_[first_range_[instance] + primitive];
     }
 
-    /// Returns a lookup that interpolates the values at the three corners of the primitive with the
-    /// given key (`barycentric` weighs the second and third corner). This object must outlive the
-    /// lookup.
+    /// Returns a lookup that interpolates the values at the three corners of a triangle of the
+    /// primitive with the given key (`barycentric` weights the second and third corner). This
+    /// object must outlive the lookup.
     SurfaceLookup lookup() const;
 
   private:
@@ -54,7 +55,7 @@ class VertexReceivers {
     PosedScene posed_;
     Receivers receivers_;
     std::vector<VertexRange> ranges_;
-    std::vector<std::size_t> first_range_;  ///< by instance: index of its first range
+    std::vector<std::size_t> first_range_;  ///< by instance: index of the instance's first range
 };
 
 /// Whether GL draws the primitive as triangles.
@@ -67,46 +68,46 @@ struct TexelSettings {
     int uv_set = 0;   ///< TEXCOORD_0 or TEXCOORD_1
 };
 
-/// The texture of one material. Texel (x, y), row 0 at v = 0, has index y · size + x.
+/// The texture of one material. Texel (x, y) has index y · size + x; row 0 is at v = 0.
 struct TexelAtlas {
     int material = 0;  ///< index into Scene::materials
     /// The receivers of texel i are first[i] … first[i + 1] − 1.
     std::vector<std::uint32_t> first;
     std::uint64_t covered = 0;  ///< texels whose centre lies in a triangle
-    std::uint64_t shared = 0;   ///< texels in several triangles: mirrored or tiled UVs
+    /// texels whose centre lies in several triangles (mirrored or tiled UVs)
+    std::uint64_t shared = 0;
 };
 
 /// One texture for every material that a visible triangle with this UV set uses. A texel whose
 /// centre lies in a triangle in UV space gets a receiver at that point of the triangle, with the
 /// interpolated normal (the flat normal if the primitive has no normals). A centre on an edge
 /// shared by two triangles belongs to exactly one of them (the fill rule of rasterisers). If
-/// several triangles cover a texel, it gets one receiver for each, in draw order and at most 8. If
-/// no triangle covers the texel but some touch its circumscribed circle, it gets a receiver at the
-/// nearest point of the nearest of them, so that narrow charts and borders have values, too. UVs
-/// outside 0–1 repeat.
+/// several triangles cover a texel, the texel gets one receiver for each, in draw order, at most 8.
+/// If no triangle covers the texel but some touch its circumscribed circle, the texel gets a
+/// receiver at the nearest point of the nearest such triangle. So narrow charts and borders have
+/// values, too. UVs outside 0–1 repeat.
 class TexelReceivers {
   public:
     /// Throws Error (kInput) if no visible triangle has this UV set, if the UVs repeat a texture so
     /// often that more than 2^29 texels would have to be tested, or if all textures together have
-    /// more than 2^30 texels or kMostReceivers receivers; and (kMemory) if they exceed the budget.
-    /// Rows are processed in parallel; the result does not depend on the order.
+    /// more than 2^30 texels or kMostReceivers receivers; (kMemory) if the receivers exceed the
+    /// budget. Rows are processed in parallel; the result does not depend on their order.
     TexelReceivers(const PosedScene& posed, const VertexReceivers& vertices,
                    const TexelSettings& settings, const MemoryBudget& budget = {});
 
     const Receivers& receivers() const { return receivers_; }
     const std::vector<TexelAtlas>& atlases() const { return atlases_; }  ///< ordered by material
     const TexelSettings& settings() const { return settings_; }
-    /// Returns the number of triangle primitives, counted per instance, without this UV set.
+    /// Returns the number of triangle primitives without this UV set, counted per instance.
     std::uint64_t withoutUvs() const { return without_uvs_; }
 
-    /// Returns a lookup that reads the texel at the point's UV. This object must outlive the
-    /// lookup.
+    /// Returns a lookup that reads the texel at a point's UV. This object must outlive the lookup.
     SurfaceLookup lookup() const;
 
     /// Returns the pixels of an atlas, row by row, from the values of all receivers (`components`
-    /// each). A texel gets the mean of its receivers. A texel without receivers copies the nearest
-    /// texel with receivers within `padding` texels, also across the borders, so that filtering
-    /// does not bleed into charts. If there is no such texel, it gets the mean of all texels with
+    /// each). A texel with receivers gets the mean of their values. Any other texel copies the
+    /// nearest texel with receivers within `padding` texels, also across the borders, so that
+    /// filtering does not bleed into charts. Texels farther away get the mean of all texels with
     /// receivers.
     std::vector<float> pixels(const TexelAtlas& atlas, std::span<const float> values,
                               std::size_t components, int padding) const;
@@ -120,10 +121,10 @@ class TexelReceivers {
     std::uint64_t without_uvs_ = 0;
 };
 
-/// Returns, for each texel of a square with `size` texels per side, the nearest texel where
-/// `filled` is true, which may be the texel itself; −1 if all such texels are more than `reach`
-/// texels away (Euclidean, in a plane that repeats the square). Ties are resolved the same way on
-/// every run. Two passes, columns then rows (Saito & Toriwaki 1994).
+/// Returns, for each texel of a square with `size` texels per side, the index of the nearest texel
+/// where `filled` is true, which may be the texel itself. The index is −1 if all filled texels are
+/// more than `reach` texels away (Euclidean, in a plane that repeats the square). Ties are resolved
+/// the same way on every run. Two passes, columns then rows (Saito & Toriwaki 1994).
 std::vector<std::int32_t> nearestFilled(const std::vector<char>& filled, int size, int reach);
 
 }  // namespace peeler

@@ -11,7 +11,7 @@
 namespace peeler {
 namespace {
 
-// Half the diagonal of a texel and a little more, so that rounding does not leave out a triangle.
+// Half the diagonal of a texel, rounded up so that rounding errors exclude no triangle.
 constexpr double kReach = 0.7072;
 constexpr double kMostLookedAt = 536870912;  // 2^29 texels
 
@@ -19,16 +19,16 @@ double cross(const glm::dvec2& a, const glm::dvec2& b) {
     return a.x * b.y - a.y * b.x;
 }
 
-/// Returns twice the area of (a, b, p), positive to the left of a → b. Two triangles traverse a
-/// shared edge in opposite directions; the value is always computed from the same end, so that they
-/// get exactly opposite values.
+/// Returns twice the signed area of (a, b, p), positive if p is left of a → b. The area is always
+/// computed from the same end of the edge, so that two triangles that traverse the edge in opposite
+/// directions get exactly opposite values.
 double edge(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& p) {
     if (a.x < b.x || (a.x == b.x && a.y < b.y)) return cross(b - a, p - a);
     return -cross(a - b, p - b);
 }
 
-/// Whether a texel centre on the edge a → b belongs to the triangle: exactly one of an edge's two
-/// directions owns it.
+/// Whether a texel centre on the edge a → b belongs to the triangle. Exactly one of a → b and b → a
+/// owns the centre.
 bool ownsEdge(const glm::dvec2& a, const glm::dvec2& b) {
     return b.y < a.y || (b.y == a.y && b.x > a.x);
 }
@@ -72,7 +72,7 @@ bool covers(const UvTriangle& t, const glm::dvec2& p, glm::dvec3& weights) {
     return true;
 }
 
-/// Returns the least and greatest x of the triangle between y − kReach and y + kReach.
+/// Returns the minimum and maximum x of the triangle between y − kReach and y + kReach.
 std::array<double, 2> extentAt(const UvTriangle& t, double y) {
     std::array<double, 2> x{std::numeric_limits<double>::infinity(),
                             -std::numeric_limits<double>::infinity()};
@@ -82,7 +82,7 @@ std::array<double, 2> extentAt(const UvTriangle& t, double y) {
         if (std::max(a.y, b.y) < low || std::min(a.y, b.y) > high) continue;
         for (const double end : {low, high}) {
             const double at = std::clamp(end, std::min(a.y, b.y), std::max(a.y, b.y));
-            // A horizontal edge counts with both ends.
+            // A horizontal edge contributes both ends.
             const double s = a.y == b.y ? (end == low ? 0.0 : 1.0) : (at - a.y) / (b.y - a.y);
             const double there = a.x + s * (b.x - a.x);
             x = {std::min(x[0], there), std::max(x[1], there)};
@@ -146,7 +146,8 @@ TexelRow TexelCoverage::row(int y) const {
     const auto width = static_cast<std::size_t>(size_);
     std::vector<std::uint32_t> covering(width, 0);  // number of covering triangles
     std::vector<TexelSample> kept(width * kMostSamples);
-    // By texel: squared distance of the nearest triangle that touches its circumscribed circle.
+    // By texel: squared distance of the nearest triangle that touches the texel's circumscribed
+    // circle.
     std::vector<double> nearest(width, kReach * kReach);
     const auto sample = [](std::uint32_t triangle, const glm::dvec3& weights) {
         return TexelSample{triangle, glm::vec2(weights.y, weights.z)};

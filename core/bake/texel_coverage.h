@@ -13,7 +13,7 @@ namespace peeler {
 /// The corners of a triangle in UV space, in texels.
 using UvTriangle = std::array<glm::dvec2, 3>;
 
-/// A point of a triangle, at a texel.
+/// A point of a triangle that gives a texel a value.
 struct TexelSample {
     std::uint32_t triangle = 0;
     glm::vec2 barycentric{0};  ///< weights of the second and third corner
@@ -30,21 +30,21 @@ struct TexelRow {
 /// The coverage of texels by triangles, in a plane that repeats the texture.
 class TexelCoverage {
   public:
-    /// The maximum number of samples per texel; those of the first triangles are kept.
+    /// The maximum number of samples per texel. Samples of later triangles are dropped.
     static constexpr std::uint32_t kMostSamples = 8;
 
-    /// `size` is in texels per side. The triangles must outlive this object. Throws Error (kInput)
-    /// if the bounding boxes of all triangles together contain more than 2^29 texels.
+    /// `size`: texels per side. The triangles must outlive this object. Throws Error (kInput) if
+    /// the bounding boxes of all triangles together contain more than 2^29 texels.
     TexelCoverage(std::span<const UvTriangle> triangles, int size);
 
     /// Returns, for each texel of row `y`, a sample for every triangle that contains the texel's
-    /// centre; a centre on a shared edge belongs to only one of the two triangles. If no triangle
-    /// contains it, returns the nearest point of the nearest triangle that touches the texel's
-    /// circumscribed circle. Thread-safe.
+    /// centre. A centre on a shared edge belongs to only one of the two triangles. If no triangle
+    /// contains the centre, returns the nearest point of the nearest triangle that touches the
+    /// texel's circumscribed circle. Thread-safe.
     TexelRow row(int y) const;
 
   private:
-    /// A triangle, and a row of the unwrapped plane that it reaches.
+    /// A triangle, and a row of the unwrapped plane that the triangle reaches.
     struct Crossing {
         std::uint32_t triangle = 0;
         std::int32_t y = 0;

@@ -10,11 +10,11 @@
 namespace peeler {
 namespace {
 
-// Tuned on vertices of models and on texels: fewer rows mean fewer ranges to look up, more rows
-// mean fewer receivers tested in vain.
-constexpr double kReceiversASquare = 10;  // a square is as wide as a row is high
+// Tuned on vertices of models and on texels. Fewer rows mean fewer ranges to look up; more rows
+// mean fewer tests of receivers outside the triangle.
+constexpr double kReceiversASquare = 10;  // the side of a square is the height of a row
 constexpr double kColumnsASquare = 16;
-constexpr double kLeastSquare = 1e-6;  // of the scene's diagonal
+constexpr double kLeastSquare = 1e-6;  // share of the scene's diagonal
 
 glm::vec3 rowOf(const glm::dmat3& m, int row) {
     return glm::vec3(m[0][row], m[1][row], m[2][row]);
@@ -25,7 +25,7 @@ std::size_t padded(std::size_t count) {
     return count + CellReceivers::kBlock;
 }
 
-/// Returns the cell that contains a coordinate; NaN is in the first.
+/// Returns the cell that contains a coordinate; the first cell for NaN.
 int cellOf(float at, int cells) {
     return at > 0 ? static_cast<int>(std::min(at, static_cast<float>(cells - 1))) : 0;
 }
@@ -103,8 +103,8 @@ void VisibilityRays::sort(float max_distance) {
     }
     const auto width = static_cast<std::size_t>(grid_.width);
     const std::size_t cells = width * static_cast<std::size_t>(grid_.height);
-    // During the fill, first_[cell + 1] is the cell's next free index; afterwards, the next cell
-    // begins there.
+    // During the fill, first_[cell + 1] is the cell's next free index; after the fill, it is the
+    // index where the next cell begins.
     first_.assign(cells + 2, 0);
     for (std::size_t i = 0; i < count_; ++i) {
         const auto column = static_cast<std::uint32_t>(cellOf(place_[0][i], grid_.width));
@@ -122,7 +122,7 @@ void VisibilityRays::sort(float max_distance) {
         side_[to] = cosine_[i] < 0 ? -1.0F : 1.0F;
         nearest_[to] = max_distance;
     }
-    // Padding sees nothing, since no hit is nearer than 0.
+    // Padding receivers see nothing, since no hit is nearer than 0.
     std::fill(nearest_.begin() + static_cast<std::ptrdiff_t>(count_), nearest_.end(), 0.0F);
 }
 
@@ -164,7 +164,7 @@ void VisibilityRays::lookAt(const OccluderPiece& piece, const glm::dmat3& frame)
 void VisibilityRays::look(const glm::dvec3& direction, bool inside, float max_distance) {
     glm::dmat3 frame = bundleSides(direction);
     frame[2] = -frame[2];
-    frame = glm::transpose(frame);  // right, up and forward are rows
+    frame = glm::transpose(frame);  // the rows are right, up and forward
     project(frame, inside);
     sort(max_distance);
     for (const OccluderPiece& piece : occluders_.pieces())

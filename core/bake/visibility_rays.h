@@ -14,22 +14,22 @@
 
 namespace peeler {
 
-/// Receivers, each with the distance to the first surface along a direction or, if the receiver
-/// faces the other way, along the opposite direction.
+/// Receivers, each with the distance to the first surface along a direction, or along the opposite
+/// direction if the receiver faces away.
 ///
 /// Projected along the direction, receivers are points in a plane. They are sorted into the cells
-/// of a grid, and every triangle tests the receivers that it may cover, as irregular shadow maps do
+/// of a grid, and every triangle tests the receivers that it may cover, as in irregular shadow maps
 /// (Aila & Laine 2004, "Alias-Free Shadow Maps"; Johnson et al. 2005, "The Irregular Z-Buffer").
-/// Calculates in single precision relative to the middle of the scene; the results are
-/// bit-identical on every processor. Each thread needs an object of its own.
+/// Calculates in single precision relative to the middle of the scene. Results are bit-identical on
+/// every processor. Each thread needs an object of its own.
 class VisibilityRays {
   public:
-    /// Hits nearer than `own_surface` (scene units) are attributed to the receiver's own surface
-    /// and ignored. The occluders must outlive this object.
+    /// Hits nearer than `own_surface` (scene units) are ignored as hits of the receiver's own
+    /// surface. The occluders must outlive this object.
     VisibilityRays(const Occluders& occluders, float own_surface)
         : occluders_(occluders), own_surface_(own_surface) {}
 
-    /// Selects the receivers to trace from, in this order.
+    /// Selects the receivers to trace from, in the given order.
     void place(const Receivers& receivers, std::span<const std::uint32_t> chosen);
 
     /// Traces along the unit vector `direction`: away from the receivers' surfaces or, if `inside`,
@@ -37,19 +37,19 @@ class VisibilityRays {
     void look(const glm::dvec3& direction, bool inside, float max_distance);
 
     /// Returns, for each receiver, the cosine of the angle between the direction and the receiver's
-    /// normal (the opposite normal if it looks into the surface). A negative cosine means that the
-    /// receiver looks along the opposite direction, 0 that it looks neither way.
+    /// normal, or the opposite normal if look() had `inside`. If the cosine is negative, the
+    /// receiver looks along the opposite direction; if it is 0, along neither.
     std::span<const float> cosines() const { return {cosine_.data(), count_}; }
-    /// Returns for each receiver the distance to the first surface, in scene units; infinite if it
-    /// sees none.
+    /// Returns, for each receiver, the distance to the first surface, in scene units; infinite if
+    /// the receiver sees no surface.
     std::span<const float> distances() const { return {distance_.data(), count_}; }
 
     /// Returns the maximum bytes of an object with this many receivers.
     static std::uint64_t bytes(std::size_t receivers);
 
   private:
-    /// Rows of cells. Narrow columns cost nothing, since the receivers that a triangle may cover in
-    /// a row are one range, over any number of columns.
+    /// A grid of cells, in rows. Narrow columns cost nothing: the receivers that a triangle may
+    /// cover in a row are one range, however many columns it spans.
     struct Grid {
         glm::dvec2 first{0}, cells_a_unit{1};
         int width = 1, height = 1;

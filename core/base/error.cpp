@@ -11,7 +11,7 @@ namespace peeler::inline v0 {
 
 namespace {
 
-/// Returns the text, or its beginning and "…" if it has more than 8,000 bytes.
+/// Returns the text; if it has more than 8,000 bytes, its beginning and "…".
 Text cut(Text text) {
     constexpr std::size_t kMost = 8000;
     if (text.str().size() <= kMost) return text;
@@ -20,7 +20,7 @@ Text cut(Text text) {
         [&](std::string_view words) {
             std::size_t end = std::min(words.size(), kMost - std::min(kMost, kept.str().size()));
             while (end > 0 && end < words.size() && (words[end] & 0xC0) == 0x80)
-                --end;  // do not split a UTF-8 character
+                --end;  // keep UTF-8 characters whole
             kept += words.substr(0, end);
         },
         [&](Parameter parameter) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory use by band size, and checks against the budget.
+// Memory use as a function of band size, and checks against the budget.
 #pragma once
 
 #include <cstdint>
@@ -19,14 +19,14 @@ struct MemoryUse {
     std::uint64_t fragment = 0;  ///< per fragment
 
     MemoryUse& operator+=(const MemoryUse& other);
-    /// Returns the bytes of a band of this size, without `fixed`.
+    /// Returns the bytes of a band with this many pixels and fragments, without `fixed`.
     std::uint64_t of(std::uint64_t pixels, std::uint64_t fragments) const {
         return pixels * pixel + fragments * fragment;
     }
 };
 
-/// Throws Error (kMemory) if `needed` bytes, as usedBytes() counts them, exceed the budget. In the
-/// message, `purpose` follows "are needed" and `or_else` follows the hint.
+/// Throws Error (kMemory) if `needed` bytes exceed the budget; `needed` includes usedBytes(). The
+/// message adds `purpose` after "are needed", and `or_else` after the hint.
 void checkMemory(const MemoryBudget& budget, std::uint64_t needed, const std::string& purpose,
                  const Text& or_else = {});
 

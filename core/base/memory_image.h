@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that programs of the build write, and that the assembler includes in peeler.
+// Memory images: files that the build's generators write and the assembler includes in peeler.
 #pragma once
 
 #include <filesystem>
@@ -10,9 +10,9 @@
 
 namespace peeler {
 
-/// Writes the memory image of `data`, first under a temporary name: an unfinished file would look
-/// newer than its sources. Throws std::ios::failure or std::filesystem::filesystem_error if it
-/// cannot be written.
+/// Writes the memory image of `data`. Writes to a temporary name first, since the build would take
+/// an unfinished file for an up-to-date one. Throws std::ios::failure or
+/// std::filesystem::filesystem_error if the file cannot be written.
 template <class Data>
 void writeMemoryImage(const Data& data, const std::string& path) {
     static_assert(std::is_trivially_copyable_v<Data>);

@@ -13,26 +13,26 @@
 
 namespace peeler {
 
-/// Returns the name nearest to `text` by edit distance (Damerau & Levenshtein: a transposition of
-/// neighbours counts as one edit), ignoring case; empty if none is near enough.
+/// Returns the name nearest to `text` by edit distance (Damerau & Levenshtein: swapping neighbours
+/// is one edit), ignoring case; an empty string if no name is near enough.
 std::string_view nearestName(std::string_view text, std::span<const std::string_view> names);
 
 /// Returns the plural of an English noun: "mesh" becomes "meshes", "quantity" becomes "quantities".
 std::string pluralOf(const std::string& noun);
 
 /// Returns a hint for an unknown name: "did you mean 'a'?\nthe methods are: a, b". The first line
-/// appears only if a name is near; at most 20 names are listed.
+/// appears only if a name is near. The list has at most 20 names.
 std::string choiceHint(std::string_view text, const std::string& plural,
                        std::span<const std::string_view> names);
 
-/// Returns the index of the item that `text` refers to, by name or else by index from 0; nothing if
-/// it is neither. Each entry of `names` lists the names of one item. A name that looks like a
-/// number takes precedence over an index.
+/// Returns the index of the item with the name `text`, or with the index `text` (from 0); nullopt
+/// if there is no such item. Each entry of `names` lists the names of one item. If `text` is both a
+/// name and an index, the name takes precedence.
 std::optional<std::size_t> findNameOrIndex(std::string_view text,
                                            const std::vector<std::vector<std::string>>& names);
 
-/// Like findNameOrIndex(), but throws Error (kUsage) with the list of names if there is no match.
-/// `kind` is the kind of item ("camera"), `field` the setting that chooses it, both as in messages.
+/// Like findNameOrIndex(), but throws Error (kUsage) with the list of names if no item matches. For
+/// the message: `kind` is the kind of item ("camera"), `field` the setting that selects it.
 std::size_t chooseFrom(const std::string& kind, const Text& field, const std::string& text,
                        const std::vector<std::vector<std::string>>& names);
 

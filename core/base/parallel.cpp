@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A persistent pool of threads behind parallelFor.
+// The persistent thread pool of parallelFor.
 #include "core/base/parallel.h"
 
 #include <pthread.h>
@@ -25,7 +25,7 @@
 namespace peeler {
 namespace {
 
-/// A scope that blocks all signals; a new thread inherits the mask of the thread that starts it.
+/// A scope in which all signals are blocked. A thread started in the scope inherits the blocking.
 class SignalsBlocked {
   public:
     SignalsBlocked() {
@@ -41,7 +41,7 @@ class SignalsBlocked {
     sigset_t before_;
 };
 
-/// Returns a number that grows by one with each thread of the process; 0 without /proc.
+/// Returns a number that grows by one with each thread of the process; 0 if there is no /proc.
 nlink_t taskLinks() {
     struct stat status {};
     return ::stat("/proc/self/task", &status) == 0 ? status.st_nlink : 0;
@@ -69,12 +69,12 @@ int startableThreads(int wanted) {
             while (started.size() < static_cast<std::size_t>(wanted))
                 started.push_back(startWorker([&] { const std::lock_guard passed(gate); }));
         } catch (...) {
-            // The limit has been reached.
+            // No more threads can be started.
         }
     }
     for (std::thread& thread : started)
         thread.join();
-    // A joined thread still counts until the kernel has removed it.
+    // The kernel may remove joined threads late, and counts them until then.
     for (int i = 0; i < 100 && taskLinks() > before; ++i)
         std::this_thread::sleep_for(std::chrono::microseconds(100));
     return static_cast<int>(started.size());
@@ -84,7 +84,7 @@ namespace {
 
 thread_local bool inside_loop = false;
 
-/// A loop, with items that threads take until none are left.
+/// One parallelFor loop. Threads take items until none are left.
 struct Loop {
     const std::function<void(std::size_t)>& body;
     std::size_t items;
@@ -95,7 +95,7 @@ struct Loop {
     bool hasItems() const { return next < items; }
 };
 
-/// Threads that help the callers of loops. Concurrent loops share them evenly.
+/// Threads that help the callers of loops, shared evenly among concurrent loops.
 class Pool {
   public:
     explicit Pool(int threads) {
@@ -103,7 +103,7 @@ class Pool {
             for (int i = 1; i < threads; ++i)
                 workers_.push_back(startWorker([this] { work(); }));
         } catch (...) {
-            // A process limit may allow fewer threads, which is slower but not wrong.
+            // A process limit may allow fewer threads. The loops are then slower but correct.
         }
     }
 
@@ -154,7 +154,8 @@ class Pool {
         }
     }
 
-    /// Returns the loop that has items left and the fewest workers; null if no loop has items left.
+    /// Returns the loop with the fewest workers among those with items left; null if no items are
+    /// left.
     Loop* neediest() const {
         Loop* found = nullptr;
         for (Loop* loop : loops_) {
@@ -163,7 +164,7 @@ class Pool {
         return found;
     }
 
-    /// Takes items until no item is left, or another loop has begun and needs threads.
+    /// Takes items until none are left, or until a newly started loop needs threads.
     void takeItems(Loop& loop) {
         const std::uint64_t changes = changes_;
         inside_loop = true;
@@ -181,7 +182,7 @@ class Pool {
     std::vector<std::thread> workers_;
     std::mutex mutex_;
     std::condition_variable wake_, idle_;
-    std::vector<Loop*> loops_;               ///< the loops whose callers are still in run()
+    std::vector<Loop*> loops_;               ///< loops whose callers are in run()
     std::atomic<std::uint64_t> changes_{0};  ///< number of loops started
     bool stop_ = false;
 };
@@ -191,17 +192,17 @@ std::mutex pool_mutex;  ///< guards `pool` and `pool_threads`
 std::shared_ptr<Pool> pool;
 int pool_threads = 0;
 
-/// Abandons the pool and its mutex in a child process forked by a host. The child has the pool but
-/// not its threads, and the mutex may have been locked by one of these when the host forked. Both
-/// are leaked, because destroying the pool would wait for its threads.
+/// Abandons the pool and its mutex in a child process forked by a host. The child has no copy of
+/// the pool's threads, and one of them may have held the mutex during the fork. Leaks the pool and
+/// the mutex, because the pool's destructor would wait for its threads.
 void forgetPool() {
     new (&pool_mutex) std::mutex;
     new (&pool) std::shared_ptr<Pool>;
     pool_threads = 0;
 }
 
-/// Returns the pool of `threads` threads, including the caller's. Replaces a pool of another size,
-/// which is destroyed when its loops end.
+/// Returns a pool of `threads` threads, including the caller's. Replaces a pool of another size,
+/// which is destroyed at the end of its loops.
 std::shared_ptr<Pool> poolOf(int threads) {
     static const int watches_forks = pthread_atfork(nullptr, nullptr, forgetPool);
     static_cast<void>(watches_forks);
@@ -240,7 +241,7 @@ int threadCount() {
 
 void parallelFor(std::size_t items, const std::function<void(std::size_t)>& body) {
     const int threads = threadCount();
-    // A nested loop runs on its caller's thread alone.
+    // A nested loop runs only on its caller's thread.
     if (items > 1 && threads > 1 && !inside_loop) return poolOf(threads)->run(items, body);
     for (std::size_t i = 0; i < items; ++i)
         body(i);

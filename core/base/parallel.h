@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parallel loops on a fixed set of threads, per-thread objects, and threads that leave signals to
-// the main thread.
+// Parallel loops on a fixed set of threads, per-thread objects, and threads with signals blocked.
 #pragma once
 
 #include <cstddef>
@@ -15,37 +14,37 @@
 
 namespace peeler {
 
-/// The hint of an Error that is thrown because threads cannot be started.
+/// The hint of an Error about threads that cannot be started.
 inline constexpr char kMoreThreads[] =
     "raise the limit on processes and threads (ulimit -u, a cgroup's pids.max), or end other "
     "processes";
 
-/// Runs `work` on a new thread with all signals blocked, because a signal handler could run while
-/// the thread holds a lock. Throws Error (kMemory) if a process limit allows no more threads.
+/// Runs `work` on a new thread with all signals blocked, so that no signal handler interrupts a
+/// thread that holds a lock. Throws Error (kMemory) if a process limit allows no more threads.
 std::thread startWorker(std::function<void()> work);
 
-/// Returns how many more threads, at most `wanted`, can be started. Starts and ends threads to find
-/// out, since limits (RLIMIT_NPROC, a cgroup's pids.max) also count the threads of other processes.
+/// Returns the number of additional threads, at most `wanted`, that can be started. Starts and ends
+/// threads to find out, since limits (RLIMIT_NPROC, a cgroup's pids.max) also count threads of
+/// other processes.
 int startableThreads(int wanted);
 
-/// Returns the number of processors the process may run on, at least 1.
+/// Returns the number of processors that the process may run on, at least 1.
 int affinityCount();
 
 /// Returns the number of threads that parallelFor uses (setThreadCount).
 int threadCount();
 
 /// Calls body(i) for every i in [0, items), in any order, on all threads including the caller's.
-/// Returns when all are done. Rethrows the first exception thrown by a body. Nesting gains nothing:
-/// if a body calls parallelFor, the inner loop runs on the body's thread alone. Loops of several
-/// callers share the other threads. A child of fork() starts threads of its own; a body must not
-/// fork and continue in the child.
+/// Returns when all calls are done. Rethrows the first exception that a body throws. A nested
+/// parallelFor runs only on its body's thread. Loops of several callers share the other threads. A
+/// child of fork() starts its own threads; a body must not fork and continue in the child.
 void parallelFor(std::size_t items, const std::function<void(std::size_t)>& body);
 
-/// A pool of objects: lends one to each thread and reuses those that are returned.
+/// A pool of objects. Lends one to each thread and reuses returned objects.
 template <class Item>
 class ObjectPool {
   public:
-    /// Calls use(item) with an item that no other thread uses meanwhile.
+    /// Calls use(item) with an item that no other thread uses during the call.
     template <class Use>
     void with(Use&& use) {
         std::unique_ptr<Item> item;

@@ -11,8 +11,8 @@ unsigned byteAt(std::string_view text, std::size_t i) {
     return static_cast<unsigned char>(text[i]);
 }
 
-/// A class of well-formed UTF-8 sequences, by the ranges of the first and second byte. All later
-/// bytes are 0x80 to 0xBF.
+/// A class of well-formed UTF-8 sequences: the ranges of the first and the second byte. Later bytes
+/// are 0x80 to 0xBF.
 struct Sequence {
     unsigned first, last;  ///< first bytes
     unsigned second_first, second_last;
@@ -24,7 +24,7 @@ constexpr Sequence kSequences[] = {
     {0xF0, 0xF0, 0x90, 0xBF, 4}, {0xF1, 0xF3, 0x80, 0xBF, 4}, {0xF4, 0xF4, 0x80, 0x8F, 4},
 };
 
-/// A range of characters that are escaped.
+/// A range of characters to escape.
 struct Range {
     char32_t first, last;
 };

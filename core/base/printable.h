@@ -10,24 +10,23 @@
 
 namespace peeler {
 
-/// The maximum numbers of bytes shown of a name, and of a line of a message. A path counts as a
-/// line. Error truncates its texts at kMostOfLine, too.
+/// The maximum number of bytes shown of a name, and of a path or a line of a message. Error also
+/// truncates its texts at kMostOfLine.
 inline constexpr std::size_t kMostOfName = 200, kMostOfLine = 8000;
 
 /// Returns the length in bytes of the UTF-8 character at the start of `text` (Unicode 15, table
-/// 3-7); 0 if `text` does not start with a valid one.
+/// 3-7); 0 if `text` does not start with a valid character.
 std::size_t utf8Length(std::string_view text);
 
 /// Returns a byte as \xNN.
 std::string escapedByte(char byte);
 
-/// Returns `text` in a form that is safe in a message, because a file's content must not control a
-/// terminal, imitate other lines, or flood a log. Control characters, characters that reorder or
-/// break lines, and invalid UTF-8 are shown as \xNN bytes. "…" replaces everything after the first
-/// `most` bytes.
+/// Returns `text` in a form that is safe in a message: file content must not control a terminal,
+/// imitate other lines, or flood a log. Control characters, characters that reorder or break lines,
+/// and invalid UTF-8 are shown as \xNN bytes. "…" replaces everything after the first `most` bytes.
 std::string printable(std::string_view text, std::size_t most = kMostOfName);
 
-/// Returns `text` with its words made printable(), and its parameters unchanged.
+/// Returns `text` with its words made printable() and its parameters unchanged.
 Text printableText(const Text& text, std::size_t most);
 
 }  // namespace peeler

@@ -7,9 +7,9 @@
 
 namespace peeler {
 
-/// Resizes a vector whose contents will be overwritten, without ever holding the old and the new
-/// storage at once. If it must grow, reserves `most` elements or, if `size` exceeds `most`, an
-/// eighth more than `size`, for the next band. Reserved memory is not resident until used.
+/// Resizes a vector whose contents will be overwritten. The old and the new storage never coexist.
+/// A vector that must grow reserves `most` elements or, if `size` exceeds `most`, an eighth more
+/// than `size`, for the next band. Reserved memory is not resident until used.
 template <class T, class Allocator>
 void resizeAnew(std::vector<T, Allocator>& values, std::size_t size, std::size_t most = 0) {
     if (values.capacity() < size) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sparse sets: few items, addressed by number, out of a large range.
+// Sparse sets: few items out of a large range of numbers.
 #pragma once
 
 #include <cstddef>
@@ -9,9 +9,9 @@
 
 namespace peeler {
 
-/// A set of items, addressed by number and kept in order of first access (Briggs & Torczon 1993,
-/// "An Efficient Representation for Sparse Sets"). Lookup and clearing take constant time, for any
-/// range of numbers. Memory is 4 bytes per number, allocated once.
+/// A set of numbered items in order of first access (Briggs & Torczon 1993, "An Efficient
+/// Representation for Sparse Sets"). Lookup and clearing take constant time for any range of
+/// numbers. Memory is 4 bytes per number, allocated once.
 template <class Item>
 class SparseSet {
   public:
@@ -20,7 +20,7 @@ class SparseSet {
         Item item;
     };
 
-    /// Removes all items, and sets the range of numbers to [0, numbers).
+    /// Removes all items and sets the range of numbers to [0, numbers).
     void begin(std::size_t numbers) {
         entries_.clear();
         if (places_.size() < numbers) places_.resize(numbers);
@@ -38,7 +38,7 @@ class SparseSet {
     std::vector<Entry> take() { return std::exchange(entries_, {}); }
 
   private:
-    // By number: the index of its entry; valid if that entry has the number.
+    // By number: the index of the number's entry. Valid if the entry at this index has the number.
     std::vector<std::uint32_t> places_;
     std::vector<Entry> entries_;
 };

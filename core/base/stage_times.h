@@ -8,7 +8,7 @@
 
 namespace peeler {
 
-/// A scoped timer: adds the time from construction to destruction to one stage.
+/// A scoped timer: adds its lifetime to the time of one stage.
 class StageTimer {
   public:
     StageTimer(StageTimes& times, const char* stage) : milliseconds_(times[stage]) {}
@@ -21,11 +21,11 @@ class StageTimer {
 
   private:
     using Clock = std::chrono::steady_clock;
-    double& milliseconds_;  // stays valid: map nodes do not move
+    double& milliseconds_;  // stays valid, since map nodes do not move
     Clock::time_point start_ = Clock::now();
 };
 
-/// Returns the result of `work()` and adds its time to the stage.
+/// Returns the result of `work()`. Adds the call's time to the stage.
 template <class Work>
 auto timed(StageTimes& times, const char* stage, Work&& work) {
     const StageTimer timer(times, stage);

@@ -81,7 +81,8 @@ Text::Text(Parameter parameter)
     : text_('`' + std::string(nameOf(parameter)) + '`'), named_{{0, parameter}} {}
 
 Text& Text::operator+=(const Text& other) {
-    for (const Named& named : std::vector<Named>(other.named_))  // a copy: `other` may be *this
+    // A copy, since `other` may be *this.
+    for (const Named& named : std::vector<Named>(other.named_))
         named_.push_back({text_.size() + named.begin, named.parameter});
     text_ += std::string(other.text_);
     return *this;

@@ -27,17 +27,17 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
     const PixelType type = settings.color_type;
     const std::uint64_t color = settings.colorBytes();
     const std::uint64_t tile = capture.tilePixels();
-    // Bytes of coloured opacity per pixel of a composite, in addition to RGBA and Z.
+    // Bytes per pixel of a composite's coloured opacity, in addition to RGBA and Z.
     const std::uint64_t opacity = settings.tinted ? 3 * sizeof(float) : 0;
-    // The default of band_bytes is large enough to avoid drawing the geometry many times, and small
-    // enough to keep the memory shared by bands warm in the caches.
+    // The default of band_bytes is large enough to limit redraws of the geometry, and small enough
+    // to keep the bands' shared memory in the caches.
     costs_.band_bytes = settings.band_bytes;
     costs_.use.pixel = kBandPixelBytes + opacity;
     if (!plan.clip_rows.empty()) costs_.use.pixel += 3 * sizeof(std::uint32_t);
     costs_.use.fixed = capture.tileBytes();
     if (plan.opaque_first) costs_.use.fixed += capture.opaqueBytes();
     if (methods.composite) {
-        // Every pixel counts as a fragment, as in rowFragments().
+        // Every pixel counts as one fragment, as in rowFragments().
         costs_.use.fixed += methods.composite->tileBytes(tile, settings);
         costs_.use.fragment = capture.pixelBytes() + 15 * sizeof(float) + 3 * opacity;
         costs_.largest_array_bytes = storedComponents(settings.tinted) * sizeof(float);
@@ -49,26 +49,27 @@ BandBudget::BandBudget(const GlPlan& plan, const PlanMethods& methods, const Ban
             costs_.use.fragment += capture.copiedFragmentBytes();
             costs_.use.pixel += capture.copiedPixelBytes();
         }
-        // Per fragment, its key and its index in the captured lists.
+        // Per fragment: the key and the index in the captured lists.
         if (channels > 0 || settings.hit_mode != HitMode::kNone)
             costs_.use.fragment += 2 * sizeof(std::uint32_t);
         costs_.largest_array_bytes = std::max<std::uint64_t>(
             BandBuffers::fragmentWords(settings.storedColorBytes()) * sizeof(std::uint32_t),
             shadedComponents(settings.channels) * sizeof(float));
-        // All samples are held until they are merged, with their primitives and the sort buffers.
+        // All samples stay in memory until they are merged, with their primitives and the sort
+        // buffers.
         if (plan.mergesLayers()) {
             costs_.use.fragment += color + channels + 22 * sizeof(float);
             costs_.use.pixel += (plan.positions.size() + 1) * sizeof(std::uint32_t);
         }
-        // The composite of a sample, and the composite passed on.
+        // The composite of one sample, and the composite for the sink.
         if (settings.composite)
             costs_.use.pixel += 2 * (sizeof(std::uint32_t) + 5 * sizeof(float) + opacity);
     }
     costs_.storage_block_bytes = storage_block_bytes;
 }
 
-/// Returns the number of fragments that take at least as much memory and buffer space as a row's
-/// clip-mesh surfaces.
+/// Returns the number of fragments, rounded up, that need as much memory and buffer space as a
+/// row's clip-mesh surfaces.
 std::uint64_t BandBudget::clipFragments(int y) const {
     if (plan_.clip_rows.empty()) return 0;
     const auto row = static_cast<std::size_t>(y - plan_.view.crop.y0);

@@ -15,13 +15,13 @@
 
 namespace peeler {
 
-/// The methods of a plan: one captures layers, the other composites on the fly.
+/// The method of a plan: one that captures layers, or one that composites on the fly.
 struct PlanMethods {
     std::unique_ptr<LayerMethod> layers{};
     std::unique_ptr<CompositeMethod> composite{};  ///< if set, used instead of `layers`
 };
 
-/// Returns the memory that a sink of a plan's bands uses besides the band itself.
+/// Returns the memory that a sink needs for a plan's bands, besides the band itself.
 MemoryUse sinkUse(const GlPlan& details, const Plan& plan, const Sink& sink);
 
 /// The costs of a plan's bands. The plan must outlive this object.
@@ -35,9 +35,9 @@ class BandBudget {
 
     /// Returns the limits of bands. Throws like bandLimits().
     BandLimits limits() const;
-    /// Returns the bands that the picture is cut into. Throws like cutBands().
+    /// Returns the bands that the picture is divided into. Throws like cutBands().
     std::vector<Window> cut(const BandLimits& limits) const;
-    /// Returns the bands of a count pass, which store no fragments.
+    /// Returns the bands of a count pass, which stores no fragments.
     std::vector<Window> cutForCounting(const BandLimits& limits) const;
     /// Returns the bytes of the largest of these bands, without the fixed costs.
     std::uint64_t largest(const std::vector<Window>& bands) const;

@@ -7,8 +7,8 @@
 
 namespace peeler {
 void BandBuffers::bindClip() {
-    // Clipping by half-spaces needs no lists, but its programs also support clip meshes and need
-    // all bindings.
+    // Clip half-spaces need no lists, but the same programs also support clip meshes and need all
+    // bindings.
     reserve(clip_first_, sizeof(std::uint32_t));
     reserve(clip_depths_, sizeof(float));
     clip_first_.bindStorage(PEELER_CLIP_FIRST);
@@ -54,7 +54,7 @@ void BandBuffers::clearForComposite(std::span<const std::uint32_t> counts, bool 
 
 namespace {
 
-/// Returns the index at which a row of `area`, counted from below, begins in an array with one
+/// Returns the index at which a row of `area` (counted from below) begins in an array with one
 /// value per pixel of `band`.
 std::size_t rowInBand(const Window& area, const Window& band, int row) {
     const auto y = static_cast<std::size_t>(area.y1 - 1 - row - band.y0);
@@ -130,12 +130,12 @@ void OpaqueTarget::reserve(const gl::Functions& gl, const Window& tile, PixelTyp
 }
 
 void OpaqueTarget::clear(const gl::Functions& gl, gl::PassState state) const {
-    state.depth_test = gl::DepthTest::kNearest;  // enables the depth mask, which a clear obeys
+    state.depth_test = gl::DepthTest::kNearest;  // enables depth writes, which a clear needs
     gl::apply(gl, state);
     const float far = 0;
     const GLuint none[4] = {};
     gl.ClearNamedFramebufferfv(framebuffer(), GL_DEPTH, 0, &far);
-    // Attachment 1, the float colours, needs no clear: it is read only where there is a depth.
+    // Attachment 1 (float colours) needs no clear: it is read only where the depth is not 0.
     gl.ClearNamedFramebufferuiv(framebuffer(), GL_COLOR, 0, none);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The capture buffers of a band: storage buffers, and list heads as a render target.
+// The capture buffers of a band: storage buffers, and a render target for list heads.
 #pragma once
 
 #include <cstddef>
@@ -15,9 +15,9 @@
 
 namespace peeler {
 
-/// The buffers of a band. For layers: a list head per pixel and, per fragment, its key and stored
-/// data, interleaved (shaders/stored_fragments.glsl). For a composite: a list head, a count, a
-/// depth, two stamps and a 32-bit float colour per pixel. Buffers grow on demand and are reused
+/// The buffers of a band. For layers: one list head per pixel and, interleaved, the key and stored
+/// data of each fragment (shaders/stored_fragments.glsl). For a composite, per pixel: a list head,
+/// a count, a depth, two stamps and a 32-bit float colour. Buffers grow on demand and are reused
 /// between bands, because touching fresh memory costs more than rasterising into it.
 class BandBuffers {
   public:
@@ -43,10 +43,10 @@ class BandBuffers {
         channels_.clearToZero(floats * sizeof(float));
     }
     /// Reserves room for the boundary of a clip mesh. `first` holds the index of each pixel's first
-    /// surface, plus an end.
+    /// surface, then the end.
     void reserveClip(std::span<const std::uint32_t> first);
-    /// Reserves room for a composite: sets the counts and clears all else to 0. `tinted`: with
-    /// coloured opacity.
+    /// Reserves room for a composite. Sets the counts and clears everything else to 0. `tinted`:
+    /// whether opacity is coloured.
     void clearForComposite(std::span<const std::uint32_t> counts, bool tinted);
     /// Frees all buffers.
     void free() {
@@ -54,7 +54,7 @@ class BandBuffers {
                                    &counts_, &clip_first_, &clip_depths_, &channels_})
             *buffer = {};
     }
-    /// Binds all buffers at their PEELER_ binding points, for layers or for a composite.
+    /// Bind all buffers at their PEELER_ binding points, for layers or for a composite.
     void bindForLayers();
     void bindForComposite();
 
@@ -67,7 +67,7 @@ class BandBuffers {
   private:
     void reserve(gl::Buffer& buffer, std::size_t bytes) {
         if (buffer && buffer.size() >= bytes) return;
-        buffer = {};  // free first: never hold both
+        buffer = {};  // free the old buffer first, so that two are never held
         buffer = gl::Buffer(gl_, bytes);
     }
 
@@ -75,14 +75,14 @@ class BandBuffers {
 
     const gl::Functions& gl_;
     gl::Buffer list_heads_, fragments_, channels_;  // for layers
-    gl::Buffer depths_, stamps_, colors_, counts_;  // for composites, with list_heads_
+    gl::Buffer depths_, stamps_, colors_, counts_;  // for composites, together with list_heads_
     gl::Buffer clip_first_, clip_depths_;
 };
 
-/// List heads as a render target. If a driver's fragment shaders can read the pixel they overwrite
-/// (GL_EXT_shader_framebuffer_fetch), a list head needs no atomic counter in a storage buffer; on
-/// llvmpipe atomics are the most expensive instruction of all. Values are transferred row by row, y
-/// down, like all arrays of a band.
+/// A render target of list heads. If a driver's fragment shaders can read the pixel that they
+/// overwrite (GL_EXT_shader_framebuffer_fetch), list heads need no atomic counters in a storage
+/// buffer. On llvmpipe, atomics are the most expensive instructions. Values are transferred row by
+/// row, y down, like all arrays of a band.
 class ListHeadTarget {
   public:
     static bool supported(const gl::Context& context);
@@ -94,8 +94,7 @@ class ListHeadTarget {
     void free();
 
     /// Sets the list heads of `area` from `values`, which has one per pixel of the surrounding
-    /// `band`; if `values` is empty, sets them to 0. Allocates the texture for the tile first if
-    /// necessary.
+    /// `band`, or to 0 if `values` is empty. Allocates the tile's texture first if necessary.
     void write(const gl::Functions& gl, const Window& tile, const Window& area, const Window& band,
                std::span<const std::uint32_t> values);
     /// Reads the list heads of `area` into `values`, which has one per pixel of the surrounding
@@ -112,14 +111,15 @@ class ListHeadTarget {
     gl::Texture texture_;
     gl::Framebuffer framebuffer_;
     int width_ = 0, height_ = 0;
-    std::vector<std::uint32_t> rows_;  ///< the list heads of an area, y up
+    std::vector<std::uint32_t> rows_;  ///< list heads of an area, y up
 };
 
-/// The nearest opaque fragment of every pixel of a raster tile: render targets with a depth buffer,
-/// so that hidden fragments are not shaded (shaders/opaque.frag).
+/// The nearest opaque fragment of every pixel of a raster tile. Its render targets have a depth
+/// buffer, so that hidden fragments are not shaded (shaders/opaque.frag).
 class OpaqueTarget {
   public:
-    /// Returns the number of 32-bit words per pixel in read(): depth (0 = none), key, colour.
+    /// Returns the number of 32-bit words per pixel in read(): depth (0 = no fragment), key,
+    /// colour.
     static std::size_t words(PixelType color) { return color == PixelType::kFloat ? 8 : 4; }
     /// Returns the bytes for a raster tile with this many pixels.
     static std::uint64_t bytes(std::uint64_t tile_pixels, PixelType color) {
@@ -128,21 +128,21 @@ class OpaqueTarget {
 
     void free() { *this = {}; }
 
-    /// Allocates for a tile, if the tile's size or the colour type has changed.
+    /// Allocates the targets for a tile if its size or the colour type has changed.
     void reserve(const gl::Functions& gl, const Window& tile, PixelType color);
     /// Clears the scissor rectangle of `state`, whose framebuffer must be framebuffer().
     void clear(const gl::Functions& gl, gl::PassState state) const;
     /// Reads the pixels of `area`, row by row, y up. Waits for the GPU.
     void read(const gl::Functions& gl, const Window& tile, const Window& area,
               std::vector<std::uint32_t>& pixels);
-    /// Binds the fragments for passes with GeometryPass::in_front.
+    /// Binds the opaque fragments for passes with GeometryPass::in_front.
     void bindForReading(const gl::Functions& gl) const;
 
     GLuint framebuffer() const { return framebuffer_.name(); }
     GLuint depth() const { return depth_.name(); }
 
   private:
-    gl::Texture depth_, fragments_, colors_;  // colors_ only with float colours
+    gl::Texture depth_, fragments_, colors_;  // colors_: only for float colours
     gl::Framebuffer framebuffer_;
     Window size_;
     PixelType color_ = PixelType::kHalf;

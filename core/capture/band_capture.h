@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Capture of one band of one view on the GPU: counting, capturing or compositing.
+// Capture of one band of one view on the GPU: counts, captures or composites.
 #pragma once
 
 #include <algorithm>
@@ -26,19 +26,18 @@
 
 namespace peeler {
 
-/// A band to capture, and the fragments to capture per pixel.
+/// A band to capture, with the number of fragments per pixel.
 struct BandRequest {
     Window band;
     std::span<const std::uint32_t> counts;  ///< fragments of each pixel, from count()
     std::uint32_t layers = 0;               ///< number of nearest layers to keep; 0 = all
-    /// Whether layers() outputs draw-order keys as the first extra array, as it always does for
-    /// hits.
+    /// Whether layers() outputs draw-order keys as the first extra array. For hits, it always does.
     bool keys = false;
-    /// Whether to capture only transparent fragments in front of those in the OpaqueTarget.
+    /// Whether to capture only the transparent fragments in front of the OpaqueTarget's fragments.
     bool in_front = false;
 };
 
-/// The fragment lists of a captured band, in the GPU's buffers or being copied from them.
+/// The fragment lists of a captured band, in the GPU's buffers or on their way to the CPU.
 struct BandLists {
     Window band;
     std::uint32_t layers = 0;          ///< as in BandRequest
@@ -51,8 +50,8 @@ struct BandLists {
     gl::Fence copied;
 };
 
-/// A callback that takes part of a band's composite, with the number of visible fragments of each
-/// pixel.
+/// A callback that receives part of a band's composite, and each pixel's number of visible
+/// fragments.
 using TakeVisible = std::function<void(const CompositeImage&, std::span<const std::uint32_t>)>;
 
 /// The capture of bands. Owns the uploaded scene and the buffers. Adds to the times of the stages
@@ -63,10 +62,10 @@ class BandCapture {
     BandCapture(gl::Context& context, const PosedScene& posed, const PassContext& pass_context,
                 StageTimes& times);
 
-    /// Shows the same scene in another pose, from the next begin() on.
+    /// Sets another pose of the same scene, used from the next begin() on.
     void setPose(const PosedScene& posed);
-    /// Sets the frame that motion is measured against, which must outlive its use. Null: nothing
-    /// moves.
+    /// Sets the frame that motion is measured against. The frame must outlive its use. Null:
+    /// nothing moves.
     void setNextFrame(const NextFrame* next) { next_frame_ = next; }
 
     /// Applies the current state of the pass context.
@@ -78,19 +77,19 @@ class BandCapture {
     /// Counts the clip-mesh surfaces of every pixel of the band. Overwrites `counts`.
     void countClip(const Window& band, std::vector<std::uint32_t>& counts);
 
-    // band_lists.cpp.
+    // Defined in band_lists.cpp.
 
     /// Captures a band's fragments and sorts them into `out`, with the channels of the settings as
-    /// extra arrays. Returns the number of geometry passes. Throws Error (kInternal) if any pixel's
-    /// fragments differ in number from the count.
+    /// extra arrays. Returns the number of geometry passes. Throws Error (kInternal) if the number
+    /// of any pixel's fragments differs from its count.
     int layers(LayerMethod& method, const BandRequest& request, LayeredImage& out);
 
-    /// Whether the GPU can capture a band while the CPU sorts another. False for software
-    /// renderers, and if list heads are a render target.
+    /// Whether the GPU can capture a band while the CPU sorts another. False for software renderers
+    /// and for list heads in a render target.
     bool overlaps() const;
-    /// The two halves of layers(), available if overlaps(): submit() makes the GPU capture a band
-    /// and copy its lists; take() waits for the copies, checks and sorts them. Other bands may be
-    /// submitted in between.
+    /// The two halves of layers(), available if overlaps(). submit() makes the GPU capture a band
+    /// and copy its lists. take() waits for the copies, checks them and sorts them. Other bands may
+    /// be submitted between the two calls.
     void submit(LayerMethod& method, const BandRequest& request, BandLists& lists);
     int take(BandLists& lists, LayeredImage& out);
 
@@ -101,35 +100,36 @@ class BandCapture {
     /// Returns the window of the picture that can contain fragments, for any sample position.
     Window drawnWindow() const { return rasterizer_.drawnWindow(); }
 
-    // visible_composite.cpp.
+    // Defined in visible_composite.cpp.
 
     /// Composites the visible fragments of a band: the nearest opaque fragment of every pixel and
-    /// the transparent ones in front of it. Only the latter go into lists, for as many rows at a
-    /// time as the limits allow. Clip meshes are not supported. Returns and throws like layers().
+    /// the transparent fragments in front of it. Only transparent fragments go into lists, for as
+    /// many rows at a time as the limits allow. Clip meshes are not supported. Returns and throws
+    /// like layers().
     int compositeVisible(LayerMethod& method, const Window& band, const BandLimits& limits,
                          const TakeVisible& take);
 
-    // band_capture.cpp.
+    // Defined in band_capture.cpp.
 
     /// Composites a band on the fly. Returns and throws like layers().
     int composite(CompositeMethod& method, const BandRequest& request, CompositeImage& out);
 
-    /// Returns the largest change of Z by the refinement of hits since the last begin().
+    /// Returns the largest change of Z by hit refinement since the last begin().
     double largestCorrection() const { return largest_correction_; }
     /// Returns the surface of the primitive with this key (DrawList::surfaceOf).
     std::uint32_t surfaceOf(std::uint32_t key) const {
         return gpu_scene_.posed().drawList().surfaceOf(key);
     }
 
-    /// Return the bytes that a band takes, not counting the copy passed to the sinks, nor the
-    /// sinks: per fragment of layers(), or per pixel of composite().
+    /// Return the bytes of a band per fragment of layers(), or per pixel of composite(), without
+    /// the sinks and the copy passed to them.
     std::uint64_t fragmentBytes() const;
     std::uint64_t pixelBytes() const;
     /// Return the bytes, per fragment and per pixel, of the copies of two bands in flight; 0 if
     /// bands do not overlap.
     std::uint64_t copiedFragmentBytes() const { return overlaps() ? 2 * fragmentBytes() : 0; }
     std::uint64_t copiedPixelBytes() const {
-        return overlaps() ? 4 * sizeof(std::uint32_t) : 0;  // list heads, and the starts of lists
+        return overlaps() ? 4 * sizeof(std::uint32_t) : 0;  // list heads and list starts
     }
     /// Returns the number of pixels in the largest raster tile that the crop touches.
     std::uint64_t tilePixels() const;
@@ -138,8 +138,8 @@ class BandCapture {
         const Window row{band.x0, band.y0, band.x1, band.y0 + 1};
         return static_cast<int>(rasterizer_.tilesOf(row).size());
     }
-    /// Returns the bytes of textures that compositeVisible() needs for that tile, in addition to
-    /// tileBytes().
+    /// Returns the bytes of textures that compositeVisible() needs for the largest tile, in
+    /// addition to tileBytes().
     std::uint64_t opaqueBytes() const {
         return OpaqueTarget::bytes(tilePixels(), pass_context_.settings.color_type);
     }
@@ -149,17 +149,18 @@ class BandCapture {
         return rasterizer_.boundBytes(tilePixels()) + list_heads;
     }
 
-    /// Adds the GPU time since the last call, as "gpuCount" and "gpuCapture", to the times; waits
-    /// for the GPU. Adds nothing for software renderers, whose time is already in "count" and
-    /// "capture".
+    /// Waits for the GPU. Adds the GPU time since the previous call to the stages "gpuCount" and
+    /// "gpuCapture". Adds nothing for software renderers, whose "count" and "capture" include this
+    /// time.
     void takeGpuTimes() { gpu_timer_.takeInto(times_); }
 
-    /// Frees everything but the scene.
+    /// Frees everything except the scene.
     void free();
 
   private:
     const gl::Functions& gl() const { return context_.functions(); }
-    /// Finds the boundary of the clip meshes in a band, unless the buffers already hold it.
+    /// Finds the boundary of the clip meshes in a band, unless the buffers already hold that
+    /// boundary.
     void prepareClip(const Window& band);
     /// Draws a pass without attachments, for shaders that write to list heads and storage buffers.
     void drawIntoLists(const GeometryPass& pass, const Window& band);
@@ -167,7 +168,7 @@ class BandCapture {
     /// `counts`.
     void countInLists(const GeometryPass& pass, const Window& band,
                       std::vector<std::uint32_t>& counts);
-    /// Returns the largest value(p) over the pixels of `area`, where p is the pixel's index in
+    /// Returns the maximum of value(p) over the pixels of `area`, where p is a pixel's index in
     /// `band`.
     template <class Value>
     static std::uint32_t largestIn(const Window& band, const Window& area, Value&& value) {
@@ -185,7 +186,7 @@ class BandCapture {
     void forEachTile(const Window& band, F&& f) {
         for (const Window& tile : rasterizer_.tilesOf(band)) {
             f(tile, intersect(tile, band));
-            // Tiles share no pixels, but they share the buffers.
+            // Tiles have separate pixels but share the buffers.
             gl().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
         }
     }
@@ -196,32 +197,31 @@ class BandCapture {
                         std::span<const std::uint32_t> first,
                         std::span<const std::uint32_t> end) const;
     /// Draws a band's fragments into lists: at least the nearest `layers` (0 = all) of every pixel.
-    /// Waits for the GPU only if it must.
+    /// Waits for the GPU only if necessary.
     void drawLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers,
                    BandLists& lists);
-    /// Draws into `lists_`, waits for the GPU and checks. Returns the number of geometry passes.
+    /// Draws into `lists_`, waits for the GPU and checks the list heads. Returns the number of
+    /// geometry passes.
     int fillLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers);
-    /// Returns a framebuffer with the depths of the OpaqueTarget and, if they can be a render
-    /// target, the list heads.
+    /// Returns a framebuffer with the OpaqueTarget's depths and, if supported, the list heads.
     gl::Framebuffer framebufferInFront() const;
     /// Captures the nearest opaque fragments of `area`. Returns the number of geometry passes.
     int captureOpaque(const Window& tile, const Window& area);
-    /// Counts the transparent fragments in front of the opaque ones for every pixel of `area`.
-    /// Overwrites `counts`.
+    /// Counts, for every pixel of `area`, the transparent fragments in front of the opaque
+    /// fragment. Overwrites `counts`.
     void countInFront(const Window& tile, const Window& area, std::vector<std::uint32_t>& counts);
-    /// Composites rows of `tile`. `captured` has the fragments in front of the opaque ones.
+    /// Composites rows of `tile`. `captured` holds the fragments in front of the opaque ones.
     void takeVisible(const Window& tile, const Window& rows, const CapturedFragments& captured,
                      const TakeVisible& take);
     bool needsKeys(bool asked) const;
     bool blendsTail() const { return pass_context_.settings.tail == Tail::kBlend; }
-    /// Return the bytes that the lists' fragments take in the buffers, and those of the output of
-    /// channels.frag.
+    /// Return the bytes of the lists' fragments in the buffers, and of the output of channels.frag.
     std::size_t storedBytes(const BandLists& lists) const;
     std::size_t shadedBytes(const BandLists& lists) const;
     gl::Buffer::Mapping readFragments(const BandLists& lists) const;
     CapturedFragments capturedIn(const BandLists& lists, const std::uint32_t* stored) const;
     /// Sorts lists into `out`, with the channels computed from the keys and, if channels.frag has
-    /// run, those that it output.
+    /// run, its output channels.
     void sortLists(const BandLists& lists, const std::uint32_t* stored, const float* values,
                    LayeredImage& out);
     void setListHeads(std::span<const std::uint32_t> list_heads);
@@ -242,11 +242,11 @@ class BandCapture {
     ListHeadTarget list_head_target_;
     OpaqueTarget opaque_;
     std::vector<std::uint32_t> opaque_pixels_;   ///< rows read back from opaque_
-    CompositeImage visible_;                     ///< rows of a composite
-    std::vector<std::uint32_t> visible_counts_;  ///< fragments per pixel of these rows
-    BandLists lists_;                            ///< of the current band, if bands do not overlap
+    CompositeImage visible_;                     ///< composited rows
+    std::vector<std::uint32_t> visible_counts_;  ///< fragments per pixel of visible_
+    BandLists lists_;                            ///< the current band's lists, unless bands overlap
     std::vector<std::uint32_t> ends_;            ///< list heads read from a ListHeadTarget
-    Window clip_band_;                           ///< the band whose clip boundary is in the buffers
+    Window clip_band_;                           ///< band whose clip boundary is in the buffers
     double largest_correction_ = 0;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lists of a band: drawing, copying from GPU memory, and sorting.
+// The fragment lists of a band: drawing, copying from GPU memory, and sorting.
 #include <algorithm>
 #include <limits>
 #include <string>

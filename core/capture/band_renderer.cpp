@@ -13,7 +13,8 @@
 namespace peeler {
 namespace {
 
-// Rows of a composite that are passed on at once: few, so that the same memory is soon reused.
+// The number of rows of a composite that are passed on at once: few, so that their memory is soon
+// reused.
 constexpr int kRowsHandedOver = 128;
 
 /// Uploads the lights and adds the time to "upload", because prefiltering an environment map is
@@ -156,7 +157,7 @@ void BandRenderer::renderOverlapping(std::span<const Window> bands, const TakeBa
     }
 }
 
-/// Renders only the window that the scene covers, since pictures are often empty around it.
+/// Renders only the window that can contain fragments, since pictures are often empty around it.
 void BandRenderer::renderVisible(const Window& band, const BandLimits& limits, const TakeBand& take,
                                  const TakeCounts& visible) {
     const bool tinted = plan_->settings.tinted;
@@ -179,8 +180,8 @@ void BandRenderer::renderVisible(const Window& band, const BandLimits& limits, c
     const Window seen = intersect(band, plan_->drawn);
     if (seen.empty()) return handOverEmpty(band.y0, band.y1);
     handOverEmpty(band.y0, seen.y0);
-    // Several samples must be averaged, and parts in several raster tiles joined, before they are
-    // passed on.
+    // If there are several samples to average, or several raster tiles to join, rows are passed on
+    // only when complete.
     const std::size_t samples = plan_->positions.size();
     const bool whole = samples > 1 || capture_.tilesAcross(seen) > 1;
     if (whole) beginMean(seen, composite_, tinted);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rendering of a GlPlan's bands, as passed to sinks.
+// Rendering of a GlPlan's bands for sinks.
 #pragma once
 
 #include <array>
@@ -24,12 +24,11 @@ namespace peeler {
 
 /// A callback that passes a band, or some of its rows, to the sinks.
 using TakeBand = std::function<void(LayeredImage&)>;
-/// A callback that takes the number of visible fragments of each pixel of some rows.
+/// A callback that receives the number of visible fragments of each pixel of some rows.
 using TakeCounts = std::function<void(const Window& rows, std::span<const std::uint32_t> counts)>;
 
-/// A renderer of bands. Owns the uploaded scene, its lights, and the buffers that bands are
-/// rendered into. Adds to the times of the stages "count", "capture", "sort", "composite" and
-/// "upload".
+/// A renderer of bands. Owns the uploaded scene, its lights, and the bands' buffers. Adds to the
+/// times of the stages "count", "capture", "sort", "composite" and "upload".
 class BandRenderer {
   public:
     /// The posed scene and the times must outlive this object.
@@ -38,41 +37,41 @@ class BandRenderer {
     BandCapture& capture() { return capture_; }
     Lighting& lighting() { return lighting_; }
 
-    /// Selects the plan whose bands are rendered from now on. Its view, settings, method and
-    /// positions must be set; the plan must outlive its use.
+    /// Selects the plan whose bands are rendered from now on. The plan must have its view,
+    /// settings, method and positions set, and must outlive its use.
     void begin(const GlPlan& plan);
-    /// Moves the view to a sample position for all later captures.
+    /// Moves the view to sample position `i` for all later captures.
     void showSample(std::size_t i);
-    /// Applies `surfaces` of the plan's settings after a change.
+    /// Applies a change of `surfaces` in the plan's settings.
     void takeSurfaces() { pass_context_.settings.surfaces = plan_->settings.surfaces; }
 
-    /// Returns the plan's methods. If a composite's plan has no CompositeMethod, captured layers
-    /// are composited on the CPU.
+    /// Returns the plan's methods. If the plan is for a composite and has no CompositeMethod,
+    /// captured layers are composited on the CPU.
     const PlanMethods& methods() const { return methods_; }
-    /// Whether a band is captured while the previous one is sorted and passed on: only for layers
-    /// that need no further processing.
+    /// Whether a band is captured while the previous one is sorted and passed on. True only for
+    /// layers that need no further processing.
     bool overlapsBands() const;
     /// Returns the costs of the plan's bands.
     BandBudget budget() const;
-    /// Frees the buffers of earlier bands, of this plan or another, so that a budget does not count
+    /// Frees the buffers of earlier bands, of this plan or another. Otherwise a budget would count
     /// them twice: as resident memory and as memory of the next bands. Keeps them for reuse if the
     /// budget has room for both.
     void freeBands();
 
-    /// Renders a band. Throws Error (kInternal) if a pixel's fragments differ in number from the
-    /// count.
+    /// Renders a band. Throws Error (kInternal) if the number of a pixel's fragments differs from
+    /// its count.
     void render(const Window& band, const BandLimits& limits, const TakeBand& take,
                 const TakeCounts& visible);
-    /// Renders all bands; the GPU captures a band while the CPU sorts and passes on the previous
+    /// Renders all bands. The GPU captures a band while the CPU sorts and passes on the previous
     /// one.
     void renderOverlapping(std::span<const Window> bands, const TakeBand& take);
-    /// Renders a band of a plan with `opaque_first`: without the fragments behind opaque surfaces.
+    /// Renders a band of a plan with `opaque_first`, without fragments behind opaque surfaces.
     void renderVisible(const Window& band, const BandLimits& limits, const TakeBand& take,
                        const TakeCounts& visible);
     /// Captures all samples of a band and merges them.
     void renderMerged(const Window& band, LayeredImage& out);
 
-    /// Returns the number of geometry passes since the last call.
+    /// Returns the number of geometry passes since the previous call.
     int takePasses() { return std::exchange(passes_, 0); }
 
   private:
@@ -87,8 +86,8 @@ class BandRenderer {
     Lighting lighting_;
     const GlPlan* plan_ = nullptr;
     PlanMethods methods_;
-    std::vector<std::uint32_t> counts_;  ///< of the current band
-    std::array<BandLists, 2> lists_;     ///< of overlapping bands
+    std::vector<std::uint32_t> counts_;  ///< lists of the current band
+    std::array<BandLists, 2> lists_;     ///< lists of overlapping bands
     LayeredImage image_;
     CompositeImage composite_;
     int passes_ = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A capture plan of the GlRenderer: how to capture a view, with the results of the count pass.
+// A capture plan of the GlRenderer: the capture settings and the results of the count pass.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,8 @@
 
 namespace peeler {
 
-// The limits of the planning results kept for the capture: 1/kKeptShare of the budget or, without a
-// budget, kKeptBytes. Larger results are computed again.
+// The maximum size of planning results that are kept for the capture: 1/kKeptShare of the budget
+// or, without a budget, kKeptBytes. Larger results are computed again.
 inline constexpr std::uint64_t kKeptShare = 6;
 inline constexpr std::uint64_t kKeptBytes = 256ULL << 20;
 
@@ -27,19 +27,19 @@ struct GlPlan final : CapturePlan::Details {
     CaptureSettings settings;  ///< `surfaces` may exclude more than requested
     const MethodInfo* method = nullptr;
     std::vector<glm::dvec2> positions{};  ///< sample positions in a pixel, each captured as a view
-    bool opaque_first = false;            ///< whether compositeVisible() captures the composite
-    Window drawn{};                       ///< with opaque_first: the window that can have fragments
+    bool opaque_first = false;            ///< whether to use compositeVisible()
+    Window drawn{};                       ///< if opaque_first: the window that can have fragments
 
-    std::vector<std::uint64_t> clip_rows{};  ///< clip-mesh surfaces per row: maximum over the views
+    std::vector<std::uint64_t> clip_rows{};  ///< clip-mesh surfaces per row, maximum over the views
     std::optional<DepthComplexity> counted{};  ///< fragments of all samples together
-    std::optional<DepthComplexity> merged{};   ///< layers that the samples merge into
+    std::optional<DepthComplexity> merged{};   ///< layers after the samples are merged
     std::uint32_t limit = 0;                   ///< number of nearest layers to keep; 0 = all
     double share = 0;                          ///< planning's share of the total work, for progress
 
-    // Results of planning; only a renderer's latest plan has them.
-    std::vector<std::uint32_t> kept_counts{};  ///< by pixel of the crop, or empty; one view only
-    std::vector<LayeredImage> kept_bands{};    ///< the bands captured while counting, or empty
-    int kept_passes = 0;                       ///< geometry passes that captured kept_bands
+    // Planning results. Only a renderer's latest plan has them.
+    std::vector<std::uint32_t> kept_counts{};
+    std::vector<LayeredImage> kept_bands{};  ///< bands captured while counting; empty unless kept
+    int kept_passes = 0;                     ///< geometry passes that captured kept_bands
 
     bool mergesLayers() const { return positions.size() > 1 && !settings.composite; }
     bool fitsKept(std::uint64_t bytes) const {

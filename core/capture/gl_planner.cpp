@@ -14,9 +14,9 @@
 namespace peeler {
 namespace {
 
-// The approximate share of a picture's time that planning takes. Counting is one cheap pass,
-// followed by one or two others and the writing. Merging samples captures all of them once.
-// Compositing while planning leaves little to do afterwards.
+// Planning's approximate share of a picture's time. Counting is one fast pass; one or two capture
+// passes and the writing follow. Merging samples already captures all of them once. If planning
+// composites, little work remains.
 constexpr double kCountShare = 0.2, kMergeShare = 0.6, kCompositeShare = 0.8;
 
 std::uint64_t imageBytes(const LayeredImage& image) {
@@ -89,9 +89,9 @@ void GlPlanner::report(double from, double to, double share) const {
     if (progress_) progress_(plan_.share * (from + (to - from) * share));
 }
 
-/// Skips the fragments behind opaque ones if the composite is exact and has all layers: opaque
-/// fragments have alpha 1, so those behind cannot change the composite. Otherwise they matter,
-/// because approximations average all fragments and limits count them.
+/// Skips the fragments behind opaque surfaces if the composite is exact and has all layers: opaque
+/// fragments have alpha 1, so hidden fragments cannot change the composite. Other composites need
+/// the hidden fragments: approximations average all fragments, and layer limits count them.
 void GlPlanner::chooseSurfaces() {
     CaptureSettings& settings = plan_.settings;
     if (!settings.composite || !plan_.method->exact() || settings.max_layers != 0 ||
@@ -104,14 +104,14 @@ void GlPlanner::chooseSurfaces() {
     if (methods.composite || !methods.layers->takesOpaqueFirst() || !settings.clip.nodes.empty() ||
         settings.depth_clamp)
         return;
-    plan_.opaque_first = true;  // set first, since the costs depend on it
+    plan_.opaque_first = true;  // for the costs, which depend on it
     plan_.opaque_first =
         hasRoom(settings.memory, usedBytes(settings.memory), renderer_.budget().costs());
     if (plan_.opaque_first) plan_.drawn = renderer_.capture().drawnWindow();
 }
 
-/// If there is room to keep the composites, composites all samples and returns true, because
-/// counting the visible fragments is most of the work of compositing them.
+/// If there is room to keep the composites, composites all samples and returns true: counting the
+/// visible fragments is most of the work of compositing them.
 bool GlPlanner::compositeSamples() {
     const Window& crop = plan_.view.crop;
     const std::uint64_t composite_bytes = CompositeImage::pixelBytes(plan_.settings.tinted);
@@ -141,7 +141,7 @@ bool GlPlanner::compositeSamples() {
     return true;
 }
 
-/// Counts the clip-mesh surfaces per row, because each band also stores lists of them, which must
+/// Counts the clip-mesh surfaces per row. Each band also stores lists of these surfaces, which must
 /// fit.
 void GlPlanner::countClip() {
     if (plan_.settings.clip.nodes.empty()) return;
@@ -186,7 +186,7 @@ void GlPlanner::countSamples() {
     std::vector<std::uint32_t> counts;
     for (std::size_t i = 0; i < plan_.positions.size(); ++i) {
         renderer_.showSample(i);
-        // No fragments are stored while counting.
+        // The count pass stores no fragments.
         for (const Window& band : counting.cutForCounting(limits)) {
             renderer_.capture().count(band, counts);
             const StageTimer timer(times_, "count");
@@ -204,7 +204,7 @@ void GlPlanner::countSamples() {
     }
 }
 
-/// Merges all views to count their layers, whose number is known only after merging.
+/// Merges all views to count their layers. The number of layers is not known before merging.
 void GlPlanner::countMerged() {
     if (!plan_.mergesLayers()) return;
     const Window& crop = plan_.view.crop;
@@ -227,8 +227,8 @@ void GlPlanner::countMerged() {
     if (!keeps) plan_.kept_bands.clear();
 }
 
-/// Applies max_layers and occlusion_ratio of the settings: the first layer that covers a smaller
-/// share of the pixels than that ratio becomes the last one, as with an occlusion query per pass.
+/// Applies max_layers and occlusion_ratio of the settings. The first layer that covers less than
+/// occlusion_ratio of the pixels becomes the last layer, as with one occlusion query per pass.
 void GlPlanner::limitLayers() {
     plan_.limit = plan_.settings.max_layers;
     if (!(plan_.settings.occlusion_ratio > 0)) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Planning: the count pass of a view, and the GlPlan that follows from it.
+// Planning: the count pass of a view, and the resulting GlPlan.
 #pragma once
 
 #include <peeler/sink.h>
@@ -11,22 +11,22 @@
 
 namespace peeler {
 
-/// Throws Error (kUsage) for settings that contradict each other regardless of the scene: an
-/// unknown method, a composite-only method for layers, a layer limit on a method that takes all
-/// layers at once, a blended tail without a composite.
+/// Throws Error (kUsage) if settings contradict each other for every scene: an unknown method, a
+/// composite-only method for layers, a layer limit on a method that captures all layers at once, a
+/// blended tail without a composite.
 void checkSettings(const CaptureSettings& settings);
 
 /// The planner of one plan.
 class GlPlanner {
   public:
-    /// All arguments must outlive this object. The view and the settings of `plan` must be set.
+    /// All arguments must outlive this object. `plan` must have its view and settings.
     GlPlanner(BandRenderer& renderer, const DrawList& draws, StageTimes& times, GlPlan& plan,
               const Progress& progress);
 
-    /// Runs the count pass, with merging or compositing where counting requires it, and completes
-    /// the plan. Throws Error (kMemory) if a single row exceeds the budget.
+    /// Runs the count pass and completes the plan. Merges or composites if counting requires it.
+    /// Throws Error (kMemory) if a single row exceeds the budget.
     void count();
-    /// Returns the plan as passed to sinks.
+    /// Returns the plan for sinks.
     Plan plan() const;
 
   private:

@@ -17,11 +17,11 @@
 namespace peeler {
 namespace {
 
-// Bytes that BandCosts do not include but forecasts must. With llvmpipe (Mesa 22.3, LLVM 15, on one
-// and two threads) the captures of tests/memory_test.py take up to 35 MB more: LLVM compiles each
-// pass's shaders on first draw (6 MB for plain materials, 27 MB for those of a car's engine, more
-// for peeling, which has two passes), and the rasteriser's threads keep triangles in bins. With
-// kept bands nothing more is compiled: up to 20 MB.
+// Bytes that forecasts must add to BandCosts. With llvmpipe (Mesa 22.3, LLVM 15, one or two
+// threads), the captures of tests/memory_test.py take up to 35 MB more. LLVM compiles each pass's
+// shaders on first draw: 6 MB for plain materials, 27 MB for the materials of a car's engine, more
+// for peeling, which has two passes. The rasteriser's threads keep triangles in bins. Passing on
+// kept bands compiles no shaders and takes up to 20 MB.
 constexpr std::uint64_t kCaptureBytes = std::uint64_t{40} << 20;
 constexpr std::uint64_t kHandOverBytes = std::uint64_t{24} << 20;
 
@@ -39,7 +39,7 @@ struct GlRenderer::State {
     std::optional<NextFrame> next_frame;
     StageTimes times;
     BandRenderer bands;
-    std::optional<ShadowMaps> shadows;  // for this pose, captured when a lit render needs them
+    std::optional<ShadowMaps> shadows;  // of this pose; captured when a lit render needs them
     std::shared_ptr<GlPlan> shown;      // the plan that `bands` renders
     std::weak_ptr<GlPlan> latest;       // the only plan that keeps planning results
 };
@@ -76,12 +76,12 @@ StageTimes GlRenderer::takeTimes() {
     return std::exchange(state_->times, {});
 }
 
-/// Sets the lights' shadow maps as required by the settings, capturing them if necessary.
+/// Sets the shadow maps that the settings require. Captures them if necessary.
 void GlRenderer::State::castShadows(GlRenderer& renderer, const CaptureSettings& asked) {
     bands.lighting().setShadows(nullptr);
     if (!asked.shadows || asked.shading == Shading::kUnlit) return;
     if (!shadows || shadows->size != asked.shadow_size || shadows->clip != asked.clip) {
-        shadows.reset();  // free first: never hold both
+        shadows.reset();  // free the old maps first, so that two sets are never held
         shadows = captureShadowMaps(renderer, context, bands.lighting().lights(), asked);
     }
     bands.lighting().setShadows(&*shadows);
@@ -102,7 +102,7 @@ GlPlan& GlRenderer::State::show(GlRenderer& renderer, const CapturePlan& planned
 CapturePlan GlRenderer::plan(const View& view, const CaptureSettings& settings,
                              const Progress& progress) {
     State& s = *state_;
-    s.castShadows(*this, settings);  // itself plans and captures, so it comes first
+    s.castShadows(*this, settings);  // must be first: plans and captures, too
     checkSettings(settings);
     if (const auto before = s.latest.lock()) before->freeKept();
     s.shown = std::make_shared<GlPlan>();
@@ -154,7 +154,7 @@ CaptureReport GlRenderer::capture(const CapturePlan& planned, Sink& sink,
             keepLayers(image, {.nearest = plan.limit});
             take(image);
         }
-        plan.kept_bands.clear();  // they have been moved out
+        plan.kept_bands.clear();  // their contents have been moved out
     } else {
         BandBudget budget = s.bands.budget();
         budget.costs().use += sinkUse(plan, planned, sink);

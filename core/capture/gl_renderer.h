@@ -10,30 +10,30 @@
 
 namespace peeler {
 
-/// A renderer of one scene, which it uploads. Serves any number of views, for pictures and for
-/// rays.
+/// A renderer of one uploaded scene, for any number of views, pictures or rays.
 class GlRenderer final : public HitSource {
   public:
-    /// Uploads the scene. The context must outlive the GlRenderer. Throws Error (kMemory) if the
+    /// Uploads the scene. The context must outlive this object. Throws Error (kMemory) if the
     /// driver runs out of memory, (kInput) if a texture exceeds the driver's limit.
     GlRenderer(gl::Context& context, PosedScene posed);
     ~GlRenderer() override;
     GlRenderer(const GlRenderer&) = delete;
     GlRenderer& operator=(const GlRenderer&) = delete;
 
-    /// Sets another pose of the same scene (one of the file's `scenes`) from the next plan() on.
-    /// Uploads only the parts that moved. Plans of earlier poses can no longer be captured.
+    /// Sets another pose of the same scene (one of the file's `scenes`), for the next plan() and
+    /// all later ones. Uploads only the parts that moved. Plans of earlier poses can no longer be
+    /// captured.
     void setPose(PosedScene posed);
 
     /// Sets the frame that motion is measured against in later captures.
     void setNextFrame(NextFrame next);
 
-    /// With several samples per pixel, counts their layers by merging the samples. Throws like
+    /// Counts the layers. If there are several samples per pixel, merges them to do so. Throws like
     /// checkSettings() (gl_planner.h), and Error (kDevice) if the context is lost.
     CapturePlan plan(const View& view, const CaptureSettings& settings,
                      const Progress& progress = {}) override;
 
-    /// With CaptureSettings::composite, each non-empty pixel has one fragment: the composite.
+    /// If CaptureSettings::composite is set, each non-empty pixel has one fragment: the composite.
     CaptureReport capture(const CapturePlan& plan, Sink& sink,
                           const Progress& progress = {}) override;
 

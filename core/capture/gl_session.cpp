@@ -28,7 +28,7 @@ void GlSession::adopt() {
 
 gl::Context& GlSession::borrow() {
     if (borrowed_) return *context_;
-    if (!context_) adopt();  // the earlier one was lost
+    if (!context_) adopt();  // the earlier context was lost
     adopted_->requireCurrent();
     const gl::Functions& functions = adopted_->functions();
     for (const unsigned code : gl::takeErrors(functions))
@@ -49,7 +49,7 @@ gl::Context& GlSession::context(const gl::ContextRequest& device) {
 }
 
 bool GlSession::findGpu(std::string& reasons) {
-    const gl::ContextRequest any;  // resolves to the first GPU, if there is one
+    const gl::ContextRequest any;  // a default request, which prefers the first GPU
     if (context_ && request_ == any && !context_->device().software) return true;
     reasons = no_gpu_;
     if (!no_gpu_.empty()) return false;
@@ -116,8 +116,7 @@ void GlSession::giveBack() {
 }
 
 void GlSession::giveUp(bool device_lost) {
-    // If nothing was borrowed, the current context may be another one, where these objects do not
-    // exist.
+    // If nothing was borrowed, another context may be current, in which these objects do not exist.
     if (function_of_ && !borrowed_) return;
     uploads_.clear();
     borrowed_.reset();

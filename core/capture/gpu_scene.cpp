@@ -19,8 +19,8 @@
 namespace peeler {
 namespace {
 
-/// The margin of screen bounds, in pixels, because lines and points have width and coordinates are
-/// snapped.
+/// The margin of screen bounds in pixels, for the width of lines and points and for snapped
+/// coordinates.
 constexpr double kPixelMargin = 2;
 
 /// The maximum relative error of a clip coordinate, a sum of four products of matrix entries and
@@ -57,7 +57,7 @@ Window screenBounds(const Box& box, const glm::dmat4& clip_from_model, int width
         low = glm::min(low, (ndc - off + 1.0) / 2.0 * size - kPixelMargin);
         high = glm::max(high, (ndc + off + 1.0) / 2.0 * size + kPixelMargin);
     }
-    // Negated, so that it also holds if a value is not finite.
+    // Negated, so that the condition also holds for non-finite values.
     if (!(low.x <= high.x && low.y <= high.y)) return all;
     low = glm::clamp(glm::floor(low), glm::dvec2(0), size);
     high = glm::clamp(glm::ceil(high), glm::dvec2(0), size);
@@ -67,8 +67,7 @@ Window screenBounds(const Box& box, const glm::dmat4& clip_from_model, int width
 
 namespace {
 
-// If a primitive lacks an attribute, every vertex gets these values instead (a binding of stride
-// 0).
+// The values of a missing attribute, the same for every vertex (a binding of stride 0).
 constexpr std::array<float, 8> kMissing = {0, 0, 0, 0, 1, 1, 1, 1};
 constexpr std::size_t kMissingZeros = 0, kMissingOnes = 16;
 
@@ -110,7 +109,7 @@ std::size_t alignedBytes(const Attributes& list) {
     return bytes;
 }
 
-/// Copies the arrays one after another.
+/// Copies the arrays into the buffer, one after another.
 template <class Attributes>
 void copy(const Attributes& list, std::byte* to) {
     for (const Attribute& a : list) {
@@ -119,7 +118,7 @@ void copy(const Attributes& list, std::byte* to) {
     }
 }
 
-/// Points the vertex array at consecutive attributes from `offset` on.
+/// Sets the vertex array's attribute bindings to consecutive arrays from `offset` on.
 template <class Attributes>
 void point(const gl::Functions& gl, GLuint vertex_array, const Attributes& list, GLuint buffer,
            std::size_t offset) {
@@ -161,8 +160,8 @@ gl::VertexArray makeVertexArray(const gl::Functions& gl, const Primitive& p, GLu
 GpuGeometry::GpuGeometry(const gl::Functions& gl, const PosedScene& posed) {
     const Scene& scene = posed.scene();
     const std::vector<Geometry>& geometries = posed.drawList().geometries();
-    // The offset of every primitive's arrays, which its indices follow. Deformed instances share
-    // the arrays that deformation does not replace.
+    // The offset of every primitive's arrays; the indices follow the arrays. Deformed instances
+    // share the arrays that deformation does not change.
     std::map<std::pair<int, std::size_t>, std::size_t> offsets;
     std::size_t fixed_bytes = sizeof kMissing, deformed_bytes = 0;
     for (const Geometry& geometry : geometries) {
@@ -224,8 +223,8 @@ void GpuGeometry::setDeformed(const PosedScene& posed) {
 
 namespace {
 
-// The stride of material records. std140 records are bound one at a time, and 256 is the largest
-// offset alignment that GL allows a driver to require.
+// The stride of material records. Each std140 record is bound alone; GL implementations may require
+// offsets aligned to up to 256 bytes.
 constexpr std::size_t kMaterialStride = (sizeof(shader::MaterialRecord) + 255) / 256 * 256;
 
 gl::Texture uploadImage(const gl::Functions& gl, const Image& image, bool srgb, int largest) {
@@ -281,7 +280,7 @@ void GpuScene::bindMaterialRecord(std::size_t material) const {
 void GpuScene::uploadMaterials(const gl::Context& context) {
     const Scene& scene = posed_.scene();
     const gl::Functions& gl = context.functions();
-    std::set<std::size_t> used;  // a file may hold many scenes; only drawn materials are uploaded
+    std::set<std::size_t> used;  // materials that are drawn; a file may hold many scenes
     for (const MeshInstance& instance : posed_.meshes())
         for (const Primitive& p : posed_.primitives(instance))
             used.insert(static_cast<std::size_t>(p.material));

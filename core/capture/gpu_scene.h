@@ -15,7 +15,7 @@
 
 namespace peeler {
 
-/// The axis-aligned bounding box of points; inverted while empty.
+/// An axis-aligned bounding box of points; inverted while empty.
 struct Box {
     glm::vec3 min{std::numeric_limits<float>::infinity()};
     glm::vec3 max{-std::numeric_limits<float>::infinity()};
@@ -25,19 +25,19 @@ struct Box {
 };
 
 /// Returns the window, y up, of the pixels that the box can touch in a viewport of this size.
-/// Conservative: covers every pixel despite the GPU's single-precision rounding, often some more.
-/// Returns all pixels if the box reaches behind the eye.
+/// Conservative: covers every touched pixel despite the GPU's single-precision rounding, and often
+/// some more. Returns all pixels if the box extends behind the eye.
 Window screenBounds(const Box& box, const glm::dmat4& clip_from_model, int width, int height);
 
-/// Uploaded geometry: one buffer for static data, one for deformed vertices, a vertex array object
-/// per geometry.
+/// Uploaded geometry: one buffer of static data, one of deformed vertices, and a vertex array
+/// object per geometry.
 class GpuGeometry {
   public:
     /// Throws Error (kMemory) if the driver runs out of memory.
     GpuGeometry(const gl::Functions& gl, const PosedScene& posed);
 
-    /// Uploads the deformed vertices of another pose of the same scene. The GPU must not be using
-    /// the old ones.
+    /// Uploads the deformed vertices of another pose of the same scene. The GPU must have finished
+    /// using the old vertices.
     void setDeformed(const PosedScene& posed);
 
     GLuint vertexArray(const Draw& draw) const {
@@ -45,7 +45,7 @@ class GpuGeometry {
     }
     /// Returns the bounding box of the draw's vertices, in mesh space.
     const Box& box(const Draw& draw) const { return geometries_[draw.geometry].box; }
-    /// Returns the offset into the element buffer in bytes.
+    /// Returns the draw's offset in the element buffer, in bytes.
     std::size_t indexOffset(const Draw& draw) const {
         return geometries_[draw.geometry].index_offset;
     }
@@ -69,7 +69,7 @@ struct GpuMaterial {
     };
     Binding bindings[kMaterialTextures];
     bool unlit = false, double_sided = false;
-    unsigned features = 0;  ///< needed by the shader, one bit for each of materialFeatures()
+    unsigned features = 0;  ///< needed features, one bit for each of materialFeatures()
     glm::uvec4 flags{};     ///< the record's flags
 };
 
@@ -80,7 +80,7 @@ class GpuScene {
     /// driver's limit or the scene has 2^32 primitives or more.
     GpuScene(const gl::Context& context, const PosedScene& posed);
 
-    /// Sets another pose of the same scene. The GPU must not be using the scene.
+    /// Sets another pose of the same scene. The GPU must have finished using the scene.
     void setPose(const PosedScene& posed);
 
     const PosedScene& posed() const { return posed_; }

@@ -15,18 +15,18 @@ namespace peeler {
 
 class SceneRasterizer;
 
-/// The area that a layer method captures.
+/// The area that a layer method captures, with its framebuffer and options.
 struct LayerArea {
     Window window;             ///< inside the rasterizer's tile
     std::uint32_t layers = 0;  ///< number of layers to capture
     /// The framebuffer with the list heads (if takesListHeadTarget()), the depths of opaque
-    /// fragments (if takesOpaqueFirst()), or both; 0 = neither.
+    /// fragments (if takesOpaqueFirst()), or both; 0 if there is no framebuffer.
     unsigned framebuffer = 0;
     bool list_head_target = false;  ///< whether the list heads are a render target, not a buffer
-    /// Whether to capture only transparent fragments in front of the opaque ones (OpaqueTarget).
+    /// Whether to capture only the transparent fragments in front of the OpaqueTarget's fragments.
     bool in_front = false;
-    /// Whether fragments are stored with their primitives. If not, any value that increases in draw
-    /// order may replace the primitive.
+    /// Whether to store each fragment's primitive. If false, any value that increases in draw order
+    /// may replace the primitive.
     bool keys = true;
 };
 
@@ -35,15 +35,15 @@ class LayerMethod {
   public:
     virtual ~LayerMethod() = default;
 
-    /// Whether capture() takes every fragment in any order, to be sorted afterwards. If false, it
-    /// delivers the nearest layers front to back, so that a layer limit saves work.
+    /// Whether capture() captures all fragments, in any order, to be sorted afterwards. If false,
+    /// capture() delivers the nearest layers front to back, so that a layer limit saves work.
     virtual bool takesAll() const = 0;
 
-    /// Whether the method has a single geometry pass, which can render to the list heads
+    /// Whether the method has a single geometry pass, which can then render to the list heads
     /// (ListHeadTarget).
     virtual bool takesListHeadTarget() const { return false; }
 
-    /// Whether the method can leave out opaque fragments and those behind them
+    /// Whether the method can skip opaque fragments and the fragments behind them
     /// (LayerArea::in_front).
     virtual bool takesOpaqueFirst() const { return false; }
 
@@ -51,25 +51,24 @@ class LayerMethod {
     virtual std::uint64_t tileBytes(std::uint64_t tile_pixels,
                                     const CaptureSettings& settings) const = 0;
 
-    /// Captures the pixels of an area. On entry, each pixel's list head holds the index of the
-    /// pixel's first fragment; the method must advance it by one for every fragment it stores.
-    /// Returns the number of geometry passes.
+    /// Captures the pixels of an area. On entry, each list head holds the index of the pixel's
+    /// first fragment. The method must advance the list head by one for every fragment that it
+    /// stores. Returns the number of geometry passes.
     virtual int capture(SceneRasterizer& rasterizer, const LayerArea& area) = 0;
 };
 
 /// The area that a composite method composites.
 struct CompositeArea {
     Window window;              ///< inside the rasterizer's tile
-    std::uint32_t layers = 0;   ///< maximum fragments per pixel composited in order
-    std::uint32_t deepest = 0;  ///< maximum fragments per pixel
-    bool tail = false;          ///< whether fragments behind `layers` are blended
-    /// Returns the maximum number of fragments per pixel to composite in order, over all pixels
-    /// whose list head shows that some are still missing; 0 if all pixels are complete. Waits for
-    /// the GPU.
+    std::uint32_t layers = 0;   ///< maximum number of fragments per pixel to composite in order
+    std::uint32_t deepest = 0;  ///< maximum number of fragments per pixel
+    bool tail = false;          ///< whether to blend the fragments behind `layers`
+    /// Returns the maximum number of fragments to composite in order, over all pixels whose list
+    /// head shows that fragments are missing; 0 if all pixels are complete. Waits for the GPU.
     std::function<std::uint32_t()> layersMissing;
 };
 
-/// A method that composites fragments on the fly and keeps only one picture. Created for every
+/// A method that composites fragments on the fly and stores only a picture. Created for every
 /// render.
 class CompositeMethod {
   public:
@@ -80,22 +79,22 @@ class CompositeMethod {
                                     const CaptureSettings& settings) const = 0;
 
     /// Writes the colours (PEELER_COLORS) and nearest depths (PEELER_DEPTHS) of the pixels of
-    /// `area`. List heads, depths and stamps must be 0 on entry; each composited fragment adds one
+    /// `area`. List heads, depths and stamps must be 0 on entry. Each composited fragment adds one
     /// to its pixel's list head. Returns the number of geometry passes.
     virtual int composite(SceneRasterizer& rasterizer, const CompositeArea& area) = 0;
 };
 
-/// One row of the table. To add a method, add a file, and a row in methods.cpp.
+/// One row of the table of methods. A new method is a new file and a row in methods.cpp.
 struct MethodInfo {
     std::string_view name;                     ///< as on the command line
     std::string_view summary;                  ///< one line
-    std::unique_ptr<LayerMethod> (*layers)();  ///< null: an approximation, for composites only
-    std::unique_ptr<CompositeMethod> (*composite)();  ///< null: the captured layers are composited
+    std::unique_ptr<LayerMethod> (*layers)();  ///< null: an approximation, only for composites
+    std::unique_ptr<CompositeMethod> (*composite)();  ///< null: captured layers are composited
 
     bool exact() const { return layers != nullptr; }
 };
 
-/// Returns the table, the default method first.
+/// Returns the table of methods. The default method is first.
 std::span<const MethodInfo> peelMethods();
 
 /// Returns the row with this name, or null.

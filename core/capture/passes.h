@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Passes (shader, draws, GL state and framebuffer), and the shader variants that draw them.
+// Passes (shader, draws, GL state and framebuffer) and their shader variants.
 #pragma once
 
 #include <array>
@@ -22,39 +22,39 @@ namespace peeler {
 /// Four integers for the shader uniform at location 0.
 using ShaderArgument = std::optional<std::array<int, 4>>;
 
-/// The draws of a geometry pass, by the alpha mode of their materials.
+/// The draws of a geometry pass, selected by their material's alpha mode.
 enum class Draws : std::uint8_t {
     kAll,
     kOpaque,     ///< OPAQUE and MASK, without transmission
-    kBlended,    ///< the others: BLEND, and materials with transmission
-    kClipMeshes  ///< the boundary of the clip volume, drawn by no other pass; both faces
+    kBlended,    ///< BLEND, and materials with transmission
+    kClipMeshes  ///< the clip volume's boundary, both faces; no other pass draws it
 };
 
 /// The shader definition for passes that render to the list heads (ListHeadTarget).
 inline constexpr std::string_view kFetchedListHeads = "FETCHED_LIST_HEADS";
-/// The shader definitions for passes that also store list entries in place of primitives
-/// (shaders/a_buffer.frag).
+/// The shader definitions for passes that render to the list heads and store list entries instead
+/// of primitives (shaders/a_buffer.frag).
 inline constexpr std::string_view kEntriesAsKeys = "FETCHED_LIST_HEADS ENTRIES_AS_KEYS";
 
-/// A geometry pass: a fragment shader and the draws it runs on.
+/// A geometry pass: a fragment shader and the draws that it runs on.
 struct GeometryPass {
     std::string_view fragment_shader;
-    std::string_view definitions = "";  ///< for the preprocessor, separated by spaces
+    std::string_view definitions = "";  ///< preprocessor definitions, separated by spaces
     bool shades = false;  ///< evaluates the surface's colour, not only depth and alpha
     /// Evaluates all material properties, regardless of lighting, for the channels of the settings.
     bool describes = false;
     Draws draws = Draws::kAll;
-    bool bounded = true;  ///< skips fragments behind the opaque bound, if there is one
-    /// Skips fragments behind those of an OpaqueTarget, which is bound for reading and whose depths
-    /// are attached to the framebuffer. Nothing is stored for hidden fragments.
+    bool bounded = true;  ///< skips fragments behind the opaque bound, if there is a bound
+    /// Skips the fragments hidden by an OpaqueTarget, and stores nothing for them. The target must
+    /// be bound for reading, and its depths attached to the framebuffer.
     bool in_front = false;
     GLuint framebuffer = 0;
     gl::DepthTest depth_test = gl::DepthTest::kOff;
     std::array<gl::Blend, gl::kMaxAttachments> blend{};
     ShaderArgument argument{};
 
-    /// Returns the same pass, restricted to transparent fragments in front of those of an
-    /// OpaqueTarget.
+    /// Returns this pass, restricted to the transparent fragments in front of an OpaqueTarget's
+    /// fragments.
     GeometryPass inFront() const {
         GeometryPass pass = *this;
         pass.draws = Draws::kBlended;
@@ -75,29 +75,29 @@ struct FullScreenPass {
     ShaderArgument argument{};
 };
 
-/// Shader variants. The features of material, draw, view and lights that a pass uses are compiled
-/// into its program, so that a shader spends no time on unused ones. Draws that look the same to a
-/// pass share a program. Programs are compiled on first use and kept.
+/// Shader variants. Only the features of material, draw, view and lights that a pass uses are
+/// compiled into its program. Draws with the same features share a program. Programs are compiled
+/// on first use and kept.
 class ShaderVariants {
   public:
-    /// All arguments must outlive this object. Programs match the pass context at the time of the
-    /// call.
+    /// All arguments must outlive this object. Calls use the current state of the pass context.
     ShaderVariants(const gl::Functions& gl, const GpuScene& scene, const PassContext& pass_context)
         : gl_(gl), scene_(scene), pass_context_(pass_context) {}
 
     /// Returns the program that draws `draw` in a geometry pass. Throws like gl::Program.
     const gl::Program& variant(const GeometryPass& pass, const Draw& draw);
-    /// Returns the program built from these files with these definitions, separated by spaces, and
-    /// the definition of the fragment storage. Throws like gl::Program.
+    /// Returns the program with these source files, these definitions (separated by spaces) and the
+    /// definition of the fragment storage. Throws like gl::Program.
     const gl::Program& program(const std::vector<std::string_view>& files,
                                std::string_view definitions);
 
   private:
-    /// Bits for definitions, and the material and draw flags that the pass uses.
+    /// Definition bits, and the material and draw flags that the pass uses.
     struct Variant {
         unsigned bits = 0;
         std::uint32_t material_flags = 0, draw_flags = 0;
-        std::uint32_t transformed = 0, second_uv = 0;  // textures, by unit
+        // Textures with these properties, one bit per unit.
+        std::uint32_t transformed = 0, second_uv = 0;
         std::uint32_t channels = 0;  // channels that the pass outputs, one bit each
         std::string_view stored;     // definition of the fragment storage
         bool operator<(const Variant& other) const {
@@ -116,10 +116,9 @@ class ShaderVariants {
     const gl::Functions& gl_;
     const GpuScene& scene_;
     const PassContext& pass_context_;
-    /// Programs by definitions and files.
+    /// Programs, by definitions and files.
     std::map<std::string, gl::Program> programs_;
-    /// Programs by the pass's fragment shader, its definitions and the variant, so that a program
-    /// is found without building a string.
+    /// Programs, by fragment shader, definitions and variant: a lookup that builds no string.
     std::map<std::tuple<std::string_view, std::string_view, Variant>, const gl::Program*> variants_;
 };
 

@@ -90,8 +90,8 @@ void SceneRasterizer::setTile(const Window& tile) {
 
 void SceneRasterizer::setBand(const Window& band, std::uint32_t layers) {
     if (band == band_ && layers == layers_) return;
-    // With clip meshes, the opaque bound is valid for one band only, because the meshes' boundary
-    // is known for one band at a time.
+    // With clip meshes, the opaque bound is valid for one band only, since the meshes' boundary is
+    // found for one band at a time.
     if (band != band_ && !pass_context_.settings.clip.nodes.empty()) bound_missing_ = bounded();
     band_ = band;
     layers_ = layers;
@@ -115,7 +115,8 @@ void SceneRasterizer::freeBound() {
 
 glm::dmat4 SceneRasterizer::clipFromView() const {
     const double width = pass_context_.view.width, height = pass_context_.view.height;
-    // GL samples at pixel centres, so the picture is shifted to put the sample position there.
+    // GL samples at pixel centres, so the picture is shifted to put the sample position at the
+    // centre.
     const glm::dvec2 shift = pass_context_.view.sample - glm::dvec2(0.5);
     return pass_context_.view.projection.matrix(
         (tile_.x0 + shift.x) / width, (tile_.y0 + shift.y) / height, (tile_.x1 + shift.x) / width,
@@ -188,7 +189,7 @@ Window SceneRasterizer::drawnWindow() const {
     return drawn;
 }
 
-/// Returns the bounds of a draw, for points and lines grown by the point size (conservative).
+/// Returns the bounds of a draw, enlarged by the point size for points and lines (conservative).
 Window SceneRasterizer::grown(const Window& bounds, const Draw& draw) const {
     const int size = pass_context_.settings.point_size;
     if (bounds.empty() || size <= 1 || (draw.flags & PEELER_IS_TRIANGLES) != 0) return bounds;
@@ -215,7 +216,8 @@ void SceneRasterizer::bindFrame() {
     }
     frame_record_.bindUniform(PEELER_FRAME_BLOCK, 0, sizeof(shader::FrameRecord));
     if (pass_context_.lighting) pass_context_.lighting->bind();
-    // Integer textures are incomplete with the default linear filters; hence the nearest sampler.
+    // Integer textures are incomplete with the default linear filters, so they need the nearest
+    // sampler.
     for (GLuint unit = PEELER_MATERIAL_UNITS; unit <= PEELER_SHADOW_UNIT; ++unit)
         functions().BindSampler(unit, nearest_.name());
 }
@@ -235,7 +237,7 @@ bool SceneRasterizer::shown(const GeometryPass& pass, const Draw& draw) const {
     if (pass_context_.settings.hit_mode != HitMode::kNone &&
         (draw.flags & PEELER_IS_TRIANGLES) == 0)
         return false;
-    // The pass that renders the bound is not `bounded`, so it draws opaque surfaces in any case.
+    // The pass that renders the opaque bound is not `bounded`, so it always draws opaque surfaces.
     const bool hidden =
         pass.bounded && pass_context_.settings.surfaces == Surfaces::kTransparent && draw.opaque;
     const bool boundary =
@@ -263,7 +265,7 @@ void SceneRasterizer::drawFullScreen(const FullScreenPass& pass, const Window& a
 
 void SceneRasterizer::compute(std::string_view shader, std::string_view definitions,
                               const Window& area) {
-    constexpr int kGroup = 16;  // local_size_x and _y of every compute shader
+    constexpr int kGroup = 16;  // local_size_x and local_size_y of every compute shader
     const Window inside = inTile(area);
     bindFrame();
     use(shaders_.program({shader}, definitions), {{inside.x0, inside.y0, inside.x1, inside.y1}});
@@ -288,7 +290,8 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     }
     const gl::Program* current = nullptr;
     std::size_t material = static_cast<std::size_t>(-1);
-    if (instance_records_) instance_records_.bindStorage(PEELER_INSTANCES);  // null: no draws
+    // Null if there are no draws.
+    if (instance_records_) instance_records_.bindStorage(PEELER_INSTANCES);
     const auto& draws = scene_.posed().drawList().draws();
     const Window scissor = inTile(area);
     for (std::size_t i = 0; i < draws.size(); ++i) {
@@ -350,7 +353,7 @@ void SceneRasterizer::renderOpaqueBound() {
     bound_missing_ = false;
     const GLuint framebuffer = bound_framebuffer_.name();
     gl::PassState clearing = passState(framebuffer, area);
-    clearing.depth_test = gl::DepthTest::kNearest;  // enables the depth mask, which a clear obeys
+    clearing.depth_test = gl::DepthTest::kNearest;  // enables depth writes, which a clear needs
     gl::apply(gl, clearing);
     const float far = 0;
     const GLuint none[4] = {0xFFFFFFFFU, 0, 0, 0};

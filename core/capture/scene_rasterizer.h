@@ -18,10 +18,10 @@ namespace shader {
 struct FrameRecord;
 }
 
-/// Rasterisation is repeatable only with a constant viewport, so the picture is divided into raster
-/// tiles: a fixed grid that depends only on the picture's size. Inside a tile, all passes of all
-/// methods, bands and crops use the same viewport and differ only in the scissor; hence their
-/// results agree bit for bit.
+/// A rasteriser of the scene. Rasterisation is repeatable only with a constant viewport, so the
+/// picture is divided into raster tiles, a fixed grid that depends only on the picture's size.
+/// Inside a tile, all passes of all methods, bands and crops use the same viewport and differ only
+/// in the scissor rectangle. Therefore their results agree bit for bit.
 class SceneRasterizer {
   public:
     static constexpr int kTileSize = 4096;
@@ -34,34 +34,34 @@ class SceneRasterizer {
     void begin();
     /// Returns the tiles of the view that touch `area`, row by row.
     std::vector<Window> tilesOf(const Window& area) const;
-    /// Makes `tile` (one of tilesOf) the target. With Surfaces::kVisible or kTransparent the next
-    /// bounded pass renders the opaque bound of the tile first.
+    /// Makes `tile` (one of tilesOf()) the target. With Surfaces::kVisible or kTransparent, the
+    /// next bounded pass first renders the tile's opaque bound.
     void setTile(const Window& tile);
     /// Sets the band whose buffers receive the fragments, and the number of nearest layers that a
-    /// composite shows in order.
+    /// composite orders.
     void setBand(const Window& band, std::uint32_t layers = 0);
 
     /// Draws the scene into `area` (picture coordinates, inside the tile).
     void draw(const GeometryPass& pass, const Window& area);
     /// Runs a fragment shader over `area`.
     void drawFullScreen(const FullScreenPass& pass, const Window& area);
-    /// Runs a compute shader over `area`, which the shader receives as its argument.
+    /// Runs a compute shader over `area`, which is also the shader's argument.
     void compute(std::string_view shader, std::string_view definitions, const Window& area);
 
-    /// Returns the window of the picture that can contain the scene's draws, for any sample
-    /// position; there are no fragments outside of it. Takes as long as setTile().
+    /// Returns the window of the picture that can contain fragments, for any sample position. Takes
+    /// as long as setTile().
     Window drawnWindow() const;
     const Window& tile() const { return tile_; }
     /// Returns a state with the tile's viewport and `area` as scissor.
     gl::PassState passState(GLuint framebuffer, const Window& area) const;
-    /// Whether opaque surfaces hide fragments behind them.
+    /// Whether opaque surfaces hide the fragments behind them.
     bool bounded() const { return pass_context_.settings.surfaces != Surfaces::kAll; }
     HitMode hitMode() const { return pass_context_.settings.hit_mode; }
     bool floatColor() const { return pass_context_.settings.color_type == PixelType::kFloat; }
     /// Whether opacity is coloured.
     bool tinted() const { return pass_context_.settings.tinted; }
     const gl::Functions& functions() const { return context_.functions(); }
-    /// Returns the bytes of a tile's textures for the opaque bound.
+    /// Returns the bytes of the textures for a tile's opaque bound.
     std::uint64_t boundBytes(std::uint64_t tile_pixels) const;
     /// Frees the textures of the opaque bound. The next bounded pass renders the bound again.
     void freeBound();
@@ -77,7 +77,7 @@ class SceneRasterizer {
     Window inTile(const Window& area) const;
     void uploadDrawRecords();
     Window grown(const Window& bounds, const Draw& draw) const;
-    /// Grows the buffer to at least this size; its contents are lost.
+    /// Enlarges the buffer to at least this size; discards its contents.
     void reserve(gl::Buffer& buffer, std::size_t bytes) const;
     void submit(const Draw& draw) const;
     void renderOpaqueBound();

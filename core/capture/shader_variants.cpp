@@ -13,7 +13,7 @@
 namespace peeler {
 namespace {
 
-// Bits of a variant, and below them their shader definitions (shaders/README.md, "Macros").
+// Bits of a variant; kDefinitions has their shader definitions (shaders/README.md, "Macros").
 enum ShaderBit : unsigned {
     kVaryings = 1,
     kTextured = 2,
@@ -98,7 +98,7 @@ ShaderVariants::Variant ShaderVariants::variantOf(const GeometryPass& pass,
     const CaptureSettings& settings = pass_context_.settings;
     Variant v;
     v.stored = storedAs(settings);
-    std::uint32_t looks_at = 0;  // the material flags that the pass uses
+    std::uint32_t looks_at = 0;  // material flags that the pass uses
     if (pass.describes) {
         v.bits = kVaryings | material.features * kFirstFeature;
         looks_at = kAll;
@@ -120,7 +120,7 @@ ShaderVariants::Variant ShaderVariants::variantOf(const GeometryPass& pass,
     v.second_uv = material.flags.z & textures;
     if (v.material_flags >= PEELER_FIRST_TEXTURE_BIT) v.bits |= kTextured;
     if (looks_at == kAll)
-        v.draw_flags = draw.flags & ~PEELER_MIRRORED;  // PEELER_MIRRORED is read at run time
+        v.draw_flags = draw.flags & ~PEELER_MIRRORED;  // PEELER_MIRRORED is a run-time flag
     else if (looks_at != 0)
         v.draw_flags = draw.flags & PEELER_HAS_COLORS;
 

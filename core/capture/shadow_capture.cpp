@@ -11,7 +11,7 @@
 namespace peeler {
 namespace {
 
-/// A sink that uploads the midpoints of each band to a layer of the texture array of shadow maps.
+/// A sink that uploads the midpoints of each band to one layer of the shadow maps' texture array.
 class MapSink final : public Sink {
   public:
     MapSink(const gl::Functions& gl, GLuint texture, int layer)

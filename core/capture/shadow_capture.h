@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Midpoint shadow maps, made from layers that the renderer captures from the lights.
+// Midpoint shadow maps, from layers that the renderer captures from the lights.
 #pragma once
 
 #include <vector>
@@ -12,10 +12,10 @@
 
 namespace peeler {
 
-/// Captures the shadow maps of directional and spot lights with `renderer`. `settings` give the
-/// maps' size and the memory budget. Throws Error (kUsage) if the device does not support textures
-/// of this size, (kInput) if there are too many maps for a texture array, (kMemory) if the maps
-/// alone exceed the budget, and like GlRenderer.
+/// Captures the shadow maps of directional and spot lights with `renderer`. `settings` gives the
+/// maps' size and the memory budget. Throws like GlRenderer, and Error (kUsage) if the device does
+/// not support textures of this size, (kInput) if there are too many maps for a texture array,
+/// (kMemory) if the maps alone exceed the budget.
 ShadowMaps captureShadowMaps(GlRenderer& renderer, const gl::Context& context,
                              const std::vector<PlacedLight>& lights,
                              const CaptureSettings& settings);

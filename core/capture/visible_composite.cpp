@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Composites without hidden fragments: opaque surfaces first, with a depth test, then only the
+// Composites without hidden fragments: first opaque surfaces with a depth test, then the
 // transparent fragments in front of them.
 #include <algorithm>
 #include <numeric>
@@ -10,8 +10,8 @@
 namespace peeler {
 namespace {
 
-// The number of pixels composited and passed on at once: few rows, in memory that stays in the
-// caches, because touching fresh memory costs more than compositing into it.
+// The number of pixels that are composited and passed on at once. Their memory stays in the caches,
+// because touching fresh memory costs more than compositing into it.
 constexpr std::uint64_t kPixelsAtOnce = 1 << 18;
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cutting a picture into bands of rows that fit the memory budget and the driver's buffer limit.
+// Division of a picture into bands of rows that fit the memory budget and the driver's buffer
+// limit.
 #pragma once
 
 #include <cstdint>
@@ -18,29 +19,29 @@ namespace peeler {
 struct BandLimits {
     std::uint64_t fragments = 0;
     std::uint64_t pixels = 0;
-    std::uint64_t row_fragments = 0;  ///< limit for a band of one row, if higher
+    std::uint64_t row_fragments = 0;  ///< limit for a band of one row, if higher than `fragments`
 };
 
 /// The costs of a band.
 struct BandCosts {
-    MemoryUse use{};                        ///< for buffers, the image passed on, and the sink
+    MemoryUse use{};                        ///< of buffers, of the image passed on, and of the sink
     std::uint64_t band_bytes = 0;           ///< maximum bytes of a band of several rows
     std::uint64_t largest_array_bytes = 0;  ///< bytes per fragment in the largest single buffer
     std::uint64_t storage_block_bytes = 0;  ///< the driver's limit on one buffer binding
 };
 
-/// Bytes per pixel of a band: a list head, an offset in the lists and one in the image passed on,
-/// and the pixel that a sink composites into.
+/// Bytes per pixel of a band: a list head, an offset in the lists, an offset in the image passed
+/// on, and the pixel that a sink composites into.
 inline constexpr std::uint64_t kBandPixelBytes = 3 * sizeof(std::uint32_t) + 5 * sizeof(float);
 
-/// Returns the memory that a sink uses besides the band itself. `fragment`: bytes per fragment;
-/// `most_fragments(rows)`: the maximum fragments of any `rows` successive rows.
+/// Returns the memory that a sink needs besides the band itself. `fragment`: bytes per fragment;
+/// `most_fragments(rows)`: the maximum number of fragments in any `rows` successive rows.
 MemoryUse sinkUse(const Sink& sink, const Plan& plan, std::uint64_t fragment,
                   const std::function<std::uint64_t(int rows)>& most_fragments);
 
-/// Returns the limits under a budget with `used` bytes already in use (usedBytes()). Throws Error
-/// (kMemory) if next to nothing is left. A limit may still be too small for a row: then cutBands()
-/// throws.
+/// Returns the limits of bands under a budget of which `used` bytes (usedBytes()) are in use.
+/// Throws Error (kMemory) if the rest is too small for any band. A limit may still be too small for
+/// a row; then cutBands() throws.
 BandLimits bandLimits(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs);
 
 /// Whether half of the budget covers the used bytes and a full band, so that freeing buffers

@@ -14,8 +14,8 @@ namespace peeler {
 namespace {
 
 /// A sorter for the lists of consecutive pixels. Adjacent pixels mostly see the same surfaces in
-/// the same order, so each list starts in the order of the previous one, and an insertion sort has
-/// next to nothing left to do. If it needs too many moves, std::sort takes over.
+/// the same order, so an insertion sort that starts from the previous list's order has little to
+/// do. If it needs too many moves, std::sort takes over.
 class ListSorter {
   public:
     /// Returns the order of the fragments, nearest first; valid until the next call. Depths must
@@ -47,10 +47,10 @@ class ListSorter {
     }
 
   private:
-    /// The maximum moves per fragment; if more are needed, std::sort is cheaper.
+    /// The maximum number of moves per fragment. Beyond it, std::sort is faster.
     static constexpr std::size_t kMoves = 12;
 
-    /// Returns a sort key that increases from the nearest fragment to the farthest and, at equal
+    /// Returns a sort key: it increases from the nearest fragment to the farthest and, at equal
     /// depths, in draw order. The bits of non-negative floats sort like the floats.
     static std::uint64_t keyOf(const std::uint32_t* fragment) {
         return std::uint64_t{~fragment[0]} << 32 | fragment[1];
@@ -66,16 +66,16 @@ class ListSorter {
     std::vector<std::uint64_t> keys_;
 };
 
-/// The pixels of a row, and the destination of their sorted fragments.
+/// The pixels of a row, and where to write their sorted fragments.
 struct SortedRow {
     std::size_t first_pixel, pixels;  ///< in the captured arrays
     std::size_t to_pixel;             ///< index of the first pixel in `out`
     LayeredImage& out;
-    std::uint32_t* sources;  ///< for all fragments of `out`, or null
+    std::uint32_t* sources;  ///< for all fragments of `out`; may be null
 };
 
-/// Sorts the lists of a row. `kStride`: words captured per fragment; `kColorBytes`: bytes of colour
-/// stored per fragment.
+/// Sorts the lists of a row. `kStride`: captured words per fragment; `kColorBytes`: stored bytes of
+/// colour per fragment.
 template <std::size_t kStride, std::size_t kColorBytes>
 void sortRow(const CapturedFragments& captured, const SortedRow& row, ListSorter& sorter) {
     LayeredImage& out = row.out;
@@ -100,7 +100,8 @@ void sortRow(const CapturedFragments& captured, const SortedRow& row, ListSorter
 
 using SortRow = void (*)(const CapturedFragments&, const SortedRow&, ListSorter&);
 
-/// Returns sortRow() for the sizes of captured and stored colours: half or float, plain or tinted.
+/// Returns sortRow() for these sizes of captured and stored colours: half or float, plain or
+/// tinted.
 SortRow rowSorterOf(std::size_t stride, std::size_t color_bytes) {
     if (stride == 2) return sortRow<2, 0>;
     if (stride == 4) return sortRow<4, 8>;
@@ -110,7 +111,7 @@ SortRow rowSorterOf(std::size_t stride, std::size_t color_bytes) {
 }
 
 /// Makes room in `out` for the nearest `max_layers` (0 = all) fragments of each pixel from `first`
-/// on, including the opaque fragments of the row in `behind`, if given.
+/// on. Counts the row's opaque fragments in `behind`, if given.
 void layOut(const CapturedFragments& captured, std::size_t first, std::size_t pixels,
             std::uint32_t max_layers, LayeredImage& out, const std::uint32_t* behind = nullptr) {
     resizeAnew(out.offsets, pixels + 1);
@@ -125,8 +126,8 @@ void layOut(const CapturedFragments& captured, std::size_t first, std::size_t pi
     resizeAnew(out.color.data, out.offsets[pixels] * out.color.stride());
 }
 
-/// Appends the opaque fragments of a row, if any, to their pixels' lists. With coloured opacity,
-/// the opacity of every channel is the fragment's alpha.
+/// Appends the opaque fragments of a row, if any, to their pixels' lists. If opacity is coloured,
+/// each channel's opacity is the fragment's alpha.
 void addBehind(const std::uint32_t* fragments, const std::uint32_t* colors, LayeredImage& lists) {
     constexpr std::size_t kWords = OpaqueFragments::kWords;
     const std::size_t number = pixelTypeSize(lists.color.type), stride = lists.color.stride();

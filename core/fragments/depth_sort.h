@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Depth sorting of captured fragments, into lists or straight into a composite.
+// Depth sorting of captured fragments into lists, or directly into a composite.
 #pragma once
 
 #include <cstddef>
@@ -13,9 +13,10 @@
 
 namespace peeler {
 
-/// A captured band: pixel p owns the fragments [first[p], first[p + 1]), each of `stride` words:
-/// buffer depth, primitive (or another value that orders the pixel's fragments the same way,
-/// LayerArea::keys), and a colour (shaders/stored_fragments.glsl).
+/// A captured band. Pixel p has the fragments [first[p], first[p + 1]). A fragment has `stride`
+/// words: buffer depth, primitive and colour (shaders/stored_fragments.glsl). Instead of the
+/// primitive, a fragment may have another value that orders the pixel's fragments the same way
+/// (LayerArea::keys).
 struct CapturedFragments {
     std::span<const std::uint32_t> first;  ///< pixels + 1 entries
     const std::uint32_t* words = nullptr;
@@ -24,28 +25,28 @@ struct CapturedFragments {
     std::uint32_t primitive(std::size_t fragment) const { return words[fragment * stride + 1]; }
 };
 
-/// The nearest opaque fragments of a band, four words per pixel: depth (0 = none), key, and a
-/// half-float colour. If `colors` is given, its 32-bit floats replace that colour. Each fragment
-/// lies behind its pixel's list.
+/// The nearest opaque fragments of a band, four words per pixel: depth (0 = no fragment), key, and
+/// a half-float colour. If `colors` is given, its 32-bit floats replace the half-float colour. Each
+/// fragment lies behind its pixel's list.
 struct OpaqueFragments {
     const std::uint32_t* fragments = nullptr;  ///< of the top row; lower rows precede it in memory
-    const std::uint32_t* colors = nullptr;     ///< same layout, four words per pixel
+    const std::uint32_t* colors = nullptr;     ///< four words per pixel, in the same row order
 
     static constexpr std::size_t kWords = 4;
 };
 
 /// Sorts every pixel's list by (depth, primitive), keeps the nearest `max_layers` (0 = all),
 /// converts buffer depth to camera Z and writes the result to `out`. The window, colour channels
-/// and type of `out` must be set; its storage is reused; its extra arrays are not changed.
-/// `sources`, if given, receives the index of each fragment of `out` in the captured arrays. Rows
-/// are processed in parallel; the result does not depend on the order.
+/// and type of `out` must be set. Reuses the storage of `out` and leaves its extra arrays
+/// unchanged. `sources`, if given, receives the index in the captured arrays of each fragment of
+/// `out`. Rows are processed in parallel; the result does not depend on their order.
 void depthSort(const CapturedFragments& captured, const Projection& projection,
                std::uint32_t max_layers, LayeredImage& out,
                std::vector<std::uint32_t>* sources = nullptr);
 
-/// Composites the lists that depthSort() would write, bit-identical to compositeNearest(), without
-/// storing them. `color`, an empty array, gives the channels and type of the colours. `behind`, if
-/// given, is composited behind the lists. Overwrites `out`, whose window must be set.
+/// Composites the lists that depthSort() would write, without storing them. Bit-identical to
+/// compositeNearest(). `color`, an empty array, gives the channels and type of the colours.
+/// `behind`, if given, is composited behind the lists. Overwrites `out`, whose window must be set.
 void depthSortComposite(const CapturedFragments& captured, const Projection& projection,
                         std::uint32_t layers, Tail tail, const FragmentArray& color,
                         CompositeImage& out, const OpaqueFragments* behind = nullptr);

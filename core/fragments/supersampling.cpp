@@ -25,25 +25,25 @@ double radicalInverse(unsigned index) {
 struct Entry {
     float z;
     int sample;
-    std::uint32_t fragment;  // in its sample's image
+    std::uint32_t fragment;  // index in its sample's image
     std::uint32_t surface;
 };
 
-/// Fragments that merge into one: at most one per sample.
+/// Fragments to merge into one, at most one per sample.
 struct Group {
     std::uint32_t surface;
     std::size_t nearest;       // index into the pixel's entries
-    std::vector<int> members;  // by sample: index into the pixel's entries, −1 = none
+    std::vector<int> members;  // by sample: index into the pixel's entries; −1: no member
 };
 
 struct MergedRow {
     std::vector<std::uint32_t> counts;  // by pixel
     std::vector<float> z;
     std::vector<MergedColor> colors;
-    std::vector<std::pair<int, std::uint32_t>> nearest;  // sample, and fragment in it
+    std::vector<std::pair<int, std::uint32_t>> nearest;  // sample, and index of the fragment in it
 };
 
-/// Merges the pixels of a row one after another, reusing its buffers.
+/// Merges the pixels of a row one after another, with the same buffers.
 class RowMerger {
   public:
     RowMerger(std::span<const LayeredImage> samples, const SurfaceOf& surface_of)
@@ -64,7 +64,7 @@ class RowMerger {
 
     std::span<const LayeredImage> samples_;
     const SurfaceOf& surface_of_;
-    std::vector<Entry> entries_;  // nearest first, but in the order of each sample
+    std::vector<Entry> entries_;  // sorted by Z, then by sample and fragment
     std::vector<Group> groups_;
     std::vector<int> last_group_;  // by sample
 };
@@ -83,9 +83,9 @@ void RowMerger::collect(std::size_t pixel) {
     });
 }
 
-/// Whether an entry belongs to the group: each member must be, of its sample's fragments of the
-/// surface, the one nearest in Z to the entry. This matters if a surface covers the pixel more than
-/// once (front and back of a ball, folds).
+/// Whether an entry belongs to the group. Among the fragments of the surface in its sample, each
+/// member must be the nearest in Z to the entry. This matters if a surface covers the pixel more
+/// than once (front and back of a ball, folds).
 bool RowMerger::fits(const Group& group, const Entry& entry) const {
     for (const int member : group.members) {
         if (member < 0) continue;
@@ -106,8 +106,8 @@ void RowMerger::group() {
     for (std::size_t i = 0; i < entries_.size(); ++i) {
         const Entry& entry = entries_[i];
         int& last = last_group_[static_cast<std::size_t>(entry.sample)];
-        // Searches only the groups behind that of the sample's previous fragment, so that every
-        // sample keeps its order.
+        // Searches only the groups behind the previous fragment's group, so that every sample keeps
+        // its order.
         int found = static_cast<int>(groups_.size()) - 1;
         while (found > last && groups_[static_cast<std::size_t>(found)].surface != entry.surface)
             --found;

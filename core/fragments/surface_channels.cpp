@@ -19,13 +19,13 @@
 namespace peeler {
 namespace {
 
-/// Projection from world space to pixels of the picture, y down.
+/// Projection from world space to the picture's pixels, y down.
 class PixelProjection {
   public:
     explicit PixelProjection(const View& view)
         : rays_(view), camera_from_world_(glm::inverse(view.camera_to_world)) {}
 
-    /// Returns false if the point is not in front of the camera.
+    /// Returns false if the point is not in front of a perspective camera.
     bool project(const glm::dvec3& world, glm::dvec2& pixel) const {
         const glm::dvec3 point(camera_from_world_ * glm::dvec4(world, 1));
         if (rays_.perspective() && !(point.z < 0)) return false;
@@ -51,29 +51,29 @@ struct Band {
     std::vector<std::uint32_t> ordinals;  // by instance: index among the instances of its node
 };
 
-/// A pixel's ray.
+/// The ray of a pixel, in world space.
 struct PixelRay {
     PixelRay(const View& view, const glm::dvec2& pixel)
         : at(pixel),
           origin(worldPosition(view, at.x, at.y, 0)),
           direction(worldPosition(view, at.x, at.y, 1) - origin) {}
 
-    glm::dvec2 at;  // in the picture
+    glm::dvec2 at;  // pixel position in the picture
     glm::dvec3 origin;
     glm::dvec3 direction;  // not of unit length
 };
 
-/// The current fragment.
+/// The fragment whose channels are evaluated.
 struct Fragment {
     const PixelRay& ray;
     const RecentElements::Entry& entry;
-    std::array<double, 3> weight{};  // barycentric; only if a channel needs them
+    std::array<double, 3> weight{};  // barycentric; set only if a channel needs them
     double z = 0;
 
     const WorldElement& element() const { return entry.element; }
 };
 
-// One function per channel. Each writes the channel's components as doubles, which hold every id
+// The channel functions. Each writes a channel's components as doubles, which hold every id
 // exactly.
 
 void normalOfTriangle(const Band&, const Fragment& f, double* out) {
@@ -121,8 +121,8 @@ void distance(const Band& band, const Fragment& f, double* out) {
     *out = glm::distance(worldPosition(view, f.ray.at.x, f.ray.at.y, f.z), f.ray.origin);
 }
 
-/// The evaluation of a channel from Z and the primitive. `evaluate` is null for channels that a
-/// shader outputs.
+/// The evaluation of a channel from Z and the primitive. `evaluate` is null if a shader outputs the
+/// channel.
 struct Evaluation {
     void (*evaluate)(const Band&, const Fragment&, double* out) = nullptr;
     bool needs_point = false;
@@ -162,7 +162,7 @@ void storeValues(const double* values, std::size_t count, PixelType type, std::b
         store_as([](double value) { return static_cast<std::uint32_t>(value); });
 }
 
-/// A filler of channels, one fragment at a time.
+/// A writer of channels, one fragment at a time.
 class ChannelFiller {
   public:
     ChannelFiller(const FragmentSources& sources, std::span<const Channel> channels,
@@ -170,7 +170,7 @@ class ChannelFiller {
         : band_(sources) {
         for (std::size_t c = 0; c < channels.size(); ++c) {
             FragmentArray& array = arrays[c];
-            // Resets the array but reuses its storage.
+            // Resets the array but keeps its storage.
             FragmentArray fresh = emptyArray(channels[c], image.color.type);
             fresh.data.swap(array.data);
             array = std::move(fresh);
@@ -205,7 +205,7 @@ class ChannelFiller {
     }
 
   private:
-    /// The array of a channel.
+    /// The destination of a channel's values.
     struct Target {
         void (*evaluate)(const Band&, const Fragment&, double* out);
         std::size_t components;
@@ -220,8 +220,8 @@ class ChannelFiller {
     bool needs_point_ = false;
 };
 
-/// Calls take(part, elements, pixel, ray) for every non-empty pixel, in parallel, but each part on
-/// one thread. `corners`: whether the elements must have corners.
+/// Calls take(part, elements, pixel, ray) for every non-empty pixel. Parts are processed in
+/// parallel, the pixels of a part on one thread. `corners`: whether the elements must have corners.
 template <class Take>
 void forEachPixel(const FragmentSources& sources, bool corners, const LayeredImage& image,
                   const std::vector<Window>& parts, Take&& take) {
@@ -239,8 +239,8 @@ void forEachPixel(const FragmentSources& sources, bool corners, const LayeredIma
     });
 }
 
-/// Returns groups of an image's rows, one per task: large enough that the same triangles recur
-/// (RecentElements).
+/// Returns groups of an image's rows, one group per task. A group is large enough that the same
+/// triangles recur (RecentElements).
 std::vector<Window> partsOf(const Window& window) {
     constexpr int kPixels = 1 << 14;
     const int rows = std::max(1, kPixels / std::max(1, window.width()));

@@ -12,7 +12,7 @@ namespace {
 
 constexpr const char* kMakeCurrent = "make the Renderer's own context current";
 
-/// Returns a label that is unique in the process, even if it loads this library twice.
+/// Returns a label that is unique in the process, even if the process loads this library twice.
 std::string newLabel() {
     static std::atomic<std::uint64_t> last = 0;
     return "peeler " + std::to_string(reinterpret_cast<std::uintptr_t>(&last)) + ' ' +

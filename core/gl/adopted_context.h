@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A context made and lent by its owner.
+// A GL context that its owner lends to peeler.
 #pragma once
 
 #include <string>
@@ -9,12 +9,12 @@
 
 namespace peeler::gl {
 
-/// A GL context of another owner, who may also make it current on another thread. Peeler owns only
-/// the objects that it created in the context.
+/// A GL context of another owner, which the owner may also make current on another thread. Peeler
+/// owns only the objects that it created in the context.
 class AdoptedContext final : public Context {
   public:
-    /// Adopts the context that is current on this thread, with the functions that `function_of`
-    /// returns by name. Throws Error (kUsage) if no context is current, (kDevice) if the context
+    /// Adopts the context that is current on this thread. `function_of` returns the context's
+    /// functions by name. Throws Error (kUsage) if no context is current, (kDevice) if the context
     /// lacks required features.
     explicit AdoptedContext(void* (*function_of)(const char* name));
     ~AdoptedContext() override;
@@ -23,8 +23,8 @@ class AdoptedContext final : public Context {
     bool current() const;
     /// Throws Error (kUsage) if this context is not current on this thread.
     void requireCurrent() const;
-    /// Makes all GL objects of this context leak when their owners are destroyed, because their
-    /// names would be deleted in the current context, which may be another one.
+    /// Makes the owners of this context's GL objects leak them on destruction. Otherwise they would
+    /// delete objects of the same names in the current context, which may be another one.
     void abandonObjects();
 
   private:

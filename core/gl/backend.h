@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// GL backends: the row type of the backend table, and the functions of its rows (context_egl.cpp,
+// GL backends: the row type of the backend table, and the functions in its rows (context_egl.cpp,
 // context_osmesa.cpp).
 #pragma once
 
@@ -12,9 +12,9 @@
 
 namespace peeler::gl {
 
-/// A possible context of a backend.
+/// A context that a backend may be able to open.
 struct Candidate {
-    Device device;  ///< with backend, name and, if known beforehand, software; or with the problem
+    Device device;  ///< has backend, name and, if known, software; or has the problem
     /// Opens the context, makes it current and loads its functions. On failure, returns null and
     /// sets `problem` to a sentence.
     std::function<std::unique_ptr<Context>(std::string& problem)> open;
@@ -23,8 +23,8 @@ struct Candidate {
 /// A row of the backend table.
 struct Backend {
     const char* name;
-    /// Returns all candidates, hardware first. A backend without devices returns one candidate that
-    /// says why.
+    /// Returns all candidates, hardware first. A backend without devices returns one candidate with
+    /// the reason in Device::problem.
     std::vector<Candidate> (*candidates)();
 };
 

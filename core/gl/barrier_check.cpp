@@ -19,7 +19,7 @@ namespace peeler::gl {
 namespace {
 
 // The barrier bits that make a shader's writes visible to other shaders, and to commands that
-// clear, copy or map.
+// clear, copy or map buffers.
 constexpr GLbitfield kByShaders = GL_SHADER_STORAGE_BARRIER_BIT;
 constexpr GLbitfield kByCommands = GL_BUFFER_UPDATE_BARRIER_BIT;
 
@@ -32,24 +32,25 @@ struct Block {
 
 /// The accesses to a buffer since the last barrier.
 struct Use {
-    GLbitfield unseen = 0;      ///< barrier bits missing since the last write
+    GLbitfield unseen = 0;      ///< barrier bits that are missing since the last write
     std::uint64_t written = 0;  ///< the last pass that wrote the buffer
-    std::uint64_t read = 0;     ///< the last pass that read the buffer; 0 = none
-    std::string writer;         ///< the block through which that pass wrote
+    std::uint64_t read = 0;     ///< the last pass that read the buffer; 0: no pass
+    std::string writer;         ///< the block through which the last write went
 };
 
-/// The known state of the context whose functions are checked on this thread.
+/// The tracked state of the context whose functions are checked on this thread.
 struct Checked {
     Functions actual;
     PFNGLGETPROGRAMINTERFACEIVPROC get_program_interface_iv = nullptr;
     PFNGLGETPROGRAMRESOURCENAMEPROC get_program_resource_name = nullptr;
     PFNGLGETPROGRAMRESOURCEIVPROC get_program_resource_iv = nullptr;
 
-    std::map<GLuint, std::set<std::string>> shader_writes;   ///< blocks that a shader may write
-    std::map<GLuint, std::set<std::string>> program_writes;  ///< blocks that its shaders may write
-    std::map<GLuint, std::vector<Block>> blocks;             ///< by program
-    std::map<GLuint, GLuint> bound;                          ///< buffers, by binding
-    std::map<GLuint, Use> uses;                              ///< by buffer
+    std::map<GLuint, std::set<std::string>> shader_writes;  ///< blocks that a shader may write
+    /// blocks that the program's shaders may write
+    std::map<GLuint, std::set<std::string>> program_writes;
+    std::map<GLuint, std::vector<Block>> blocks;  ///< storage blocks, by program
+    std::map<GLuint, GLuint> bound;               ///< buffers, by binding
+    std::map<GLuint, Use> uses;                   ///< accesses, by buffer
     GLuint program = 0;
     std::uint64_t pass = 1;
 };
@@ -64,8 +65,8 @@ Checked& checked() {
 }
 
 /// Returns the blocks of a shader that are not declared readonly. Searches line by line, since each
-/// block is declared on one line and a regular expression over the whole shader would take longer
-/// than compiling it.
+/// block is declared on one line. A regular expression over the whole shader would take longer than
+/// compiling the shader.
 std::set<std::string> writtenBlocks(const std::string& text) {
     static const std::regex kBlock(R"((\breadonly\s+)?\bbuffer\s+(\w+)\s*\{)");
     std::set<std::string> names;

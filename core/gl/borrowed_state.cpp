@@ -12,11 +12,11 @@
 namespace peeler::gl {
 namespace {
 
-// The numbers of binding points in shaders/interface.glsl.
+// The number of binding points in shaders/interface.glsl.
 constexpr GLuint kTextureUnits = PEELER_LOBE_UNIT + 1;
 constexpr GLuint kStorageBindings = PEELER_CHANNELS + 1;
 constexpr GLuint kUniformBindings = PEELER_MATERIAL_BLOCK + 1;
-constexpr GLuint kClipDistances = 8;  // GL_MAX_CLIP_DISTANCES is at least this
+constexpr GLuint kClipDistances = 8;  // minimum of GL_MAX_CLIP_DISTANCES
 
 constexpr std::array<std::pair<GLenum, GLenum>, 11> kTextures = {{
     {GL_TEXTURE_1D, GL_TEXTURE_BINDING_1D},
@@ -95,7 +95,7 @@ StateValues readEnabledByIndex(const Functions& gl, GLenum capability, GLenum ho
     return values;
 }
 
-/// Read a capability for each draw buffer, or for each viewport.
+/// Read a capability of each draw buffer, and of each viewport.
 StateValues readBlending(const Functions& gl, GLenum capability) {
     return readEnabledByIndex(gl, capability, GL_MAX_DRAW_BUFFERS);
 }
@@ -129,7 +129,7 @@ void writeBuffer(const Functions& gl, GLenum, const StateValues& values) {
     gl.BindBuffer(Target, asEnum(values[0]));
 }
 
-/// Returns name, start and size of every binding; size 0 means that the whole buffer is bound.
+/// Returns the name, start and size of every binding. Size 0: the whole buffer is bound.
 StateValues readBindings(const Functions& gl, GLenum binding, GLenum start, GLenum size,
                          GLuint bindings) {
     StateValues values;
@@ -168,7 +168,7 @@ StateValues readUniforms(const Functions& gl, GLenum binding) {
                         kUniformBindings);
 }
 
-/// Calls each(unit) for every texture unit, with that unit active.
+/// Calls each(unit) for every texture unit while that unit is active.
 template <class Each>
 void forEachUnit(const Functions& gl, Each each) {
     const auto active = static_cast<GLenum>(integer(gl, GL_ACTIVE_TEXTURE));
@@ -382,7 +382,7 @@ StateRow pixelStore(const char* name, GLenum parameter, double needed = 0) {
     return {name, parameter, readInteger, writePixelStore, {needed}};
 }
 
-constexpr GLenum kDepthBoundsTest = 0x8890;  // EXT_depth_bounds_test, not in glcorearb.h
+constexpr GLenum kDepthBoundsTest = 0x8890;  // EXT_depth_bounds_test; not in glcorearb.h
 
 const std::vector<StateRow>& rows() {
     static const std::vector<StateRow> table = {
@@ -530,7 +530,7 @@ const std::vector<StateRow>& rows() {
     return table;
 }
 
-/// Returns `needed`, repeated to this many values.
+/// Returns `needed`, repeated to a length of `values`.
 StateValues repeated(const StateValues& needed, std::size_t values) {
     StateValues all(values);
     for (std::size_t i = 0; i < values; ++i)
@@ -557,8 +557,8 @@ constexpr std::array<QueryRow, 6> kQueries = {{
     {GL_TIME_ELAPSED, "GL_TIME_ELAPSED", false},
 }};
 
-/// Whether conditional rendering is active. GL has no query for it, but beginning it twice is an
-/// error.
+/// Whether conditional rendering is active. GL has no query for this, but beginning conditional
+/// rendering twice is an error.
 bool rendersConditionally(const Functions& gl) {
     GLuint query = 0;
     gl.CreateQueries(GL_SAMPLES_PASSED, 1, &query);
@@ -576,8 +576,8 @@ std::span<const StateRow> borrowedStateRows() {
 }
 
 std::vector<GLenum> takeErrors(const Functions& gl) {
-    // Ends the loop in any case: GL keeps at most one error of each kind, but a lost context
-    // returns the same error forever.
+    // Bounds the loop. GL keeps at most one error of each kind, but a lost context returns the same
+    // error forever.
     constexpr std::size_t kMost = 16;
     std::vector<GLenum> errors;
     while (errors.size() < kMost) {

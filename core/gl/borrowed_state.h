@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Borrowed GL state: saved while peeler works in another owner's context, and restored afterwards.
+// Borrowed GL state: saved before peeler works in another owner's context, and restored afterwards.
 #pragma once
 
 #include <cstddef>
@@ -10,47 +10,48 @@
 
 namespace peeler::gl {
 
-/// The values of a row, of any GL type: a double holds each of them exactly.
+/// The values of a row. A double holds any GL type's values exactly.
 using StateValues = std::vector<double>;
 
 /// A row of the state table (OpenGL 4.5 core, 23, "State Tables").
 struct StateRow {
     const char* name;
     GLenum parameter;
-    /// Read and write all values; for an indexed parameter, those of every index that peeler uses.
+    /// Read and write all values. An indexed parameter has the values of every index that peeler
+    /// uses.
     StateValues (*read)(const Functions& gl, GLenum parameter);
     void (*write)(const Functions& gl, GLenum parameter, const StateValues& values);
-    /// The values that peeler starts from: GL's initial values, as in a context of its own,
-    /// repeated for all indices. Empty = every pass sets the values it needs.
+    /// The values that peeler starts from: GL's initial values, repeated for all indices. Empty:
+    /// every pass sets the values that it needs.
     StateValues needed;
-    const char* extension = nullptr;  ///< required by the row; null = core
+    const char* extension = nullptr;  ///< required extension; null = core
 };
 
 /// Returns the table of all state that affects peeler's pictures or that peeler changes, in the
-/// order in which it is restored.
+/// order of restoring.
 ///
-/// State that does neither has no row: values of disabled features (stencil functions, the logic
-/// operation, polygon offsets, sample masks, the restart index), blend and clear colours, image
-/// units, atomic counters, patch parameters, renderbuffers, parameters of compressed pixels.
-/// Extension state without a row must have its initial values.
+/// All other state has no row: values of disabled features (stencil functions, the logic operation,
+/// polygon offsets, sample masks, the restart index), blend and clear colours, image units, atomic
+/// counters, patch parameters, renderbuffers, parameters of compressed pixels. Extension state
+/// without a row must have its initial values.
 ///
-/// GL offers no way to restore: a program or a pipeline that was deleted while in use; a buffer or
-/// a texture that another context deleted while it was bound here; pending errors (takeErrors()). A
-/// debug callback also receives the messages of peeler's calls.
+/// GL offers no way to restore some state: a program or a pipeline that was deleted while in use; a
+/// buffer or a texture that another context deleted while it was bound here; pending errors
+/// (takeErrors()). A debug callback also receives the messages of peeler's calls.
 std::span<const StateRow> borrowedStateRows();
 
 /// Returns and clears the pending errors of a context, oldest first.
 std::vector<GLenum> takeErrors(const Functions& gl);
 
-/// Throws Error (kUsage) if an operation is in progress that peeler cannot work within: a query
-/// that counts drawing or measures time, conditional rendering, or transform feedback that is not
-/// paused. No error may be pending. (Pipeline statistics queries, an extension, may be active: they
-/// also count peeler's work.)
+/// Throws Error (kUsage) if the context has an operation in progress that would affect or count
+/// peeler's work: a query that counts drawing or measures time, conditional rendering, or transform
+/// feedback that is not paused. No error may be pending. Pipeline statistics queries (an extension)
+/// may be active; they also count peeler's work.
 void requireNothingBegun(const Functions& gl);
 
-/// A scope that sets every row of the table to the values peeler needs, and restores the previous
-/// values on destruction. The context must be current at both times. GL errors raised while
-/// restoring are cleared.
+/// A scope: sets every row of the table to the values that peeler needs, and restores the previous
+/// values on destruction. The context must be current at both times. Clears GL errors raised while
+/// restoring.
 class BorrowedState {
   public:
     explicit BorrowedState(const Functions& gl);

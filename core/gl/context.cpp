@@ -18,7 +18,7 @@
 namespace peeler::gl {
 namespace {
 
-// The table of backends, in the order `auto` tries them. OSMesa comes last, because Mesa 25.1
+// The table of backends, in the order in which `auto` tries them. OSMesa is last, because Mesa 25.1
 // removed it.
 constexpr std::array<Backend, 2> kBackends = {{
     {"egl", eglCandidates},
@@ -39,8 +39,8 @@ std::string examine(const Functions& gl, Device& device) {
                                device.renderer.find("softpipe") != std::string::npos ||
                                device.renderer.find("SWR") != std::string::npos;
     device.software = device.software || software_name;
-    // On the surfaceless platform Mesa chooses the driver (a GPU's if there is one), so only the
-    // renderer's name shows whether it is software.
+    // On the surfaceless platform Mesa chooses the driver (a GPU's driver if there is a GPU), so
+    // only the renderer's name shows whether the device is software.
     if (device.name.find("surfaceless") != std::string::npos) device.software = software_name;
 
     const auto integer = [&](GLenum name) {
@@ -73,8 +73,8 @@ std::string examine(const Functions& gl, Device& device) {
         return "it has OpenGL " + std::to_string(major) + "." + std::to_string(minor) +
                ", but 4.5 core is needed";
     }
-    // dual_composite.frag needs the most: list heads, counts, depths, stamps, lights, and two
-    // blocks for a clip mesh.
+    // dual_composite.frag needs the most storage blocks: list heads, counts, depths, stamps,
+    // lights, and two blocks for a clip mesh.
     constexpr int kStorageBlocks = 7;
     if (limits.fragment_storage_blocks < kStorageBlocks) {
         return "it has " + std::to_string(limits.fragment_storage_blocks) +
@@ -95,14 +95,14 @@ void APIENTRY printMessage(GLenum, GLenum type, GLuint, GLenum, GLsizei, const G
 #endif
 
 /// Throws Error (kMemory) if not all threads of the software rasteriser can be started. llvmpipe
-/// waits forever for threads that it could not start (Mesa 22.3.6 to 25.0.7: lp_rast_create()
-/// starts fewer, and lp_setup_create() still expects all of them to signal its fences).
+/// waits forever for threads that it failed to start (Mesa 22.3.6 to 25.0.7: lp_rast_create()
+/// starts fewer threads, but lp_setup_create() expects all of them to signal its fences).
 void requireRasterizerThreads() {
-    constexpr long kMost = 32;  // LP_MAX_THREADS, 16 in Mesa 22.3
+    constexpr long kMost = 32;  // LP_MAX_THREADS; 16 in Mesa 22.3
     const char* const set = std::getenv("LP_NUM_THREADS");
     const long all = set ? std::strtol(set, nullptr, 0) : sysconf(_SC_NPROCESSORS_ONLN);
     const int needed = static_cast<int>(std::clamp(all, 1L, kMost));
-    // Tries again, since another process may briefly have taken the last thread.
+    // Tries again, since another process may hold the last threads only briefly.
     constexpr int kTries = 3;
     constexpr std::chrono::milliseconds kBetweenTries{20};
     int startable = 0;
@@ -119,7 +119,7 @@ void requireRasterizerThreads() {
         "", std::string(kMoreThreads) + (startable == 0 ? "" : ", or set LP_NUM_THREADS to fewer"));
 }
 
-/// Opens and examines a candidate. On failure returns null and sets device.problem. Throws Error
+/// Opens and examines a candidate. On failure, returns null and sets device.problem. Throws Error
 /// (kMemory) if the driver would hang (requireRasterizerThreads()).
 std::unique_ptr<Context> tryOpen(Candidate& candidate, Device& device) {
     device = candidate.device;
@@ -168,7 +168,7 @@ std::string shortText(const Device& device) {
 }
 
 /// Returns the candidates to try. Throws Error (kDevice) if the requested device is not among them,
-/// or is ambiguous.
+/// or if the request is ambiguous.
 std::vector<BackendCandidate> requested(const ContextRequest& request) {
     std::vector<BackendCandidate> rows;
     std::string list;
@@ -186,8 +186,8 @@ std::vector<BackendCandidate> requested(const ContextRequest& request) {
                 Parameter::kDevice + " " + request.device.text(), "choose one of:" + list);
 }
 
-/// Opens the first usable candidate, or returns null if all fail. `attempts` receives a sentence
-/// for each candidate that failed before it.
+/// Opens the first usable candidate; returns null if all fail. `attempts` receives a sentence for
+/// each candidate that failed before the usable one.
 std::unique_ptr<Context> openFirst(std::vector<BackendCandidate> rows,
                                    const ContextRequest& request,
                                    std::vector<std::string>& attempts) {

@@ -14,7 +14,7 @@ namespace peeler::gl {
 
 struct Functions;
 
-/// Driver limits that affect how a picture is cut into bands, and which settings a user may
+/// Driver limits. They affect how a picture is divided into bands, and which settings a user may
 /// request.
 struct Limits {
     std::int64_t shader_storage_block_size = 0;  ///< bytes
@@ -22,29 +22,29 @@ struct Limits {
     int framebuffer_width = 0, framebuffer_height = 0;
     int viewport_width = 0, viewport_height = 0;
     int texture_size = 0;
-    int texture_layers = 0;  ///< maximum layers of an array texture
-    int texture_units = 0;   ///< maximum for a fragment shader
+    int texture_layers = 0;  ///< maximum number of layers of an array texture
+    int texture_units = 0;   ///< maximum number for a fragment shader
     int subpixel_bits = 0;
     int point_size = 1;              ///< maximum pixels per side of a point
-    bool framebuffer_fetch = false;  ///< fragment shaders can read the pixel they overwrite
+    bool framebuffer_fetch = false;  ///< whether fragment shaders can read the pixel they overwrite
 };
 
-/// A candidate for a context, with the result of trying it.
+/// A device to open a context on, with the result of trying it.
 struct Device {
-    std::string backend;  ///< as in the backend table: "egl", "osmesa"
-    int index = 0;        ///< counted across all backends, in the order of trying
-    std::string name;     ///< the backend's name for it: "device 0 (/dev/dri/card0)", "surfaceless"
-    std::string uuid;     ///< "8932f937-d72c-4106-c12f-20bd9faed9f6"; "" = unknown
-    std::optional<int> cuda;  ///< its CUDA number, under CUDA_VISIBLE_DEVICES
-    bool software = false;    ///< renders on the CPU
+    std::string backend;      ///< name in the backend table: "egl", "osmesa"
+    int index = 0;            ///< counted across all backends, in the order of trying
+    std::string name;         ///< name in the backend: "device 0 (/dev/dri/card0)", "surfaceless"
+    std::string uuid;         ///< "8932f937-d72c-4106-c12f-20bd9faed9f6"; "" if unknown
+    std::optional<int> cuda;  ///< CUDA number under CUDA_VISIBLE_DEVICES
+    bool software = false;    ///< whether it renders on the CPU
     std::string version;      ///< GL_VERSION
     std::string renderer;     ///< GL_RENDERER
     std::string vendor;       ///< GL_VENDOR
     Limits limits;
-    std::string problem;  ///< why it is unusable, one sentence; empty if usable
+    std::string problem;  ///< why the device is unusable, one sentence; empty if usable
 };
 
-/// A current context. Belongs to the thread that made it.
+/// A current context. Belongs to the thread that opened it.
 class Context {
   public:
     Context();
@@ -60,22 +60,22 @@ class Context {
     Device device_;
 };
 
-/// Fills in the version and limits of the current context. Returns the missing requirement, one
+/// Sets the version and limits from the current context. Returns the missing requirement as one
 /// sentence, or "".
 std::string examine(const Functions& gl, Device& device);
 
-/// Returns the names in the backend table, in the order `auto` tries them.
+/// Returns the names in the backend table, in the order in which `auto` tries them.
 std::vector<std::string> backendNames();
 
-/// Tries every device of every backend and reports each. Never throws for a device that fails.
+/// Tries every device of every backend and returns the results. Never throws for a failing device.
 std::vector<Device> listDevices();
 
 /// Requirements for a context.
 struct ContextRequest {
-    std::string backend = "auto";  ///< or the name of a backend
+    std::string backend = "auto";  ///< "auto", or the name of a backend
     DeviceChoice device{};         ///< one of listDevices(), of any backend
-    bool require_gpu = false;      ///< refuse software renderers
-    bool core_only = false;        ///< use only OpenGL 4.5 core, whatever the driver supports
+    bool require_gpu = false;      ///< whether to refuse software renderers
+    bool core_only = false;        ///< whether to use OpenGL 4.5 core without extensions
 
     /// Whether the request chooses a device.
     bool choosesDevice() const { return backend != "auto" || device.given() || require_gpu; }
@@ -84,13 +84,13 @@ struct ContextRequest {
 
 /// Makes a context current on this thread. Never uses a GPU that CUDA_VISIBLE_DEVICES hides, even
 /// on request. `failed_attempts` (may be null) receives one sentence for each device tried before
-/// the one that worked. Throws Error (kDevice) that lists every attempt, or the existing devices if
-/// the requested one does not exist; (kUsage) for an unknown backend.
+/// the usable one. Throws Error (kDevice) that lists every attempt, or the existing devices if the
+/// requested one does not exist; (kUsage) if the backend is unknown.
 std::unique_ptr<Context> createContext(const ContextRequest& request,
                                        std::vector<std::string>* failed_attempts = nullptr);
 
 /// Returns a context of the first usable GPU, current on this thread; null if there is no usable
-/// GPU. Fast, because devices listed as software are not opened. `failed_attempts` is as in
+/// GPU. Fast, because it does not open devices listed as software. `failed_attempts` is as in
 /// createContext().
 std::unique_ptr<Context> findGpuContext(std::vector<std::string>* failed_attempts = nullptr);
 

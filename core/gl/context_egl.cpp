@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // EGL without a window system: hardware devices, Mesa's software device, the surfaceless platform.
-#define EGL_NO_X11  // keep X's headers (and their macros) out
+#define EGL_NO_X11  // keeps out X's headers and their macros
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 #include <dlfcn.h>
@@ -55,7 +55,7 @@ bool hasWord(std::string_view list, std::string_view word) {
 const EglLibrary& eglLibrary() {
     static const EglLibrary loaded = [] {
         EglLibrary lib;
-        // Never closed: drivers keep threads and exit handlers.
+        // Never closed, since drivers keep threads and exit handlers.
         void* handle = dlopen("libEGL.so.1", RTLD_NOW | RTLD_LOCAL);
         if (!handle) {
             lib.problem = std::string(dlerror()) + " (Debian: libegl1)";
@@ -155,7 +155,7 @@ std::unique_ptr<Context> openEglContext(EGLenum platform, void* native, const De
         problem = eglError("eglBindAPI(EGL_OPENGL_API)");
         return nullptr;
     }
-    EGLConfig config = nullptr;  // EGL_NO_CONFIG_KHR if the driver accepts it
+    EGLConfig config = nullptr;  // null = EGL_NO_CONFIG_KHR
     if (!hasWord(extensions, "EGL_KHR_no_config_context")) {
         const std::array<EGLint, 3> wanted = {EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_NONE};
         EGLint found = 0;
@@ -171,8 +171,9 @@ std::unique_ptr<Context> openEglContext(EGLenum platform, void* native, const De
 #ifndef NDEBUG
     attributes.insert(attributes.end(), {EGL_CONTEXT_OPENGL_DEBUG, EGL_TRUE});
 #endif
-    // Tries reset notification first, so that a lost GPU is noticed (glGetGraphicsResetStatus) and
-    // becomes exit code 5; not every driver accepts the attribute (Mesa 22.3's llvmpipe does not).
+    // Requests reset notification first, so that a lost GPU is noticed (glGetGraphicsResetStatus)
+    // and leads to exit code 5. Not every driver accepts the attribute (Mesa 22.3's llvmpipe does
+    // not).
     std::vector<EGLint> robust = attributes;
     robust.insert(robust.end(), {EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY,
                                  EGL_LOSE_CONTEXT_ON_RESET, EGL_NONE});
@@ -206,7 +207,7 @@ Candidate candidate(Device device, EGLenum platform, void* native) {
             }};
 }
 
-/// A device listed by EGL, with its CUDA number as reported by the driver.
+/// A device listed by EGL, with the CUDA ordinal that its driver reports.
 struct Listed {
     EGLDeviceEXT handle = nullptr;
     Device device;
@@ -246,8 +247,8 @@ Listed describe(EGLDeviceEXT handle, int index) {
     Listed listed;
     listed.handle = handle;
     Device& device = listed.device;
-    // Queries attributes only of devices that have this string: some drivers list devices that the
-    // process's cgroup forbids, and crash if asked for their attributes.
+    // Queries attributes only of devices with an extension string. Some drivers list devices that
+    // the process's cgroup forbids, and crash when asked for their attributes.
     const char* text = eglLibrary().query_device_string(handle, EGL_EXTENSIONS);
     if (!text) {
         device.name = "device " + std::to_string(index);
@@ -271,7 +272,7 @@ void numberForCuda(std::vector<Listed>& devices) {
         all.push_back({devices[i].ordinal, devices[i].device.uuid});
         positions.push_back(i);
     }
-    // If no device has a number, there is no CUDA.
+    // If no device has an ordinal, there is no CUDA.
     if (std::none_of(all.begin(), all.end(), [](const CudaDevice& gpu) { return gpu.ordinal; }))
         return;
     const auto variable = cudaVisibleDevices();

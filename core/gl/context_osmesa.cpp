@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// OSMesa: Mesa's off-screen rasteriser, without a window-system library.
+// OSMesa: Mesa's off-screen rasteriser, which needs no window-system library.
 #include <dlfcn.h>
 
 #include <array>
@@ -11,8 +11,8 @@
 namespace peeler::gl {
 namespace {
 
-// From GL/osmesa.h, repeated here so that building does not need its package: the library is a
-// run-time choice (and dropped upstream in Mesa 25.1).
+// From GL/osmesa.h, repeated here so that the build does not need its package. The library is
+// chosen at run time (Mesa 25.1 dropped it).
 using OSMesaContext = struct osmesa_context*;
 constexpr int kOsmesaFormat = 0x22, kOsmesaRgba = 0x1908;
 constexpr int kOsmesaDepthBits = 0x30, kOsmesaStencilBits = 0x31, kOsmesaProfile = 0x33;
@@ -30,8 +30,8 @@ const OsmesaLibrary& osmesaLibrary() {
     static const OsmesaLibrary loaded = [] {
         OsmesaLibrary lib;
         void* handle = nullptr;
-        // RTLD_LOCAL, because the library exports gl* symbols that would shadow libGL's. Never
-        // closed, because Mesa keeps threads.
+        // RTLD_LOCAL, because the library's gl* symbols would shadow libGL's. Never closed, because
+        // Mesa keeps threads.
         for (const char* name : {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"})
             if (!handle) handle = dlopen(name, RTLD_NOW | RTLD_LOCAL);
         if (!handle) {
@@ -70,15 +70,14 @@ class OsmesaContextHolder final : public Context {
     Functions& mutableFunctions() { return *functions_; }
 
   private:
-    /// Pixels per side of the colour buffer that OSMesa requires; peeler renders to its own
-    /// framebuffers.
+    /// Pixels per side of the colour buffer that OSMesa requires but peeler does not use.
     static constexpr int kSize = 4;
     OSMesaContext context_;
     std::array<std::uint32_t, static_cast<std::size_t>(kSize) * kSize> buffer_{};
 };
 
-/// Opens a context. The OSMesa library is loaded here and not at startup, because it brings in
-/// LLVM, which a run on a GPU does not need.
+/// Opens a context. Loads the OSMesa library only now, because it loads LLVM, which a run on a GPU
+/// does not need.
 std::unique_ptr<Context> openOsmesaContext(const Device& device, std::string& problem) {
     problem = osmesaLibrary().problem;
     if (!problem.empty()) return nullptr;

@@ -11,7 +11,7 @@
 namespace peeler::gl {
 namespace {
 
-/// Returns the only device that matches the predicate; nothing if none or several match.
+/// Returns the only device that matches the predicate; nullopt if no device or several match.
 template <class Predicate>
 std::optional<std::size_t> only(const std::vector<CudaDevice>& devices, Predicate matches) {
     const auto first = std::find_if(devices.begin(), devices.end(), matches);
@@ -41,7 +41,7 @@ std::optional<std::size_t> named(std::string_view identifier,
     return only(devices, [&](const CudaDevice& device) { return device.ordinal == ordinal; });
 }
 
-/// Returns the devices that have an ordinal, sorted by it.
+/// Returns the devices with an ordinal, sorted by ordinal.
 std::vector<std::size_t> byOrdinal(const std::vector<CudaDevice>& devices) {
     std::vector<std::size_t> found;
     for (std::size_t i = 0; i < devices.size(); ++i)

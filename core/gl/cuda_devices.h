@@ -11,21 +11,24 @@ namespace peeler::gl {
 
 /// A GPU with a CUDA number.
 struct CudaDevice {
-    std::optional<int> ordinal;  ///< as the driver reports it; empty = not reported
-    std::string uuid;            ///< "8932f937-d72c-4106-c12f-20bd9faed9f6", or empty if unknown
+    std::optional<int> ordinal;  ///< nullopt if the driver does not report it
+    std::string uuid;            ///< "8932f937-d72c-4106-c12f-20bd9faed9f6"; empty if unknown
 };
 
-/// Returns the indices, into `devices`, of the visible ones in CUDA's order: the position in the
-/// result is the number after "cuda:". `variable` is the value of CUDA_VISIBLE_DEVICES; empty = not
-/// set. Without it, the devices with an ordinal are visible, in the order of their ordinals. The
-/// same holds if only some devices have an ordinal, because a driver that asks CUDA finds the
-/// variable in the environment and numbers only the visible devices. If the variable is set and all
-/// devices have ordinals, the ordinals are those that CUDA gives without the variable, and CUDA's
-/// rules apply (CUDA Programming Guide, "CUDA environment variables"): comma-separated identifiers,
-/// each an ordinal, the beginning of a UUID after "GPU-" that matches only one device, or a slice
-/// of a GPU, MIG-GPU-UUID/i/j. The first identifier that names no device ends the list; naming a
-/// device twice makes the list empty. A slice with its own UUID (MIG-UUID) names no device: EGL
-/// does not report slices.
+/// Returns the indices (into `devices`) of the visible GPUs in CUDA's order; a position in the
+/// result is the number after "cuda:". `variable` is the value of CUDA_VISIBLE_DEVICES; nullopt =
+/// not set.
+///
+/// If the variable is not set, the devices with an ordinal are visible, in the order of their
+/// ordinals. The same holds if only some devices have an ordinal: a driver that asks CUDA finds the
+/// variable in the environment and numbers only the visible devices.
+///
+/// If the variable is set and all devices have ordinals, the ordinals do not depend on the
+/// variable, and CUDA's rules apply (CUDA Programming Guide, "CUDA environment variables"). The
+/// variable is a comma-separated list of identifiers: an ordinal, the beginning of a UUID after
+/// "GPU-" that matches only one device, or a slice of a GPU, MIG-GPU-UUID/i/j. An identifier that
+/// names no device ends the list. A device named twice makes the list empty. A slice with its own
+/// UUID (MIG-UUID) names no device, since EGL does not report slices.
 std::vector<std::size_t> visibleCudaDevices(const std::optional<std::string>& variable,
                                             const std::vector<CudaDevice>& devices);
 
@@ -33,13 +36,14 @@ std::vector<std::size_t> visibleCudaDevices(const std::optional<std::string>& va
 /// has any other character.
 std::string uuidDigits(std::string text);
 
-/// Returns the value given to setCudaVisibleDevices(), else the current value in the environment.
+/// Returns the value given to setCudaVisibleDevices() or, if it was not called, the current value
+/// in the environment.
 std::optional<std::string> cudaVisibleDevices();
 
-/// Sets the original CUDA_VISIBLE_DEVICES for a program that has removed it from its own
-/// environment, so that a driver that asks CUDA numbers all devices, as other drivers do. Without
-/// this call, the environment is read whenever devices are listed. The environment is never
-/// changed. Call this before the first context.
+/// Sets the original value of CUDA_VISIBLE_DEVICES, for a program that has removed the variable
+/// from its own environment. (Without the variable, a driver that asks CUDA numbers all devices, as
+/// other drivers do.) If this is not called, peeler reads the environment whenever it lists
+/// devices. Never changes the environment. Call this before the first context.
 void setCudaVisibleDevices(std::string value);
 
 /// Returns a UUID's 16 bytes as text: "8932f937-d72c-4106-c12f-20bd9faed9f6".

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The OpenGL functions peeler calls, loaded from the library that made the context.
+// The OpenGL functions that peeler calls, loaded from the library that made the context.
 #pragma once
 
 #include <GL/glcorearb.h>
@@ -10,8 +10,8 @@
 
 namespace peeler::gl {
 
-// One list for the declarations and the loader: X(stem of the type PFNGL…PROC, function name
-// without "gl").
+// The list of functions, for the declarations and the loader: X(stem of the type PFNGL…PROC,
+// function name without "gl").
 #define PEELER_GL_FUNCTIONS(X)                                  \
     X(ACTIVETEXTURE, ActiveTexture)                             \
     X(ATTACHSHADER, AttachShader)                               \
@@ -131,14 +131,15 @@ namespace peeler::gl {
     X(VIEWPORT, Viewport)                                       \
     X(VIEWPORTINDEXEDF, ViewportIndexedf)
 
-/// Function pointers of one context. OSMesa and EGL each have their own, so nothing here is global.
+/// Function pointers of one context. EGL and OSMesa contexts have different pointers, so they are
+/// not global.
 struct Functions {
 #define X(stem, name) PFNGL##stem##PROC name = nullptr;
     PEELER_GL_FUNCTIONS(X)
 #undef X
 };
 
-/// Finds a GL function by its full name ("glEnable"); returns null if there is no such function.
+/// A function that returns a GL function by its full name ("glEnable"); null if it does not exist.
 using ProcAddress = std::function<void*(const char* name)>;
 
 /// Loads every function and applies checkBarriers(). Returns the name of the first missing

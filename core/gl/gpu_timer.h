@@ -15,14 +15,14 @@ namespace peeler::gl {
 
 using Query = Object<&Functions::DeleteQueries>;
 
-/// A timer for spans of GPU commands, using timer queries (OpenGL 4.5 core, 4.3, "Time Queries"),
-/// so that measuring does not wait for the GPU. Does not measure software renderers, whose time is
-/// CPU time.
+/// A timer for spans of GPU commands. Uses timer queries (OpenGL 4.5 core, 4.3, "Time Queries"), so
+/// that measuring does not wait for the GPU. Does not measure software renderers, whose time is CPU
+/// time.
 class GpuTimer {
   public:
     explicit GpuTimer(const Context& context) : context_(context) {}
 
-    /// A scope whose GPU commands are measured. Spans must not nest.
+    /// A scope that measures its GPU commands. Spans must not nest.
     class Span {
       public:
         explicit Span(const Functions* gl) : gl_(gl) {}
@@ -36,10 +36,10 @@ class GpuTimer {
         const Functions* gl_;
     };
 
-    /// Begins a span that counts for this stage.
+    /// Begins a span of this stage.
     [[nodiscard]] Span span(const char* stage);
 
-    /// Waits for all spans and adds their milliseconds to their stages.
+    /// Waits for all spans and adds their milliseconds to the times of their stages.
     void takeInto(StageTimes& times);
 
   private:

@@ -27,7 +27,7 @@ GLuint newBuffer(const Functions& gl) {
 Buffer::Mapping::Mapping(const Functions& gl, GLuint buffer, std::size_t bytes, GLbitfield access)
     : gl_(&gl), buffer_(buffer), data_(mapped(gl, buffer, bytes, access)) {}
 
-// GL does not allow zero-sized storage, but an empty scene is valid here.
+// GL forbids zero-sized storage, but an empty scene is valid here.
 Buffer::Buffer(const Functions& gl, std::size_t bytes)
     : Object(gl, newBuffer(gl)), size_(bytes ? bytes : 4) {
     gl.NamedBufferStorage(name(), static_cast<GLsizeiptr>(size_), nullptr,
@@ -63,8 +63,8 @@ Fence::Fence(const Functions& gl) : sync_(gl.FenceSync(GL_SYNC_GPU_COMMANDS_COMP
 }
 
 void Fence::wait() const {
-    // The timeout, for drivers that do not report a lost context; with others, losing the context
-    // ends the wait.
+    // The timeout for drivers that do not report a lost context. Other drivers end the wait when
+    // the context is lost.
     constexpr GLuint64 kNanoseconds = 600'000'000'000;
     const Functions& gl = *sync_.get_deleter().gl;
     const GLenum came = gl.ClientWaitSync(sync_.get(), 0, kNanoseconds);
@@ -85,10 +85,10 @@ ReadBack::ReadBack(const Functions& gl, std::size_t bytes)
 void ReadBack::copy(const Functions& gl, const Buffer& from, std::size_t bytes) {
     if (bytes == 0) return;
     if (size_ < bytes) {
-        *this = {};  // free first: never hold both
+        *this = {};  // free the old buffer first, so that two are never held
         *this = ReadBack(gl, bytes);
     }
-    // The first bit is for the copy, the second for later passes that write to the buffer.
+    // The first bit is for this copy, the second for later passes that write to the copied buffer.
     gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
     gl.CopyNamedBufferSubData(from.name(), name(), 0, 0, static_cast<GLsizeiptr>(bytes));
 }

@@ -15,8 +15,8 @@
 
 namespace peeler::gl {
 
-/// The owner of one GL name; `Delete` is the member of Functions that frees it. Must not outlive
-/// the context.
+/// The owner of one GL name. `Delete` is the member of Functions that deletes the name. Must not
+/// outlive the context.
 template <auto Delete>
 class Object {
   public:
@@ -47,10 +47,11 @@ using SamplerObject = Object<&Functions::DeleteSamplers>;
 using VertexArray = Object<&Functions::DeleteVertexArrays>;
 using Framebuffer = Object<&Functions::DeleteFramebuffers>;
 
-/// A buffer with immutable storage, in GPU memory if there is any; the CPU accesses it by mapping.
+/// A buffer with immutable storage, in GPU memory if available. The CPU accesses it by mapping.
 class Buffer : public Object<&Functions::DeleteBuffers> {
   public:
-    /// A mapped range, unmapped on destruction. No GPU command may use the buffer until then.
+    /// A mapped range, unmapped on destruction. GPU commands must not use the buffer while it is
+    /// mapped.
     class Mapping {
       public:
         Mapping(const Functions& gl, GLuint buffer, std::size_t bytes, GLbitfield access);
@@ -73,9 +74,9 @@ class Buffer : public Object<&Functions::DeleteBuffers> {
     Buffer(const Functions& gl, std::size_t bytes);
 
     std::size_t size() const { return size_; }
-    /// Map the first `bytes`, for reading (after waitForGpu) or for overwriting, which discards the
-    /// whole buffer. Overwriting need not wait for commands that still read it: the driver provides
-    /// other memory, or waits itself.
+    /// Map the first `bytes` for reading (after waitForGpu()) or for overwriting, which discards
+    /// the whole buffer. Overwriting is safe while commands still read the buffer: the driver
+    /// provides other memory, or waits.
     Mapping read(std::size_t bytes) const;
     Mapping overwrite(std::size_t bytes) const;
     /// Sets the first `bytes` to 0, on the GPU.
@@ -87,15 +88,16 @@ class Buffer : public Object<&Functions::DeleteBuffers> {
     std::size_t size_ = 0;
 };
 
-/// A fence in a context's command stream. The CPU can wait for it while the GPU goes on with later
+/// A fence in a context's command stream. The CPU can wait for it while the GPU runs later
 /// commands.
 class Fence {
   public:
     Fence() = default;
-    /// Places the fence after all commands so far and flushes them to the GPU.
+    /// Places the fence after all commands so far and flushes the commands to the GPU.
     explicit Fence(const Functions& gl);
 
-    /// Returns when the GPU has reached the fence. Throws Error (kDevice) if it never does.
+    /// Returns when the GPU has reached the fence. Throws Error (kDevice) if it does not reach it
+    /// within ten minutes.
     void wait() const;
 
   private:
@@ -106,8 +108,8 @@ class Fence {
     std::unique_ptr<std::remove_pointer_t<GLsync>, Delete> sync_;
 };
 
-/// A copy of a buffer in CPU-visible memory, so that it can be read while the GPU overwrites the
-/// buffer. Grown on demand, reused.
+/// A copy of a buffer in CPU-visible memory, which can be read while the GPU overwrites the buffer.
+/// Grows on demand and is reused.
 class ReadBack : public Object<&Functions::DeleteBuffers> {
   public:
     ReadBack() = default;
@@ -137,14 +139,15 @@ Texture makeTexture2DArray(const Functions& gl, GLenum format, int width, int he
 /// Returns a cube map with immutable storage, `size` texels per side.
 Texture makeTextureCube(const Functions& gl, GLenum format, int size, int levels);
 
-/// Returns a framebuffer with these colour attachments (0, 1, …) and, if not zero, a depth
-/// attachment. Throws Error (kDevice) if the driver does not support the combination.
+/// Returns a framebuffer with these colour attachments (0, 1, …) and a depth attachment (0 = no
+/// depth). Throws Error (kDevice) if the driver does not support the combination.
 Framebuffer makeFramebuffer(const Functions& gl, const std::vector<GLuint>& colors, GLuint depth);
 
 /// Returns a framebuffer without attachments, for passes that write only to storage buffers.
 Framebuffer makeEmptyFramebuffer(const Functions& gl, int width, int height);
 
-/// Waits until the GPU's buffer writes are done and visible to mappings and later passes.
+/// Waits until the GPU has finished all buffer writes, and makes them visible to mappings and later
+/// passes.
 void waitForGpu(const Functions& gl);
 
 /// Throws Error (kDevice) if the context was lost, (kMemory) on GL_OUT_OF_MEMORY, (kInternal) on
@@ -163,7 +166,7 @@ enum class DepthTest {
 /// Blending of a pass's output with a colour attachment. Colours are premultiplied.
 enum class Blend : std::uint8_t {
     kOff,
-    kMax,            ///< every component keeps its largest value
+    kMax,            ///< maximum of every component
     kAdd,            ///< sum
     kOver,           ///< over: dst = src + (1 − src.a)·dst
     kOverByOpacity,  ///< over, by the shader's second output: dst = src + (1 − src1)·dst
@@ -174,15 +177,16 @@ enum class Blend : std::uint8_t {
 /// The maximum number of colour attachments of a pass.
 inline constexpr std::size_t kMaxAttachments = 5;
 
-/// All fixed-function state a geometry pass depends on. Set as a whole, so that nothing is
+/// All fixed-function state that a geometry pass depends on. Set as a whole, so that nothing is
 /// inherited.
 struct PassState {
     GLuint framebuffer = 0;
     int viewport_width = 0, viewport_height = 0;
     int scissor_x = 0, scissor_y = 0, scissor_width = 0, scissor_height = 0;  ///< y up
     DepthTest depth_test = DepthTest::kOff;
-    bool depth_clamp = false;  ///< keeps geometry in front of the near or behind the far plane
-    std::array<Blend, kMaxAttachments> blend{};  ///< by attachment
+    /// Keeps geometry in front of the near plane and behind the far plane.
+    bool depth_clamp = false;
+    std::array<Blend, kMaxAttachments> blend{};  ///< of each colour attachment
 };
 /// Sets the whole state.
 void apply(const Functions& gl, const PassState& state);

@@ -18,7 +18,7 @@ namespace peeler::gl {
 namespace {
 
 std::string rawText(const std::string& name) {
-    // For shader development without rebuilding: PEELER_SHADERS points at the folder.
+    // For shader development without rebuilding: PEELER_SHADERS names a folder of shader files.
     if (const char* folder = std::getenv("PEELER_SHADERS"); folder && *folder) {
         std::ifstream file(std::filesystem::path(folder) / name, std::ios::binary);
         if (file) return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
@@ -28,8 +28,8 @@ std::string rawText(const std::string& name) {
     throw Error(ErrorKind::kInternal, "unknown shader", name);
 }
 
-/// Returns the name of a file's include guard. Guards are needed because an #include may be inside
-/// an #if, so only the preprocessor knows whether a file is read twice.
+/// Returns the name of a file's include guard. An #include may be inside an #if, so only the
+/// preprocessor knows whether a file is included twice.
 std::string guardOf(std::string name) {
     for (char& c : name)
         if (c == '.') c = '_';
@@ -87,8 +87,8 @@ std::string infoLog(GLuint name, GetIv get_iv, GetLog get_log) {
     return log;
 }
 
-/// Saves the texts of a program, as passed to the driver, to the folder in PEELER_SAVE_SHADERS
-/// under one name: for bug reports about a driver, and for other GLSL compilers.
+/// Saves a program's shaders, as passed to the driver, to the folder PEELER_SAVE_SHADERS: for bug
+/// reports about a driver, and for other GLSL compilers. The files share a stem.
 void save(std::span<const std::string_view> files, std::span<const std::string> texts) {
     const char* folder = std::getenv("PEELER_SAVE_SHADERS");
     if (!folder || !*folder) return;
@@ -126,8 +126,8 @@ GLuint compile(const Functions& gl, std::string_view file, const std::string& so
 
 Program::Program(const Functions& gl, const std::vector<std::string_view>& files,
                  const std::vector<std::string>& definitions)
-    : Program(gl) {  // delegated, so that the destructor runs if the rest throws
-    // Extensions must be enabled before everything else; enabling this one does not affect programs
+    : Program(gl) {  // delegates, so that the destructor runs if the rest throws
+    // Extensions must be enabled before all other code. This extension does not affect programs
     // that do not use it.
     std::string prologue =
         "#version 450 core\n"
@@ -146,7 +146,7 @@ Program::Program(const Functions& gl, const std::vector<std::string_view>& files
     for (std::size_t i = 0; i < files.size(); ++i) {
         const GLuint shader = compile(gl, files[i], texts[i]);
         gl.AttachShader(name_, shader);
-        gl.DeleteShader(shader);  // freed with the program
+        gl.DeleteShader(shader);  // marks it for deletion with the program
         names += std::string(names.empty() ? "" : " + ") + std::string(files[i]);
     }
     gl.LinkProgram(name_);

@@ -14,15 +14,15 @@
 
 namespace peeler {
 
-/// A sink that passes bands to another sink on a thread of its own. write() waits until the
-/// previous band is written, takes the new one and leaves the previous one's storage in its
-/// argument. finish() waits for the last band and starts finish() of the other sink; wait() waits
-/// until that is done, too. If no thread can be started, the caller does all the work. The next
-/// call of any of the three rethrows an exception from the other sink.
+/// A sink that passes bands to another sink on its own thread. write() waits until the previous
+/// band is written, takes the new band, and returns the storage of the previous one in its
+/// argument. finish() waits for the last band and starts the other sink's finish(). wait() waits
+/// for everything, including the other sink's finish(). If no thread can be started, the caller
+/// does all the work. An exception from the other sink is rethrown by the next of these calls.
 class BackgroundSink final : public Sink {
   public:
     explicit BackgroundSink(std::unique_ptr<Sink> sink);
-    /// Waits for the band being written; discards all unfinished work.
+    /// Waits for the band in progress; discards all other unfinished work.
     ~BackgroundSink() override;
 
     void begin(const Plan& plan) override { sink_->begin(plan); }
@@ -32,8 +32,8 @@ class BackgroundSink final : public Sink {
     void wait();
 
     SinkMemory memory(const Plan& plan) const override;
-    StageTimes times() const override { return sink_->times(); }  ///< only after wait()
-    /// Returns the time when finish() completed; only after wait().
+    StageTimes times() const override { return sink_->times(); }  ///< valid only after wait()
+    /// Returns the time when finish() completed. Valid only after wait().
     std::chrono::steady_clock::time_point finishedAt() const { return finished_at_; }
 
   private:
@@ -42,7 +42,7 @@ class BackgroundSink final : public Sink {
 
     std::unique_ptr<Sink> sink_;
     LayeredImage band_;           ///< the band being written
-    std::function<void()> task_;  ///< empty: idle
+    std::function<void()> task_;  ///< empty if the thread is idle
     std::chrono::steady_clock::time_point finished_at_;
     bool stop_ = false;
     std::exception_ptr failure_;

@@ -10,8 +10,8 @@
 namespace peeler {
 
 /// A downscaling filter: every pixel of the result is the average of the area that it covers in the
-/// source. A source pixel on an edge counts for both sides, weighted by area. Expects linear light,
-/// premultiplied.
+/// source. A source pixel across an edge contributes to both sides, weighted by area. Expects
+/// linear light, premultiplied.
 class BoxFilter {
   public:
     using Pixel = TintedColor;
@@ -37,7 +37,7 @@ class BoxFilter {
     std::size_t width_;
     std::vector<Split> columns_, rows_;
     std::vector<Pixel> pixels_;
-    std::vector<Pixel> narrow_;  ///< the row being added, as wide as the result
+    std::vector<Pixel> narrow_;  ///< the row being added, scaled to the result's width
     std::size_t next_row_ = 0;
 };
 

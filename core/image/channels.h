@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays for the channels of fragments.
+// Fragment arrays of channels.
 #pragma once
 
 #include <cstddef>
@@ -14,17 +14,18 @@
 
 namespace peeler {
 
-/// Returns the name of an array: that of the channel with the same components, else the prefix of
-/// the components up to the last dot, else the name of the first component.
+/// Returns the name of an array: the name of the channel with the same components. If there is no
+/// such channel, returns the prefix of the components up to the last dot; without a prefix, the
+/// name of the first component.
 std::string nameOf(const FragmentArray& array);
 
 /// Returns an empty array (no fragments) for a channel. `color_type` is the pixel type of colours.
 FragmentArray emptyArray(Channel channel, PixelType color_type);
 
-/// Returns an empty band (no fragments) with the arrays of a plan: colours and the plan's channels.
+/// Returns an empty band (no fragments) with a plan's arrays: colours and channels.
 LayeredImage emptyBand(const Plan& plan);
 
-/// Returns the bytes of these channels per fragment in a LayeredImage.
+/// Returns the bytes per fragment of these channels in a LayeredImage.
 std::size_t channelBytes(std::span<const Channel> channels, PixelType color_type);
 
 /// Returns the number of floats that channels.frag outputs per fragment.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // "Over" of depth-sorted fragments in 32-bit float, in a fixed order of operations.
 //
-// This file is compiled with -ffp-contract=off: a fused multiply-add would round differently, and a
-// file flattened on one machine must match the stored bits of another machine.
+// This file is compiled with -ffp-contract=off. A fused multiply-add would round differently, and
+// composites from different machines must match bit for bit.
 #include "core/image/composite.h"
 
 // Without the lookup table, Imath's conversions are header-only, so that core need not link
@@ -62,7 +62,7 @@ namespace {
 
 using Color = std::array<float, 4>;
 
-/// Return a colour from consecutive components. `C` is Color or TintedColor.
+/// Return a colour loaded from consecutive components. `C` is Color or TintedColor.
 template <class C>
 C load(const float* components) {
     C color;
@@ -95,13 +95,14 @@ C sumOf(const T* colors, std::size_t count) {
     return sum;
 }
 
-/// Returns the coverage of n fragments with the total opacity `sum`.
+/// Returns the coverage of n fragments whose opacities add up to `sum`.
 float averageCoverage(float sum, float n) {
     return 1.0F - std::pow(std::max(0.0F, 1.0F - sum / n), n);
 }
 
 Color average(const Color& sum, float n) {
-    if (!(sum[3] > 0)) return {sum[0], sum[1], sum[2], 0};  // such as reflections on glass
+    // No opacity, as for reflections on glass.
+    if (!(sum[3] > 0)) return {sum[0], sum[1], sum[2], 0};
     const float covered = averageCoverage(sum[3], n);
     const float scale = covered / sum[3];
     return {sum[0] * scale, sum[1] * scale, sum[2] * scale, covered};
@@ -125,7 +126,7 @@ C averageOf(const T* colors, std::size_t count) {
     return average(sumOf<C>(colors, count), static_cast<float>(count));
 }
 
-/// Consecutive pixels of an image, and their position in the composite.
+/// Consecutive pixels of an image, and their destination in the composite.
 struct Pixels {
     const LayeredImage& image;
     std::size_t begin, end;
@@ -133,7 +134,8 @@ struct Pixels {
     std::size_t to = 0;  ///< index of the image's first pixel in `out`
 };
 
-/// Calls one(colors, count) for each of these pixels and composites the result over the background.
+/// Calls one(colors, count) for each of these pixels, and composites each result over the
+/// background.
 template <class C, class T, class One>
 void compositePixels(const Pixels& pixels, const C& background, const One& one) {
     const LayeredImage& image = pixels.image;
@@ -177,7 +179,7 @@ void compositeWith(const LayeredImage& image, const Color& background, Composite
     });
 }
 
-/// Compositing of the nearest `layers` (0 = all) in order, and of the tail behind them.
+/// Composites the nearest `layers` (0 = all) in order, and the tail behind them.
 struct NearestLayers {
     std::size_t limit;
     Tail tail;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compositing with a layer limit, order-independent approximations, and composites as layered
+// Composites with a layer limit, order-independent approximations, and composites as layered
 // images.
 #pragma once
 
@@ -11,29 +11,30 @@
 
 namespace peeler {
 
-/// Returns the mean of three opacities: exactly their value if they are equal.
+/// Returns the mean of three opacities; if they are equal, exactly their value.
 template <class T>
 T meanOpacity(T r, T g, T b) {
     return r == g && g == b ? r : static_cast<T>((double{r} + double{g} + double{b}) / 3);
 }
 
-/// Stores the colour of one fragment in `colors`, in half precision if `colors` has that type, and
-/// with coloured opacity only if `colors` has channels for it.
+/// Stores the colour of one fragment in `colors`: in half precision if `colors` has that type, with
+/// coloured opacity only if `colors` has channels for it.
 void storeColor(const TintedColor& color, FragmentArray& colors, std::size_t fragment);
 
 /// Composites the nearest `layers` fragments of every pixel (0 = all) with "over", without a
-/// background. The fragments behind them follow as a weighted average if `tail` is kBlend.
+/// background. If `tail` is kBlend, the fragments behind them follow as a weighted average.
 /// Overwrites `out`.
 void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail,
                       CompositeImage& out);
 
 /// Composites an image without a window in the same way, to the pixels of `out` from `first` on, on
-/// one thread. `out` must have room for them, with coloured opacity if the image has it.
+/// one thread. `out` must have room for the pixels, and for coloured opacity if the image has it.
 void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail, std::size_t first,
                       CompositeImage& out);
 
-/// Composites by weighted average (Bavoil & Myers 2008, section 4) of n fragments: C = ΣA·C / ΣA, A
-/// = ΣA / n, C·(1 − (1 − A)^n) + background·(1 − A)^n; with coloured opacity, per channel.
+/// Composites n fragments by weighted average (Bavoil & Myers 2008, section 4): C = ΣA·C / ΣA, A =
+/// ΣA / n, result C·(1 − (1 − A)^n) + background·(1 − A)^n. If opacity is coloured, each channel
+/// has its own A.
 void compositeWeightedAverage(const LayeredImage& image, const std::array<float, 4>& background,
                               CompositeImage& out);
 
@@ -41,12 +42,12 @@ void compositeWeightedAverage(const LayeredImage& image, const std::array<float,
 void compositeWeightedSum(const LayeredImage& image, const std::array<float, 4>& background,
                           CompositeImage& out);
 
-/// Appends to `out` the extra channels of the first fragment of every pixel; 0 in empty pixels.
+/// Appends to `out` the extra channels of each pixel's first fragment; 0 in empty pixels.
 void appendNearestChannels(const LayeredImage& image, CompositeImage& out);
 
 /// Converts a composite to a layered image of one layer, in 32-bit float: each pixel with finite Z
-/// has one fragment. Compositing it returns the same composite. `window` has the composite's rows,
-/// and may be wider: the pixels beside the composite are empty. Overwrites `out`.
+/// has one fragment. Compositing this image returns the same composite. `window` has the
+/// composite's rows, and may be wider; additional pixels are empty. Overwrites `out`.
 void toSingleLayer(const CompositeImage& composite, const Window& window, LayeredImage& out);
 inline void toSingleLayer(const CompositeImage& composite, LayeredImage& out) {
     toSingleLayer(composite, composite.window, out);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deep sample merging: finds runs of samples, counts them, and composites each.
+// Deep sample merging: finds runs of matching samples, counts them, and composites each run.
 #include "core/image/merge.h"
 
 #include <algorithm>
@@ -24,7 +24,7 @@ FragmentChannel idsToMergeBy(const LayeredImage& image, const std::string& name)
                 "add " + Parameter::kChannels + " id, or merge by-z");
 }
 
-/// The test of whether a sample belongs to the run that began with an earlier sample.
+/// The test whether a sample matches the first sample of a run.
 class Matcher {
   public:
     Matcher(const LayeredImage& image, const DeepMergeSettings& settings)
@@ -59,7 +59,7 @@ class Matcher {
     FragmentChannel objects_, materials_;
 };
 
-/// Returns the end of the run that begins with sample `first`; `end` is the end of the pixel's
+/// Returns the end of the run that begins with sample `first`. `end` is the end of the pixel's
 /// samples.
 std::size_t runEnd(const Matcher& together, std::size_t first, std::size_t end) {
     std::size_t next = first + 1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows are summed separately and merged in order, so that sums of doubles are bit-identical for any
-// number of threads.
+// Sums per row, merged in order, so that sums of doubles are bit-identical for any number of
+// threads.
 #include "core/image/difference.h"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ double absoluteDifference(double a, double b) {
     return std::isnan(apart) ? std::numeric_limits<double>::infinity() : apart;
 }
 
-/// Adds the differences between the components of two colours; returns the largest.
+/// Adds the differences between the components of two colours. Returns the largest difference.
 float addColor(const TintedColor& a, const TintedColor& b, std::size_t components, int x, int y,
                DifferenceStatistics& sum) {
     double largest = 0;
@@ -30,8 +30,9 @@ float addColor(const TintedColor& a, const TintedColor& b, std::size_t component
     return static_cast<float>(largest);
 }
 
-/// Adds the differences of one pixel's fragments. Returns the pixel's value for addDifference()'s
-/// `largest`: the largest colour difference or, if the counts differ, minus their difference.
+/// Adds the differences of one pixel's fragments. Returns the pixel's value in addDifference()'s
+/// `largest`: the largest colour difference or, if the numbers of fragments differ, minus the
+/// difference of these numbers.
 float addPixel(const LayeredImage& a, const LayeredImage& b, std::size_t pixel, int x, int y,
                LayeredDifference& sum) {
     const std::uint32_t in_a = a.count(pixel), in_b = b.count(pixel);
@@ -61,9 +62,9 @@ void checkSizes(const Window& a, const Window& b) {
         throw Error(ErrorKind::kInternal, "bands of different sizes are compared");
 }
 
-/// Calls compare(pixel, x, y, sum of the row) for every pixel and stores the results in `largest`
-/// unless it is empty. Keeps one sum per row, so that the result does not depend on the number of
-/// threads.
+/// Calls compare(pixel, x, y, sum of the row) for every pixel and stores the results in `largest`,
+/// unless `largest` is empty. Returns one sum per row, so that the result does not depend on the
+/// number of threads.
 template <class Sum, class Compare>
 std::vector<Sum> rowDifferences(const Window& window, std::span<float> largest, Compare&& compare) {
     const auto width = static_cast<std::size_t>(window.width());

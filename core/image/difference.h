@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The difference of two pictures, fragment by fragment and pixel by pixel.
+// The difference of two pictures, by fragment and by pixel.
 #pragma once
 
 #include <cstdint>
@@ -11,28 +11,31 @@
 
 namespace peeler {
 
-/// Statistics of absolute differences. Equal infinities, and NaN against NaN, differ by 0; NaN
-/// against anything else differs infinitely.
+/// Statistics of absolute differences. Equal infinities differ by 0, and so do two NaNs. A NaN and
+/// a number differ infinitely.
 struct DifferenceStatistics {
     std::uint64_t values = 0;
     double largest = 0, sum = 0, sum_of_squares = 0;
-    int x = -1, y = -1;  ///< the first pixel with the largest difference; −1 if all are equal
+    /// The first pixel with the largest difference; −1 if all values are equal.
+    int x = -1, y = -1;
 
     void add(double a, double b, int at_x, int at_y);
-    /// Merges the statistics of later pixels.
+    /// Adds the statistics of later pixels.
     void merge(const DifferenceStatistics& later);
 
     double mean() const;
     double rmse() const;
-    /// Returns the peak signal-to-noise ratio in decibels for a peak of 1; +inf if all are equal.
+    /// Returns the peak signal-to-noise ratio in decibels for a peak of 1; +inf if all values are
+    /// equal.
     double psnr() const;
 };
 
-/// Differences of the fragments of one layer, or of all layers. The k-th fragment of a pixel in one
-/// picture is compared with the k-th in the other.
+/// Differences of the fragments of one layer, or of all layers. The k-th fragments of a pixel in
+/// both pictures are compared.
 struct FragmentDifference {
-    std::uint64_t both = 0, only_a = 0, only_b = 0;  ///< fragments in both pictures, or only in one
-    DifferenceStatistics depth;                      ///< of fragments in both
+    /// Fragments that are in both pictures, or only in one.
+    std::uint64_t both = 0, only_a = 0, only_b = 0;
+    DifferenceStatistics depth;  ///< of fragments in both pictures
     DifferenceStatistics color;  ///< premultiplied R, G, B, A, each one a value;
                                  ///< AR, AG, AB, too, if one picture has them
 
@@ -50,14 +53,14 @@ struct LayeredDifference {
     void merge(const LayeredDifference& later);
 };
 
-/// Adds the difference of two bands of equal width and height to `sum`; pixel positions in `sum`
-/// are those of `a`. If `largest` is not empty, it receives one value per pixel: the largest
-/// difference of colour or, if the numbers of fragments differ, minus the difference of these
-/// numbers. The result does not depend on the number of threads.
+/// Adds the difference of two bands of equal width and height to `sum`. Pixel positions in `sum`
+/// are those of `a`. If `largest` is not empty, it receives one value per pixel: the largest colour
+/// difference or, if the numbers of fragments differ, minus the difference of these numbers. The
+/// result does not depend on the number of threads.
 void addDifference(const LayeredImage& a, const LayeredImage& b, LayeredDifference& sum,
                    std::span<float> largest = {});
 
-/// Adds the difference of two flat pictures of equal size in the same way.
+/// Adds the difference of two flat pictures of equal size. `largest` is as for bands.
 void addDifference(const CompositeImage& a, const CompositeImage& b, DifferenceStatistics& sum,
                    std::span<float> largest = {});
 

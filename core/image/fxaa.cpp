@@ -17,14 +17,15 @@ namespace {
 
 using Color = std::array<float, 4>;
 
-// The first two values are "high quality" and "visible limit" in the white paper.
-constexpr float kContrastShare = 1.0F / 8;   ///< minimum contrast, as a share of the greatest luma
+// kContrastShare and kLeastContrast are "high quality" and "visible limit" in the white paper.
+constexpr float kContrastShare = 1.0F / 8;   ///< minimum contrast as a share of the largest luma
 constexpr float kLeastContrast = 1.0F / 32;  ///< absolute minimum contrast
-/// The change of luma along an edge that ends it, as a share of the contrast across the edge.
+/// The change of luma that ends an edge, as a share of the contrast across the edge.
 constexpr float kEndShare = 1.0F / 4;
-constexpr float kSubpixel = 0.75F;  ///< maximum blend of an isolated pixel; 3.11's default
+constexpr float kSubpixel = 0.75F;  ///< maximum blend of an isolated pixel; the default of 3.11
 
-/// The share of the contrast by which a pixel on a straight edge stands out, rounding included.
+/// The difference of a pixel on a straight edge from its surroundings, as a share of the contrast.
+/// Includes rounding.
 constexpr float kStraight = 1.0F / 3 + 1e-5F;
 
 struct Pixel {
@@ -37,8 +38,8 @@ Pixel operator-(Pixel a) {
     return {-a.x, -a.y};
 }
 
-/// The perceived brightness of pixels over one background. Beyond the borders, the outermost pixels
-/// are repeated.
+/// The perceived brightness of a picture's pixels over one background. Beyond the borders, the
+/// outermost pixels are repeated.
 class Luma {
   public:
     Luma(const CompositeImage& picture, const Color& background) : window_(picture.window) {
@@ -75,7 +76,7 @@ class Luma {
     std::vector<float> values_;
 };
 
-/// Luma of a pixel, its four neighbours and its four corners.
+/// The luma of a pixel, its four neighbours and its four corners.
 struct Neighbourhood {
     Neighbourhood(const Luma& luma, Pixel p)
         : m(luma[p]),
@@ -93,7 +94,7 @@ struct Neighbourhood {
         se = luma[p + Pixel{1, 1}];
     }
 
-    /// "Edge detection": Return the contrast across rows, and across columns.
+    /// Return the contrast across rows, and across columns ("Edge detection").
     float acrossRows() const {
         return std::abs((nw + sw) - 2 * w) + std::abs((ne + se) - 2 * e) +
                2 * std::abs((n + s) - 2 * m);
@@ -103,11 +104,11 @@ struct Neighbourhood {
                2 * std::abs((w + e) - 2 * m);
     }
 
-    /// "Sub-pixel aliasing": Returns the blend weight of a pixel that stands out from its
-    /// surroundings. A pixel on a straight edge stands out by a third of the contrast. FXAA 3.11
-    /// uses three quarters of a squared smoothstep from 0, which blends even such pixels by 5 %; in
-    /// linear light that is visible. The straight line from 1/3, used here, stays within 0.1 of
-    /// that curve everywhere.
+    /// Returns the blend weight of a pixel that differs from its surroundings ("Sub-pixel
+    /// aliasing"). A pixel on a straight edge differs by a third of the contrast. FXAA 3.11 uses
+    /// three quarters of a squared smoothstep from 0, which blends even pixels on straight edges by
+    /// 5 %; in linear light this is visible. Here a straight line from 1/3 is used, which stays
+    /// within 0.1 of 3.11's curve.
     float subpixelShift() const {
         const float sides = (n + s) + (w + e), corners = (nw + se) + (ne + sw);
         const float out = std::abs((2 * sides + corners) / 12 - m) / range;
@@ -120,14 +121,14 @@ struct Neighbourhood {
     bool visible;  ///< whether the contrast is high enough to filter
 };
 
-/// The position along an edge where the pixel pairs on both sides of it start to differ from the
-/// first pair.
+/// The end of an edge: the first pair of pixels on both sides of the edge that differs from the
+/// pair where the search begins.
 struct EdgeEnd {
-    int distance;  ///< to the first differing pair; kFxaaReach + 1 if not found
-    float change;  ///< mean luma of that pair minus that of the first
+    int distance;  ///< in pixels; kFxaaReach + 1 if no pair differs
+    float change;  ///< mean luma of this pair minus that of the start
 };
 
-/// "End-of-edge search": Searches along the edge between p and p + across.
+/// Searches for the end of the edge between p and p + across ("End-of-edge search").
 EdgeEnd findEnd(const Luma& luma, Pixel p, Pixel along, Pixel across) {
     const float mean = (luma[p] + luma[p + across]) / 2;
     const float enough = kEndShare * std::abs(luma[p] - luma[p + across]);
@@ -139,14 +140,14 @@ EdgeEnd findEnd(const Luma& luma, Pixel p, Pixel along, Pixel across) {
     return {kFxaaReach + 1, 0};
 }
 
-/// Returns the share of p that lies beyond the edge towards p + across. The edge is assumed to be a
-/// straight line: on the pixel boundary in the middle of the run, and half a pixel off it at both
-/// ends.
+/// Returns the share of p that lies beyond the edge, towards p + across. The edge is taken as a
+/// straight line: it crosses the pixel boundary in the middle of the run, and is half a pixel off
+/// the boundary at both ends.
 float edgeShift(const Luma& luma, Pixel p, Pixel across) {
     const Pixel along{across.y, across.x};
     const EdgeEnd a = findEnd(luma, p, -along, across), b = findEnd(luma, p, along, across);
     const EdgeEnd& nearest = a.distance < b.distance ? a : b;
-    // Only one side of the edge is blended: the one that the other side's luma extends into at the
+    // Only one side of an edge is blended: the side into which the other side's luma extends at the
     // nearest end.
     const bool darker = luma[p] < luma[p + across];
     if (darker ? !(nearest.change > 0) : !(nearest.change < 0)) return 0;
@@ -154,7 +155,7 @@ float edgeShift(const Luma& luma, Pixel p, Pixel across) {
     return 0.5F - (static_cast<float>(nearest.distance) - 0.5F) / run;
 }
 
-/// A pixel of the result.
+/// A filtered pixel.
 struct Filtered {
     TintedColor color;
     float z;
@@ -185,7 +186,7 @@ Filtered mean(const Filtered& a, const Filtered& b) {
     return result;
 }
 
-/// A picture, and the lumas in which its edges are found.
+/// The filter of a picture, with the lumas in which it finds edges.
 class Filter {
   public:
     Filter(const CompositeImage& picture, const Color& background)
@@ -194,8 +195,8 @@ class Filter {
     Filtered operator()(Pixel p) const {
         const Neighbourhood around(dark_, p);
         if (!light_) return filter(dark_, around, p);
-        // A pixel whose luma equals that of the background over black still stands out when
-        // composited over white. Uses whichever shows more contrast.
+        // A pixel may have no contrast with the background over black, but then has contrast over
+        // white. Uses the luma with more contrast.
         const Neighbourhood other(*light_, p);
         return other.range > around.range ? filter(*light_, other, p) : filter(dark_, around, p);
     }
@@ -218,7 +219,8 @@ class Filter {
         return mean(across(luma, p, {0, 1}, least), across(luma, p, {1, 0}, least));
     }
 
-    /// Blends across the steeper of the edges to p + step and p − step, or across both.
+    /// Blends across the edge to p + step or p − step, whichever has more contrast; across both if
+    /// they have the same contrast.
     Filtered across(const Luma& luma, Pixel p, Pixel step, float least) const {
         const float next = std::abs(luma[p + step] - luma[p]);
         const float previous = std::abs(luma[p + -step] - luma[p]);
@@ -259,16 +261,16 @@ void applyFxaa(const CompositeImage& picture, const Color& background, int y0, i
 
 namespace {
 
-// Bytes filtered at once: enough to keep many threads busy, here and in the encoder.
+// Bytes to filter at once: enough to keep many threads busy, here and in the encoder.
 constexpr std::uint64_t kSliceBytes = 32U << 20;
 constexpr int kLeastSlice = 16, kMostSlice = 256;  // rows
 
-// Return the bytes per pixel of kept rows, and of filtered rows.
+// Return the bytes per pixel of rows to keep, and of filtered rows.
 std::uint64_t keptBytes(bool tinted) {
-    return CompositeImage::pixelBytes(tinted) + 2 * sizeof(float);  // with two lumas
+    return CompositeImage::pixelBytes(tinted) + 2 * sizeof(float);  // plus two lumas
 }
 std::uint64_t filteredBytes(bool tinted) {
-    return 2 * CompositeImage::pixelBytes(tinted) + sizeof(std::uint32_t);  // also as a layer
+    return 2 * CompositeImage::pixelBytes(tinted) + sizeof(std::uint32_t);  // plus a layer
 }
 
 void dropRowsAbove(int y, CompositeImage& image) {
@@ -280,7 +282,7 @@ void dropRowsAbove(int y, CompositeImage& image) {
     image.window.y0 = y;
 }
 
-/// Returns the maximum number of rows filtered at once.
+/// Returns the maximum number of rows to filter at once.
 int sliceRows(const Plan& plan) {
     const auto row_bytes = static_cast<std::uint64_t>(std::max(1, plan.view.crop.width())) *
                            (keptBytes(plan.tinted) + filteredBytes(plan.tinted));
@@ -324,7 +326,7 @@ void FxaaFilter::keep(int y0, int y1) {
     kept_.window.y1 = y1;
 }
 
-/// Filters and passes on the rows for which all rows within kFxaaReach have arrived.
+/// Filters the rows whose neighbours within kFxaaReach have all arrived, and passes them on.
 void FxaaFilter::passOn() {
     const int kept = kept_.window.y1;
     const int end = kept == crop_.y1 ? kept : kept - kFxaaReach;

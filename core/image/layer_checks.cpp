@@ -13,7 +13,7 @@
 namespace peeler {
 namespace {
 
-/// Adds the pixels for whose list of Z values test(begin, end) is true.
+/// Adds to `broken` every pixel whose Z values satisfy test(begin, end).
 template <class Test>
 void addWhere(const LayeredImage& band, BrokenPixels& broken, Test&& test) {
     std::size_t pixel = 0;

@@ -22,14 +22,14 @@ void moveFragments(LayeredImage& image, std::size_t from, std::size_t to, std::s
         moveFragments(array, from, to, count);
 }
 
-/// Keeps, in place, the fragments for which keep(layer, fragment) is true. Calls it once per
+/// Removes, in place, the fragments for which keep(layer, fragment) is false. Calls keep() once per
 /// fragment, in order, before the fragment is overwritten.
 template <class Keep>
 void keepFragments(LayeredImage& image, Keep&& keep) {
     std::uint32_t kept = 0;
     for (std::size_t pixel = 0; pixel + 1 < image.offsets.size(); ++pixel) {
         const std::uint32_t first = image.offsets[pixel], count = image.count(pixel);
-        // Overwrites the start of this list, since only the starts of later lists are still needed.
+        // Only the starts of later lists are still needed.
         image.offsets[pixel] = kept;
         for (std::uint32_t k = 0, end = 0; k < count; k = end + 1) {
             end = k;
@@ -64,8 +64,8 @@ DepthComplexity::DepthComplexity(const Window& crop)
 
 void DepthComplexity::addRow(int x0, int y, std::span<const std::uint32_t> counts) {
     // Layer k's window grows by the first and the last pixel of the row with more than k fragments.
-    // When scanning from either end, a pixel matters only for layers above the highest count so
-    // far: each scan is linear in pixels + layers.
+    // In a scan from either end, a pixel matters only for layers above the highest count so far, so
+    // each scan is linear in pixels + layers.
     std::uint64_t total = 0;
     std::uint32_t seen = 0;
     for (std::size_t i = 0, end = 0; i < counts.size(); i = end) {
@@ -130,7 +130,7 @@ std::vector<LayerPlan> DepthComplexity::layers(std::uint32_t limit) const {
     std::vector<LayerPlan> plans(windows_.size());
     std::uint64_t pixels = 0;
     for (std::size_t k = windows_.size(); k-- > 0;) {
-        pixels += histogram_[k + 1];  // all pixels with more than k layers
+        pixels += histogram_[k + 1];  // all pixels with more than k fragments
         plans[k] = {windows_[k], pixels};
     }
     if (limit != 0 && limit < plans.size()) plans.resize(limit);

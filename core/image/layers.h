@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The layers of a picture: depth complexity, and selections of layers and objects.
+// Layers of a picture: depth complexity, and selections of layers and objects.
 #pragma once
 
 #include <cstddef>
@@ -17,14 +17,14 @@ class DepthComplexity {
   public:
     explicit DepthComplexity(const Window& crop);
 
-    /// Adds the counts of the pixels of row y, left to right from `x` (display-window coordinates).
-    /// Each pixel of the crop may be added only once.
+    /// Adds the fragment counts of the pixels of row y, from left to right, beginning at `x`
+    /// (display-window coordinates). Each pixel of the crop may be added only once.
     void addRow(int x, int y, std::span<const std::uint32_t> counts);
 
-    /// Adds the counts of a band's pixels.
+    /// Adds the fragment counts of a band's pixels.
     void addBand(const LayeredImage& band);
 
-    /// Adds statistics that another object has accumulated for some rows of the same crop.
+    /// Adds the statistics of another object, which has accumulated other rows of the same crop.
     void add(const DepthComplexity& rows);
 
     /// Returns one entry for each of the nearest `limit` layers (0 = all), front to back.
@@ -32,26 +32,26 @@ class DepthComplexity {
     std::uint64_t counted() const { return counted_; }
     /// Returns the number of pixels for each number of fragments, from 0 to the maximum per pixel.
     const std::vector<std::uint64_t>& histogram() const { return histogram_; }
-    /// Returns the fragments counted in row y, without the layer limit.
+    /// Returns the number of fragments in row y, without the layer limit.
     std::uint64_t rowFragments(int y) const {
         return row_fragments_[static_cast<std::size_t>(y - crop_.y0)];
     }
-    /// Returns the maximum number of fragments in this many consecutive rows.
+    /// Returns the maximum number of fragments in any `rows` consecutive rows.
     std::uint64_t mostFragments(int rows) const;
 
   private:
     Window crop_;
     std::vector<Window> windows_;           // by layer
-    std::vector<std::uint64_t> histogram_;  // pixels by their number of layers
+    std::vector<std::uint64_t> histogram_;  // number of pixels, by number of layers
     std::vector<std::uint64_t> row_fragments_;
     std::uint64_t counted_ = 0;
 };
 
-/// A selection of layers: those that are among the nearest `nearest` (0 = all) and in `listed`
-/// (empty = all).
+/// A selection of layers. A layer is selected if it is among the nearest `nearest` (0 = all) and in
+/// `listed` (empty = all).
 struct LayerSelection {
     std::uint32_t nearest = 0;
-    std::vector<bool> listed{};  ///< by layer; layers not in the vector are not selected
+    std::vector<bool> listed{};  ///< by layer; layers beyond its end are not selected
 
     bool all() const { return nearest == 0 && listed.empty(); }
     bool holds(std::size_t layer) const {
@@ -60,11 +60,11 @@ struct LayerSelection {
     }
 };
 
-/// Removes the fragments of layers that are not selected, in place and from every array of `image`.
-/// The remaining fragments move up in their pixels' lists.
+/// Removes the fragments of unselected layers, in place and from every array of `image`. The
+/// remaining fragments move up in their pixels' lists.
 void keepLayers(LayeredImage& image, const LayerSelection& selection);
 
-/// A set of ids: those in `listed` or, if `others`, all others.
+/// A set of ids: the ids in `listed` or, if `others`, all ids that are not in `listed`.
 struct IdSet {
     std::vector<std::uint32_t> listed{};  ///< ascending
     bool others = true;
@@ -78,15 +78,15 @@ struct ObjectSelection {
     IdSet objects{}, materials{};
 };
 
-/// Removes the fragments that are not selected, like keepLayers(). If a channel is missing, its ids
-/// count as 0.
+/// Removes unselected fragments in the same way as keepLayers(). If a channel is missing, its ids
+/// are 0.
 void keepObjects(LayeredImage& image, const ObjectSelection& selection);
 
 /// Extracts one layer as an image with at most one fragment per pixel. Overwrites `out` and reuses
 /// its storage.
 void singleLayer(const LayeredImage& image, std::uint32_t layer, LayeredImage& out);
 
-/// Appends an array "layer" (uint) with the index of each fragment in its pixel's list.
+/// Appends an array "layer" (uint) with each fragment's index in its pixel's list.
 void addLayerIndices(LayeredImage& image);
 
 }  // namespace peeler

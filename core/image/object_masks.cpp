@@ -15,8 +15,8 @@ namespace peeler {
 
 namespace {
 
-constexpr std::size_t kAlphaComponent = 3;  // among the components of a colour
-/// The bytes of an object without pixels: mostly the first blocks of its two deques.
+constexpr std::size_t kAlphaComponent = 3;  // index in a colour's components
+/// Bytes of an object without pixels, mostly the first blocks of its two deques.
 constexpr std::uint64_t kObjectBytes = sizeof(ObjectMasks) + 1300;
 
 float alphaOf(const LayeredImage& band, std::size_t fragment) {
@@ -35,7 +35,8 @@ float alphaOf(const LayeredImage& band, std::size_t fragment) {
     return value;
 }
 
-/// Returns the first fragment of a pixel with at least this opacity, else its first fragment.
+/// Returns the first fragment of a pixel with at least this opacity; if there is none, the first
+/// fragment.
 std::size_t visibleFragment(const LayeredImage& band, std::size_t begin, std::size_t end,
                             float see_through) {
     if (see_through > 0)
@@ -77,7 +78,7 @@ std::vector<std::uint32_t> PixelRuns::columnCounts(int height) const {
             inside[(x + i) * rows + y] = 1;
     }
     std::vector<std::uint32_t> counts;
-    std::uint32_t end = 0;  // end of the last run inside the set
+    std::uint32_t end = 0;  // end of the previous run inside the set
     for (int x = box.x0; x < box.x1; ++x) {
         for (int y = box.y0; y < box.y1; ++y) {
             const auto at =
@@ -121,7 +122,7 @@ std::vector<std::uint16_t> ObjectLayers::layer(std::uint32_t index) const {
 /// The ids of a band's fragments.
 struct ObjectMaskSink::Ids {
     FragmentChannel owner{};     ///< node or material id
-    FragmentChannel instance{};  ///< if instances are separate objects
+    FragmentChannel instance{};  ///< only if instances are separate objects
 
     std::uint32_t numberOf(const ObjectTable& table, std::size_t fragment) const {
         const std::uint32_t id = owner.id(fragment);
@@ -135,7 +136,7 @@ struct ObjectMaskSink::Pixel {
     std::size_t begin = 0, end = 0;  ///< range of the pixel's fragments
     int x = 0, y = 0;                ///< relative to the picture's upper left corner
     std::uint64_t of_canvas = 0;     ///< index in the canvas, from 1
-    bool inside = false;             ///< whether it is in the picture
+    bool inside = false;             ///< whether the pixel is in the picture
     std::uint32_t of_picture = 0;
 };
 
@@ -163,8 +164,8 @@ void ObjectMaskSink::begin(const Plan& plan) {
 SinkMemory ObjectMaskSink::memory(const Plan& plan) const {
     const std::uint64_t fragments = plan.fragments_stored;
     const std::uint64_t pixels = options_.picture.pixels();
-    // A run ends before a pixel outside the set or at the end of a row, so at most every other
-    // pixel begins one.
+    // A run ends before a pixel outside the set or at the end of a row, so at most every second
+    // pixel begins a run.
     const std::uint64_t every_other =
         table_.objects *
         (pixels / 2 + pixels % 2 + static_cast<std::uint64_t>(options_.picture.height()));
@@ -237,12 +238,13 @@ View canvasOf(const View& view, int times, Window& picture) {
                     "", "make the picture or the canvas smaller");
     checkPixels({width * times, height * times});
     View canvas = view;
-    // The display window grows equally on both sides, so that its centre stays on the optical axis.
+    // The display window grows equally on all sides, so that its centre stays on the optical axis.
     canvas.width += 2 * around * width;
     canvas.height += 2 * around * height;
     canvas.projection.half_width *= static_cast<double>(canvas.width) / view.width;
     canvas.projection.half_height *= static_cast<double>(canvas.height) / view.height;
-    // A pixel at x moves to x + around · width; the canvas begins that far before the crop.
+    // A pixel at x moves to x + around · width. The canvas begins `around · width` before the moved
+    // crop.
     canvas.crop = {view.crop.x0, view.crop.y0, view.crop.x0 + times * width,
                    view.crop.y0 + times * height};
     picture = {canvas.crop.x0 + around * width, canvas.crop.y0 + around * height,

@@ -13,13 +13,14 @@
 
 namespace peeler {
 
-/// A map from fragments to objects, by the fragments' channel `id`.
+/// A map from fragments to objects, based on the fragments' channel `id`.
 struct ObjectTable {
-    bool by_material = false;      ///< by id.material; else by id.object, the node
-    bool instances_apart = false;  ///< whether each instance is an object: node's number + index
-    /// The object number of each node or material, from 1; 0 = no object.
+    bool by_material = false;  ///< whether to use id.material; otherwise id.object, the node
+    /// whether each instance is an object, numbered from its node's number
+    bool instances_apart = false;
+    /// The object number of each node or material, counted from 1; 0 = no object.
     std::vector<std::uint32_t> numbers;
-    std::uint32_t objects = 0;  ///< the greatest number
+    std::uint32_t objects = 0;  ///< the largest object number
 };
 
 /// A set of pixels of a picture, filled in row order.
@@ -33,7 +34,7 @@ class PixelRuns {
 
     explicit PixelRuns(int width = 0) : width_(static_cast<std::uint32_t>(width)) {}
 
-    /// Adds a pixel. `pixel` must be greater than all pixels added before.
+    /// Adds a pixel, which must be greater than all pixels added before.
     void add(std::uint32_t pixel) {
         ++count_;
         if (!runs_.empty() && runs_.back().end == pixel && pixel % width_ != 0)
@@ -44,40 +45,40 @@ class PixelRuns {
 
     std::uint64_t count() const { return count_; }
     const std::deque<Run>& runs() const { return runs_; }
-    /// Returns the bounding box of the pixels; an object without pixels has an empty box. Its
-    /// origin is the picture's upper left corner.
+    /// Returns the bounding box of the pixels, relative to the picture's upper left corner; an
+    /// empty box if there are no pixels.
     Window box() const;
-    /// Sets the bytes of the set's pixels to `value`; `bytes` has one byte per pixel of the
+    /// Sets the bytes of the set's pixels to `value`. `bytes` has one byte per pixel of the
     /// picture.
     void fill(std::uint8_t value, std::vector<std::uint8_t>& bytes) const;
     /// Returns run lengths in column order, alternating between pixels outside and inside the set:
-    /// the uncompressed run lengths of COCO (its API's maskApi.h). The first is 0 if the first
-    /// pixel is in the set. `height` is the picture's.
+    /// the uncompressed run lengths of COCO (maskApi.h). The first length is 0 if the first pixel
+    /// is in the set. `height`: of the picture.
     std::vector<std::uint32_t> columnCounts(int height) const;
 
   private:
     std::uint32_t width_ = 0;
     std::uint64_t count_ = 0;
-    /// A deque: it grows without a second copy in memory.
+    /// A deque grows without a second copy in memory.
     std::deque<Run> runs_;
 };
 
 /// The masks of one object in a view. Windows are relative to the picture's upper left corner.
 struct ObjectMasks {
-    PixelRuns amodal;   ///< pixels with any fragment of the object
+    PixelRuns amodal;   ///< pixels with a fragment of the object
     PixelRuns visible;  ///< pixels where the object is visible
     /// The object's silhouette on the whole canvas, which may be larger than the picture.
     std::uint64_t canvas_pixels = 0;
     Window canvas_box{};
 
-    /// Returns the share of the silhouette on the canvas that is visible in the picture; 0 without
-    /// a silhouette.
+    /// Returns the visible share of the silhouette: pixels visible in the picture, divided by
+    /// pixels of the silhouette on the canvas; 0 if there is no silhouette.
     double visibleFraction() const;
 };
 
 /// The object numbers of every fragment of a picture, front to back; 0 = no object.
 struct ObjectLayers {
-    std::vector<std::uint32_t> offsets{0};  ///< as LayeredImage::offsets
+    std::vector<std::uint32_t> offsets{0};  ///< same meaning as LayeredImage::offsets
     std::vector<std::uint16_t> numbers;
 
     /// Returns the maximum number of fragments per pixel.
@@ -87,22 +88,23 @@ struct ObjectLayers {
 };
 
 struct ObjectMaskOptions {
-    Window picture{};  ///< the masked pixels; the rest of the crop is canvas
-    /// The visible fragment of a pixel is the first with at least this opacity (A), else the first.
+    Window picture{};  ///< the window to mask; the rest of the crop is canvas
+    /// The visible fragment of a pixel is the first with at least this opacity (A); if there is
+    /// none, the first fragment.
     float see_through = 0;
-    bool layers = false;           ///< whether to keep the numbers of all fragments
-    std::uint64_t more_bytes = 0;  ///< that the caller needs for the finished picture
+    bool layers = false;           ///< whether to keep the object numbers of all fragments
+    std::uint64_t more_bytes = 0;  ///< memory that the caller needs for the finished picture
 };
 
-/// A sink that takes the bands of all layers with the channel `id`, and collects the masks of every
-/// object. Holds 8 bytes per run of pixels: at most one run per fragment in amodal masks, and one
-/// per pixel in visible masks.
+/// A sink that receives the bands of all layers with the channel `id`, and collects the masks of
+/// every object. Holds 8 bytes per run of pixels. Amodal masks have at most one run per fragment,
+/// visible masks at most one per pixel.
 class ObjectMaskSink final : public Sink {
   public:
     /// The table must outlive this object.
     ObjectMaskSink(const ObjectTable& table, const ObjectMaskOptions& options);
 
-    /// Throws Error (kMemory) if layers are requested and the picture has 2^32 fragments or more.
+    /// Throws Error (kMemory) if `layers` is requested and the picture has 2^32 fragments or more.
     void begin(const Plan& plan) override;
     /// Throws Error (kInternal) if the band has no ids.
     void write(LayeredImage&& band) override;
@@ -110,7 +112,7 @@ class ObjectMaskSink final : public Sink {
     SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override { return times_; }
 
-    /// Returns the masks of each object, starting with number 1; only after finish().
+    /// Returns the masks of each object, beginning with number 1. Valid only after finish().
     const std::vector<ObjectMasks>& objects() const { return objects_; }
     const ObjectLayers& layers() const { return layers_; }
 
@@ -122,15 +124,15 @@ class ObjectMaskSink final : public Sink {
     const ObjectTable& table_;
     ObjectMaskOptions options_;
     std::vector<ObjectMasks> objects_;
-    std::vector<std::uint64_t> last_pixel_;  ///< by object: last canvas pixel, from 1; 0 = none
+    /// By object: last canvas pixel, counted from 1; 0 = no pixel.
+    std::vector<std::uint64_t> last_pixel_;
     ObjectLayers layers_;
     StageTimes times_;
 };
 
-/// Returns the view of a canvas around the crop of `view`: `times` (odd) as many pixels in each
-/// direction, of the same size and on the same rays. The returned view's crop is the canvas;
-/// `picture` becomes the window of the original crop in the canvas. Throws Error (kUsage) if the
-/// canvas is too large.
+/// Returns a view whose crop is a canvas around the crop of `view`. The canvas has `times` (odd) as
+/// many pixels in each direction, with the same size and on the same rays. Sets `picture` to the
+/// window of the original crop in the canvas. Throws Error (kUsage) if the canvas is too large.
 View canvasOf(const View& view, int times, Window& picture);
 
 }  // namespace peeler

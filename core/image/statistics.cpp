@@ -73,7 +73,7 @@ void PointStatistics::add(const glm::dvec3& point) {
 glm::dvec3 PointStatistics::tidy(glm::dvec3 v) const {
     const double smallest = 1e-9 * glm::length(largest - least);
     for (int i = 0; i < 3; ++i) {
-        if (std::abs(v[i]) <= smallest) v[i] = 0;  // −0 as well
+        if (std::abs(v[i]) <= smallest) v[i] = 0;  // −0 becomes 0, too
     }
     return v;
 }

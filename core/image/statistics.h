@@ -14,20 +14,20 @@
 
 namespace peeler {
 
-/// Returns the median Z of the first fragments in the middle ninth of the picture, or in all of it
-/// if the middle is empty; nothing if the picture is empty. Scene units.
+/// Returns the median Z of the first fragments in the middle ninth of the picture, or in the whole
+/// picture if the middle is empty; nullopt if the picture is empty. Scene units.
 std::optional<double> medianDepth(const LayeredImage& image, const View& view);
 
-/// Writes for each pixel the mean of the two smallest distinct Z (Woo, "The Shadow Depth Map
-/// Revisited", Graphics Gems III, 1992), in scene units; +inf if there are no two distinct Z. Two
-/// depths are distinct if they differ by more than the rounding of rasterised depths (2^-18 of Z,
-/// or of the depth range of an orthographic view): coincident surfaces with different
-/// triangulations must not get the midpoint between them, which would lie on both. `out` has one
-/// value per pixel of the window.
+/// Writes, for each pixel, the mean of the two smallest distinct Z (Woo, "The Shadow Depth Map
+/// Revisited", Graphics Gems III, 1992), in scene units; +inf if the pixel has fewer than two
+/// distinct Z. Two Z are distinct if they differ by more than the rounding of rasterised depths
+/// (2^-18 of Z, or of the depth range of an orthographic view). So coincident surfaces with
+/// different triangulations do not get a midpoint between them, which would lie on both. `out` has
+/// one value per pixel of the window.
 void midpoints(const LayeredImage& image, const Projection& projection, std::span<float> out);
 
-/// Number, bounding box and mean of world-space points, accumulated in double precision in order of
-/// arrival, so that the results do not depend on how a picture is cut into bands.
+/// Number, bounding box and mean of world-space points. Accumulated in double precision in order of
+/// arrival, so that the results do not depend on the division of a picture into bands.
 struct PointStatistics {
     std::uint64_t points = 0;
     glm::dvec3 least{std::numeric_limits<double>::infinity()};
@@ -37,7 +37,7 @@ struct PointStatistics {
     void add(const glm::dvec3& point);
     bool empty() const { return points == 0; }
 
-    /// For output: coordinates below 1e-9 of the box's diagonal are rounding errors and become 0.
+    /// For output. Coordinates below 1e-9 of the box's diagonal are rounding errors and become 0.
     glm::dvec3 boxMin() const { return tidy(least); }
     glm::dvec3 boxMax() const { return tidy(largest); }
     glm::dvec3 mean() const { return tidy(sum / static_cast<double>(points)); }
@@ -46,12 +46,13 @@ struct PointStatistics {
     glm::dvec3 tidy(glm::dvec3 v) const;
 };
 
-/// Adds the world-space point of every fragment of a band, unprojected through its pixel's sample.
+/// Adds the world-space point of every fragment of a band. Points are unprojected through their
+/// pixels' sample positions.
 void addPoints(const View& view, const LayeredImage& band, PointStatistics& statistics);
 
-// layer_checks.cpp.
+// Defined in layer_checks.cpp.
 
-/// The number of pixels that break a rule, and the first of them.
+/// The number of pixels that break a rule, and the first such pixel.
 struct BrokenPixels {
     std::uint64_t pixels = 0;
     int x = 0, y = 0;
@@ -68,8 +69,7 @@ void findUnsorted(const LayeredImage& band, BrokenPixels& broken);
 void findInfinite(const LayeredImage& band, BrokenPixels& broken);
 
 /// Adds the pixels whose stored composite differs, in any bit of colour or Z, from the composite of
-/// the fragments. `stored` must have the band's window; `type` is the type in which its colours
-/// were stored.
+/// the fragments. `stored` must have the band's window. `type` is the type of the stored colours.
 void findWrongComposite(const LayeredImage& band, const CompositeImage& stored, PixelType type,
                         BrokenPixels& broken);
 

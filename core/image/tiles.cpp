@@ -32,7 +32,7 @@ bool sameFragments(const LayeredImage& a, std::size_t pixel_a, const LayeredImag
     return same;
 }
 
-/// Finds the tile from which each pixel of a row is taken: the first tile that contains it.
+/// Sets each pixel's owner in a row: the first tile that contains the pixel.
 void findOwners(std::span<const LayeredImage> tiles, const Window& window, int y,
                 std::vector<std::size_t>& owners) {
     owners.assign(static_cast<std::size_t>(window.width()), kNone);
@@ -66,7 +66,7 @@ void clearLike(const LayeredImage& like, LayeredImage& out) {
 }  // namespace
 
 std::optional<Window> findGap(std::span<const Window> tiles, const Window& whole) {
-    // Between two successive tile edges, the same tiles cover all rows.
+    // All rows between two successive tile edges are covered by the same tiles.
     std::vector<int> edges{whole.y0, whole.y1};
     for (const Window& tile : tiles) {
         for (const int y : {tile.y0, tile.y1}) {
@@ -121,7 +121,7 @@ std::optional<Window> joinTiles(std::span<const LayeredImage> tiles, const Windo
                     return Window{x, y, x + 1, y + 1};
             }
         }
-        // Copies runs of pixels from the same tile, where their fragments are contiguous.
+        // Copies each run of pixels from the same tile at once, since its fragments are contiguous.
         for (std::size_t begin = 0, end = 0; begin < owners.size(); begin = end) {
             while (end < owners.size() && owners[end] == owners[begin])
                 ++end;
@@ -136,7 +136,7 @@ std::optional<Window> joinTiles(std::span<const LayeredImage> tiles, const Windo
             if (out.fragments() + count > std::numeric_limits<std::uint32_t>::max()) {
                 throw Error(ErrorKind::kMemory, "over 2^32 fragments in one band");
             }
-            // May wrap around, as do the sums below.
+            // May wrap around; the sums below wrap back.
             const auto base = static_cast<std::uint32_t>(out.fragments() - first);
             for (std::size_t i = 1; i <= end - begin; ++i)
                 out.offsets.push_back(base + tile.offsets[pixel + i]);

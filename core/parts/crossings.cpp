@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangle-triangle intersections within a mesh.
+// Intersections between the triangles of a mesh.
 #include "core/parts/crossings.h"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ glm::dvec3 unitNormal(const Corners3& t) {
     return unitOrZero(glm::cross(t[1] - t[0], t[2] - t[0]));
 }
 
-/// Returns the signed distances of the corners from a plane; distances up to `near` become 0.
+/// Returns the signed distances of the corners from a plane. Distances up to `near` become 0.
 Distances distancesFrom(const glm::dvec3& point, const glm::dvec3& normal, const Corners3& t,
                         double near) {
     Distances d{};
@@ -49,8 +49,8 @@ struct Interval {
     }
 };
 
-/// Returns the interval, measured along `along`, in which a triangle meets a plane; `d` are the
-/// corners' distances from that plane.
+/// Returns the intersection of a triangle with a plane, as an interval along the direction `along`.
+/// `d` holds the corners' distances from the plane.
 Interval cut(const Corners3& t, const Distances& d, const glm::dvec3& along) {
     Interval interval;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -62,8 +62,8 @@ Interval cut(const Corners3& t, const Distances& d, const glm::dvec3& along) {
     return interval;
 }
 
-/// Returns the gap between two coplanar triangles, negative if they overlap: the largest gap along
-/// the normals of their edges.
+/// Returns the gap between two coplanar triangles; negative if they overlap. It is the largest gap
+/// along a normal of their edges.
 double planarGap(const Corners3& a, const Corners3& b, const glm::dvec3& normal) {
     double gap = -std::numeric_limits<double>::infinity();
     for (const Corners3* t : {&a, &b}) {
@@ -85,8 +85,8 @@ Meeting planarMeeting(const Corners3& a, const Corners3& b, int shared, double n
     const double gap = planarGap(a, b, na);
     if (gap > near) return Meeting::kApart;
     if (gap >= -near) return shared > 0 ? Meeting::kApart : Meeting::kTouch;
-    // Faces that look in opposite directions are the contact of two bodies, unless they share a
-    // corner: then the surface is folded onto itself.
+    // Overlapping faces that look in opposite directions are the contact of two bodies. If they
+    // share a corner, the surface is folded onto itself.
     if (glm::dot(na, nb) < 0 && shared == 0) return Meeting::kTouch;
     return Meeting::kCross;
 }
@@ -102,8 +102,8 @@ Meeting meetingOf(const Corners3& a, const Corners3& b, int shared, double near)
     if (allOnOneSide(da)) return Meeting::kApart;
     const bool flat = db == Distances{} || da == Distances{};
     if (flat) {
-        // Only one triangle lies in the other's plane, so one of them is a sliver, whose own plane
-        // is arbitrary. That does not count as crossing.
+        // If only one triangle lies in the other's plane, one of them is a sliver with an arbitrary
+        // plane. Slivers do not count as crossing.
         if (db != Distances{} || da != Distances{})
             return shared > 0 ? Meeting::kApart : Meeting::kTouch;
         return planarMeeting(a, b, shared, near);
@@ -123,13 +123,13 @@ using CrossingPair = std::pair<std::uint32_t, std::uint32_t>;
 
 constexpr std::size_t kCrossedAtOnce = 64;
 /// The step limit of findCrossings(): kCrossingSteps, plus kCrossingStepsPerTriangle per triangle.
-/// A step is one triangle comparison; storing a pair counts as kCrossingStepsPerPair steps.
+/// A comparison of two triangles is one step; storing a pair is kCrossingStepsPerPair steps.
 constexpr std::uint64_t kCrossingSteps = 20'000'000, kCrossingStepsPerTriangle = 100,
                         kCrossingStepsPerPair = 10;
 constexpr std::uint64_t kFirstCrossingSteps = 1'000'000;
 
-/// Calls visit(other, meeting) for the triangles from `first` on that touch or cross `triangle`.
-/// Returns the number of comparisons.
+/// Calls visit(other, meeting) for each triangle with index `first` or greater that touches or
+/// crosses `triangle`. Returns the number of comparisons.
 template <class Visit>
 std::uint64_t visitMeetings(const TriangleTree& tree, double near, std::uint32_t triangle,
                             std::uint32_t first, Visit&& visit) {
@@ -143,7 +143,7 @@ std::uint64_t visitMeetings(const TriangleTree& tree, double near, std::uint32_t
                    const Corners3 others = mesh.corners(s);
                    if (!overlap(box, boundsOf(others))) return;
                    const int shared = mesh.sharedCorners(triangle, s);
-                   if (shared == 3) return;  // a duplicate, reported as crowded edges
+                   if (shared == 3) return;  // a duplicate; it is reported as crowded edges
                    ++compared;
                    const Meeting meeting = meetingOf(corners, others, shared, near);
                    if (meeting != Meeting::kApart) visit(s, meeting);
@@ -178,8 +178,8 @@ Crossings findCrossings(const TriangleTree& tree, const Progress& progress) {
             find(t, shares[i], limit);
     });
     if (found.more) {
-        // Which pairs were found before the limit depends on thread timing, so find the first ones
-        // on one thread.
+        // Thread timing decides which pairs are found before the limit, so the first pairs are
+        // found again on one thread.
         StepLimit first(kFirstCrossingSteps);
         for (std::size_t t = 0; t < count && !first.exceeded(); ++t)
             find(t, found.pairs, first);

@@ -13,32 +13,31 @@
 
 namespace peeler {
 
-/// The largest distance at which surfaces count as touching, as a fraction of PartMesh::size(). It
-/// is about ten times the precision of 32-bit float positions.
+/// The largest distance between touching surfaces, as a fraction of PartMesh::size(). It is about
+/// ten times the precision of 32-bit float positions.
 inline constexpr double kTouching = 1e-6;
 
-/// Relation between two triangles.
+/// The relation between two triangles.
 enum class Meeting : std::uint8_t {
     kApart,
-    kTouch,  ///< they have points in common but do not pass through each other
-    kCross,  ///< they pass through each other, or overlap in one plane
+    kTouch,  ///< have common points, but do not pass through each other
+    kCross,  ///< pass through each other, or overlap in one plane
 };
 
-/// Returns the relation between two triangles that share at most two corners, by comparing the
-/// intervals in which they meet the line common to their planes (Möller 1997, "A Fast
-/// Triangle-Triangle Intersection Test"). Points within `near` (scene units) of a plane or line
-/// count as on it. `shared` is the number of shared corners; triangles that share any are never
-/// kTouch.
+/// Returns the relation between two triangles that share at most two corners. Compares their
+/// intervals on the line where their planes intersect (Möller 1997, "A Fast Triangle-Triangle
+/// Intersection Test"). Points within `near` (scene units) of a plane or line are taken to lie on
+/// it. `shared` is the number of shared corners; triangles that share corners are never kTouch.
 Meeting meetingOf(const std::array<glm::dvec3, 3>& a, const std::array<glm::dvec3, 3>& b,
                   int shared, double near);
 
 /// Self-contacts and self-intersections of a surface.
 struct Crossings {
-    bool more = false;  ///< `pairs` is incomplete, because a step limit was reached
-    /// The lesser index of a pair comes first; the pairs are in ascending order.
+    bool more = false;  ///< whether `pairs` is incomplete, because a step limit was reached
+    /// Pairs in ascending order; the smaller index of a pair comes first.
     std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-    /// Per triangle, 1 if another one crosses it, or touches it without sharing a corner;
-    /// incomplete if `more`.
+    /// Per triangle: 1 if another triangle crosses it, or touches it without sharing a corner.
+    /// Incomplete if `more`.
     std::vector<char> touched;
 };
 Crossings findCrossings(const TriangleTree& tree, const Progress& progress = {});

@@ -36,8 +36,8 @@ std::pair<glm::dvec2, glm::dvec2> boxOf(const Polygon& polygon) {
     return {least, most};
 }
 
-/// Returns the part of a polygon whose coordinate along `axis` is below (side -1) or above (side 1)
-/// `value`.
+/// Returns the half of a polygon whose coordinate along `axis` is below `value` (side -1) or above
+/// it (side 1).
 Polygon halfOf(const Polygon& polygon, int axis, double value, double side) {
     Polygon half;
     for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -49,8 +49,7 @@ Polygon halfOf(const Polygon& polygon, int axis, double value, double side) {
     return half;
 }
 
-/// Whether segment pq passes through a convex polygon; passing less than `slack` inside a side does
-/// not count.
+/// Whether segment pq passes through a convex polygon. A segment within `slack` of a side does not.
 bool goesThrough(const glm::dvec2& p, const glm::dvec2& q, const Polygon& polygon, double slack) {
     int left = 0, right = 0;
     for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -65,8 +64,8 @@ bool goesThrough(const glm::dvec2& p, const glm::dvec2& q, const Polygon& polygo
     return left > 0 && right > 0;
 }
 
-/// Returns the change of the winding number where the way from a to b crosses segment pq; 0 if it
-/// does not.
+/// Returns the change of the winding number where the segment from a to b crosses segment pq; 0 if
+/// they do not cross.
 int changeAt(const glm::dvec2& p, const glm::dvec2& q, const glm::dvec2& a, const glm::dvec2& b) {
     if ((cross(b - a, p - a) > 0) == (cross(b - a, q - a) > 0)) return 0;
     return (cross(q - p, b - p) > 0 ? 1 : 0) - (cross(q - p, a - p) > 0 ? 1 : 0);
@@ -91,7 +90,7 @@ double distanceTo(const glm::dvec2& p, const glm::dvec2& q, const glm::dvec2& at
     return glm::length(at - p - share * along);
 }
 
-/// Returns a point inside a convex polygon, off its lines of symmetry.
+/// Returns a point inside a convex polygon, away from its lines of symmetry.
 glm::dvec2 oddMiddle(const Polygon& polygon) {
     glm::dvec2 sum(0);
     double weights = 0;
@@ -145,7 +144,7 @@ void FreeArea::add(const std::array<glm::dvec3, 3>& other, bool before) {
         away += std::abs(d[i]) > near_ ? 1 : 0;
     }
     if (away == 0) {
-        // A convention for coplanar triangles: if two face the same way, the one with the lower
+        // A convention for coplanar triangles. If two face the same way, the one with the lower
         // index is in front. If they face opposite ways, each is in front of the other, as if there
         // were a gap between their bodies.
         const glm::dvec3 facing = glm::cross(other[1] - other[0], other[2] - other[0]);
@@ -157,9 +156,9 @@ void FreeArea::add(const std::array<glm::dvec3, 3>& other, bool before) {
         return;
     }
     if (above == 0 || above == 3) return;
-    // The segment in which the other triangle meets the plane just in front; a corner within
-    // `near_` counts as below. It runs from the side that descends through the plane to the side
-    // that ascends, so that the other triangle's body is on its left.
+    // The segment where the other triangle meets a plane just in front of this one, so a corner
+    // within `near_` counts as below it. The segment runs from the side that descends through the
+    // plane to the side that ascends, so the other triangle's body is on its left.
     Line line{};
     for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t k = (i + 1) % 3;
@@ -172,7 +171,7 @@ void FreeArea::add(const std::array<glm::dvec3, 3>& other, bool before) {
     lines_.push_back(line);
 }
 
-/// Returns a point of the triangle far from all lines, with its winding number.
+/// Returns a point of the triangle far from all lines, with the winding number there.
 FreeArea::Place FreeArea::firstPlace() const {
     constexpr std::array<glm::dvec2, 7> kShares{{{1 / 3.0, 1 / 3.0},
                                                  {0.47, 0.22},
@@ -199,8 +198,8 @@ FreeArea::Place FreeArea::firstPlace() const {
     return place;
 }
 
-/// Returns another point of the cell with its winding number. The segment from the known point must
-/// stay in the cell, so that it crosses no other lines than `lines`.
+/// Returns the point `at` of a cell with the winding number there. The segment from `from` to `at`
+/// must stay in the cell, so that it crosses only lines in `lines`.
 FreeArea::Place FreeArea::moved(const Place& from, const glm::dvec2& at,
                                 const std::vector<Line>& lines) {
     Place to{at, from.winding};
@@ -226,8 +225,8 @@ double FreeArea::inCell(const Polygon& cell, const std::vector<Line>& lines, con
             for (const Line& line : lines)
                 if (goesThrough(line.p, line.q, halves[i], 0)) through[i].push_back(line);
         }
-        // Halving along this axis does not pay if most lines pass through both halves, as lines
-        // that lie on each other do.
+        // Halving along this axis is not worth it if most lines pass through both halves, for
+        // example coincident lines.
         if (4 * (through[0].size() + through[1].size()) > 7 * lines.size()) continue;
         double area = 0;
         for (const std::size_t i : {0U, 1U})
@@ -271,8 +270,8 @@ double FreeArea::inTrapezoids(const Polygon& cell, const std::vector<Line>& line
     return area;
 }
 
-/// Returns the free length of the section of a cell at this x, where there must be no corner or
-/// crossing.
+/// Returns the free length of a cell's section at this x. The section must contain no corners or
+/// crossings.
 double FreeArea::freeLength(const Polygon& cell, const std::vector<Line>& lines, const Place& known,
                             double x) {
     double low = kFarAway, high = -kFarAway;

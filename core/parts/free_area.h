@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The area of a triangle not covered by a body in front of it.
+// The area of a triangle that no body in front covers.
 #pragma once
 
 #include <array>
@@ -13,26 +13,26 @@
 
 namespace peeler {
 
-/// Finds the area of a triangle that is not covered by others. The other triangles cross its plane
-/// along lines. A ray gives the winding number in front of one point of the triangle; from there to
-/// any other point, the number changes by one at each line crossed. If the number at one point of a
-/// cell exceeds the number of lines through the cell, the whole cell is covered. Otherwise a cell
-/// with many lines is halved, and a cell with few is cut into trapezoids at every corner and
-/// crossing, which is exact up to rounding.
+/// Finds the area of a triangle that other triangles leave uncovered. The others cross its plane
+/// along lines. A ray gives the winding number in front of one point of the triangle. On the way
+/// from there to any other point, the number changes by one at each line crossed. If the number at
+/// a point of a cell exceeds the number of lines through the cell, the whole cell is covered.
+/// Otherwise, a cell with many lines is halved; a cell with few lines is cut into trapezoids at
+/// every corner and crossing, which is exact up to rounding.
 class FreeArea {
   public:
-    /// Points within `near` (scene units) of a plane count as lying in it.
+    /// Points within `near` (scene units) of a plane are taken to lie in it.
     FreeArea(const TriangleTree& tree, double near, StepLimit& limit)
         : tree_(tree), near_(near), limit_(limit) {}
 
-    /// Returns the free area of a triangle, in square scene units; meaningless once the limit is
-    /// exceeded.
+    /// Returns the free area of a triangle, in square scene units. The result is meaningless if the
+    /// limit was exceeded.
     double of(std::uint32_t triangle);
 
   private:
     using Polygon = std::vector<glm::dvec2>;  ///< convex
     /// A segment along which another triangle crosses the plane. The winding number in front of the
-    /// plane is greater by one on the left of the segment.
+    /// plane is greater by one to the left of the segment.
     struct Line {
         glm::dvec2 p, q;
     };
@@ -62,10 +62,10 @@ class FreeArea {
     glm::dvec3 origin_{0}, normal_{0}, right_{0}, up_{0};
     Polygon own_;
     std::vector<Line> lines_;
-    /// Coplanar triangles that count as lying in front; add() chooses them by convention.
+    /// Coplanar triangles that are in front by the convention of add().
     std::vector<std::array<glm::dvec2, 3>> covers_;
-    /// Scratch of freeLength(): the heights at which lines cross a vertical, and the change of the
-    /// winding number at each, going up.
+    /// Scratch of freeLength(): the heights where lines cross the vertical at x, and the change of
+    /// the winding number at each height, going up.
     std::vector<std::pair<double, int>> steps_;
 };
 

@@ -11,8 +11,8 @@
 namespace peeler {
 namespace {
 
-/// Welds equal positions into points, numbered in order of appearance. Returns the point of each
-/// position, and appends the index of each point's first position to `firsts`.
+/// Welds equal positions into points, which are numbered in order of appearance. Returns the point
+/// of each position. Appends each point's first position index to `firsts`.
 template <class T>
 std::vector<std::uint32_t> weldedPlaces(const std::vector<glm::vec<3, T>>& places,
                                         std::vector<std::uint32_t>& firsts) {
@@ -140,7 +140,7 @@ struct TriangleSide {
     PartEdge edge;
     std::uint32_t triangle = 0;
     std::uint8_t side = 0;
-    bool forward = false;  ///< the triangle runs along the edge from a to b
+    bool forward = false;  ///< whether the triangle runs along the edge from a to b
 };
 
 std::vector<TriangleSide> sortedSides(const PartMesh& mesh) {
@@ -158,7 +158,7 @@ std::vector<TriangleSide> sortedSides(const PartMesh& mesh) {
     return sides;
 }
 
-/// Returns the number of groups of edges that share points, by union-find over the points.
+/// Returns the number of groups of edges that share points (union-find over the points).
 std::uint64_t groupsOf(const std::vector<PartEdge>& edges) {
     std::vector<std::uint32_t> points;
     for (const PartEdge& edge : edges)
@@ -184,8 +184,8 @@ std::uint64_t groupsOf(const std::vector<PartEdge>& edges) {
     return groups;
 }
 
-/// A walk across shared edges that finds the shells, and in each the triangles that face against
-/// its majority.
+/// A walk across shared edges. Finds the shells and, in each, the triangles that face against the
+/// majority.
 class ShellWalk {
   public:
     ShellWalk(const PartMesh& mesh, PartTopology& topology,

@@ -21,8 +21,8 @@ struct PartMesh {
     using Triangle = std::array<std::uint32_t, 3>;  ///< counter-clockwise on the front
 
     std::vector<glm::dvec3> points;
-    std::vector<Triangle> triangles;  ///< with three different corners each
-    std::uint64_t degenerate = 0;     ///< triangles left out because two corners coincide
+    std::vector<Triangle> triangles;  ///< each with three different corners
+    std::uint64_t degenerate = 0;     ///< omitted triangles: two of their corners coincide
 
     std::array<glm::dvec3, 3> corners(std::size_t triangle) const {
         const Triangle& t = triangles[triangle];
@@ -39,20 +39,21 @@ struct PartMesh {
     }
     /// Returns the number of corners that two triangles share.
     int sharedCorners(std::size_t a, std::size_t b) const;
-    /// Returns the box around all points; empty if there are no points.
+    /// Returns the bounding box of all points; empty if there are no points.
     Bounds bounds() const;
     /// Returns the length of the diagonal of bounds().
     double size() const;
 };
 
-/// Returns a mesh in world space. Vertices at the same position in the mesh (bit for bit; −0 is 0)
-/// become one point, across primitives. Lines and points are left out.
+/// Returns a mesh in world space. Vertices with the same position in the mesh (bit for bit; −0 is
+/// 0) become one point, even across primitives. Lines and points are omitted.
 PartMesh partMesh(const PosedScene& posed, const MeshInstance& instance);
 
-/// Joins several parts into one mesh. `weld` merges points at the same position, across parts too.
+/// Joins several parts into one mesh. If `weld`, merges points with the same position, even across
+/// parts.
 PartMesh joinParts(const std::vector<const PartMesh*>& parts, bool weld);
 
-/// An edge between two points, lesser index first.
+/// An edge between two points, smaller index first.
 struct PartEdge {
     std::uint32_t a = 0, b = 0;
     bool operator==(const PartEdge&) const = default;
@@ -61,28 +62,28 @@ struct PartEdge {
     }
 };
 
-/// A set of triangles connected by edges that exactly two of them share.
+/// A shell: triangles connected by edges that exactly two triangles share.
 struct PartShell {
     std::uint32_t first = 0;  ///< the shell's largest triangle
     std::uint64_t triangles = 0;
     std::uint64_t open_edges = 0;
     bool orientable = true;
     double area = 0;
-    /// Signed volume, in cubic scene units, after flipping triangles that face against the
-    /// majority; positive if the majority faces outwards, meaningless if the shell is open.
+    /// Signed volume, in cubic scene units, after flipping the triangles that face against the
+    /// majority. Positive if the majority faces outwards; meaningless if the shell is open.
     double volume = 0;
 };
 
-/// Topology of a mesh.
+/// The topology of a mesh.
 struct PartTopology {
     std::vector<PartEdge> open;     ///< edges of an odd number of triangles, mostly one
     std::vector<PartEdge> crowded;  ///< edges of more than two triangles
     std::uint64_t holes = 0;        ///< groups of open edges that share points
-    /// Triangles that face opposite to the majority of their shell.
+    /// Triangles that face against the majority of their shell.
     std::vector<std::uint32_t> turned;
     std::vector<PartShell> shells;
     std::vector<std::uint32_t> shell_of;  ///< per triangle
-    /// Per triangle and side (from corner i to i + 1): the triangle across it, or kNoTriangle
+    /// Per triangle and side (from corner i to i + 1): the triangle across the side, or kNoTriangle
     /// unless there is exactly one.
     std::vector<std::array<std::uint32_t, 3>> beyond;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A step limit, so that heavily self-intersecting surfaces finish in seconds.
+// A step limit, with which heavily self-intersecting surfaces finish in seconds.
 #pragma once
 
 #include <atomic>
@@ -11,8 +11,8 @@
 
 namespace peeler {
 
-/// A step counter shared by several threads. The total does not depend on the order in which the
-/// threads add to it, so neither do the results.
+/// A step counter that several threads share. The total, and so the results, do not depend on the
+/// order in which the threads add to it.
 class StepLimit {
   public:
     explicit StepLimit(std::uint64_t most) : most_(most) {}
@@ -26,7 +26,7 @@ class StepLimit {
 };
 
 /// Runs parallelFor() until the limit is exceeded. Calls `progress` with the finished fraction, on
-/// the caller's thread, up to 100 times. Returns whether all items were finished within the limit.
+/// the caller's thread, at most 100 times. Returns whether all items finished within the limit.
 bool parallelFor(std::size_t items, StepLimit& limit, const Progress& progress,
                  const std::function<void(std::size_t)>& body);
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint32_t kLeafTriangles = 4;
 
-/// Directions that are unlikely to be parallel to an edge or plane.
+/// Directions that are unlikely to be parallel to an edge or a plane.
 constexpr std::array<std::array<double, 3>, 8> kOddDirections{{
     {0.41283, 0.63127, 0.65648},
     {-0.57713, 0.27149, 0.77021},
@@ -41,15 +41,15 @@ CheckedLine::CheckedLine(const glm::dvec3& origin, const glm::dvec3& direction)
 }
 
 bool CheckedLine::meets(const Bounds& box, double from, double to) const {
-    // If a component of the direction is 0, its inverse is infinite: the comparisons below handle
-    // infinities, and NaN (an origin in the plane of a side) leaves `from` and `to` unchanged. The
-    // constructor turns −0 into +0, with which the other side cannot be infinitely far behind.
+    // If a component of the direction is 0, its inverse is infinite. The comparisons below handle
+    // infinities; NaN (an origin in the plane of a side) leaves `from` and `to` unchanged. The
+    // constructor turns −0 into +0; otherwise, the far side could be at −infinity.
     constexpr double kSlack = 1e-12;
     for (int i = 0; i < 3; ++i) {
         double near = (box.min[i] - origin_[i]) * inverse_[i];
         double far = (box.max[i] - origin_[i]) * inverse_[i];
         if (near > far) std::swap(near, far);
-        // Rounding must not lose a triangle that lies in a side of its box.
+        // Rounding must not lose triangles that lie in a side of their box.
         near *= near > 0 ? 1 - kSlack : 1 + kSlack;
         far *= far > 0 ? 1 + kSlack : 1 - kSlack;
         if (near > from) from = near;
@@ -124,7 +124,8 @@ void TriangleTree::build(std::uint32_t node, std::uint32_t begin, std::uint32_t 
 
 int TriangleTree::windingInFront(const glm::dvec3& point, const glm::dvec3& normal,
                                  double near) const {
-    constexpr double kLeast = 0.15;  // cosine; more grazing rays stay too close to the surface
+    // Cosine; rays at a smaller cosine stay too close to the surface.
+    constexpr double kLeast = 0.15;
     constexpr double kEnd = std::numeric_limits<double>::infinity();
     int winding = 0;
     for (const auto& [x, y, z] : kOddDirections) {

@@ -28,13 +28,13 @@ Bounds boundsOf(const std::array<glm::dvec3, 3>& corners);
 struct LineHit {
     double t = 0;
     std::uint32_t triangle = 0;
-    bool leaves = false;   ///< the line passes from the back of the triangle to its front
-    bool on_edge = false;  ///< exactly on an edge: the neighbour may be hit as well
+    bool leaves = false;   ///< whether the line passes from the triangle's back to its front
+    bool on_edge = false;  ///< whether the hit is exactly on an edge; the neighbour may be hit, too
 };
 
-/// A line, parametrised by t from its origin. Its intersection test is watertight: a line that
-/// passes near but not through a shared edge hits exactly one of the two triangles (Woop, Benthin
-/// and Wald 2013, "Watertight Ray/Triangle Intersection", section 3.2).
+/// A line, parametrised by t from its origin. The intersection test is watertight: a line that
+/// passes near a shared edge, but not through it, hits exactly one of the two triangles (Woop,
+/// Benthin and Wald 2013, "Watertight Ray/Triangle Intersection", section 3.2).
 class CheckedLine {
   public:
     CheckedLine(const glm::dvec3& origin, const glm::dvec3& direction);
@@ -52,8 +52,8 @@ class CheckedLine {
     glm::dvec3 shear_;
 };
 
-/// A tree of boxes over the triangles of a mesh, split at the median of the triangle centres down
-/// to four triangles per leaf.
+/// A bounding volume hierarchy of a mesh's triangles. Nodes are split at the median of the triangle
+/// centres, down to four triangles per leaf.
 class TriangleTree {
   public:
     /// The mesh must outlive the tree.
@@ -81,16 +81,18 @@ class TriangleTree {
     const PartMesh& mesh() const { return mesh_; }
 
     /// Returns the winding number of the point just in front of a surface: the number of bodies
-    /// around it, each counted once per winding of its surface. Counts the surfaces that a ray
-    /// toward the side of `normal` leaves, minus those it enters. Ignores triangles within `near`
-    /// of the point, because they belong to the surface itself.
+    /// around the point, each counted once per winding of its surface. Follows a ray toward the
+    /// side of `normal`, and counts the surfaces that the ray leaves minus the surfaces that it
+    /// enters. Ignores triangles within `near` of the point, because they belong to the surface
+    /// itself.
     int windingInFront(const glm::dvec3& point, const glm::dvec3& normal, double near) const;
 
   private:
     struct Node {
         Bounds box;
-        std::uint32_t first = 0;  ///< leaf: index into order_; inner node: first of two children
-        std::uint32_t count = 0;  ///< triangles of a leaf; 0 for inner nodes
+        /// Leaf: index into order_; inner node: index of the first of two children.
+        std::uint32_t first = 0;
+        std::uint32_t count = 0;  ///< number of triangles of a leaf; 0 for inner nodes
     };
     void build(std::uint32_t node, std::uint32_t begin, std::uint32_t end,
                const std::vector<Bounds>& boxes);

@@ -15,15 +15,15 @@
 namespace peeler {
 namespace {
 
-/// Returns the number of other shells around a shell: those that a ray from it crosses an odd
-/// number of times.
+/// Returns the number of closed shells around a shell: those that a ray from the shell crosses an
+/// odd number of times.
 std::size_t depthOf(const TriangleTree& tree, const PartTopology& topology, std::uint32_t shell) {
     const PartMesh& mesh = tree.mesh();
     const std::uint32_t first = topology.shells[shell].first;
     const glm::dvec3 from = mesh.middle(first);
     constexpr double kEnd = std::numeric_limits<double>::infinity();
     std::map<std::uint32_t, bool> odd;
-    // Retry with another direction if an edge is hit.
+    // Retries with another direction if the ray hits an edge.
     for (int attempt = 0; attempt < 4; ++attempt) {
         const glm::dvec3 direction =
             glm::normalize(glm::dvec3(0.41283 + 0.11 * attempt, 0.63127, 0.65648 - 0.23 * attempt));
@@ -53,8 +53,8 @@ std::vector<ShellSide> findSides(const TriangleTree& tree, const PartTopology& t
     parallelFor(sides.size(), [&](std::size_t i) {
         const PartShell& shell = topology.shells[i];
         if (shell.open_edges > 0 || !shell.orientable) return;
-        // A flat shell has half of its area on each side, so the volume between touching sides is
-        // at most this.
+        // A flat shell has half of its area on each side, so this is the maximum volume between
+        // touching sides.
         if (std::abs(shell.volume) <= near * shell.area / 2) {
             sides[i] = ShellSide::kFlat;
             return;
@@ -99,11 +99,11 @@ double volumeOf(const PartMesh& mesh) {
 
 namespace {
 
-/// Limits of unionVolume(), in steps of FreeArea; these take a few seconds.
+/// Limits of unionVolume(), in steps of FreeArea. They allow a few seconds.
 constexpr std::uint64_t kUnionSteps = 30'000'000, kUnionStepsPerTriangle = 1000;
 
 /// Groups untouched triangles into connected patches. All triangles of a patch have the same bodies
-/// in front, so testing one is enough.
+/// in front, so one test per patch is enough.
 std::vector<std::vector<std::uint32_t>> patchesOf(const PartTopology& topology,
                                                   const std::vector<char>& touched) {
     std::vector<std::vector<std::uint32_t>> patches;
@@ -140,7 +140,7 @@ std::optional<double> unionVolume(const TriangleTree& tree, const PartTopology& 
     StepLimit limit(kUnionSteps + kUnionStepsPerTriangle * mesh.triangles.size());
     const bool done = parallelFor(shares.size(), limit, progress, [&](std::size_t i) {
         // Adds the pyramid between the origin and a face: a third of the face's area times the
-        // distance of its plane.
+        // distance of the face's plane.
         if (i >= patches.size()) {
             const std::uint32_t t = touched[i - patches.size()];
             const glm::dvec3 normal = unitOrZero(mesh.normal(t));

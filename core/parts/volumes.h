@@ -13,21 +13,21 @@
 
 namespace peeler {
 
-/// Role of a shell within its mesh. It follows from the sign of the shell's volume (negative if the
-/// shell faces inwards) and from the number of shells around it.
+/// The role of a shell within its mesh. It follows from the sign of the shell's volume (negative if
+/// the shell faces inwards) and the number of shells around it.
 enum class ShellSide : std::uint8_t {
     kOpen,       ///< open or not orientable, so it has no inside
-    kFlat,       ///< its sides touch everywhere, so it encloses nothing
-    kOutside,    ///< outside of a body: faces outwards, an even number of shells around it
+    kFlat,       ///< its two sides touch, so it encloses nothing
+    kOutside,    ///< boundary of a body: faces outwards, an even number of shells around it
     kCavity,     ///< inner surface of a cavity: faces inwards, an odd number of shells around it
     kInsideOut,  ///< faces inwards, an even number of shells around it
     kInside,     ///< faces outwards, an odd number of shells around it: bodies overlap
 };
 
-/// Returns the role of each of PartTopology::shells.
+/// Returns the role of each shell in PartTopology::shells.
 std::vector<ShellSide> findSides(const TriangleTree& tree, const PartTopology& topology);
 
-/// Returns the mesh with consistent orientation: flips the triangles of PartTopology::turned, and
+/// Returns the mesh with a consistent orientation: flips the triangles in PartTopology::turned, and
 /// all triangles of inside-out shells.
 PartMesh turnedBack(const PartMesh& mesh, const PartTopology& topology,
                     const std::vector<ShellSide>& sides);
@@ -35,12 +35,12 @@ PartMesh turnedBack(const PartMesh& mesh, const PartTopology& topology,
 /// Returns the area of all triangles, in square scene units.
 double areaOf(const PartMesh& mesh);
 /// Returns the volume, in cubic scene units, of a closed mesh that faces outwards. Cavities are
-/// subtracted; where bodies overlap, each of them counts.
+/// subtracted. Overlapping bodies each count in full.
 double volumeOf(const PartMesh& mesh);
-/// Returns the volume inside at least one body, in cubic scene units. The boundary of that volume
-/// is the part of the surface that has no body in front of it (FreeArea). Returns nothing if the
-/// surfaces cross so often that the calculation would take too long. `topology` and `crossings`
-/// belong to the tree's mesh, which must be closed and face outwards.
+/// Returns the volume inside at least one body, in cubic scene units. The boundary of this volume
+/// is the part of the surface without a body in front (FreeArea). Returns nullopt if the surfaces
+/// cross so often that the calculation would take too long. `topology` and `crossings` belong to
+/// the tree's mesh, which must be closed and face outwards.
 std::optional<double> unionVolume(const TriangleTree& tree, const PartTopology& topology,
                                   const Crossings& crossings, const Progress& progress = {});
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The thinnest wall of a part: a first bound by rays from every triangle, then every pair of faces
-// that could be closer than that.
+// The thinnest wall of a part. Rays from every triangle give a bound; then every pair of faces that
+// could be closer is tested.
 #include "core/parts/wall_thickness.h"
 
 #include <algorithm>
@@ -19,13 +19,13 @@ namespace {
 
 constexpr std::size_t kWallsAtOnce = 512;
 constexpr std::size_t kPairsAtOnce = 1 << 16;
-/// Limits of thinnestWall(), in steps. A step is one visit of a triangle; a ray visits about
+/// Limits of thinnestWall(), in steps. A step is one visit of a triangle; a ray takes about
 /// kWallStepsPerRay.
 constexpr std::uint64_t kWallSteps = 100'000'000, kWallStepsPerTriangle = 1000,
                         kWallStepsPerRay = 4000;
 constexpr double kEnd = std::numeric_limits<double>::infinity();
 
-/// Rays from points of triangles into the material.
+/// Casts rays from points of triangles into the material.
 class WallRays {
   public:
     explicit WallRays(const TriangleTree& tree)
@@ -33,8 +33,8 @@ class WallRays {
 
     double near() const { return near_; }
 
-    /// Returns the wall behind a point of a triangle, if it is thinner than `below` and the point
-    /// is on the outer surface of overlapping bodies.
+    /// Returns the wall behind a point of a triangle, if the wall is thinner than `below` and no
+    /// other body covers the point.
     std::optional<Wall> at(std::uint32_t triangle, const glm::dvec3& from,
                            const glm::dvec3& unit_normal, double below) {
         const CheckedLine line(from, -unit_normal);
@@ -44,8 +44,8 @@ class WallRays {
                         if (t == triangle) return;
                         const auto hit = line.meets(tree_.mesh().corners(t));
                         if (!hit || hit->t > below) return;
-                        // Of the surfaces in contact with this one, skip those that are entered
-                        // here as well, and keep those that are left at once.
+                        // Surfaces in contact with this one are skipped if the ray enters through
+                        // them here, and kept if it leaves through them.
                         if (hit->t < (hit->leaves ? -kSlack * near_ : kSlack * near_)) return;
                         hits_.push_back(*hit);
                         hits_.back().triangle = t;
@@ -55,7 +55,7 @@ class WallRays {
         });
         int inside = 1;
         for (const LineHit& hit : hits_) {
-            // On an edge, a body may be entered once or twice, so the count is unknown.
+            // At an edge, the ray may enter a body once or twice, so the count is unknown.
             if (hit.on_edge && !hit.leaves) return std::nullopt;
             inside += hit.leaves ? -1 : 1;
             if (inside > 0) continue;
@@ -72,7 +72,7 @@ class WallRays {
     static const double kFacing;
 
   private:
-    // Tolerance for surfaces in contact, as a fraction of near_; it covers rounding alone.
+    // The tolerance for surfaces in contact, as a fraction of near_. It covers only rounding.
     static constexpr double kSlack = 1e-6;
 
     const TriangleTree& tree_;
@@ -93,8 +93,8 @@ void sampleWall(std::size_t triangle, WallRays& rays, const PartMesh& mesh,
         thinnest = wall;
 }
 
-/// Returns the thinnest wall found by rays from the middles of all triangles, as a bound. Samples a
-/// few triangles first, so that rays from the others can end early.
+/// Returns the thinnest wall that rays from the middles of all triangles find. Samples a few
+/// triangles first, so that the other rays can end early.
 std::optional<Wall> sampledWall(const TriangleTree& tree, StepLimit& limit,
                                 const Progress& progress) {
     constexpr std::size_t kFirst = 1000;
@@ -117,13 +117,13 @@ std::optional<Wall> sampledWall(const TriangleTree& tree, StepLimit& limit,
     return thinnest;
 }
 
-/// The overlap of two faces, seen along the normal of the first.
+/// A pair of faces that overlap, as seen along the normal of the first face.
 struct FacePair {
-    double least = 0;  ///< least distance from the first face to the second
-    glm::dvec3 at{0};  ///< the point on the first face with that distance
+    double least = 0;  ///< minimum distance from the first face to the second
+    glm::dvec3 at{0};  ///< point on the first face at the minimum distance
     glm::dvec3 middle{0};
     std::uint32_t triangle = 0;
-    std::uint32_t number = 0;  ///< order in which the triangle's pairs were visited
+    std::uint32_t number = 0;  ///< position in the order of visits from the first face
 
     bool operator<(const FacePair& other) const {
         return std::tie(least, triangle, number) <
@@ -131,7 +131,7 @@ struct FacePair {
     }
 };
 
-/// Clips a polygon to where a distance is at least 0.
+/// Clips a polygon to the region where a distance is at least 0.
 template <class Distance>
 void cutPolygon(std::vector<glm::dvec3>& polygon, std::vector<glm::dvec3>& scratch,
                 Distance&& distance) {
@@ -145,8 +145,8 @@ void cutPolygon(std::vector<glm::dvec3>& polygon, std::vector<glm::dvec3>& scrat
     polygon.swap(scratch);
 }
 
-/// Finds the pairs of a face with faces behind it, if they come closer than a bound anywhere and
-/// sort after a given pair.
+/// Finds the pairs of a face with faces behind it that come closer than a bound and sort after a
+/// given pair.
 class FacePairs {
   public:
     FacePairs(const TriangleTree& tree, double below, const std::optional<FacePair>& after)
@@ -176,8 +176,8 @@ class FacePairs {
   private:
     double depth(const glm::dvec3& p) const { return glm::dot(normal_, corners_[0] - p); }
 
-    /// Sets the prism behind the face, by its extent along the normal and along two axes of its
-    /// plane.
+    /// Sets the prism behind the face: its extents along the normal and along two axes of the
+    /// face's plane.
     void setPrism() {
         const glm::dvec3 right = unitOrZero(corners_[1] - corners_[0]);
         prism_ = {Slab{normal_}, {right}, {glm::cross(normal_, right)}};
@@ -247,7 +247,7 @@ class FacePairs {
     std::vector<glm::dvec3> polygon_, scratch_;
 };
 
-/// The first kPairsAtOnce of many pairs, in order.
+/// Collects pairs, and keeps the first kPairsAtOnce in order.
 class FirstPairs {
   public:
     /// Adds the pairs and clears `pairs`.
@@ -294,8 +294,8 @@ std::vector<FacePair> firstPairs(const TriangleTree& tree, double below,
 /// Finds a thinner wall between the faces of a pair.
 std::optional<Wall> wallBetween(const FacePair& pair, const TriangleTree& tree, WallRays& rays,
                                 double below, StepLimit& limit) {
-    // At the closest point, another body may lie between the faces. Nearer to the middle of their
-    // overlap there may be none, so several points are tried.
+    // Another body may lie between the faces at their closest point, but not nearer to the middle
+    // of their overlap, so several points are tried.
     for (const double share : {1e-7, 1e-4, 1e-2, 0.1, 0.3, 0.6, 1.0}) {
         limit.take(kWallStepsPerRay);
         const glm::dvec3 from = glm::mix(pair.at, pair.middle, share);
@@ -352,7 +352,7 @@ std::vector<PartEdge> sharpEdges(const PartMesh& mesh, const PartTopology& topol
                 else
                     (common++ == 0 ? edge.a : edge.b) = point;
             }
-            // The sharp angle contains material only if the third corner of the other face lies
+            // The sharp angle encloses material only if the third corner of the other face lies
             // behind this face.
             if (glm::dot(normal, tip - mesh.points[edge.a]) >= 0) continue;
             if (edge.b < edge.a) std::swap(edge.a, edge.b);

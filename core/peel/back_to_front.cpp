@@ -5,8 +5,8 @@
 namespace peeler {
 namespace {
 
-/// Blends each layer over those before it. Layers beyond a limit come first and are left out, or
-/// summed as the tail.
+/// Blends each layer over the layers behind it. Layers beyond a limit come first; they are dropped,
+/// or summed as the tail.
 class BackToFrontComposite final : public CompositeMethod {
   public:
     std::uint64_t tileBytes(std::uint64_t tile_pixels,

@@ -110,8 +110,8 @@ int CompositeTargets::addFragments(SceneRasterizer& rasterizer, const Window& ar
     return 1;
 }
 
-/// Draws into the back; if `blended`, over its contents. With coloured opacity the colours need two
-/// outputs for one target, so the opacities need a pass of their own.
+/// Draws into the back, over its contents if `blended`. If opacity is coloured, colours need two
+/// shader outputs for one target, so opacities need their own pass.
 int CompositeTargets::drawUnsorted(SceneRasterizer& rasterizer, const Window& area, Draws draws,
                                    bool blended) {
     const bool tinted = rasterizer.tinted();
@@ -138,7 +138,7 @@ int CompositeTargets::blendUnsorted(SceneRasterizer& rasterizer, const Window& a
 
 int CompositeTargets::addOpaque(SceneRasterizer& rasterizer, const Window& area) {
     if (!rasterizer.bounded()) return 0;
-    // All other opaque fragments lie behind the opaque bound, so this draws the bound alone.
+    // Draws exactly the opaque bound, since all other opaque fragments lie behind it.
     return drawUnsorted(rasterizer, area, Draws::kOpaque, false);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The render targets of composites, and the passes that methods share.
+// The render targets of composites, and the passes shared by composite methods.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@
 
 namespace peeler {
 
-/// 32-bit float textures of raster tile size. Layers peeled from the front go under `front`, layers
-/// peeled from behind over `back`; unordered fragments are summed in `tail`.
+/// 32-bit float textures of raster tile size. Layers peeled from the front are blended under
+/// `front`, layers peeled from behind over `back`. Unordered fragments are summed in `tail`.
 class CompositeTargets {
   public:
     enum Part : unsigned {
@@ -30,24 +30,26 @@ class CompositeTargets {
     /// Adds the opacities to `parts` if opacity is coloured.
     static unsigned withOpacity(unsigned parts, bool tinted);
 
-    /// (Re)allocates for the rasterizer's tile and clears `area`.
+    /// Allocates textures of the rasterizer's tile size if necessary, and clears `area`.
     void begin(SceneRasterizer& rasterizer, const Window& area, unsigned parts);
 
-    /// Returns a framebuffer of the parts, in the order above (the tail's sum before its count).
+    /// Returns a framebuffer with these parts, in the order of Part. The tail's sum precedes its
+    /// count.
     GLuint framebuffer(const SceneRasterizer& rasterizer, unsigned parts);
     std::vector<GLuint> textures(unsigned parts) const;
-    /// Returns the blend modes for a framebuffer with these parts after `first` other attachments,
-    /// which are not blended.
+    /// Returns the blend modes for a framebuffer with these parts after `first` other attachments
+    /// that are not blended.
     static std::array<gl::Blend, gl::kMaxAttachments> blending(unsigned parts,
                                                                std::size_t first = 0);
 
-    /// Sums all fragments behind the first `last` layers: one geometry pass.
+    /// Sums all fragments behind the nearest `last` layers, in one geometry pass.
     int addTail(SceneRasterizer& rasterizer, const Window& area, const LayerTargets& layers,
                 std::uint32_t last);
-    /// Sums all fragments or, with an opaque bound, those in front of the bound: one geometry pass.
+    /// Sums all fragments or, with an opaque bound, the fragments in front of it, in one geometry
+    /// pass.
     int addFragments(SceneRasterizer& rasterizer, const Window& area);
-    /// Blends over the back, in draw order, the fragments that addFragments() would sum: one
-    /// geometry pass, or two for coloured opacity.
+    /// Blends over the back, in draw order, the fragments that addFragments() would sum. Takes one
+    /// geometry pass, or two if opacity is coloured.
     int blendUnsorted(SceneRasterizer& rasterizer, const Window& area);
     /// With Surfaces::kVisible, draws the nearest opaque surface into the back. Returns the number
     /// of geometry passes, 0 for other settings.
@@ -55,7 +57,7 @@ class CompositeTargets {
     /// Blends a texture of premultiplied colours over the back.
     void blendOverBack(SceneRasterizer& rasterizer, const Window& area, GLuint texture);
 
-    /// Writes the band's colours: front over back over the tail's average. `definitions`
+    /// Writes the band's colours: the front over the back over the tail's average. `definitions`
     /// (TAIL_FIRST, WEIGHTED_SUM) change the formula.
     void resolve(SceneRasterizer& rasterizer, const Window& area, const char* definitions = "");
 
@@ -69,19 +71,19 @@ class CompositeTargets {
 };
 
 /// Peels `area.layers` layers front to back, blends each under the front, then adds the tail. The
-/// caller must first call begin() of `layers` and of `targets`, which lets it exclude pixels.
-/// Returns the geometry passes.
+/// caller must first call begin() of `layers` and of `targets`, and may exclude pixels there.
+/// Returns the number of geometry passes.
 int compositeNearestFirst(SceneRasterizer& rasterizer, const CompositeArea& area,
                           LayerTargets& layers, CompositeTargets& targets);
 
-/// A method that composites all fragments at once, without order: with Surfaces::kVisible the
-/// nearest opaque surface; then one geometry pass of all fragments, or of those in front of it;
-/// then a formula.
+/// A method that composites without order. With Surfaces::kVisible, it first draws the nearest
+/// opaque surface. Then one geometry pass takes all fragments, or those in front of this surface,
+/// and a formula composites them.
 class Unordered final : public CompositeMethod {
   public:
     using Pass = int (CompositeTargets::*)(SceneRasterizer&, const Window&);
 
-    /// `parts` are the targets that are drawn into, `formula` the definitions for resolve.comp.
+    /// `parts`: the targets to draw into; `formula`: the definitions for resolve.comp.
     Unordered(unsigned parts, Pass pass, const char* formula)
         : parts_(parts), pass_(pass), formula_(formula) {}
 

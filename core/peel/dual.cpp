@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Dual depth peeling (Bavoil & Myers, "Order Independent Transparency with Dual Depth Peeling",
-// NVIDIA 2008): peels from the front and the back at once, by the nearest and farthest depth in a
+// NVIDIA 2008). Peels from the front and the back at once, with the nearest and farthest depth in a
 // two-channel target with MAX blending.
 #include <array>
 #include <string_view>
@@ -35,8 +35,8 @@ class PingPong {
     Window size_;
 };
 
-/// Clears attachment 0, the depth range, to an empty range that any depth replaces, and the others
-/// to 0.
+/// Clears attachment 0 (the depth range) to an empty range, which any depth replaces, and the other
+/// attachments to 0.
 void clearAttachments(SceneRasterizer& rasterizer, const Window& area, GLuint framebuffer,
                       int first, int attachments) {
     const auto& gl = rasterizer.functions();
@@ -70,8 +70,8 @@ class Dual final : public LayerMethod {
         const auto& gl = rasterizer.functions();
         ranges_.allocate(rasterizer, GL_RG32F);
         drawFirstRange(rasterizer, area, ranges_.side(0));
-        // Each pass takes a layer from the front and one from the back; coincident fragments are
-        // taken together.
+        // Each pass peels one layer from the front and one from the back. Coincident fragments are
+        // peeled together.
         const int passes = static_cast<int>((request.layers + 1) / 2);
         for (int pass = 1; pass <= passes; ++pass) {
             const auto framebuffer = gl::makeFramebuffer(gl, {ranges_.side(pass)}, 0);
@@ -91,8 +91,8 @@ class Dual final : public LayerMethod {
     PingPong ranges_;
 };
 
-/// The shared part of both on-the-fly compositing variants: the ranges, and the treatment of pixels
-/// where fragments coincide at a peeled depth. Such pixels lack fragments and are peeled again from
+/// The common part of both variants that composite on the fly: the ranges, and the pixels where
+/// fragments coincide at a peeled depth. Such pixels lack fragments, so they are peeled again from
 /// the front, by keys that distinguish coincident fragments.
 class DualComposite : public CompositeMethod {
   public:
@@ -108,8 +108,8 @@ class DualComposite : public CompositeMethod {
         ranges_.allocate(rasterizer, GL_RG32F);
         drawFirstRange(rasterizer, area.window, ranges_.side(0));
         begin(rasterizer, area.window);
-        // `all` passes peel every layer, one from each end per pass. With a limit and no tail,
-        // area.layers passes are enough, because the front alone then reaches the limit.
+        // `all` passes peel every layer, since each pass peels one from either end. With a limit
+        // and no tail, area.layers passes are enough: the front alone then reaches the limit.
         const std::uint32_t all = (area.deepest + 1) / 2;
         const int passes = static_cast<int>(area.tail ? all : std::min(area.layers, all));
         for (int pass = 1; pass <= passes; ++pass) {
@@ -130,7 +130,7 @@ class DualComposite : public CompositeMethod {
     virtual void peel(SceneRasterizer& rasterizer, const Window& area, int pass) = 0;
     virtual void end(SceneRasterizer&, const Window&, int /*passes*/) {}
 
-    /// Draws into the targets: range, front, back and, with a tail, the tail's sums.
+    /// Draws into the targets: range, front, back and, if there is a tail, its sums.
     void draw(SceneRasterizer& rasterizer, const Window& area, int pass, GLuint framebuffer,
               std::string_view definitions,
               const std::array<Blend, gl::kMaxAttachments>& blend) const {
@@ -175,9 +175,8 @@ int DualComposite::finishShort(SceneRasterizer& rasterizer, const CompositeArea&
     return compositeNearestFirst(rasterizer, again, layers_, targets_);
 }
 
-/// The variant anticipated by the paper: every target has a blend equation of its own. The geometry
-/// pass itself blends front layers under the front composite, and back layers over the back
-/// composite.
+/// The variant with a blend equation per target, as the paper anticipates. The geometry pass blends
+/// front layers under the front composite, and back layers over the back composite.
 class IndependentBlending final : public DualComposite {
   protected:
     void peel(SceneRasterizer& rasterizer, const Window& area, int pass) override {
@@ -193,9 +192,8 @@ class IndependentBlending final : public DualComposite {
 };
 
 /// The paper's variant: MAX blending for all targets, since GPUs of 2008 had a single blend
-/// equation. This requires non-negative colours, which is true of all colours here. The front
-/// composite only grows, so each pass rewrites it from the previous one; the back is blended after
-/// each pass.
+/// equation. MAX needs non-negative colours, as all colours here are. The front composite only
+/// grows, so each pass writes it anew from the previous one. The back is blended after each pass.
 class MaxBlending final : public DualComposite {
   public:
     std::uint64_t tileBytes(std::uint64_t tile_pixels,

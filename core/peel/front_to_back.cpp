@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Front-to-back depth peeling (Everitt, "Interactive Order-Independent Transparency", 2001), with
-// the key (depth, primitive) instead of depth alone: coincident fragments are peeled one by one.
-// Everitt's occlusion query after each pass, to detect the last layer, is not needed, because the
-// count pass has already counted the layers.
+// Front-to-back depth peeling (Everitt, "Interactive Order-Independent Transparency", 2001). The
+// key is (depth, primitive) instead of only depth, so coincident fragments are peeled one by one.
+// The count pass has counted the layers, so Everitt's occlusion query after each pass is not
+// needed.
 #include "core/peel/composite_targets.h"
 
 namespace peeler {
 namespace {
 
-/// Blends each layer under those before it: C += (1 − A)·c, A += (1 − A)·a. Accumulates the opacity
-/// A, because Everitt's product of transmittances would round differently from compositeOver().
+/// Blends each layer under the layers in front: C += (1 − A)·c, A += (1 − A)·a. Accumulates the
+/// opacity A, because Everitt's product of transmittances would round differently from
+/// compositeOver().
 class FrontToBackComposite final : public CompositeMethod {
   public:
     std::uint64_t tileBytes(std::uint64_t tile_pixels,

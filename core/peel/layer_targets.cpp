@@ -91,7 +91,7 @@ void LayerTargets::clear(const SceneRasterizer& rasterizer, const Window& area, 
     const auto& gl = rasterizer.functions();
     const GLuint framebuffer = sides_[static_cast<std::size_t>(i)].key.name();
     gl::PassState state = rasterizer.passState(framebuffer, area);
-    state.depth_test = gl::DepthTest::kNearest;  // enables the depth mask, which a clear obeys
+    state.depth_test = gl::DepthTest::kNearest;  // enables depth writes, which a clear needs
     gl::apply(gl, state);
     const std::array<GLuint, 4> key = {primitive, 0, 0, 0};
     gl.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &depth);

@@ -13,21 +13,22 @@
 
 namespace peeler {
 
-/// The end from which layers are peeled.
+/// A direction of peeling: from the front or from behind.
 struct PeelDirection {
     bool nearest_first;
     std::string_view definitions;  ///< for peel_layer.frag
     gl::DepthTest depth_test;      ///< selects the next fragment beyond the previous layer
-    float first_depth;             ///< the key before any layer
+    float first_depth;             ///< the key before the first layer
     GLuint first_primitive;
-    float empty_depth;  ///< of pixels without the layer; with primitive 0, nothing lies beyond
+    float empty_depth;  ///< of pixels without the layer; their primitive is 0
 };
 
-/// From the front. The first key is in front of everything: the near plane has depth 1, and keys
+/// From the front. The first key is in front of all fragments: the near plane has depth 1, and keys
 /// start at 1.
 inline constexpr PeelDirection kNearestFirst = {true, "", gl::DepthTest::kNearest, 1, 0, 0};
-/// From behind. The first key is behind everything: no fragment has depth 0. A pixel without the
-/// layer gets the key (1, 0), which nothing lies in front of, so the pixel stays finished.
+/// From behind. The first key is behind all fragments, since no fragment has depth 0. A pixel
+/// without the layer gets the key (1, 0). No fragment is in front of this key, so the pixel stays
+/// finished.
 inline constexpr PeelDirection kFarthestFirst = {false, "BACKWARD",  gl::DepthTest::kFarthest,
                                                  0,     0xFFFFFFFFU, 1};
 
@@ -35,46 +36,48 @@ inline constexpr PeelDirection kFarthestFirst = {false, "BACKWARD",  gl::DepthTe
 /// one pair while the previous layer is read from the other. Both pairs share one colour texture.
 class LayerTargets {
   public:
-    /// A callback that consumes a layer, whose key is in `side` and whose colour is in the colour
+    /// A callback that consumes a layer. The layer's key is in `side`, its colour in the colour
     /// texture.
     using Take = std::function<void(int layer, int side)>;
 
     enum Attachments { kKey, kKeyAndColor, kColor };
 
-    /// Bytes of all textures.
+    /// Returns the bytes of all textures.
     static std::uint64_t bytes(std::uint64_t tile_pixels, const CaptureSettings& settings);
 
-    /// Prepares for peeling in this direction: (re)allocates for the rasterizer's tile, and sets
-    /// the key that precedes the first layer.
+    /// Prepares for peeling in this direction: allocates textures of the rasterizer's tile size if
+    /// necessary, and sets the key before the first layer.
     void begin(const SceneRasterizer& rasterizer, const Window& area,
                const PeelDirection& direction);
-    /// Prepares like begin(), but marks every pixel finished; the caller's next pass into
-    /// framebuffer(1, kKey) opens the pixels to be peeled.
+    /// Prepares like begin(), but marks every pixel as finished. The caller's next pass into
+    /// framebuffer(1, kKey) must reopen the pixels to peel.
     void beginFinished(const SceneRasterizer& rasterizer, const Window& area);
 
-    /// Peels `layers` layers of `area`, one geometry pass each. Returns the passes.
+    /// Peels `layers` layers of `area`, one geometry pass each. Returns the number of passes.
     int peel(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers,
              const PeelDirection& direction, const Take& take);
-    /// Peels from the front with two geometry passes per layer: the first finds the key without
-    /// shading, the second shades only the fragment with that key.
+    /// Peels from the front with two geometry passes per layer. The first finds the key without
+    /// shading; the second shades only the fragment with this key.
     int peelInTwo(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers,
                   const Take& take);
 
     GLuint framebuffer(int i, Attachments attachments) const;
-    /// Binds side `i` as the previous layer for the shaders.
+    /// Binds side `i` for shaders as the previous layer.
     void bindForReading(const gl::Functions& gl, int i) const;
     /// Returns the side that holds the last of `layers` layers.
     static int sideOf(std::uint32_t layers) { return static_cast<int>((layers + 1) % 2); }
 
-    /// Appends the layer of side `i` to the lists of the band: one fragment for every pixel of
-    /// `area` that has the layer.
+    /// Appends the layer of side `i` to the band's lists: one fragment for every pixel of `area`
+    /// with this layer.
     void store(SceneRasterizer& rasterizer, const Window& area, int i) const;
-    /// Runs blend_layer.frag on the layer of side `i`. `pass` is complete except for its shader.
+    /// Runs blend_layer.frag on the layer of side `i`. `pass` must be complete except for its
+    /// shader.
     void blend(SceneRasterizer& rasterizer, const Window& area, int i, FullScreenPass pass) const;
 
   private:
     void allocate(const SceneRasterizer& rasterizer);
-    /// Sets the key of side `i` in `area`. For store() and blend(), primitive 0 means no fragment.
+    /// Sets the key of side `i` in `area`. To store() and blend(), primitive 0 means that there is
+    /// no fragment.
     void clear(const SceneRasterizer& rasterizer, const Window& area, int i, float depth,
                GLuint primitive) const;
 
@@ -83,18 +86,18 @@ class LayerTargets {
         gl::Framebuffer key, key_and_color;
     };
     std::array<Side, 2> sides_;
-    gl::Texture color_, opacity_;  ///< opacity_ only for coloured opacity
+    gl::Texture color_, opacity_;  ///< opacity_ is only for coloured opacity
     gl::Framebuffer color_only_;
     Window size_;
 };
 
-/// Peels and stores layers one by one from either end.
+/// A method that peels layers from either end and stores them one by one.
 class PeeledLayers final : public LayerMethod {
   public:
     explicit PeeledLayers(const PeelDirection& direction) : direction_(direction) {}
 
-    // From behind, a layer's index from the front is known only after all layers have been peeled,
-    // so the lists are sorted afterwards.
+    // When peeling from behind, a layer's index from the front is unknown until all layers are
+    // peeled, so the lists are sorted afterwards.
     bool takesAll() const override { return !direction_.nearest_first; }
 
     std::uint64_t tileBytes(std::uint64_t tile_pixels,

@@ -3,7 +3,7 @@
 
 namespace peeler {
 
-// Each function is defined in the file with its name.
+// Each function is defined in the file of the same name.
 std::unique_ptr<LayerMethod> makeABuffer();
 std::unique_ptr<LayerMethod> makeFrontToBack();
 std::unique_ptr<CompositeMethod> makeFrontToBackComposite();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two-pass depth peeling: per layer, the first pass finds the key of the next fragment without
-// shading, the second shades only the fragment with that key. Every kept fragment is shaded exactly
-// once, regardless of the fragments behind it.
+// Two-pass depth peeling. For each layer, the first pass finds the key of the next fragment without
+// shading; the second shades only the fragment with this key. So every kept fragment is shaded
+// exactly once, whatever lies behind it.
 #include <array>
 
 #include "core/capture/method.h"
@@ -31,8 +31,8 @@ class TwoPass final : public LayerMethod {
     LayerTargets layers_;
 };
 
-/// Ping-pong compositing, for GPUs that cannot blend into float targets: each layer is composited
-/// under those before it. The composite is read from one texture and written to the other.
+/// Ping-pong compositing, for GPUs that cannot blend into float targets. Each layer is composited
+/// under the layers in front. The composite is read from one texture and written to the other.
 class TwoPassComposite final : public CompositeMethod {
   public:
     std::uint64_t tileBytes(std::uint64_t tile_pixels,
@@ -45,8 +45,7 @@ class TwoPassComposite final : public CompositeMethod {
     int composite(SceneRasterizer& rasterizer, const CompositeArea& area) override {
         const auto& gl = rasterizer.functions();
         constexpr auto kBack = CompositeTargets::kBack;
-        // Chosen so that the last layer ends up in targets_, where the tail, if any, is added
-        // behind it.
+        // Chosen so that the last layer ends up in targets_, where the tail is added behind it.
         std::array<CompositeTargets*, 2> sides = {&targets_, &other_};
         if (area.layers % 2 == 0) std::swap(sides[0], sides[1]);
         targets_.begin(rasterizer, area.window, kBack | (area.tail ? CompositeTargets::kTail : 0U));

@@ -12,13 +12,14 @@
 
 namespace peeler {
 
-/// The alpha test: against the cutoff for MASK materials, against 0 for BLEND ones (core/README.md,
-/// "What a fragment is"). The base colour texture is sampled at its finest level at any distance.
+/// The alpha test: against the cutoff for MASK materials, against 0 for BLEND materials
+/// (core/README.md, "What a fragment is"). Samples the base colour texture at its finest level, at
+/// any distance.
 class AlphaTest {
   public:
     AlphaTest(const PosedScene& posed, const Geometry& geometry);
 
-    /// Tests a point of the triangle with these vertices; the weights add up to 1.
+    /// Tests a point of the triangle with these vertices. The weights add up to 1.
     bool passes(const std::array<std::uint32_t, 3>& vertex,
                 const std::array<double, 3>& weight) const;
 

@@ -9,15 +9,15 @@ namespace peeler {
 namespace {
 
 constexpr int kMostBits = 16;
-// The grid extends 2^kHalfBits steps to either side of the picture's centre.
+// The grid extends 2^kHalfBits steps from the picture's centre in each direction.
 constexpr int kHalfBits = 30;
-// A pinhole's rays begin at this fraction of the near plane's distance, where triangles are cut:
-// nearer than the near plane, so the cut is never visible, but far enough from the pinhole to keep
-// projected coordinates bounded.
+// A pinhole's rays begin at this fraction of the near plane's distance, and triangles are cut
+// there. The cut is nearer than the near plane, so it is never visible, but far enough from the
+// pinhole to keep projected coordinates bounded.
 constexpr double kNearestShare = 1.0 / 1024;
 
 /// Rounds to the nearest integer, ties to even. The added constant moves the integer into the lower
-/// bits of the sum. Unlike a conversion, this needs no function call and can be vectorised.
+/// bits of the sum. Unlike a conversion, the addition needs no function call and can be vectorised.
 std::int32_t rounded(double value) {
     constexpr double kShift = 6755399441055744.0;  // 1.5 · 2^52
     return static_cast<std::int32_t>(std::bit_cast<std::uint64_t>(value + kShift));
@@ -78,8 +78,8 @@ SnappedCorner snapped(const PlacedCorner& corner) {
 
 namespace {
 
-/// Clips a polygon to where `inside` is not negative. The cut of an edge is always computed from
-/// its inside end, so both adjacent triangles get the same result.
+/// Clips a polygon to the side where `inside` is not negative. The cut of an edge is always
+/// computed from the end on this side, so both adjacent triangles get the same result.
 template <class Inside>
 void keepInside(PlacedPolygon& polygon, Inside&& inside) {
     PlacedPolygon kept;
@@ -111,7 +111,7 @@ PlacedPolygon CornerPlacement::placedPolygon(const std::array<glm::vec3, 3>& pos
     if (perspective_) {
         keepInside(polygon, [&](const PlacedCorner& c) { return c.z - nearest_; });
         for (std::size_t i = 0; i < polygon.corners; ++i) {
-            // A corner on the cut may have been rounded to the camera's side of it.
+            // Rounding may have moved a corner on the cut to the camera's side.
             polygon.corner[i].z = std::max(polygon.corner[i].z, nearest_);
             project(polygon.corner[i]);
         }

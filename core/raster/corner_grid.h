@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The grid to which triangle corners are snapped, so that coverage is exact in integers.
+// The integer grid to which triangle corners are snapped, so that coverage is exact.
 #pragma once
 
 #include <array>
@@ -12,8 +12,8 @@
 
 namespace peeler {
 
-/// A corner in grid steps, y down. Both coordinates are kNowhere if the corner is not on the grid;
-/// otherwise neither is negative.
+/// A corner in grid steps, y down. Both coordinates are kNowhere if the corner is off the grid.
+/// Otherwise both are 0 or greater.
 struct SnappedCorner {
     std::int32_t x = kNowhere, y = kNowhere;
 
@@ -21,21 +21,21 @@ struct SnappedCorner {
     bool operator==(const SnappedCorner&) const = default;
 };
 
-/// A grid with 2^bits steps between neighbouring rays of a view; every ray is on a grid point.
+/// A grid with 2^bits steps between neighbouring rays of a view. Every ray is on a grid point.
 /// There are 65,536 steps, or fewer for pictures of more than 16,384 pixels per side, so that
-/// products of two grid distances fit into 64 bits. The grid depends on the display window alone,
-/// so a crop does not change it. It extends beyond the picture on all sides; triangles are clipped
-/// to it (placedPolygon()).
+/// products of two grid distances fit into 64 bits. The grid depends only on the display window,
+/// not on the crop. It extends beyond the picture on all sides. Triangles are clipped to it
+/// (placedPolygon()).
 class CornerGrid {
   public:
     explicit CornerGrid(const View& view);
 
-    /// The greatest coordinate; the least is 0.
+    /// The maximum coordinate; the minimum is 0.
     static constexpr std::int32_t kLast = 0x7FFFFFFF;
 
     int bits() const { return bits_; }
     double steps() const { return static_cast<double>(std::int64_t{1} << bits_); }
-    /// Returns the grid's offset: the ray of pixel (x, y) of the picture is at (x + origin().x, y +
+    /// Returns the grid's offset. The ray of pixel (x, y) of the picture is at (x + origin().x, y +
     /// origin().y) · steps().
     glm::ivec2 origin() const { return origin_; }
 
@@ -44,7 +44,7 @@ class CornerGrid {
     glm::ivec2 origin_;
 };
 
-/// An unsnapped corner: x and y in grid steps, camera Z.
+/// An unsnapped corner: x and y in grid steps, and camera Z.
 struct PlacedCorner {
     double x = 0, y = 0, z = 0;
 };
@@ -54,15 +54,15 @@ inline bool isOnGrid(double value) {
     return value >= 0 && value <= CornerGrid::kLast;
 }
 
-/// A clipped triangle. Each of the five clipping planes adds at most one corner, so there are at
-/// most eight.
+/// A clipped triangle. It has at most eight corners, since each of the five clipping planes adds at
+/// most one.
 struct PlacedPolygon {
     std::array<PlacedCorner, 8> corner;
     std::size_t corners = 0;
 };
 
-/// Transform from mesh space to grid coordinates and camera Z, in double precision. The same corner
-/// always gives the same result.
+/// The transform from mesh space to grid coordinates and camera Z, in double precision. Equal
+/// corners always give equal results.
 class CornerPlacement {
   public:
     CornerPlacement(const View& view, const CornerGrid& grid, const glm::dmat4& world_from_model);
@@ -74,24 +74,24 @@ class CornerPlacement {
     /// Returns the grid position of the view's axis.
     const glm::dvec2& middle() const { return middle_; }
 
-    /// Places a corner. With a pinhole camera, the corner must be in front of the camera.
+    /// Places a corner. If the camera is a pinhole, the corner must be in front of it.
     PlacedCorner place(const glm::vec3& position) const {
         PlacedCorner corner = unprojected(position);
         project(corner);
         return corner;
     }
 
-    /// Snaps corners. Those outside the grid or not in front of a pinhole become
+    /// Snaps corners. A corner off the grid, or not in front of a pinhole, becomes
     /// SnappedCorner::kNowhere.
     void snap(std::span<const glm::vec3> positions, SnappedCorner* out) const;
 
     /// Clips a triangle to the grid and to the space in front of a pinhole. Returns a polygon
-    /// without corners if nothing remains or if a coordinate is not finite. An edge shared
-    /// by two triangles is cut at exactly the same point in both, so surfaces stay closed.
+    /// without corners if nothing remains, or if a coordinate is not finite. An edge shared by two
+    /// triangles is cut at exactly the same point in both, so surfaces stay closed.
     PlacedPolygon placedPolygon(const std::array<glm::vec3, 3>& positions) const;
 
-    /// Transforms a position, without the perspective division: for a pinhole, x and y are relative
-    /// to middle() and still multiplied by Z.
+    /// Transforms a position without the perspective division. For a pinhole, x and y are relative
+    /// to middle() and multiplied by Z.
     PlacedCorner unprojected(const glm::vec3& p) const {
         const double x = double{p.x}, y = double{p.y}, z = double{p.z};
         return {x_[0] * x + x_[1] * y + x_[2] * z + x_[3],
@@ -108,7 +108,7 @@ class CornerPlacement {
 
     bool perspective_;
     double nearest_;
-    glm::dvec2 middle_;  // grid position of the axis; if orthographic, included in the rows
+    glm::dvec2 middle_;  // grid position of the axis; if orthographic, x_ and y_ include it
     std::array<double, 4> x_, y_, z_;  // rows of the matrix
 };
 

@@ -20,7 +20,7 @@ HitTriangle hitTriangle(const CornerPlacement& placement, const HitView& seen,
     const double steps = seen.grid.steps();
     HitTriangle triangle;
     if (placement.perspective()) {
-        // On the plane, n · P = d. With P = Z · (x, y, 1), where x and y are grid steps from the
+        // The plane is n · P = d. With P = Z · (x, y, 1), where x and y are grid steps from the
         // centre, 1/Z is linear in x and y.
         const double d = nx * p.x + ny * p.y + nz * p.z;
         const glm::dvec2 middle = placement.middle() / steps - glm::dvec2(seen.grid.origin());
@@ -58,9 +58,9 @@ TriangleTest::TriangleTest(const HitView& seen, const CornerPlacement& placement
         at[i] = placement.perspective() ? glm::dvec3(corner.x, corner.y, corner.z)
                                         : glm::dvec3(corner.x, corner.y, 1);
     }
-    // A ray's direction is (x, y, 1) in grid steps (for a pinhole, counted from the centre). A
-    // corner's weight is the volume of the tetrahedron spanned by the ray and the other two
-    // corners.
+    // A ray's direction is (x, y, 1) in grid steps; for a pinhole, x and y are counted from the
+    // centre. A corner's weight is the volume of the tetrahedron spanned by the ray and the other
+    // two corners.
     const double steps = seen.grid.steps();
     const glm::dvec2 origin = placement.perspective()
                                   ? glm::dvec2(seen.grid.origin()) * steps - placement.middle()

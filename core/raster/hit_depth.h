@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Intersections of rays and triangles. They use the unsnapped triangle's plane, unlike coverage,
-// which uses snapped corners.
+// Intersections of rays with the planes of unsnapped triangles. (Coverage uses snapped corners.)
 #pragma once
 
 #include <array>
@@ -18,14 +17,15 @@ namespace peeler {
 
 struct HitView;
 
-/// Returns the plane of a triangle in a view. An edge-on triangle gets a constant depth: the mean
-/// of its nearest and farthest corner.
+/// Returns the plane of a triangle in a view. The plane of an edge-on triangle has constant depth:
+/// the mean of the nearest and the farthest corner.
 HitTriangle hitTriangle(const CornerPlacement& placement, const HitView& seen,
                         const std::array<glm::vec3, 3>& positions);
 
-/// Converts the planar depths of four hits to Z, rounded once. Clamps them to the range of the
-/// corners' Z, because a ray that hits the snapped triangle may miss the true one by a fraction of
-/// the ray spacing. Planes too steep to represent (NaN) get the nearest corner's Z.
+/// Converts the planar depths of four hits to Z, rounded once. Clamps Z to the range of the
+/// corners' Z, because a ray that hits the snapped triangle may miss the true triangle by a
+/// fraction of the ray spacing. If the plane is too steep to represent (NaN), Z is the nearest
+/// corner's.
 template <bool kPerspective>
 inline FourFloats hitZ(const TwoDoubles& first, const TwoDoubles& second, float nearest,
                        float farthest) {
@@ -48,7 +48,7 @@ inline bool isWithin(const HitTriangle& triangle, const Projection& projection) 
            double{triangle.farthest} < projection.far;
 }
 
-/// Decides which of the rays that a triangle covers hit it: by the depth range and the alpha test.
+/// A test of the rays that a triangle covers: by the depth range and the alpha test.
 class TriangleTest {
   public:
     TriangleTest(const HitView& seen, const CornerPlacement& placement, const HitTriangle& triangle,
@@ -65,9 +65,9 @@ class TriangleTest {
 
     const HitView& seen_;
     const HitTriangle& triangle_;
-    const AlphaTest* alpha_;  // null: no alpha test
+    const AlphaTest* alpha_;  // null if there is no alpha test
     std::array<std::uint32_t, 3> vertex_;
-    // Per corner, the coefficients of x, y and 1 in its weight, up to a common factor.
+    // Per corner: the coefficients of x, y and 1 in the corner's weight, up to a common factor.
     std::array<glm::dvec3, 3> weights_{};
 };
 

@@ -14,9 +14,9 @@
 namespace peeler {
 namespace {
 
-/// Packs Z (upper half) and the tie-breaking order (lower half) into one double for sorting. As the
-/// upper half of a double, the bits of floats keep their order. Negative doubles sort in reverse,
-/// so their lower half is inverted.
+/// Packs Z (upper half) and the tie-breaking order (lower half) into one double for sorting. Floats
+/// keep their order as the upper halves of doubles. Negative doubles sort in reverse, so their
+/// lower halves are inverted.
 void pack(const FourFloats& z, std::uint32_t order, double* hits) {
     const FourInts none{}, above = std::bit_cast<FourInts>(z);
     const FourInts below = (none + static_cast<std::int32_t>(order)) ^ (above >> 31);
@@ -34,14 +34,14 @@ void unpack(double hit, float& z, std::uint32_t& order) {
     order = static_cast<std::uint32_t>(bits) ^ static_cast<std::uint32_t>(above >> 31);
 }
 
-/// A padding value that sorts behind every hit, even one with infinite Z.
+/// A padding value that sorts behind every hit, even behind a hit with infinite Z.
 constexpr double kNoHit = std::numeric_limits<double>::max();
 
 }  // namespace
 
 std::uint64_t countHits(const SpanStore& store, std::size_t row, std::span<std::uint32_t> counts) {
     std::fill(counts.begin(), counts.end(), 0U);
-    std::uint32_t beyond = 0;  // absorbs the ends of spans that end with the row
+    std::uint32_t beyond = 0;  // takes the ends of spans that end with the row
     const std::size_t width = counts.size();
     store.forEachSpan(row, [&](std::span<const Span> spans) {
         for (const Span& span : spans) {
@@ -63,8 +63,8 @@ std::uint64_t countHits(const SpanStore& store, std::size_t row, std::span<std::
 namespace {
 
 /// A buffer for a few hundred hits in span order. Hits are computed in groups of kWide, so that no
-/// branch depends on the length of a span; those past a span's end are overwritten by the next
-/// span's.
+/// branch depends on the length of a span. Hits past the end of a span are overwritten by the next
+/// span.
 struct HitRun {
     static constexpr std::size_t kMost = 512, kWide = 4;
 
@@ -117,7 +117,7 @@ void HitSorter::fill(const SpanStore& store, const HitRow& row) {
     run.scatter(hits, next);
 }
 
-/// Sorts lists of neighbouring rays together, since they have similar lengths.
+/// Sorts lists of neighbouring rays together, since their lengths are similar.
 void HitSorter::sortLists(const HitRow& row) {
     const std::size_t rays = row.offsets.size();
     const std::uint32_t first = row.offsets[0];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conversion of the spans of a row to the sorted hits of its rays.
+// Conversion of the spans of a row to the sorted hits of the row's rays.
 #pragma once
 
 #include <cstddef>
@@ -13,25 +13,25 @@
 
 namespace peeler {
 
-/// Writes the number of hits of each ray of a row to `counts`, which has one entry per ray. Returns
-/// their sum.
+/// Writes the number of hits of each ray of a row to `counts` (one entry per ray). Returns the sum
+/// of the numbers.
 std::uint64_t countHits(const SpanStore& store, std::size_t row, std::span<std::uint32_t> counts);
 
-/// A row of a picture, and the destination of its hits.
+/// A row of a picture, and where to write its hits.
 struct HitRow {
-    std::size_t row = 0;  ///< index in the store
-    int x0 = 0, y = 0;    ///< the picture's pixel of the row's first ray
+    std::size_t row = 0;  ///< index of the row in the SpanStore
+    int x0 = 0, y = 0;    ///< pixel (in the picture) of the row's first ray
     bool perspective = false;
-    /// Offset of each ray's first hit; the first one may be any number.
+    /// Offset of each ray's first hit. The row's first offset may be any number.
     std::span<const std::uint32_t> offsets;
-    std::uint32_t end = 0;  ///< one past the offset of the last hit
+    std::uint32_t end = 0;  ///< the offset after the row's last hit
     float* z = nullptr;     ///< Z, one per hit of the row
     std::uint32_t* keys = nullptr;
-    float* slopes = nullptr;  ///< two per hit (LayeredImage::color), or null
+    float* slopes = nullptr;  ///< two per hit (LayeredImage::color); null if not requested
     /// Factor from the change of planar depth per pixel to a slope (slopeScale()).
     double slope_scale = 0;
 
-    /// Returns one past the offset of a ray's last hit.
+    /// Returns the offset after a ray's last hit.
     std::uint32_t endOf(std::size_t ray) const {
         return ray + 1 < offsets.size() ? offsets[ray + 1] : end;
     }
@@ -41,11 +41,11 @@ struct HitRow {
 /// (Projection::matrix()).
 double slopeScale(const Projection& projection);
 
-/// Finds and sorts the hits of rows. One per thread.
+/// A finder and sorter of the hits of rows. One per thread.
 class HitSorter {
   public:
-    /// Fills the row's arrays, sorted by Z, then by key. Returns whether the hit count of every ray
-    /// matches its offsets.
+    /// Fills the row's arrays, sorted by Z, then by key. Returns whether every ray's hit count
+    /// matches the row's offsets.
     bool sortRow(const SpanStore& store, const HitRow& row);
 
     /// Returns storage for the counts of a row's rays.
@@ -54,7 +54,7 @@ class HitSorter {
         return {counts_.data(), rays};
     }
 
-    /// Returns the bytes needed for a row with these numbers of rays and hits.
+    /// Returns the bytes for a row with these numbers of rays and hits.
     static std::uint64_t bytes(std::uint64_t rays, std::uint64_t hits);
 
   private:
@@ -65,7 +65,7 @@ class HitSorter {
     void sortLong(const HitRow& row, std::uint32_t begin, std::uint32_t end);
 
     std::vector<double> hits_;                  // packed by pack()
-    std::vector<std::uint32_t> counts_, next_;  // per ray; next_: the offset of its next hit
+    std::vector<std::uint32_t> counts_, next_;  // per ray; next_: the offset of the ray's next hit
     std::vector<ListColumn> columns_ = std::vector<ListColumn>(kMostAtOnce);  // lists being sorted
     SortLists sort_ = sortListsFor();
 };

@@ -28,18 +28,18 @@ namespace peeler {
 namespace {
 
 constexpr int kMostSide = 65536;   // spans hold columns in 16 bits
-constexpr int kRowsAtOnce = 8;     // most rows of a thread's task
-constexpr int kGroupsAThread = 4;  // row groups of a band per thread, for load balancing
-// Maximum bytes of spans. With a memory budget, spans also get at most 1 / kSpanShare of the memory
-// left. Scenes that need more are processed section by section.
+constexpr int kRowsAtOnce = 8;     // maximum rows per task
+constexpr int kGroupsAThread = 4;  // groups of rows of a band per thread, for load balancing
+// The maximum bytes of spans. Under a memory budget, spans also get at most 1 / kSpanShare of the
+// remaining memory. Scenes that need more are processed section by section.
 constexpr std::uint64_t kSpanBytes = std::uint64_t{2} << 30;
 constexpr std::uint64_t kSpanShare = 2;
 constexpr std::uint64_t kLeastSpanBytes = std::uint64_t{4} << 20;
 constexpr std::uint64_t kLeastBandBytes = std::uint64_t{16} << 20;  // reserved for bands
-// Maximum bytes of a band. Small bands keep their reused memory in the cache, and cost no more than
-// large ones, since hits are computed from spans.
+// The maximum bytes of a band. Small bands keep their reused memory in the cache. They cost no more
+// than large bands, since hits are computed from spans.
 constexpr std::uint64_t kBandBytes = std::uint64_t{4} << 20;
-// Approximate fraction of a bundle's time spent on planning, for progress.
+// The approximate fraction of a bundle's time that planning takes, for progress.
 constexpr double kPlanShare = 0.4;
 
 void checkHitSettings(const View& view, const CaptureSettings& settings) {
@@ -71,10 +71,10 @@ struct HitPlan final : CapturePlan::Details {
     CaptureSettings settings;
     HitView seen;
     DepthComplexity complexity;
-    /// Row sections, top to bottom; the spans of only one are held at a time.
+    /// Row sections, top to bottom. Only one section's spans are held at a time.
     std::vector<Window> sections{};
     std::uint64_t span_limit = kSpanBytes;
-    double share = 0;  ///< the plan's fraction of a bundle's work, for progress
+    double share = 0;  ///< planning's fraction of a bundle's work, for progress
 };
 
 }  // namespace
@@ -100,8 +100,8 @@ struct HitRasterizer::State {
     SceneTriangles triangles;
     SpanStore store;
     StageTimes times;
-    std::shared_ptr<HitPlan> shown;  // the plan being planned or captured
-    Window held;                     // the section whose spans are in the store
+    std::shared_ptr<HitPlan> shown;  // plan being planned or captured
+    Window held;                     // section whose spans are in the store
     ObjectPool<HitSorter> sorters;
     LayeredImage image;
 };
@@ -127,7 +127,7 @@ std::size_t HitRasterizer::sections() const {
     return state_->shown ? state_->shown->sections.size() : 0;
 }
 
-/// Selects the plan to capture; discards the spans of another plan.
+/// Selects the plan to capture. Discards the spans of any other plan.
 HitPlan& HitRasterizer::State::show(const CapturePlan& plan) {
     auto details = std::dynamic_pointer_cast<HitPlan>(plan.details);
     if (!details) throw Error(ErrorKind::kInternal, "the plan belongs to another source");
@@ -159,8 +159,8 @@ void HitRasterizer::State::countSection(const Window& section) {
     });
 }
 
-/// Finds the spans of a section. If they do not fit, queues both halves of the section instead and
-/// returns false.
+/// Finds the spans of a section. If they do not fit, queues the two halves of the section instead
+/// and returns false.
 bool HitRasterizer::State::findSpans(const Window& section, std::vector<Window>& to_do) {
     if (section == held) return true;
     triangles.findSpans(shown->seen, section, shown->span_limit, store);
@@ -182,7 +182,7 @@ bool HitRasterizer::State::findSpans(const Window& section, std::vector<Window>&
     return false;
 }
 
-/// Cuts the picture into sections whose spans fit, and counts the hits of each.
+/// Divides the picture into sections whose spans fit, and counts the hits of each section.
 void HitRasterizer::State::findSections() {
     held = {};
     std::vector<Window> to_do{shown->seen.view.crop};
@@ -206,7 +206,7 @@ Plan HitRasterizer::State::plan() const {
     return plan;
 }
 
-/// Frees the resident memory of the last bundle if memory is tight, so that it is not counted
+/// Frees the resident memory of the previous bundle if memory is tight. Otherwise it would count
 /// twice.
 void HitRasterizer::State::freeBands() {
     BandCosts costs;
@@ -227,7 +227,7 @@ CapturePlan HitRasterizer::plan(const View& view, const CaptureSettings& setting
     HitPlan& plan = *s.shown;
     s.freeBands();
     if (settings.memory != 0) {
-        // Computed like the limit of a band: from the memory left, less a reserve.
+        // Computed like the limit of a band: the remaining memory minus a reserve.
         BandCosts costs;
         costs.band_bytes = kSpanBytes;
         costs.use.fragment = costs.use.pixel = costs.largest_array_bytes = 1;
@@ -254,8 +254,8 @@ BandCosts HitRasterizer::State::costs(const Plan& plan, const Sink& sink) const 
     costs.use.fragment += hit;
     if (const std::size_t floats = shadedComponents(settings.channels); floats > 0)
         costs.use.fragment += floats * sizeof(float) + sizeof(std::uint32_t);
-    // A quarter of a band's bytes are for its pixels. The limit grows with the width, so that even
-    // a wide row fits.
+    // A quarter of a band's bytes is for its pixels. The limit grows with the width, so that even a
+    // wide row fits.
     costs.band_bytes =
         std::max(std::min(settings.band_bytes, kBandBytes), 4 * width * costs.use.pixel);
     costs.use.fixed += static_cast<std::uint64_t>(threadCount()) *
@@ -271,7 +271,7 @@ void HitRasterizer::State::captureRow(const Window& band, int section_top, int y
     const std::size_t row = static_cast<std::size_t>(y - section_top);
     const auto width = static_cast<std::size_t>(band.width());
     std::uint32_t* const offsets = image.offsets.data() + image.pixelIndex(band.x0, y);
-    // The offset after the row's last one is the first of the next row, which writes it.
+    // The offset after the row's last one belongs to the next row, which writes it.
     const std::span<std::uint32_t> counts = sorter.counts(width);
     const std::uint64_t found = countHits(store, row, counts);
     if (found != shown->complexity.rowFragments(y)) {
@@ -350,7 +350,7 @@ void HitRasterizer::State::captureBand(const Window& band, int section_top, cons
         sources.shaded = places;
         sources.values = values.data();
     }
-    image.color.type = settings.color_type;  // fillChannels() takes the channels' type from it
+    image.color.type = settings.color_type;  // type of the channels that fillChannels() writes
     fillChannels(sources, settings.channels, image, std::span(image.extra).subspan(1));
     if (settings.hit_mode == HitMode::kSloped) image.color.type = PixelType::kFloat;
 }
@@ -366,7 +366,7 @@ BandSize HitRasterizer::State::largest(std::span<const Window> bands) const {
     return most;
 }
 
-/// Returns the bytes by which the spans of other sections may exceed those held now.
+/// Returns the bytes by which the spans of other sections may exceed those in the store.
 std::uint64_t HitRasterizer::State::spansToCome() const {
     return shown->sections.size() > 1
                ? shown->span_limit - std::min(shown->span_limit, store.bytes())
@@ -399,15 +399,15 @@ CaptureReport HitRasterizer::capture(const CapturePlan& planned, Sink& sink,
     report.passes = 1;
     const Window& crop = plan.seen.view.crop;
     std::uint64_t stored = 0;
-    // Computed once, so that a plan that does not fit fails before the first band.
+    // Computed first, so that a plan that does not fit fails before any band.
     const BandLimits limits = s.limits(s.costs(planned, sink));
     std::vector<Window> to_do(plan.sections.rbegin(), plan.sections.rend());
     while (!to_do.empty()) {
         const Window section = to_do.back();
         to_do.pop_back();
         {
-            // Span packing depends on thread timing, so a section that just fitted while planning
-            // may exceed the limit now. It is then halved.
+            // The packing of spans depends on thread timing. A section that just fitted while
+            // planning may exceed the limit now, and is then halved.
             const StageTimer timer(s.times, "count");
             if (!s.findSpans(section, to_do)) continue;
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exact integer CPU rasteriser that finds all hits of ray bundles without GL.
+// An exact integer CPU rasteriser, which finds all hits of ray bundles without GL.
 #pragma once
 
 #include <cstddef>
@@ -12,17 +12,16 @@ namespace peeler {
 /// Finds the hits of parallel or pinhole bundles by rasterising triangles.
 ///
 /// Corners are snapped to a grid (CornerGrid). A ray hits a triangle if it passes through the
-/// inside or the left or top edges of the snapped triangle. The test is exact: a ray through an
-/// edge shared by two triangles hits one of them, and every ray hits a closed surface an even
-/// number of times. Z comes from the unsnapped triangle's plane at the ray, in double precision,
-/// rounded once. Hits are ordered by Z, then by draw order. Results are bit-identical on every
-/// machine and for any number of threads, bands and budget.
+/// inside, or a left or top edge, of the snapped triangle. The test is exact: a ray through an edge
+/// shared by two triangles hits one of them, and every ray hits a closed surface an even number of
+/// times. Z comes from the plane of the unsnapped triangle at the ray, in double precision, rounded
+/// once. Hits are ordered by Z, then by draw order. Results are bit-identical on every machine, for
+/// any number of threads and bands, and under any budget.
 ///
-/// core/README.md ("What a fragment is") defines which intersections count; textures are sampled at
-/// their finest level. Triangles that reach beyond the grid are clipped there, without cracks.
-/// Triangles with a non-finite corner are not hit.
-///
-/// HitMode::kRefined and kRaw give the same result. Lines and points are not hit.
+/// core/README.md ("What a fragment is") defines which intersections count. Textures are sampled at
+/// their finest level. Triangles that extend beyond the grid are clipped to it, without cracks.
+/// Triangles with a non-finite corner are not hit; neither are lines and points. HitMode::kRefined
+/// and kRaw give the same result.
 class HitRasterizer final : public HitSource {
   public:
     /// Throws Error (kInput) if the scene has 2^32 triangles or more.
@@ -31,9 +30,9 @@ class HitRasterizer final : public HitSource {
     HitRasterizer(const HitRasterizer&) = delete;
     HitRasterizer& operator=(const HitRasterizer&) = delete;
 
-    /// Throws Error (kInternal) if the settings ask for a picture or for picture-only features
-    /// (clip volumes, hidden surfaces, composites, samples, a limit of layers), and (kUsage) if a
-    /// bundle has more than 65,536 rays per side.
+    /// Throws Error (kInternal) if the settings request a picture or picture-only features (clip
+    /// volumes, hidden surfaces, composites, samples, a layer limit), and (kUsage) if a bundle has
+    /// more than 65,536 rays per side.
     CapturePlan plan(const View& view, const CaptureSettings& settings,
                      const Progress& progress = {}) override;
     CaptureReport capture(const CapturePlan& plan, Sink& sink,
@@ -45,9 +44,9 @@ class HitRasterizer final : public HitSource {
 
     /// Returns the grid bits of the last plan or capture: 2^gridBits() steps between two rays.
     int gridBits() const;
-    /// Returns the number of row sections into which the last plan or capture cut the picture, so
+    /// Returns the number of row sections of the last plan or capture. The picture is divided so
     /// that the spans of one section fit the memory budget. If there is only one section, its spans
-    /// are found once, for plan() and the capture() that follows.
+    /// are found once for both plan() and the following capture().
     std::size_t sections() const;
 
   private:

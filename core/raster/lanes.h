@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// SIMD vectors (GCC and Clang extension), 16 bytes wide, which every processor supports. Lanes
-// round like scalars. Code compiled for specific processors is selected at run time.
+// SIMD vectors (GCC and Clang extension) of 16 bytes, which every processor supports. Lanes round
+// like scalars. Code compiled for specific processors is selected at run time.
 #pragma once
 
 #include <cstdint>
 
-// Code compiled for several processors has to be inlined in each variant.
+// Code that is compiled for several processors must be inlined into each variant.
 #define PEELER_INLINE [[gnu::always_inline]] inline
 
 namespace peeler {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sorting of many short lists of numbers.
+// Sorting of large numbers of short lists of numbers.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@ namespace peeler {
 
 /// Enumerates the comparisons of a sorting network for `count` numbers: merge exchange (Batcher
 /// 1968; Knuth, "The Art of Computer Programming", volume 3, algorithm 5.2.2M). Calls use(i, d, n)
-/// to compare each of the n numbers from i on with the one d places farther on.
+/// to compare each of the n numbers from index i on with the number d places later.
 template <class Use>
 [[gnu::always_inline]] constexpr void forMergeExchange(std::size_t count, Use&& use) {
     std::size_t top = 1;
@@ -26,18 +26,18 @@ template <class Use>
     }
 }
 
-/// The number of lists sorted together, and a column that holds one element of each.
+/// The number of lists that are sorted together, and a column with one element of each list.
 inline constexpr std::size_t kListsAtOnce = 4;
 using ListColumn = std::array<double, kListsAtOnce>;
 
 /// A function that sorts kListsAtOnce lists of equal length. No number may be NaN.
 using SortLists = void (*)(ListColumn* columns, std::size_t count);
 
-/// Returns the fastest variant for this processor or, if `every_processor`, the one that all
-/// processors can run. Both give the same results.
+/// Returns the fastest variant for this processor or, if `every_processor`, the portable one. Both
+/// give the same results.
 SortLists sortListsFor(bool every_processor = false);
 
-/// Lists up to this length are sorted together; longer ones are left to std::sort.
+/// The maximum length of lists that are sorted together. std::sort sorts longer lists.
 inline constexpr std::size_t kMostAtOnce = 256;
 
 }  // namespace peeler

@@ -14,10 +14,10 @@
 namespace peeler {
 namespace {
 
-// Maximum vertices of a batch, unless a single primitive has more: small enough for a core's cache,
-// large enough to be worth two parallel loops.
+// The maximum number of vertices in a batch, unless a single primitive has more: small enough to
+// fit a core's cache, large enough to justify two parallel loops.
 constexpr std::size_t kBatchCorners = std::size_t{1} << 17;
-constexpr std::size_t kCornersAtOnce = 4096;  // snapped in one task
+constexpr std::size_t kCornersAtOnce = 4096;  // vertices to snap in one task
 
 }  // namespace
 
@@ -75,8 +75,8 @@ SceneTriangles::SceneTriangles(const PosedScene& posed) : posed_(posed) {
 namespace {
 
 /// Finds the rays of a section that hit one block of triangles. Rows are collected first and stored
-/// a few hundred at a time, because it is known only late whether a row is empty, and a branch on
-/// that would stall the next triangle.
+/// a few hundred at a time. An empty row is recognised only late, and a branch at that point would
+/// stall the next triangle.
 class BlockWalk {
   public:
     BlockWalk(const HitView& seen, const Window& section, SpanStore& store, SectionWriter& writer)
@@ -87,19 +87,19 @@ class BlockWalk {
                   section.y0 + seen.grid.origin().y, section.x1 + seen.grid.origin().x,
                   section.y1 + seen.grid.origin().y} {}
 
-    /// Starts a block, before its first piece.
+    /// Begins a block. Called before its first piece.
     void begin(std::size_t block) {
         number_ = static_cast<std::uint32_t>(block) << HitTriangles::kBlockBits;
         triangles_ = writer_.room(store_.pool());
         room_ = triangles_ != nullptr;
         store_.triangles().place(block, triangles_);
     }
-    /// Ends the block, after its last piece.
+    /// Ends the block. Called after its last piece.
     void end() { writer_.keep(found_); }
-    /// Returns false once memory has run out.
+    /// Returns false if memory has run out.
     bool hasRoom() const { return room_; }
 
-    /// Processes triangles [first, last) of a piece, whose corners are snapped.
+    /// Processes triangles [first, last) of a piece. Their corners must be snapped.
     void walk(const TrianglePiece& piece, const SnappedCorner* corners, std::uint32_t first,
               std::uint32_t last);
 
@@ -108,9 +108,9 @@ class BlockWalk {
     /// A triangle that may cover rays.
     struct Candidate {
         std::uint32_t element = 0;
-        Vertices vertex{};  // in an order independent of the first vertex
+        Vertices vertex{};  // in an order independent of the first listed vertex
     };
-    /// A row of a candidate; may be empty.
+    /// A row of a candidate. It may be empty.
     struct Row {
         std::uint32_t candidate = 0;
         std::int32_t row = 0, first = 0, end = 0;
@@ -151,7 +151,7 @@ class BlockWalk {
     const SnappedCorner* corners_ = nullptr;
     const CornerPlacement* placement_ = nullptr;
     bool cull_front_ = false, cull_back_ = false;
-    // Rows not stored yet.
+    // Rows that have not been stored.
     std::array<Row, kRows + 1> row_;
     std::array<Candidate, kRows + 1> candidate_;
     std::size_t rows_ = 0;
@@ -205,7 +205,7 @@ void BlockWalk::storeRows() {
 void BlockWalk::walkOne(std::uint32_t element, const Vertices& vertex) {
     const SnappedCorner a = corners_[vertex[0]], b = corners_[vertex[1]], c = corners_[vertex[2]];
     if ((a.x | b.x | c.x) < 0) return walkCut(element, vertex);
-    // Skip triangles that lie between rays, as most triangles of fine meshes do.
+    // Skips triangles that lie between rays, as most triangles of fine meshes do.
     RayWindow window = window_;
     window.x0 = std::max(window.x0, window.rayFrom(std::min({a.x, b.x, c.x})));
     window.x1 = std::min(window.x1, window.rayFrom(std::max({a.x, b.x, c.x})));
@@ -215,8 +215,8 @@ void BlockWalk::walkOne(std::uint32_t element, const Vertices& vertex) {
     const SortedTriangle triangle(a, b, c);
     if (triangle.area == 0 || culled(triangle.clockwise())) return;
     if (rows_ + kMostShortRows > kRows) storeRows();
-    // The corners' order does not depend on which is listed first, so that coincident triangles get
-    // the same depth.
+    // The order of the corners is independent of the first listed corner, so that coincident
+    // triangles get the same depth.
     candidate_[++candidates_] = {
         element, {vertex[triangle.which[0]], vertex[triangle.which[1]], vertex[triangle.which[2]]}};
     forEachRow(triangle, window, [this](std::int32_t row, std::int32_t first, std::int32_t end) {
@@ -224,7 +224,7 @@ void BlockWalk::walkOne(std::uint32_t element, const Vertices& vertex) {
     });
 }
 
-/// Processes a triangle that leaves the grid or reaches behind a pinhole.
+/// Processes a triangle that extends beyond the grid or behind a pinhole.
 void BlockWalk::walkCut(std::uint32_t element, const Vertices& vertex) {
     const PlacedPolygon polygon = placement_->placedPolygon(positionsOf(vertex));
     if (polygon.corners < 3) return;

@@ -17,7 +17,7 @@
 
 namespace peeler {
 
-/// A view, and the settings that decide which intersections count as hits.
+/// A view, with the settings that decide which intersections are hits.
 struct HitView {
     HitView(const View& shown, const CaptureSettings& settings)
         : view(shown), grid(shown), faces(settings.faces), cut(!settings.depth_clamp) {}
@@ -25,7 +25,8 @@ struct HitView {
     View view;
     CornerGrid grid;
     Faces faces;
-    bool cut;  ///< hits before the near plane, or at or beyond the far plane, do not count
+    /// Whether to ignore hits in front of the near plane, and at or beyond the far plane.
+    bool cut;
 };
 
 /// The triangles of one instance of a primitive.
@@ -34,15 +35,15 @@ struct TrianglePiece {
     const std::vector<glm::vec3>* positions = nullptr;
     glm::dmat4 world{1};
     bool mirrored = false, double_sided = false;
-    const AlphaTest* alpha = nullptr;  ///< null: no alpha test
+    const AlphaTest* alpha = nullptr;  ///< null if there is no alpha test
     std::uint32_t first_key = 0;
-    std::uint64_t first = 0;  ///< index of its first triangle; pieces are sorted by it
+    std::uint64_t first = 0;  ///< index of the piece's first triangle; pieces are sorted by it
     std::uint32_t triangles = 0;
-    std::size_t first_corner = 0;  ///< index of its first vertex within its batch
+    std::size_t first_corner = 0;  ///< index of the piece's first vertex in the batch
 };
 
-/// All triangles that can be hit, processed in batches of pieces. The vertices of a batch are
-/// snapped before its triangles are processed.
+/// All triangles that can be hit, processed in batches of pieces. A batch's vertices are snapped
+/// before its triangles are processed.
 class SceneTriangles {
   public:
     explicit SceneTriangles(const PosedScene& posed);
@@ -53,9 +54,9 @@ class SceneTriangles {
     std::uint64_t bytes() const { return corners_.capacity() * sizeof(SnappedCorner); }
     std::uint64_t mostBytes() const { return most_corners_ * sizeof(SnappedCorner); }
 
-    /// Writes the spans of a section's rows to the store, which may take up to `limit` bytes; stops
-    /// early if they do not fit (SpanStore::overflowed()). The section is at most as wide as the
-    /// crop. Blocks run in parallel; the result does not depend on their order.
+    /// Writes the spans of a section's rows to the store, which may take up to `limit` bytes. Stops
+    /// early if the spans do not fit (SpanStore::overflowed()). The section must not be wider than
+    /// the crop. Blocks run in parallel; the result does not depend on their order.
     void findSpans(const HitView& seen, const Window& section, std::uint64_t limit,
                    SpanStore& store);
 

@@ -8,7 +8,7 @@
 namespace peeler {
 namespace {
 
-constexpr std::size_t kPageBytes = 2 << 20;  // large page size of x86-64, and most often of ARM
+constexpr std::size_t kPageBytes = 2 << 20;  // size of large pages on x86-64 and most ARM systems
 constexpr std::size_t kPageBlocks = kPageBytes / BlockPool::kBlockBytes;
 
 }  // namespace
@@ -23,7 +23,7 @@ std::byte* BlockPool::take() {
     if (next_ == pages_.size() * kPageBlocks) {
         pages_.emplace_back(
             static_cast<std::byte*>(::operator new (kPageBytes, std::align_val_t{kPageBytes})));
-        madvise(pages_.back().get(), kPageBytes, MADV_HUGEPAGE);  // may be refused
+        madvise(pages_.back().get(), kPageBytes, MADV_HUGEPAGE);  // the system may refuse
     }
     std::byte* const block = pages_[next_ / kPageBlocks].get() + next_ % kPageBlocks * kBlockBytes;
     ++next_;
@@ -49,7 +49,7 @@ void BlockPool::setLimit(std::uint64_t bytes) {
 
 void SpanWriter::begin(std::size_t rows) {
     first_.assign(rows, nullptr);
-    // A row without chunks looks like one whose chunk is full, so that add() extends it.
+    // A row without chunks looks like a row with a full chunk, so that add() extends it.
     next_.assign(rows, reinterpret_cast<Span*>(kLinkOffset));
     free_ = nullptr;
     left_ = 0;

@@ -13,35 +13,36 @@
 
 namespace peeler {
 
-/// A run of neighbouring rays of a row that hit the same triangle.
+/// A run of neighbouring rays in a row that hit the same triangle.
 struct Span {
     std::uint32_t triangle = 0;         ///< index into HitTriangles
-    std::uint16_t first = 0, last = 0;  ///< columns, relative to the crop's first
+    std::uint16_t first = 0, last = 0;  ///< columns relative to the crop's first column
 };
 
-/// Data of a hit triangle. Planar depth (PixelRays) at the ray of pixel (x, y) of the picture is
-/// along_x · x + along_y · y + at_origin.
+/// A hit triangle's key and depth. At the ray of pixel (x, y) of the picture, planar depth
+/// (PixelRays) is along_x · x + along_y · y + at_origin.
 struct HitTriangle {
     double along_x = 0, along_y = 0, at_origin = 0;
-    float nearest = 0, farthest = 0;  ///< Z of its corners; the Z of hits is clamped to them
+    /// Minimum and maximum Z of the corners; hits are clamped to this range.
+    float nearest = 0, farthest = 0;
     std::uint32_t key = 0;
 };
 
 inline constexpr std::size_t kAddressBytes = sizeof(std::uintptr_t);
 
-/// An arena allocator whose blocks never move and are freed all at once. Threads may take blocks
-/// concurrently. It asks the system for large pages, since mapping many small ones takes longer.
+/// An arena allocator. Its blocks never move, and are freed together. Threads may take blocks
+/// concurrently. Requests large pages from the system, since mapping small pages takes longer.
 class BlockPool {
   public:
     static constexpr std::size_t kBlockBytes = 256 << 10;
 
-    /// Returns a block of kBlockBytes; null if the limit leaves no room for one.
+    /// Returns a block of kBlockBytes; null if the limit leaves no room for it.
     std::byte* take();
-    /// Takes all blocks back, and keeps them for reuse.
+    /// Takes back all blocks and keeps them for reuse.
     void reuse();
     void free();
 
-    /// Sets the limit in bytes, and frees pages held beyond it, so no block may be in use.
+    /// Sets the limit in bytes, and frees pages beyond it. No block may be in use.
     void setLimit(std::uint64_t bytes);
     /// Returns the bytes of the blocks in use.
     std::uint64_t bytes() const { return next_ * kBlockBytes; }
@@ -53,15 +54,16 @@ class BlockPool {
 
     std::mutex mutex_;
     std::vector<std::unique_ptr<std::byte, Free>> pages_;
-    std::size_t next_ = 0;  // blocks before it are in use
+    std::size_t next_ = 0;  // number of blocks in use
     std::uint64_t limit_ = ~std::uint64_t{0};
 };
 
-/// The spans that one thread has found in a section: a linked list of chunks per row: the first
-/// chunk, and the end of its spans. A chunk ends with the address of the next one.
+/// The spans that one thread has found in a section. Each row has a linked list of chunks: `first_`
+/// holds its first chunk, `next_` the end of its spans. A chunk ends with the address of the next
+/// chunk.
 class SpanWriter {
   public:
-    /// Starts again with this number of rows, forgetting all spans. Call it only after
+    /// Discards all spans and starts with this number of rows. Must be called only after
     /// BlockPool::reuse().
     void begin(std::size_t rows);
 
@@ -114,8 +116,8 @@ class SpanWriter {
     std::size_t left_ = 0;
 };
 
-/// The hit triangles by index. Every kBlock triangles of the scene share a block of indices, so
-/// that indices follow key order regardless of which thread finds a triangle.
+/// The hit triangles by index. Every kBlock triangles of the scene share a block of indices. So
+/// indices are in key order, whichever thread finds a triangle.
 class HitTriangles {
   public:
     static constexpr std::uint32_t kBlockBits = 11, kBlock = 1U << kBlockBits;
@@ -142,7 +144,7 @@ class SectionWriter {
     }
     /// Returns space for the triangles of a block; null if the pool has no more memory.
     HitTriangle* room(BlockPool& pool);
-    /// Keeps the first `triangles` of the space that room() returned.
+    /// Keeps the first `triangles` triangles in the space from room().
     void keep(std::size_t triangles) {
         free_ += triangles;
         left_ -= triangles;
@@ -155,10 +157,10 @@ class SectionWriter {
     std::size_t left_ = 0;
 };
 
-/// The spans and the triangles of some rows of a picture.
+/// The spans and hit triangles of some rows of a picture.
 class SpanStore {
   public:
-    /// Clears the store and makes room for these rows. `limit`: maximum bytes of spans and
+    /// Clears the store and makes room for these rows. `limit`: the maximum bytes of spans and
     /// triangles.
     void begin(std::size_t rows, std::size_t blocks, std::uint64_t limit);
 
@@ -182,7 +184,7 @@ class SpanStore {
             writer->spans.forEach(row, use);
     }
 
-    /// Marks the contents as incomplete for lack of memory.
+    /// Marks the contents as incomplete, because memory ran out.
     void overflow() { overflowed_ = true; }
     bool overflowed() const { return overflowed_; }
 

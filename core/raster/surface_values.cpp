@@ -72,7 +72,7 @@ glm::dvec4 texelAt(const Image& image, const TextureRef& texture, const glm::dve
 
 namespace {
 
-/// A hit, with the inputs from which its channels are computed.
+/// A hit, with the inputs for its channels.
 struct SurfacePoint {
     const PosedScene& posed;
     const WorldElement& element;
@@ -80,7 +80,7 @@ struct SurfacePoint {
     std::array<double, 3> weight;
     glm::dvec3 direction;  // direction of the ray, of any length
     glm::dvec3 facet;      // normal of the triangle, toward the ray; not normalised
-    double side = 1;       // −1 on the back
+    double side = 1;       // −1 if the ray hits the back
 
     template <class Value>
     auto mean(const std::vector<Value>& values) const {
@@ -96,7 +96,7 @@ struct SurfacePoint {
         const auto& values = texcoords(set);
         return values.empty() ? glm::dvec2(0) : mean(values);
     }
-    /// Returns the texel at the hit; all ones without a texture.
+    /// Returns the texel at the hit; ones if there is no texture.
     glm::dvec4 textured(const TextureRef& texture, bool srgb) const {
         if (!texture) return glm::dvec4(1);
         return texelAt(posed.scene().images[static_cast<std::size_t>(texture.image)], texture,
@@ -104,7 +104,7 @@ struct SurfacePoint {
     }
 };
 
-/// Returns the normal without any normal map (shaders/normal.glsl).
+/// Returns the normal without a normal map (shaders/normal.glsl).
 glm::dvec3 interpolatedNormal(const SurfacePoint& point) {
     const WorldElement& element = point.element;
     const auto& normals = point.posed.normals(point.geometry());
@@ -118,8 +118,8 @@ glm::dvec3 interpolatedNormal(const SurfacePoint& point) {
     return size > 0 ? point.facet / size : -glm::normalize(point.direction);
 }
 
-/// Returns the directions of U and (up the image) V about `normal`, like shaders/normal.glsl, but
-/// from the triangle's edges instead of screen-space derivatives.
+/// Returns the directions of U and V (V up the image) about `normal`. Like shaders/normal.glsl, but
+/// with the triangle's edges instead of screen-space derivatives.
 std::pair<glm::dvec3, glm::dvec3> tangentFrame(const SurfacePoint& point, const TextureRef& texture,
                                                const glm::dvec3& normal) {
     const WorldElement& element = point.element;
@@ -141,7 +141,8 @@ std::pair<glm::dvec3, glm::dvec3> tangentFrame(const SurfacePoint& point, const 
     const glm::dvec2 uv0(texcoords[vertex[0]]);
     const glm::dvec2 uv1 = turn * (glm::dvec2(texcoords[vertex[1]]) - uv0);
     const glm::dvec2 uv2 = turn * (glm::dvec2(texcoords[vertex[2]]) - uv0);
-    // Signs as if p1 and p2 ran to the right and up in the picture, like the shader's derivatives.
+    // Uses the signs as if p1 pointed right and p2 up in the picture, like the shader's
+    // derivatives.
     const double turned = glm::dot(glm::cross(p1, p2), point.facet) < 0 ? -1 : 1;
     const glm::dvec3 across_2 = turned * glm::cross(p2, normal);
     const glm::dvec3 across_1 = turned * glm::cross(normal, p1);
@@ -153,7 +154,7 @@ std::pair<glm::dvec3, glm::dvec3> tangentFrame(const SurfacePoint& point, const 
     return {factor * tangent, factor * bitangent};
 }
 
-// One function per shaded channel; each writes the channel's components.
+// The functions of the shaded channels. Each writes the channel's components.
 
 void shadingNormal(const SurfacePoint& point, float* out) {
     glm::dvec3 normal = interpolatedNormal(point);
@@ -210,7 +211,7 @@ void roughnessMetallic(const SurfacePoint& point, float* out) {
 
 using EvaluateSurface = void (*)(const SurfacePoint&, float*);
 
-/// Channels not listed are computed from Z and primitive, or not supported.
+/// The other channels are computed from Z and primitive, or are not supported.
 constexpr std::pair<Channel, EvaluateSurface> kSurfaceChannels[] = {
     {Channel::kNormal, shadingNormal},
     {Channel::kUv, texcoords},

@@ -27,20 +27,20 @@ glm::vec<Value::length(), double> weighted(const std::vector<Value>& values,
            weight[2] * Sum(values[vertex[2]]);
 }
 
-/// Samples a texture with its wrap modes and magnification filter. Returns RGBA, 0 to 1. `uv` are
-/// coordinates of the texture's UV set, before KHR_texture_transform. `srgb`: R, G and B are
-/// linearised before filtering.
+/// Samples a texture with its wrap modes and magnification filter. Returns RGBA, 0 to 1. `uv` is in
+/// the texture's UV set, before KHR_texture_transform. `srgb`: R, G and B are linearised before
+/// filtering.
 glm::dvec4 texelAt(const Image& image, const TextureRef& texture, const glm::dvec2& uv,
                    bool srgb = false);
 
-/// Throws Error (kUsage) if surfaceValues() does not support a channel: the tangent, which no
-/// bundle asks for.
+/// Throws Error (kUsage) if surfaceValues() does not support a channel (the tangent, which bundles
+/// never request).
 void checkSurfaceChannels(std::span<const Channel> channels);
 
 /// Returns the values of the channels (core/image/channels.h) for every hit of a band, as shaders
-/// would compute them. The layout is that of FragmentSources::values: one record of
-/// shadedComponents() floats per hit. `keys` has one entry per hit. Rows run in parallel; the
-/// result does not depend on their order.
+/// would compute them. Records are laid out like FragmentSources::values: shadedComponents() floats
+/// per hit. `keys` has one entry per hit. Rows run in parallel; the result does not depend on their
+/// order.
 std::vector<float> surfaceValues(const PosedScene& posed, const View& view,
                                  const LayeredImage& band, std::span<const std::uint32_t> keys,
                                  std::span<const Channel> channels);

@@ -15,25 +15,25 @@
 
 namespace peeler {
 
-/// The rays of a section of a picture, in the grid's numbering (CornerGrid::origin()).
+/// The rays of a section of a picture, numbered like the grid (CornerGrid::origin()).
 struct RayWindow {
     int bits = 0;
     std::int32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 
-    /// Returns the first ray at or after a coordinate in grid steps.
+    /// Returns the first ray at or after a coordinate, which is in grid steps.
     std::int32_t rayFrom(std::int32_t coordinate) const {
         const std::uint32_t step = (std::uint32_t{1} << bits) - 1;
         return static_cast<std::int32_t>((static_cast<std::uint32_t>(coordinate) + step) >> bits);
     }
 };
 
-/// The crossings of an edge from `a` down to `b` with successive rows: the first ray on or right of
-/// it, by Bresenham's quotient and remainder.
+/// The crossings of successive rows with an edge from `a` down to `b`: in each row, the first ray
+/// on the edge or right of it, by Bresenham's quotient and remainder.
 class EdgeRows {
   public:
     EdgeRows(const SnappedCorner& a, const SnappedCorner& b, std::int32_t row, int bits)
         : across_(std::int64_t{b.x} - a.x), down_(std::int64_t{b.y} - a.y), bits_(bits) {
-        // The crossing is a.x + (y − a.y) · across / down. Nothing here exceeds 2^63, because the
+        // The crossing is a.x + (y − a.y) · across / down. No intermediate value exceeds 2^63: the
         // sum of the two products is `down` times the crossing, which is on the grid.
         const std::int64_t y = std::int64_t{row} << bits;
         whole_ = down_ << bits;
@@ -44,7 +44,7 @@ class EdgeRows {
 
     std::int32_t ray() const { return static_cast<std::int32_t>(at_); }
 
-    /// Computes the step from row to row; call it before the first nextRow().
+    /// Computes the step from row to row. Must be called before the first nextRow().
     void prepareSteps() {
         step_ = divided(across_, down_, inverse_ * static_cast<double>(std::int64_t{1} << bits_),
                         rest_step_);
@@ -59,8 +59,8 @@ class EdgeRows {
     }
 
   private:
-    /// Divides, rounding the quotient down. A floating-point product is off by at most one here
-    /// (quotients are below 2^31) and much faster than an integer division.
+    /// Divides and rounds the quotient down. A floating-point product is off by at most one
+    /// (quotients are below 2^31), and is much faster than an integer division.
     static std::int64_t divided(std::int64_t value, std::int64_t by, double inverse,
                                 std::int64_t& rest) {
         auto quotient = static_cast<std::int64_t>(static_cast<double>(value) * inverse);
@@ -89,10 +89,10 @@ inline std::int64_t doubledArea(const SnappedCorner& a, const SnappedCorner& b,
            (std::int64_t{c.x} - a.x) * (std::int64_t{b.y} - a.y);
 }
 
-/// The corners of a triangle from top to bottom; those of equal height from left to right.
+/// The corners of a triangle from top to bottom; corners of equal height from left to right.
 struct SortedTriangle {
     SortedTriangle(const SnappedCorner& a, const SnappedCorner& b, const SnappedCorner& c) {
-        // Packs y, x and index into one integer, so that sorting needs no mispredicted branch.
+        // Packs y, x and index into one integer, so that sorting causes no mispredicted branches.
         constexpr int kYShift = 33, kXShift = 2;
         const auto packed = [](const SnappedCorner& at, std::uint64_t place) {
             return static_cast<std::uint64_t>(at.y) << kYShift |
@@ -116,7 +116,7 @@ struct SortedTriangle {
         area = doubledArea(corner[0], corner[1], corner[2]);
     }
 
-    /// Whether the corners are clockwise in their original order; requires a non-zero area.
+    /// Whether the corners are clockwise in their original order. The area must not be 0.
     bool clockwise() const {
         const bool turned = which[1] != (which[0] + 1) % 3;
         return (area > 0) != turned;
@@ -124,8 +124,7 @@ struct SortedTriangle {
 
     std::array<SnappedCorner, 3> corner;
     std::array<std::uint8_t, 3> which{};  ///< original indices of the corners
-    std::int64_t area = 0;                ///< doubled; positive if the middle corner is on the
-                                          ///< right
+    std::int64_t area = 0;                ///< twice the area; positive: the middle corner is right
 };
 
 /// Emits the rays that a triangle covers, row by row, in 64-bit integers.
@@ -152,19 +151,19 @@ void forEachLongRow(const SortedTriangle& triangle, const RayWindow& window, Emi
     if (middle < bottom) rows(EdgeRows(b, c, middle, window.bits), middle, bottom);
 }
 
-/// Does the same as forEachLongRow() for a small triangle, two rows at once and without branches. A
-/// crossing is the quotient of two numbers below 2^53, so the rounded quotient equals an integer,
-/// or lies on one side of it, exactly if the true quotient does.
+/// Emits the same rays as forEachLongRow() for a small triangle, two rows at once and without
+/// branches. A crossing is the quotient of two numbers below 2^53. The rounded quotient equals an
+/// integer, or lies on one side of it, exactly if the true quotient does.
 template <class Emit>
 void forEachShortRow(const SortedTriangle& triangle, const RayWindow& window, Emit&& emit) {
     const auto& [a, b, c] = triangle.corner;
     const std::int64_t steps = std::int64_t{1} << window.bits;
     const std::int64_t x0 = window.x0 * steps, y0 = window.y0 * steps;
     const double width = window.x1 - window.x0;
-    // The upper and lower edges lie on the same side of the long one. In each row, the covered rays
-    // lie between the long edge and the nearer crossing of the other two: the lesser one if these
-    // are on the right, the greater one if they are on the left. Multiplying by `sign` turns the
-    // second case into the first.
+    // The upper and lower edges lie on the same side of the long edge. In each row, the covered
+    // rays lie between the long edge and the nearer crossing of the two short edges: the smaller
+    // crossing if the short edges are on the right, the larger one if they are on the left.
+    // Multiplying by `sign` turns the second case into the first.
     const double sign = triangle.area > 0 ? 1 : -1;
     struct Edge {
         double at, slope, down;
@@ -195,9 +194,9 @@ void forEachShortRow(const SortedTriangle& triangle, const RayWindow& window, Em
     }
 }
 
-/// Calls emit(row, first, end) with the rays that a triangle covers: those inside it and on its
-/// left and top edges (the top-left rule), so that a ray on a shared edge belongs to one triangle.
-/// In an empty row, first >= end. `window` must have at least one row, and none above or below the
+/// Calls emit(row, first, end) with the rays that a triangle covers: rays inside it and on its left
+/// and top edges (the top-left rule), so that a ray on a shared edge belongs to one triangle. In an
+/// empty row, first >= end. `window` must have at least one row, and no rows above or below the
 /// triangle.
 template <class Emit>
 void forEachRow(const SortedTriangle& triangle, const RayWindow& window, Emit&& emit) {
@@ -210,7 +209,8 @@ void forEachRow(const SortedTriangle& triangle, const RayWindow& window, Emit&& 
         forEachLongRow(triangle, window, emit);
 }
 
-/// Does the same for any polygon, by parity: a ray is covered if it crosses an odd number of edges.
+/// Emits the covered rays of any polygon, by parity: a ray is covered if it crosses an odd number
+/// of edges.
 template <class Emit>
 void forEachRow(std::span<const SnappedCorner> corners, const RayWindow& window, Emit&& emit) {
     std::int32_t top = window.y1, bottom = window.y0;
@@ -227,7 +227,7 @@ void forEachRow(std::span<const SnappedCorner> corners, const RayWindow& window,
             SnappedCorner a = corners[i], b = corners[(i + 1) % corners.size()];
             if (b.y < a.y) std::swap(a, b);
             if (row < window.rayFrom(a.y) || row >= window.rayFrom(b.y)) continue;
-            // Insertion sort, since there are few crossings.
+            // Insertion sort, since there are only a few crossings.
             const std::int32_t ray = EdgeRows(a, b, row, window.bits).ray();
             std::size_t at = crossings++;
             for (; at > 0 && crossing[at - 1] > ray; --at)

@@ -13,8 +13,8 @@
 namespace peeler::inline v0 {
 namespace {
 
-/// Returns `count` directions, evenly spread over the part of the unit sphere between the heights
-/// (Y) `top` and `bottom`.
+/// Returns `count` directions, evenly distributed over the part of the unit sphere between the
+/// heights (Y) `top` and `bottom`.
 std::vector<glm::dvec3> lattice(int count, double top, double bottom) {
     constexpr double kGoldenAngle = std::numbers::pi * (3 - 2.2360679774997896964);  // 3 − √5
     std::vector<glm::dvec3> directions;
@@ -51,14 +51,14 @@ namespace {
 
 constexpr double kMaxSide = 65536;
 constexpr double kMaxRays = 1 << 30;
-// Margin around the covered area, as a fraction of its size. It keeps geometry on the border from
-// being clipped when it is rounded to GL's floats.
+// The margin around the covered area, as a fraction of its size. Without it, rounding to GL's
+// floats could clip geometry on the border.
 constexpr double kBorderMargin = 1e-6;
-// Margin before and behind the scene, as a fraction of its size: enough that GL clips nothing, and
-// small, to keep the depth resolution.
+// The margin before and behind the scene, as a fraction of its size: large enough that GL clips
+// nothing, small enough to keep depth resolution.
 constexpr double kEndMargin = 1e-3;
 
-/// Returns the box around `bounds` (world space) in the coordinate system whose axes are the
+/// Returns the bounding box of `bounds` (world space) in the coordinate system whose axes are the
 /// columns of `frame`.
 Bounds boxIn(const glm::dmat3& frame, const Bounds& bounds) {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -80,8 +80,8 @@ double extentOf(const Bounds& bounds) {
     return extent > 0 ? extent : 1;  // a single point
 }
 
-/// Returns a parallel bundle of rays `spacing` apart, around `center`. It starts before `scene` and
-/// ends behind it, so the depth of `center` does not matter.
+/// Returns a parallel bundle of rays `spacing` apart, around `center`. The bundle begins before
+/// `scene` and ends behind it, so the depth of `center` does not matter.
 Bundle latticeBundle(std::string name, const glm::dmat3& frame, const glm::dvec3& center,
                      const glm::dvec2& rays, double spacing, const Bounds& scene) {
     if (!(rays.x <= kMaxSide && rays.y <= kMaxSide && rays.x * rays.y <= kMaxRays)) {
@@ -110,7 +110,7 @@ Bundle latticeBundle(std::string name, const glm::dmat3& frame, const glm::dvec3
     return bundle;
 }
 
-/// Returns how many rays `spacing` apart cover an extent; at least one.
+/// Returns the number of rays, `spacing` apart, that cover an extent; at least one.
 double raysAcross(double extent, double spacing) {
     return std::max(1.0, std::ceil(extent / spacing - kBorderMargin));
 }
@@ -152,7 +152,7 @@ AxisBundles axisBundles(const Bounds& area, const Bounds& scene, const RayGrid& 
         glm::dvec3 direction(0);
         direction[axis] = 1;
         const glm::dmat3 frame = bundleSides(direction);
-        // Right and up lie along axes, so these are cell counts.
+        // Right and up are parallel to axes, so the products are cell counts.
         const glm::dvec2 rays(glm::abs(glm::dot(frame[0], cells)),
                               glm::abs(glm::dot(frame[1], cells)));
         axes.bundles.push_back(
@@ -164,7 +164,7 @@ AxisBundles axisBundles(const Bounds& area, const Bounds& scene, const RayGrid& 
 
 namespace {
 
-/// Returns the bundle's view, in the middle of a larger display window.
+/// Returns the bundle's view, centred in a larger display window.
 View placed(const Bundle& bundle, int width, int height) {
     View view = bundle.view;
     const glm::ivec2 size(view.width, view.height), room = glm::ivec2(width, height) - size;
@@ -176,8 +176,8 @@ View placed(const Bundle& bundle, int width, int height) {
             bundle.name, "write one file per bundle");
     }
     const glm::dvec2 half(view.projection.half_width, view.projection.half_height);
-    // If the sizes differ by an odd number, the new picture's centre is half a pixel farther right
-    // or down than the old one's.
+    // If the sizes differ by an odd number, the centre of the new picture is half a pixel to the
+    // right of, or below, the old centre.
     const glm::dvec2 shift = glm::dvec2(left_over) * half / glm::dvec2(size);
     view.camera_to_world[3] +=
         shift.x * view.camera_to_world[0] - shift.y * view.camera_to_world[1];
@@ -198,7 +198,7 @@ std::vector<View> withCommonDisplay(std::span<const Bundle> bundles) {
         width = std::max(width, bundle.view.width);
         height = std::max(height, bundle.view.height);
     }
-    // A pinhole camera cannot be moved by half a pixel, so the sizes must differ by an even number.
+    // A pinhole camera cannot be moved by half a pixel, so its size must differ by an even number.
     for (const Bundle& bundle : bundles) {
         if (bundle.parallel()) continue;
         width += (width - bundle.view.width) % 2;

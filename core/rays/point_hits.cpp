@@ -11,13 +11,13 @@ namespace peeler {
 namespace {
 
 constexpr std::size_t kPointsAtOnce = 1024;
-// A surface this near to a point, relative to the coordinates, counts as touching it: a few
-// roundings of a double.
+// A surface within this distance of a point, relative to the coordinates, touches the point. The
+// distance allows for a few roundings of a double.
 constexpr double kOnSurface = 1e-12;
-// The number of hits that are considered beyond the next one, because the point's own ray may have
-// its hits in a different order.
+// The number of hits to consider beyond the next hit. The ray through the point may have its hits
+// in a different order.
 constexpr int kBeyond = 2;
-// The distance along the ray, in ray spacings, up to which a triangle's plane is followed beyond
+// The maximum distance along the ray, in ray spacings, at which a triangle's plane is used beyond
 // the triangle.
 constexpr double kSteepestPlane = 4;
 
@@ -25,7 +25,7 @@ double largestComponent(const glm::dvec3& v) {
     return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
 }
 
-/// Finds the hits of one ray next to one point.
+/// Finds the hits next to one point on its nearest ray.
 class Search {
   public:
     Search(const PosedScene& posed, const Bundle& bundle, const glm::dvec3& point)
@@ -38,7 +38,7 @@ class Search {
         const auto place = static_cast<std::size_t>(std::ranges::upper_bound(z, at) - z.begin());
         int beyond = 0;
         for (std::size_t i = place; i > 0; --i) {
-            // Never stop between coincident hits.
+            // Coincident hits are all considered.
             if (beyond > kBeyond && z[i - 1] != z[i]) break;
             consider(keys[i - 1], false);
             if (hits_.before.key != 0) ++beyond;
@@ -53,8 +53,8 @@ class Search {
     }
 
   private:
-    /// Records the hit if it is the nearest one so far on its side of the point. `later`: in the
-    /// ray's list, it comes after the hits considered so far.
+    /// Records the hit if it is the nearest so far on its side of the point. `later`: whether the
+    /// ray's list is traversed towards later hits.
     void consider(std::uint32_t key, bool later) {
         WorldElement element = elementOf(posed_, key);
         placeCorners(posed_, element);
@@ -63,11 +63,11 @@ class Search {
         const glm::dvec3 normal = element.normal();
         const double plane =
             glm::dot(element.corner[0] - point_, normal) / glm::dot(direction_, normal);
-        // Use the plane unless the element has no plane, or it is seen edge-on.
+        // The distance to the plane, unless the element has no plane or is seen edge-on.
         if (std::abs(plane - along) <= farthest_) along = plane;
         if (std::abs(along) <= kOnSurface * (largestComponent(hit) + largestComponent(point_)))
             along = 0;
-        // Of coincident hits, take the last one before the point and the first one after it.
+        // Among coincident hits, the last one before the point and the first one after it win.
         const bool is_after = along > 0;
         NextHit& next = is_after ? hits_.after : hits_.before;
         const double distance = std::abs(along);
@@ -91,7 +91,7 @@ std::optional<glm::ivec2> nearestRay(const Bundle& bundle, const glm::dvec3& poi
     const glm::dvec2 at =
         glm::floor((across / bundle.size() + 0.5) * glm::dvec2(view.width, view.height));
     const Window& crop = view.crop;
-    // Compared as doubles, since far points would overflow an int.
+    // Compared as doubles, since the coordinates of far points overflow an int.
     if (!(at.x >= crop.x0 && at.x < crop.x1 && at.y >= crop.y0 && at.y < crop.y1)) return {};
     return glm::ivec2(at);
 }

@@ -69,7 +69,7 @@ void parity(const MappedRay& ray, float* out) {
         ray.scratch.spans.hits(), [](const auto& solid) { return solid.item.odd(); }));
 }
 
-/// Returns the length of the intersection of `a` and `b`; both are sorted.
+/// Returns the length of the intersection of `a` and `b`, which must be sorted.
 float common(std::span<const RayInterval> a, std::span<const RayInterval> b) {
     double length = 0;
     for (std::size_t i = 0, k = 0; i < a.size() && k < b.size();) {
@@ -114,8 +114,8 @@ constexpr RayMapInfo kMaps[] = {
      true},
 };
 
-/// Returns a name that is valid as part of an EXR channel name: replaces dots, which separate
-/// parts, and control characters, and shortens it, since EXR allows 255 bytes in all.
+/// Returns a name that is valid in an EXR channel name: replaces control characters and dots (which
+/// separate parts), and shortens the name, since EXR allows 255 bytes in total.
 std::string channelName(const std::string& name) {
     constexpr std::size_t kLongest = 200;
     std::string result;
@@ -124,7 +124,7 @@ std::string channelName(const std::string& name) {
     if (result.size() <= kLongest) return result;
     std::size_t end = kLongest;
     while (end > 0 && (static_cast<unsigned char>(result[end]) & 0xC0U) == 0x80U)
-        --end;  // not inside a UTF-8 sequence
+        --end;  // keep UTF-8 sequences whole
     result.resize(end);
     return result;
 }
@@ -183,8 +183,8 @@ RayMaps::RayMaps(const PosedScene& posed, const Solids* solids, RayMapSettings s
     }
 }
 
-/// Adds up the path lengths per material. Walks along the ray with a stack of the spans that it is
-/// inside. A span that has ended is popped when it reaches the top.
+/// Adds up the path lengths per material. Walks along the ray with a stack of the current spans. A
+/// span that has ended is popped when it reaches the top.
 void RayMaps::findPaths(RayMapScratch& scratch) const {
     std::vector<SolidSpan>& open = scratch.open;
     scratch.paths.assign(path_materials_.size(), 0.0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ray maps: one or a few values per ray, reduced from all its hits.
+// Ray maps: one or several values per ray, computed from all of its hits.
 #pragma once
 
 #include <array>
@@ -28,23 +28,24 @@ enum class RayMap : std::uint8_t {
     kOverlap
 };
 
-/// A ray with all inputs of the maps (ray_maps.cpp).
+/// A ray with all inputs of the maps. Defined in ray_maps.cpp.
 struct MappedRay;
 
 /// A row of the table of maps.
 struct RayMapInfo {
     RayMap map;
-    std::string_view name;  ///< in options and, except for kPathLength, of the channel
+    std::string_view name;  ///< as in options; also the channel's name, except for kPathLength
     std::string_view summary;
     PixelType type;  ///< kFloat or kUint
-    /// Writes the map's value for a ray; for kPathLength one value per material.
+    /// Writes the map's value for a ray; for kPathLength, one value per material.
     void (*evaluate)(const MappedRay& ray, float* out);
-    bool solids = false;  ///< needs the nesting of solids
-    bool length = false;  ///< a length inside something; integrated over parallel rays, a volume
+    bool solids = false;  ///< whether the map needs the nesting of solids
+    /// Whether the value is a length; its sum over parallel rays gives a volume.
+    bool length = false;
 };
 
-/// Returns the table in the order of the enumeration. A ray without hits gets 0, but kFirst and
-/// kLast give +inf, and kTransmission gives 1.
+/// Returns the table, in the order of RayMap. A ray without hits gets 0, except for kFirst and
+/// kLast (+inf) and kTransmission (1).
 std::span<const RayMapInfo> rayMapTable();
 
 inline const RayMapInfo& infoOf(RayMap map) {
@@ -53,19 +54,19 @@ inline const RayMapInfo& infoOf(RayMap map) {
 
 struct RayMapSettings {
     std::vector<RayMap> maps;  ///< duplicates count once
-    /// Attenuation coefficients of Scene::materials, per scene unit of length; 0 for materials past
-    /// the end of the list.
+    /// Attenuation coefficients of Scene::materials, per scene unit of length; 0 for materials
+    /// beyond the end of the list.
     std::vector<double> attenuation{};
-    /// For kOverlap, the two parts: per element of Scene::nodes, whether it belongs to the part.
+    /// The two parts of kOverlap: for each element of Scene::nodes, whether it belongs to the part.
     std::array<std::vector<char>, 2> parts{};
 };
 
 struct RayMapChannel {
     RayMap map = RayMap::kFirst;
-    std::string name;  ///< name of the EXR channel, like "thickness" or "path.steel"
+    std::string name;  ///< name of the EXR channel, such as "thickness" or "path.steel"
 };
 
-/// Scratch storage for evaluating a ray. One per thread.
+/// Scratch storage for the evaluation of a ray. One per thread.
 struct RayMapScratch {
     SolidSpans spans;
     std::vector<float> t;
@@ -76,26 +77,26 @@ struct RayMapScratch {
     std::vector<float> nothing;  ///< values of a ray without hits
 };
 
-/// Evaluates maps of a scene. Lengths are in scene units, along the ray.
+/// An evaluator of a scene's maps. Lengths are in scene units, along the ray.
 ///
-/// At every point inside solids, the material is that of the innermost solid, which is the one that
-/// the ray entered last, at the triangle where it entered. Path lengths therefore add up to the
-/// thickness. Transmission is exp(−Σ μ·L) over the path lengths L (Beer–Lambert law).
+/// Inside solids, the material of a point is that of the innermost solid, which the ray entered
+/// last, at the triangle of entry. So path lengths add up to the thickness. Transmission is exp(−Σ
+/// μ·L) over the path lengths L (Beer–Lambert law).
 class RayMaps {
   public:
-    /// `solids` may be null if no map needs them, and must outlive this.
+    /// `solids` may be null if no map needs it, and must outlive this object.
     RayMaps(const PosedScene& posed, const Solids* solids, RayMapSettings settings);
 
-    /// Returns the channels in the order of the settings; kPathLength has one for each material on
-    /// a solid of the scene. Names are unique.
+    /// Returns the channels in the order of the settings. kPathLength has a channel for each
+    /// material on a solid of the scene. Names are unique.
     const std::vector<RayMapChannel>& channels() const { return channels_; }
 
     /// Writes one value per channel to `out`. `t` and `keys` are as for SolidSpans::find().
     void evaluate(std::span<const float> t, std::span<const std::uint32_t> keys,
                   RayMapScratch& scratch, std::span<float> out) const;
 
-    /// Evaluates the rays of rows [y0, y1) of a band. `planes` is overwritten with one plane of
-    /// values per channel, one after the other.
+    /// Evaluates the rays of rows [y0, y1) of a band. Overwrites `planes` with one plane of values
+    /// per channel, one after the other.
     void evaluateRows(const Bundle& bundle, const LayeredImage& band, int y0, int y1,
                       std::vector<float>& planes) const;
 
@@ -106,7 +107,7 @@ class RayMaps {
     RayMapSettings settings_;
     std::vector<RayMapChannel> channels_;
     std::vector<std::size_t> path_materials_;  ///< index into Scene::materials, by path channel
-    std::vector<std::size_t> path_of_;         ///< the inverse: path channel by material
+    std::vector<std::size_t> path_of_;         ///< path channel, by index into Scene::materials
     bool needs_spans_ = false, needs_paths_ = false;
     mutable ObjectPool<RayMapScratch> scratch_;
 };

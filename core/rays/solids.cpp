@@ -12,7 +12,7 @@
 namespace peeler {
 namespace {
 
-using Edge = std::pair<std::uint32_t, std::uint32_t>;  // welded vertices, the lesser first
+using Edge = std::pair<std::uint32_t, std::uint32_t>;  // welded vertices, the smaller first
 
 /// The vertices of all primitives of a mesh, welded by position.
 class WeldedMesh {
@@ -60,7 +60,7 @@ class WeldedMesh {
 /// A filter for edges that occur an odd number of times. Reuses its storage between meshes.
 class Solids::EdgeParity {
   public:
-    /// Keeps the edges that occur an odd number of times, each once; removes all others.
+    /// Keeps one of each edge that occurs an odd number of times; removes all other edges.
     void keepOpen(std::vector<Edge>& list) {
         sort(list);
         std::size_t kept = 0;
@@ -72,11 +72,11 @@ class Solids::EdgeParity {
         list.resize(kept);
     }
 
-    std::vector<Edge> edges;  ///< of the current primitive
+    std::vector<Edge> edges;  ///< edges of the current primitive
 
   private:
-    /// Sorts edges in buckets, one per lesser vertex, which hold only a few edges each. Sorts
-    /// directly if there are few edges for many vertices.
+    /// Sorts edges in buckets: one bucket per smaller vertex, with a few edges each. Sorts directly
+    /// if there are few edges for the range of vertices.
     void sort(std::vector<Edge>& list) {
         if (list.empty()) return;
         const auto [least, most] = std::ranges::minmax(list, {}, &Edge::first);
@@ -93,7 +93,7 @@ class Solids::EdgeParity {
         sorted_.resize(list.size());
         for (const Edge& edge : list)
             sorted_[next_[edge.first - least.first]++] = edge;
-        // Each entry of next_ is now where the edges of its vertex end.
+        // Each entry of next_ is now the end of its vertex's edges.
         auto begin = sorted_.begin();
         for (std::size_t i = 0; i < vertices; ++i) {
             const auto end = sorted_.begin() + static_cast<std::ptrdiff_t>(next_[i]);
@@ -157,8 +157,8 @@ const std::vector<Solids::Shell>& Solids::shellsOf(const PosedScene& posed,
         open.insert(open.end(), edges.begin(), edges.end());
     }
     if (!rest.primitives.empty()) {
-        // An edge that is open in two primitives is not open in both together, so the open edges
-        // are those that occur an odd number of times among the primitives' open edges.
+        // An edge that is open in two primitives is closed in both together. So the open edges of
+        // `rest` are those that occur an odd number of times among the primitives' open edges.
         parity.keepOpen(open);
         rest.open_edges = open.size();
         shells.push_back(std::move(rest));

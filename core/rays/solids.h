@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Closed solids, the ray intervals inside them, and a parity check of their hits.
+// Closed solids, the ray intervals inside solids, and a parity check of their hits.
 #pragma once
 
 #include <cstddef>
@@ -17,42 +17,41 @@
 
 namespace peeler {
 
-/// A surface that bounds a body: a ray that enters it leaves it again.
+/// A surface that bounds a body: a ray that enters it also leaves it.
 struct Solid {
     std::size_t instance = 0;  ///< index into PosedScene::meshes()
     int node = 0;
     std::span<const std::size_t> primitives{};  ///< indices in the mesh
-    std::uint64_t triangles = 0;                ///< those with three different corners
+    std::uint64_t triangles = 0;                ///< triangles with three different corners
     std::uint64_t open_edges = 0;
 
     bool closed() const { return open_edges == 0; }
 };
 
-/// The solids of a scene. glTF does not mark closed surfaces, so the topology decides: vertices at
+/// The solids of a scene. glTF does not mark closed surfaces, so the topology decides. Vertices at
 /// the same position (bit for bit; −0 is 0) are welded, and an edge is open if an odd number of
 /// triangles share it. Every primitive of a mesh that is closed by itself is a solid. All other
-/// primitives of the mesh together form one more, so a cube with different materials on its sides
-/// is one solid. Lines and points belong to no solid. The topology of a mesh is found once for all
-/// its instances; that of a deformed mesh once per deformation.
+/// primitives of the mesh together form one more solid, so a cube with different materials on its
+/// sides is one solid. Lines and points belong to no solid. The topology of a mesh is found once
+/// for all its instances, and once for each deformation.
 class Solids {
   public:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-    /// Temporarily takes about 30 bytes per triangle and 20 per vertex of a mesh to find its
-    /// topology.
+    /// Temporarily takes about 30 bytes per triangle and 20 per vertex of a mesh, for its topology.
     explicit Solids(const PosedScene& posed);
     Solids(const Solids&) = delete;
     Solids& operator=(const Solids&) = delete;
 
     /// Returns the solids in draw order.
     const std::vector<Solid>& all() const { return solids_; }
-    /// Returns the solid that a key (DrawList) belongs to: an index into all(), or kNone.
+    /// Returns the solid of a key (DrawList): an index into all(), or kNone.
     std::uint32_t solidOf(std::uint32_t key) const { return surfaceOf(key).solid; }
     /// Returns the material of a key: an index into Scene::materials.
     std::size_t materialOf(std::uint32_t key) const { return surfaceOf(key).material; }
 
   private:
-    /// The solid and material of a primitive in an instance.
+    /// The solid and the material of one primitive of one instance.
     struct Surface {
         std::uint32_t solid = kNone, material = 0;
     };
@@ -68,7 +67,7 @@ class Solids {
                                        EdgeParity& parity);
 
     std::vector<Solid> solids_;
-    KeyIndex keys_;                  // copy of the draw list's index, which may not live as long
+    KeyIndex keys_;                  // a copy, since the draw list may not live as long
     std::vector<Surface> surfaces_;  // indexed by keys_
     std::map<std::pair<int, int>, std::vector<Shell>> shells_;  ///< keyed by mesh and deformation
 };
@@ -84,30 +83,30 @@ struct RayInterval {
 /// An interval inside one solid.
 struct SolidSpan : RayInterval {
     std::uint32_t solid = 0;  ///< index into Solids::all()
-    std::uint32_t key = 0;    ///< key of the hit that entered it
-    std::uint32_t hit = 0;    ///< index among the ray's hits
+    std::uint32_t key = 0;    ///< key of the hit where the ray enters
+    std::uint32_t hit = 0;    ///< index of this hit in the ray's hits
 };
 
-/// Hit count of a solid along a ray.
+/// The count of a ray's hits on one solid.
 struct SolidHits {
     std::uint32_t hits = 0;
-    std::uint32_t last = 0;  ///< index of the last one among the ray's hits
+    std::uint32_t last = 0;  ///< index of the last hit in the ray's hits
     std::uint32_t span = 0;  ///< index of the latest span, while find() runs
 
     bool odd() const { return hits % 2 == 1; }
 };
 
-/// The spans of a ray inside solids, by parity: the ray is inside a solid from its 1st hit of that
-/// solid to the 2nd, from the 3rd to the 4th, and so on; an unpaired last hit opens no span. Reuses
-/// its storage between rays. One per thread.
+/// The spans of a ray inside solids, by parity. The ray is inside a solid from its 1st hit of the
+/// solid to the 2nd, from the 3rd to the 4th, and so on; an unpaired last hit begins no span.
+/// Reuses its storage between rays. One per thread.
 class SolidSpans {
   public:
-    /// Finds the spans of a ray. `t` is in ascending order; `keys` are those of DrawList,
+    /// Finds the spans of a ray. `t` is in ascending order. `keys` are those of DrawList, with
     /// coincident hits in draw order.
     void find(std::span<const float> t, std::span<const std::uint32_t> keys, const Solids& solids);
 
-    /// Returns the spans of non-zero length, ordered by their beginnings. Of spans with the same
-    /// beginning, the longest comes first, so that the others count as inside it.
+    /// Returns the spans of non-zero length, ordered by their beginnings. If several spans begin
+    /// together, the longest is first, so that the others are inside it.
     std::span<const SolidSpan> all() const { return spans_; }
     /// Returns every solid that the ray hits, with the hit count.
     const std::vector<SparseSet<SolidHits>::Entry>& hits() const { return hits_.entries(); }
@@ -117,8 +116,8 @@ class SolidSpans {
     SparseSet<SolidHits> hits_;
 };
 
-/// Writes the union of the spans for which `keep(span)` is true: ordered intervals without
-/// zero-length gaps between them. `out` is overwritten.
+/// Writes the union of the spans for which `keep(span)` is true to `out`: ordered intervals.
+/// Adjacent intervals are joined. Overwrites `out`.
 template <class Keep>
 void uniteSpans(std::span<const SolidSpan> spans, Keep&& keep, std::vector<RayInterval>& out) {
     out.clear();
@@ -136,17 +135,17 @@ void uniteSpans(std::span<const SolidSpan> spans, Keep&& keep, std::vector<RayIn
 struct OddRay {
     std::size_t bundle = 0;
     int x = 0, y = 0;  ///< pixel of the bundle's picture
-    float z = 0;       ///< camera Z of its last, unpaired hit
+    float z = 0;       ///< camera Z of the last hit, which is unpaired
     bool operator==(const OddRay&) const = default;
 };
 
 struct SolidParity {
     std::uint64_t rays = 0;     ///< rays that hit the solid
-    std::uint64_t odd = 0;      ///< odd ones among them
-    std::vector<OddRay> first;  ///< the first Parity::kKept of the odd ones
+    std::uint64_t odd = 0;      ///< rays that hit it an odd number of times
+    std::vector<OddRay> first;  ///< the first Parity::kKept of these rays
 };
 
-/// Counts, over bundles, the rays that hit each solid, and those that hit it an odd number of
+/// Counts the rays that hit each solid, over bundles, and the rays that hit it an odd number of
 /// times. A closed surface has no odd rays.
 class Parity {
   public:
@@ -157,7 +156,7 @@ class Parity {
     /// Adds a band, which holds the keys in extra[0]. Bundles must be added in order.
     void add(std::size_t bundle, const LayeredImage& band);
 
-    /// Returns the counts by index of the solid; solids without hits are missing.
+    /// Returns the counts, by index of the solid. Solids without hits are absent.
     const std::map<std::uint32_t, SolidParity>& solids() const { return found_; }
     /// Returns the number of rays that hit at least one solid an odd number of times.
     std::uint64_t oddRays() const { return odd_rays_; }

@@ -23,15 +23,15 @@ std::size_t lengthOf(int cells) {
     return static_cast<std::size_t>(cells);
 }
 
-/// Returns, in each bit, the parity of the bits up to and including it.
+/// Returns, in each bit, the parity of this bit and all lower bits.
 std::uint64_t parityUpTo(std::uint64_t bits) {
     for (const int shift : {1, 2, 4, 8, 16, 32})
         bits ^= bits << shift;
     return bits;
 }
 
-/// Returns the number of set bits. Written so that compilers vectorise it, because the baseline
-/// processor need not have a popcount instruction.
+/// Returns the number of set bits. Compilers can vectorise this code; the baseline processor need
+/// not have a popcount instruction.
 std::uint64_t countBits(std::span<const std::uint64_t> words) {
     std::uint64_t sum = 0;
     for (std::uint64_t bits : words) {
@@ -45,7 +45,7 @@ std::uint64_t countBits(std::span<const std::uint64_t> words) {
     return sum;
 }
 
-/// Expands eight bits to bytes of 0 or 1, the lowest bit first.
+/// Expands eight bits to bytes of 0 or 1, lowest bit first.
 std::uint64_t spreadBits(std::uint64_t bits) {
     constexpr std::uint64_t kEach = 0x0101010101010101U;
     const std::uint64_t apart = bits * kEach & 0x8040201008040201U;
@@ -53,7 +53,7 @@ std::uint64_t spreadBits(std::uint64_t bits) {
 }
 
 /// Writes one byte per cell of a plane. value(y, word, from) returns the bytes of eight cells of
-/// line y: those at the bits of `word` from bit `from` on.
+/// line y: the eight bits of `word` from bit `from` on.
 template <class Value>
 void writePlane(std::span<std::uint8_t> plane, const glm::ivec3& cells, Value&& value) {
     static_assert(std::endian::native == std::endian::little);
@@ -66,7 +66,7 @@ void writePlane(std::span<std::uint8_t> plane, const glm::ivec3& cells, Value&& 
     }
 }
 
-/// Converts a side of a bundle's picture, which lies along an axis, to a step in cells.
+/// Converts a side of a bundle's picture, which is parallel to an axis, to a step in cells.
 glm::ivec3 stepAlong(const glm::dvec3& side) {
     return {glm::round(side)};
 }
@@ -82,7 +82,7 @@ ZeroedWords::ZeroedWords(std::size_t count) {
     void* const memory =
         mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED) throw std::bad_alloc();
-    madvise(memory, bytes, MADV_HUGEPAGE);  // may be refused
+    madvise(memory, bytes, MADV_HUGEPAGE);  // the system may refuse
     words_ = {static_cast<std::uint64_t*>(memory), Free{count}};
 }
 
@@ -92,16 +92,15 @@ void ZeroedWords::Free::operator()(std::uint64_t* words) const {
 
 /// The bits of the cells along a ray.
 struct VoxelVotes::Line {
-    double start, step;  ///< cell coordinate at t = 0, and its change per unit of t
+    double start, step;  ///< cell coordinate at t = 0, and change of the coordinate per unit of t
     double cells;
     std::uint64_t* words;
-    std::size_t stride;  ///< words between cells; 0 = bits of the same word
+    std::size_t stride;  ///< words between cells; 0: the cells are bits of one line of words
     std::uint64_t bit;
-    std::size_t end;  ///< number of cells with a bit in storage, including padding; crossings at or
-                      ///< beyond it are ignored
+    std::size_t end;  ///< cells with storage, including padding; later crossings are ignored
 
-    /// If `marks`, flips the bit of the first cell whose centre is at or after t, if any. `marks`
-    /// is a parameter because a branch in the caller would be unpredictable.
+    /// If `marks`, flips the bit of the first cell whose centre is at or after t, if there is one.
+    /// `marks` is a parameter because a branch in the caller would be unpredictable.
     void cross(double t, bool marks) const {
         const double place = std::clamp(start + step * t - 0.5, 0.0, cells);
         auto cell = static_cast<std::size_t>(static_cast<std::int64_t>(place));
@@ -141,7 +140,8 @@ VoxelVotes::VoxelVotes(const AxisBundles& lattice, const Solids& solids)
 }
 
 /// Stores the lines of neighbouring rays together: by (x, y) for rays along y, and by (y, x) for
-/// the others. Threads divide the first coordinate among them, so no two write to the same word.
+/// other rays. Threads divide the first coordinate among them, so no two threads write to the same
+/// word.
 void VoxelVotes::add(std::size_t axis, const Bundle& bundle, const LayeredImage& band) {
     constexpr int kAtOnce = 8;
     const Window& window = band.window;
@@ -191,15 +191,15 @@ void VoxelVotes::add(std::size_t axis, const Bundle& bundle, const LayeredImage&
     });
 }
 
-/// Marks both ends of every interval in which a ray is inside some solid: where it enters the first
-/// one, and where it has left all of them. A zero-length interval flips a cell twice, which cancels
-/// out.
+/// Marks both ends of every interval in which a ray is inside any solid: where the ray enters the
+/// first solid, and where it has left all of them. A zero-length interval flips a cell twice, which
+/// has no effect.
 void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t> keys, Line line,
                         Scratch& scratch) const {
     const std::size_t hits = keys.size();
     if (scratch.solids.size() < hits) scratch.solids.resize(hits);
-    // Local pointers, because byte stores may alias anything: through `scratch`, both would be
-    // reloaded after every store.
+    // Local pointers, because byte stores may alias anything: through `scratch`, the pointers would
+    // be reloaded after every store.
     std::uint32_t* const solids = scratch.solids.data();
     std::uint8_t* const states = scratch.states.data();
     bool one = true;
@@ -213,10 +213,10 @@ void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t>
             line.cross(t[i], true);
         return;
     }
-    constexpr std::uint8_t kOdd = 1, kInside = 2;  // 1 − (state & kInside) is 1 outside, −1 inside
+    constexpr std::uint8_t kOdd = 1, kInside = 2;  // 1 − (state & kInside): 1 outside, −1 inside
     for (std::size_t i = 0; i < hits; ++i)
         if (solids[i] != Solids::kNone) states[solids[i]] ^= kOdd;
-    // Backwards, so that a solid's unpaired last hit, which opens nothing, comes first and can be
+    // Backwards, so that a solid's unpaired last hit, which begins no span, is first and can be
     // skipped. All states are 0 at the end.
     int around = 0;
     for (std::size_t i = hits; i-- > 0;) {
@@ -247,7 +247,7 @@ void VoxelVotes::finish() {
         std::vector<std::uint64_t> inside(words_);  // running parity along x
         std::uint64_t majority = 0;
         for (std::size_t x = 0; x < xs; ++x) {
-            std::uint64_t before = 0;  // the bit before this word, in all 64 bits
+            std::uint64_t before = 0;  // the previous word's last bit, copied to all 64 bits
             for (std::size_t i = 0; i < words_; ++i) {
                 std::uint64_t& along = along_y[(x * ys + y) * words_ + i];
                 const std::size_t at = (y * xs + x) * words_ + i;
@@ -257,7 +257,7 @@ void VoxelVotes::finish() {
                 before = 0 - (c >> (kWordBits - 1));
                 along = (a & b) | (b & c) | (c & a);
                 along_z[at] = a ^ b ^ c;
-                // With 1 or 2 votes, exactly one of the two bits is set.
+                // If there are 1 or 2 votes, exactly one of the two bits is set.
                 along_x[at] = along ^ along_z[at];
             }
             majority += countBits({along_y + (x * ys + y) * words_, words_});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Voxelisation: inside tests at lattice points by rays along three axes.
+// Voxelisation: inside tests at lattice points, by rays along three axes.
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@
 
 namespace peeler {
 
-/// An array of zeroed words. The system allocates its pages (large ones if possible) on first
-/// write, so pages that are never written cost nothing.
+/// An array of zeroed words. The system allocates pages (large pages if possible) on first write,
+/// so unwritten pages cost nothing.
 class ZeroedWords {
   public:
     ZeroedWords() = default;
@@ -37,29 +37,30 @@ class ZeroedWords {
     std::unique_ptr<std::uint64_t, Free> words_;
 };
 
-/// Counts, for the centre of every cell, how many of the three rays through it (one along each
-/// axis) find it inside some solid, by parity. The majority decides: a ray misled by an open edge
-/// is outvoted by the other two (Nooruddin & Turk 2003, "Simplification and Repair of Polygonal
-/// Models Using Volumetric Techniques", section 3.1). Takes three bits per cell.
+/// Counts, for the centre of every cell, the rays through it (one along each axis) that find it
+/// inside any solid, by parity. The majority of the three rays decides, so a ray misled by an open
+/// edge is outvoted (Nooruddin & Turk 2003, "Simplification and Repair of Polygonal Models Using
+/// Volumetric Techniques", section 3.1). Takes three bits per cell.
 class VoxelVotes {
   public:
-    /// `lattice` gives corner, spacing and cells. Throws Error (kMemory) if there is no room.
+    /// `lattice` gives corner, spacing and cells. Throws Error (kMemory) if there is not enough
+    /// memory.
     VoxelVotes(const AxisBundles& lattice, const Solids& solids);
 
     /// Adds a band of the bundle along `axis` (0–2). The bundle's rays must go through cell
     /// centres, and its sides lie along the other axes. Each band must be added once.
     void add(std::size_t axis, const Bundle& bundle, const LayeredImage& band);
 
-    /// Counts the votes. Call it once, after the last band; the functions below are valid from then
-    /// on.
+    /// Counts the votes. Call this once, after the last band. The functions below are valid only
+    /// after this call.
     void finish();
 
     /// Returns one bit per cell: (x, y, z) is bit z % 64 of word (x · cells.y + y) ·
     /// wordsOf(cells.z) + z / 64.
     std::span<const std::uint64_t> inside() const { return inside_.all(); }
-    /// Write one byte per cell of the plane at x; the index of cell (y, z) is y · cells.z + z.
-    /// insideAt() writes 1 inside and 0 outside, votesAt() the number of rays that find the cell
-    /// inside, 0 to 3.
+    /// Write one byte per cell of the plane at x. The index of cell (y, z) is y · cells.z + z.
+    /// insideAt() writes 1 inside and 0 outside; votesAt() writes the number of rays that find the
+    /// cell inside, 0 to 3.
     void insideAt(int x, std::span<std::uint8_t> plane) const;
     void votesAt(int x, std::span<std::uint8_t> plane) const;
 
@@ -67,15 +68,15 @@ class VoxelVotes {
     std::uint64_t disputed() const { return disputed_; }  ///< cells on which the rays disagree
 
     static std::uint64_t cellsOf(const AxisBundles& lattice);
-    /// Returns the bytes that the votes take.
+    /// Returns the bytes of the votes.
     static std::uint64_t bytesOf(const AxisBundles& lattice);
-    /// Returns the number of 64-bit words that hold a line of `cells` cells along z.
+    /// Returns the number of 64-bit words in a line of `cells` cells along z.
     static std::size_t wordsOf(int cells) { return (static_cast<std::size_t>(cells) + 63) / 64; }
 
   private:
     struct Scratch {
-        std::vector<std::uint32_t> solids;  ///< solid of each of a ray's hits
-        std::vector<std::uint8_t> states;   ///< state of every solid, see addRay()
+        std::vector<std::uint32_t> solids;  ///< the solid of each hit of a ray
+        std::vector<std::uint8_t> states;   ///< the state of every solid (addRay())
     };
     struct Line;
 
@@ -86,10 +87,10 @@ class VoxelVotes {
     double spacing_;
     glm::ivec3 cells_;
     const Solids& solids_;
-    std::size_t words_;                     ///< words of a line along z
+    std::size_t words_;                     ///< number of words in a line along z
     std::array<ZeroedWords, 3> crossings_;  ///< per axis: where its rays enter and leave solids
     ZeroedWords inside_;                    ///< cells inside by majority
-    ZeroedWords odd_;  ///< cells that one ray or all three find inside; lines sorted by y, then x
+    ZeroedWords odd_;  ///< cells that one or three rays find inside; lines sorted by y, then x
     std::uint64_t occupied_ = 0, disputed_ = 0;
     ObjectPool<Scratch> scratch_;
 };

@@ -11,7 +11,7 @@ void slerp(const float* from, const float* to, double u, std::span<double> value
         const glm::dquat raw(double{q[3]}, double{q[0]}, double{q[1]}, double{q[2]});
         return glm::length(raw) > 0 ? glm::normalize(raw) : glm::dquat(1, 0, 0, 0);
     };
-    const glm::dquat q = glm::slerp(quaternion(from), quaternion(to), u);  // the shorter arc
+    const glm::dquat q = glm::slerp(quaternion(from), quaternion(to), u);  // along the shorter arc
     const double parts[] = {q.x, q.y, q.z, q.w};
     std::copy_n(parts, value.size(), value.begin());
 }
@@ -21,8 +21,8 @@ void lerp(const float* from, const float* to, double u, std::span<double> value)
         value[i] = (1 - u) * double{from[i]} + u * double{to[i]};
 }
 
-/// Interpolates a cubic spline (glTF 2.0, appendix C.4). Each key holds its in-tangent, its value
-/// and its out-tangent; the keys are `seconds` apart.
+/// Interpolates a cubic spline (glTF 2.0, appendix C.4). Each key holds its in-tangent, value and
+/// out-tangent. The keys are `seconds` apart.
 void hermite(const float* from, const float* to, double u, double seconds,
              std::span<double> value) {
     const double u2 = u * u, u3 = u2 * u;
@@ -39,8 +39,8 @@ void hermite(const float* from, const float* to, double u, double seconds,
 
 void sampleKeyframes(const Keyframes& keyframes, double time, bool rotation,
                      std::span<double> value) {
-    // Keys are floats: frame 1 at 24 fps should hit the key at 1/24, which is slightly later as a
-    // float than as a double.
+    // Keys are floats: frame 1 at 24 fps should hit the key at 1/24, which as a float is slightly
+    // later than as a double.
     time = double{static_cast<float>(time)};
     const std::vector<float>& times = keyframes.times;
     const bool cubic = keyframes.interpolation == Interpolation::kCubicSpline;
@@ -88,7 +88,7 @@ void setScale(Trs& trs, const Values& v) {
     trs.scale = {v[0], v[1], v[2]};
 }
 
-/// In the order of AnimatedProperty, without the weights.
+/// In the order of AnimatedProperty, except for the weights.
 constexpr struct {
     std::size_t width;
     void (*set)(Trs&, const Values&);

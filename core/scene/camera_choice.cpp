@@ -40,11 +40,11 @@ const PlacedLight& chooseLight(const std::vector<PlacedLight>& lights, const std
             "; or an index from light:0 to light:" + std::to_string(lights.size() - 1));
 }
 
-/// Returns the view of a light (lightView in core/scene/lights.h), with the tightest projection,
-/// but without width and height. `camera` is "light:" plus the light's name, its node's name, or an
-/// index in draw order; "key" is the built-in light of a scene without lights. Throws Error
+/// Returns the view of a light (lightView() in core/scene/lights.h), with the tightest projection,
+/// but without width and height. `camera` is "light:" plus the light's name, its node's name, or
+/// its index in draw order; "key" names the built-in light of a scene without lights. Throws Error
 /// (kUsage) if the light is unknown, with the list of lights, or is a point light; (kInput) if
-/// there is nothing to fit a view to.
+/// there are no vertices to fit the view to.
 View lightCamera(const PosedScene& posed, const std::string& camera) {
     const std::vector<PlacedLight> lights = placedLights(posed);
     const PlacedLight& light = chooseLight(lights, camera);
@@ -72,7 +72,7 @@ void setSize(View& view, const Size& size, double aspect) {
     view.height = whole.height;
 }
 
-/// Returns the view of a scene camera: its half height, aspect ratio, near and far planes, and
+/// Returns the view of a scene camera, with its half height, aspect ratio, near and far planes, and
 /// placement.
 View sceneCamera(const Scene& scene, const CameraInstance& instance, const std::string& name,
                  const Size& size) {
@@ -112,7 +112,7 @@ View sceneCamera(const Scene& scene, const CameraInstance& instance, const std::
     return view;
 }
 
-/// Returns the view of a light: it covers at least the lit area, more at another aspect ratio.
+/// Returns the view of a light. It covers the lit area or, at another aspect ratio, more.
 View viewOfLight(const CameraChoice& choice, const PosedScene& posed) {
     View view = lightCamera(posed, *choice.camera);
     Projection& projection = view.projection;
@@ -122,7 +122,7 @@ View viewOfLight(const CameraChoice& choice, const PosedScene& posed) {
     return view;
 }
 
-/// Returns a near distance that clips nothing a camera at `distance` from the scene could show.
+/// Returns a near distance that clips nothing visible to a camera at `distance` from the scene.
 double safeNear(const Bounds& bounds, double distance) {
     return 1e-4 * (distance > 0 ? std::min(sceneSize(bounds), distance) : sceneSize(bounds));
 }
@@ -131,7 +131,7 @@ double safeNear(const Bounds& bounds, double distance) {
 View placedCamera(const CameraChoice& choice, const Bounds& bounds) {
     View view;
     setSize(view, choice.size, 16.0 / 9);
-    // A rigid pose stays unchanged, so that a view's pose reproduces the same view.
+    // A rigid pose is used unchanged, so that a view's pose reproduces the same view.
     const auto place =
         distanceFromRigid(*choice.pose) < kRigidByRounding ? choice.pose : rigid(*choice.pose);
     if (!place) {
@@ -150,8 +150,8 @@ View placedCamera(const CameraChoice& choice, const Bounds& bounds) {
     return view;
 }
 
-/// Returns the view of a camera built from optional parameters; missing ones are found by framing
-/// the scene.
+/// Returns the view of a camera built from optional parameters. Missing parameters are found by
+/// framing the scene.
 View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
     const Bounds bounds = extent.bounds();
     View view;
@@ -162,7 +162,7 @@ View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
                                  ? *choice.ortho_height / 2
                                  : std::tan(glm::radians(choice.fov.value_or(kDefaultFov)) / 2);
     projection.half_width = projection.half_height * aspectOf(view);
-    if (choice.intrinsics) {  // framed as if its axis went through the centre
+    if (choice.intrinsics) {  // framed as if the axis went through the centre
         projection.half_width = view.width / (2 * choice.intrinsics->fx);
         projection.half_height = view.height / (2 * choice.intrinsics->fy);
     }
@@ -179,7 +179,8 @@ View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
         const double size = sceneSize(bounds);
         const auto reached = [&](const glm::dvec3& direction) {
             const double far = extent.reach(target, direction);
-            return std::isfinite(far) ? far : 0.5 * size * glm::length(direction);  // empty
+            // The scene is empty.
+            return std::isfinite(far) ? far : 0.5 * size * glm::length(direction);
         };
         const bool centred = choice.target.has_value();
         const glm::dvec3 offset = framingEye(reached, size, centred, forward, up, projection);
@@ -193,7 +194,8 @@ View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
                                   : "the target is the scene's centre; give " + Parameter::kTarget);
     }
     auto place = lookAlong(eye, target - eye, up);
-    // Looking straight down or up, -Z is up, like north on a map, unless `up` is given.
+    // When looking straight down or up, -Z is up in the picture, like north on a map, unless `up`
+    // is given.
     if (!place && !choice.up) place = lookAlong(eye, target - eye, {0, 0, -1});
     if (!place) {
         throw Error(ErrorKind::kUsage, "the up direction is parallel to the viewing direction",
@@ -207,8 +209,8 @@ View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
     return view;
 }
 
-/// Sets near and far as requested, and a far plane beyond the bounds if the projection needs one.
-/// Throws Error (kUsage, or kInput for the scene's own planes) if near and far make no range.
+/// Sets near and far as requested, and a far plane beyond the bounds if the projection needs it.
+/// Throws Error (kUsage, or kInput for the scene's own planes) if near and far do not form a range.
 void setDepthRange(View& view, const CameraChoice& choice, const Bounds& bounds) {
     Projection& projection = view.projection;
     if (choice.near) projection.near = *choice.near;

@@ -12,20 +12,20 @@ namespace peeler {
 
 /// The maximum width and height of a picture, which GL and common EXR readers support.
 inline constexpr int kMostPictureSide = 65536;
-/// The maximum number of pixels; their indices fit into 32 bits with room to spare.
+/// The maximum number of pixels. Pixel indices then fit easily into 32 bits.
 inline constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 30;
 
 /// Whether a camera name refers to a light.
 bool namesLight(const std::string& camera);
 
-/// Returns `size`, with a missing height computed from the aspect ratio (width / height). Throws
-/// Error (kUsage) if the picture would be too high or too large.
+/// Returns `size`. Computes a missing height from the aspect ratio (width / height). Throws Error
+/// (kUsage) if the picture would be too high or too large.
 Size sizeWithAspect(Size size, double aspect);
 
 /// Throws Error (kUsage) if the picture is too large.
 void checkPixels(const Size& size);
 
-/// Throws Error (kUsage) if the crop reaches outside the picture.
+/// Throws Error (kUsage) if the crop extends outside the picture.
 void checkCrop(const Window& crop, int width, int height);
 
 }  // namespace peeler

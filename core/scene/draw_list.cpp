@@ -30,7 +30,7 @@ std::uint32_t flagsOf(const Primitive& p, bool mirrored) {
     return flags;
 }
 
-/// Sets a draw's alpha flags. Returns false if alpha rejects every fragment.
+/// Sets a draw's alpha flags. Returns false if the alpha test rejects every fragment.
 bool setAlpha(Draw& draw, const Primitive& p, const Material& m) {
     draw.opaque = m.alpha_mode != AlphaMode::kBlend && !isTransmissive(m);
     if (m.alpha_mode == AlphaMode::kOpaque) return true;
@@ -41,9 +41,9 @@ bool setAlpha(Draw& draw, const Primitive& p, const Material& m) {
     return draw.alpha_tested || passes;
 }
 
-/// Whether two instances can be drawn together. Their mesh may have only one primitive, because GL
-/// would draw all instances of the first primitive before the second, and at equal depths some
-/// methods rely on fragments arriving in key order.
+/// Whether two instances can be drawn together. Their mesh must have only one primitive: GL would
+/// draw all instances of the first primitive before the second, but at equal depths some methods
+/// need fragments in key order.
 bool together(const Scene& scene, const MeshInstance& a, const MeshInstance& b) {
     const auto& primitives = scene.meshes[static_cast<std::size_t>(a.mesh)].primitives;
     return primitives.size() == 1 && a.node == b.node && a.mesh == b.mesh &&
@@ -52,7 +52,8 @@ bool together(const Scene& scene, const MeshInstance& a, const MeshInstance& b) 
 
 }  // namespace
 
-/// Chooses the spacing so that there are few multiples, and few surfaces between two of them.
+/// Chooses the spacing of entries in near_: wide enough for few entries, narrow enough for few
+/// surfaces between two entries.
 KeyIndex::KeyIndex(std::vector<std::uint32_t> first_keys, std::uint64_t end)
     : first_keys_(std::move(first_keys)) {
     constexpr std::uint64_t kLeast = 4096;
@@ -87,7 +88,7 @@ std::size_t DrawList::indexOf(const Geometry& geometry) {
     return entry->second;
 }
 
-/// Adds instances that are drawn together.
+/// Adds a group of instances that are drawn together.
 void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instances) {
     const MeshInstance& first = instances.front();
     const auto& primitives = scene.meshes[static_cast<std::size_t>(first.mesh)].primitives;
@@ -99,7 +100,7 @@ void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instan
         keys += elementsOf(p);
         most_vertices = std::max(most_vertices, verticesOf(p));
     }
-    // This cannot overflow: more than 2^32 elements or instances would not fit into memory.
+    // Cannot overflow, since more than 2^32 elements or instances would not fit into memory.
     next_key_ += keys * instances.size();
     if (next_key_ > std::numeric_limits<std::uint32_t>::max() ||
         most_vertices > std::numeric_limits<int>::max()) {
@@ -129,9 +130,9 @@ void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instan
     }
 }
 
-/// Adds the surfaces of a group of instances. Must be called before their matrices are added to
-/// worlds_, whose size is the index of the first instance. `first_key` is that instance's first
-/// key.
+/// Adds the surfaces of a group of instances. Must be called before the instances' matrices are
+/// added to worlds_, since the size of worlds_ gives the index of the first instance. `first_key`
+/// is the first key of this instance.
 void DrawList::addSurfaces(std::span<const Primitive> primitives, std::uint32_t first_key,
                            std::size_t instances) {
     for (std::size_t i = 0; i < instances; ++i) {

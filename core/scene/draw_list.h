@@ -17,11 +17,11 @@ namespace peeler {
 
 struct MeshInstance;
 
-/// Identifies a primitive's vertices: the mesh's own, or an instance's deformed ones.
+/// The vertices of a primitive: those of the mesh, or the deformed ones of an instance.
 struct Geometry {
     int mesh = 0;
     std::size_t primitive = 0;
-    int deformed = -1;  ///< index into PosedScene::deformed(); -1 = the mesh's own
+    int deformed = -1;  ///< index into PosedScene::deformed(); -1: vertices of the mesh
     bool operator<(const Geometry& other) const {
         return std::tie(mesh, primitive, deformed) <
                std::tie(other.mesh, other.primitive, other.deformed);
@@ -33,28 +33,29 @@ struct Draw {
     std::size_t geometry = 0;  ///< index into DrawList::geometries()
     Topology topology = Topology::kTriangles;
     bool indexed = false;
-    int count = 0;  ///< indices, or vertices if not indexed
+    int count = 0;  ///< number of indices; number of vertices if not indexed
     std::size_t first_world = 0, instances = 1;
     std::size_t material = 0;
     int node = 0;
-    bool mirrored = false;              ///< front faces are clockwise
-    std::uint32_t first_primitive = 0;  ///< key of its first primitive in the first instance
+    bool mirrored = false;              ///< whether front faces are clockwise
+    std::uint32_t first_primitive = 0;  ///< key of the first drawn primitive of the first instance
     std::uint32_t instance_keys = 0;    ///< offset between the keys of successive instances
     std::uint32_t flags = 0;            ///< bits PEELER_HAS_NORMALS …
     bool opaque = false;                ///< OPAQUE or MASK, and not transmissive
-    bool alpha_tested = false;          ///< some of its fragments may be rejected by alpha
-    bool textured_alpha = false;        ///< alpha is tested against a texture
+    bool alpha_tested = false;          ///< whether alpha may reject some of its fragments
+    bool textured_alpha = false;        ///< whether a texture gives the alpha to test
 };
 
-/// The source of a key.
+/// The instance, primitive and element of a key.
 struct KeyOrigin {
     std::size_t instance = 0;   ///< index into PosedScene::meshes()
     std::size_t primitive = 0;  ///< index in the mesh
-    std::uint32_t element = 0;  ///< index among the points, lines or triangles of that primitive
-    std::uint32_t in_mesh = 0;  ///< index among those of the whole mesh, primitive after primitive
+    std::uint32_t element = 0;  ///< index in the primitive's points, lines or triangles
+    /// Index in the mesh's points, lines or triangles, primitive after primitive.
+    std::uint32_t in_mesh = 0;
 };
 
-/// One instance of a primitive; its keys are consecutive.
+/// One instance of a primitive. Its keys are consecutive.
 struct DrawnSurface {
     std::uint32_t first_key = 0;
     std::uint32_t in_mesh = 0;    ///< KeyOrigin::in_mesh of the first key
@@ -66,14 +67,14 @@ struct DrawnSurface {
 class KeyIndex {
   public:
     KeyIndex() = default;
-    /// `first_keys` has the first key of each surface, in ascending order; all keys are less than
+    /// `first_keys` has the first key of each surface, in ascending order. All keys are less than
     /// `end`.
     KeyIndex(std::vector<std::uint32_t> first_keys, std::uint64_t end);
 
     std::uint32_t surfaceOf(std::uint32_t key) const {
         const std::size_t near = key >> shift_;
-        // Finds the last surface with this first key, since a primitive without elements shares it
-        // with the next.
+        // Finds the last surface with this first key: a primitive without elements has the same
+        // first key as the next one.
         const auto begin = first_keys_.begin();
         const auto after = std::upper_bound(begin + near_[near], begin + near_[near + 1] + 1, key);
         return static_cast<std::uint32_t>(after - begin) - 1;
@@ -81,15 +82,14 @@ class KeyIndex {
 
   private:
     std::vector<std::uint32_t> first_keys_;
-    /// The surface of every key that is a multiple of 2^shift_; a search from there finds the
-    /// others.
+    /// The surface of each key that is a multiple of 2^shift_. Searches for other keys begin there.
     std::vector<std::uint32_t> near_;
     unsigned shift_ = 0;
 };
 
-/// The draw order: depth-first over the nodes, then instance, then primitive of the mesh. Keys
-/// number the primitives that GL makes in this order, starting at 1, whether instances are drawn
-/// together or one by one.
+/// The draw order: depth-first over the nodes, then by instance, then by primitive of the mesh.
+/// Keys number GL's primitives in this order, starting at 1, whether instances are drawn together
+/// or one by one.
 class DrawList {
   public:
     /// Successive instances of a single-primitive mesh at the same node are drawn together. Throws
@@ -102,9 +102,9 @@ class DrawList {
     std::span<const glm::dmat4> worlds(const Draw& draw) const {
         return {worlds_.data() + draw.first_world, draw.instances};
     }
-    /// Returns the surfaces in draw order, including those with nothing to draw.
+    /// Returns the surfaces in draw order, including surfaces that draw nothing.
     const std::vector<DrawnSurface>& surfaces() const { return surfaces_; }
-    /// Returns the index of the surface that a key belongs to.
+    /// Returns the index of the surface with this key.
     std::uint32_t surfaceOf(std::uint32_t key) const { return keys_.surfaceOf(key); }
     const KeyIndex& keys() const { return keys_; }
     KeyOrigin originOf(std::uint32_t key) const;
@@ -120,7 +120,7 @@ class DrawList {
     std::map<Geometry, std::size_t> geometry_index_;
     std::vector<glm::dmat4> worlds_;
     std::vector<DrawnSurface> surfaces_;
-    std::uint64_t next_key_ = 1;  // 0 is the key of "no layer yet" in front-to-back peeling
+    std::uint64_t next_key_ = 1;  // 0 is the key before the first layer in front-to-back peeling
     KeyIndex keys_;
 };
 

@@ -6,12 +6,12 @@
 namespace peeler {
 namespace {
 
-/// Returns the length of the drawn vertex sequence.
+/// Returns the length of the sequence of drawn vertices.
 std::size_t sequenceOf(const Primitive& primitive) {
     return primitive.indices.empty() ? primitive.positions.size() : primitive.indices.size();
 }
 
-/// Returns the positions of the e-th element's vertices in the drawn sequence of length `size`.
+/// Returns the positions, in a sequence of `size` drawn vertices, of the e-th element's vertices.
 Corners placesOf(Topology topology, std::size_t e, std::size_t size) {
     switch (topology) {
         case Topology::kPoints:

@@ -14,7 +14,7 @@
 
 namespace peeler {
 
-/// Returns the number of elements that GL makes of a primitive, in the numbering of gl_PrimitiveID.
+/// Returns the number of elements that GL draws for a primitive, as numbered by gl_PrimitiveID.
 std::uint64_t elementsOf(const Primitive& primitive);
 
 /// The vertices of an element.
@@ -24,7 +24,8 @@ struct Corners {
 };
 
 /// Returns the vertices of a primitive's `element`-th element in GL's drawing order. Odd triangles
-/// of a strip are turned, so that all have the same orientation (OpenGL 4.5 core, §10.1).
+/// of a strip are reversed, so that all triangles have the same orientation (OpenGL 4.5 core,
+/// §10.1).
 Corners cornersOf(const Primitive& primitive, std::uint32_t element);
 
 /// The point, line or triangle that a key identifies, in world space.
@@ -36,16 +37,17 @@ struct WorldElement {
     Corners corners;
     std::array<glm::dvec3, 3> corner{};  ///< world space
 
-    /// Returns the normal, counter-clockwise in the mesh, with twice the triangle's area as its
-    /// length; 0 for lines and points.
+    /// Returns the normal, on the side from which the triangle is counter-clockwise in the mesh.
+    /// Its length is twice the triangle's area; 0 for lines and points.
     glm::dvec3 normal() const;
     /// Returns the weighted mean of the corners.
     glm::dvec3 weighted(const std::array<double, 3>& weight) const {
         return weight[0] * corner[0] + weight[1] * corner[1] + weight[2] * corner[2];
     }
-    /// Returns the corners' weights where a ray meets the plane of the triangle or comes nearest to
-    /// the line. The rasteriser snaps corners to a grid, so a fragment's ray can miss the element
-    /// by a fraction of a pixel; hence weights are clamped to it. `direction` may have any length.
+    /// Returns the corners' weights at the point where a ray meets the plane of the triangle, or
+    /// comes nearest to the line. The rasteriser snaps corners to a grid, so a fragment's ray can
+    /// miss the element by a fraction of a pixel. Weights are therefore clamped to the element.
+    /// `direction` may have any length.
     std::array<double, 3> weightsAt(const glm::dvec3& ray_origin,
                                     const glm::dvec3& direction) const;
 };
@@ -57,18 +59,18 @@ WorldElement elementOf(const PosedScene& posed, std::uint32_t key);
 /// scene.
 void placeCorners(const PosedScene& posed, WorldElement& element);
 
-/// A cache of recently used elements and their normals: neighbouring rays mostly hit the same ones.
-/// Not thread-safe.
+/// A cache of recently used elements and their normals, since neighbouring rays mostly hit the same
+/// elements. Not thread-safe.
 class RecentElements {
   public:
     struct Entry {
-        std::uint32_t key = 0;  ///< 0 = none yet
-        WorldElement element;   ///< with its corners, if requested
+        std::uint32_t key = 0;  ///< 0 if the entry is empty
+        WorldElement element;   ///< includes its corners, if requested
         glm::dvec3 normal{0};   ///< WorldElement::normal()
-        glm::dvec3 unit{0};     ///< normalised `normal`; 0 if that is 0
+        glm::dvec3 unit{0};     ///< unit vector along `normal`; 0 if `normal` is 0
     };
 
-    /// `posed` must outlive this object. Without `corners`, entries have no normals either.
+    /// `posed` must outlive this object. Without `corners`, entries have no normals.
     RecentElements(const PosedScene& posed, bool corners)
         : posed_(posed), corners_(corners), entries_(kEntries) {}
 
@@ -80,7 +82,7 @@ class RecentElements {
     }
 
   private:
-    static constexpr std::size_t kEntries = 512;  ///< few enough for a core's own cache
+    static constexpr std::size_t kEntries = 512;  ///< few enough to fit a core's cache
 
     void find(std::uint32_t key, Entry& entry) const;
 

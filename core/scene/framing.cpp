@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scene extents, and fitting a scene into a frame.
+// Extents of a scene, and fitting the scene into a frame.
 #include "core/scene/framing.h"
 
 #include <algorithm>
@@ -16,8 +16,8 @@ namespace {
 
 constexpr std::size_t kEvenMoments = 9, kMostKeys = 24;
 
-/// Returns times, in seconds: kEvenMoments evenly spaced ones from the first key to the last, plus
-/// the times of all keys, or of kMostKeys evenly chosen ones if there are more.
+/// Returns moments in seconds: kEvenMoments evenly spaced times from the first key to the last, and
+/// the times of all keys (of kMostKeys evenly chosen keys if there are more).
 std::set<double> momentsOf(const Scene& scene, std::span<const int> animations) {
     std::set<double> keys;
     for (const int animation : animations)
@@ -103,14 +103,15 @@ double SceneExtent::facing(const glm::dvec3& direction) const {
 
 namespace {
 
-/// Fraction of the frame that a framed scene may fill.
+/// The fraction of the frame that a framed scene may fill.
 constexpr double kFill = 1 - 2 * kFramingMargin;
 
-/// A scene is flat if it is thinner than this fraction of its second-smallest extent. (Boards with
-/// labels have 0.005 to 0.042; tiles, flat boxes and machines on a plate 0.1 and more.)
+/// A scene is flat if its thickness is less than this fraction of its second-smallest extent.
+/// (Boards with labels have 0.005 to 0.042; tiles, flat boxes and machines on a plate have 0.1 or
+/// more.)
 constexpr double kFlat = 0.05;
 
-/// SceneExtent::facing() below which a flat scene is viewed from behind.
+/// A flat scene with a lower SceneExtent::facing() is viewed from behind.
 constexpr double kTurned = -0.25;
 
 std::array<glm::dvec3, 8> corners(const Bounds& bounds) {
@@ -127,8 +128,8 @@ std::array<glm::dvec3, 8> corners(const Bounds& bounds) {
 
 namespace {
 
-/// Rotates `v` from a scene whose up direction is +Y to one where it is `up`, by the shortest
-/// rotation (Rodrigues; cos = −1 turns about X).
+/// Rotates `v` from a scene with up direction +Y to a scene with up direction `up`, by the shortest
+/// rotation (Rodrigues; if cos = −1, a half turn about X).
 glm::dvec3 turnedTo(const glm::dvec3& up, const glm::dvec3& v) {
     const glm::dvec3 axis = glm::cross(glm::dvec3(0, 1, 0), up);
     const double cosine = up.y;
@@ -156,7 +157,8 @@ FramingDirection framingDirection(const SceneExtent& extent, const glm::dvec3& u
     glm::dvec3 forward(0);
     forward[thin] = pleasing[thin] > 0 ? 1 : -1;
     if (extent.facing(-forward) < kTurned) forward = -forward;
-    // Seen straight from above or below, the scene's front is at the bottom of the picture.
+    // When the scene is seen from straight above or below, its front is at the bottom of the
+    // picture.
     if (std::abs(glm::dot(forward, up)) > 0.99) return {forward, turnedTo(up, {0, 0, -1})};
     return {forward, up};
 }
@@ -165,20 +167,20 @@ double sceneSize(const Bounds& bounds) {
     const double diagonal = glm::length(bounds.max - bounds.min);
     if (diagonal > 0) return diagonal;
     const glm::dvec3 place = glm::max(glm::abs(bounds.min), glm::abs(bounds.max));
-    // A single point: any size works if eye and target stay apart in double precision.
+    // A single point. Any size works if eye and target differ in double precision.
     return std::max(1.0, 1e-3 * std::max({place.x, place.y, place.z}));
 }
 
 namespace {
 
-/// Returns the shift along `axis` that centres the scene for an eye at `distance`: where two planes
-/// of equal slope, on either side of the eye, both touch the scene. The slope is found by
-/// iteration, starting with `slope`, at which the scene fits between the planes with the shift
-/// `known`. Returns `known` if the iteration does not converge, for example with a scene around the
-/// eye.
+/// Returns the shift along `axis` that centres the scene for an eye at `distance`. There, two
+/// planes of equal slope, one on either side of the eye, both touch the scene. Finds the slope by
+/// iteration from `slope`, at which the scene fits between the planes with the shift `known`.
+/// Returns `known` if the iteration does not converge, for example if the scene surrounds the eye.
 double centringShift(const Reach& reach, const glm::dvec3& axis, const glm::dvec3& forward,
                      double slope, double distance, double known) {
-    constexpr int kSteps = 8;  // each multiplies the error by about the scene's size / distance
+    // Each step multiplies the error by about the scene's size / distance.
+    constexpr int kSteps = 8;
     double shift = known;
     for (int step = 0; step < kSteps; ++step) {
         const double positive = reach(axis - slope * forward);
@@ -200,16 +202,16 @@ glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::
     const glm::dvec3 right = glm::normalize(glm::cross(forward, up));
     const glm::dvec3 above = glm::cross(right, forward);
     // Flat and single-point scenes need no room sideways, but the eye must stay in front of them.
-    // It must also stay in front of the origin, which the camera looks at and which may lie outside
-    // the scene.
+    // It must also stay in front of the origin: the camera looks at the origin, which may lie
+    // outside the scene.
     double distance = std::max(reach(-forward), 0.0) + 0.05 * size;
     glm::dvec2 shift(0);
     const std::array<std::pair<glm::dvec3, double>, 2> axes = {
         {{right, projection.half_width}, {above, projection.half_height}}};
     for (int i = 0; i < 2; ++i) {
         const auto& [axis, half] = axes[static_cast<std::size_t>(i)];
-        // The scene's extent beyond each of two planes through the origin, parallel to the
-        // frustum's sides (perspective camera) or to the axis.
+        // The scene's extent beyond two planes through the origin, one on either side. The planes
+        // are parallel to the frustum's sides (perspective camera) or to the viewing axis.
         const double slope = projection.perspective ? kFill * half : 0;
         const double positive = reach(axis - slope * forward);
         const double negative = reach(-axis - slope * forward);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Automatic camera framing: geometry without options or files.
+// Automatic camera framing: the geometry, without options or files.
 #pragma once
 
 #include <functional>
@@ -18,25 +18,25 @@ namespace peeler {
 /// The extent of a scene, at one moment or over its animations.
 class SceneExtent {
   public:
-    /// Measures one moment, by its vertices.
+    /// Measures the vertices at one moment.
     explicit SceneExtent(const PosedScene& posed);
 
-    /// Measures these animations from the first key to the last: the bounding boxes at up to 24
+    /// Measures these animations from the first key to the last, by the bounding boxes at up to 24
     /// keys and at evenly spaced times. The extent is the same for every frame, so a camera that
-    /// frames the scene stands still.
+    /// frames the scene does not move.
     SceneExtent(const Scene& scene, int scene_index, std::span<const int> animations);
 
-    /// Returns a unit cube at the origin if the scene is empty. Throws Error (kInput) if the bounds
-    /// are not finite.
+    /// Returns the bounds; a unit cube at the origin if the scene is empty. Throws Error (kInput)
+    /// if the bounds are not finite.
     Bounds bounds() const;
 
-    /// Returns the greatest dot(direction, p − origin) over all points p; −inf if the scene is
+    /// Returns the maximum of dot(direction, p − origin) over all points p; −inf if the scene is
     /// empty.
     double reach(const glm::dvec3& origin, const glm::dvec3& direction) const;
 
-    /// Returns the mean facing of the triangles at the first moment: their projected areas as seen
-    /// from `direction`, front faces minus back faces, divided by the sum of both. −1 to 1, about 0
-    /// for closed surfaces, and 0 without triangles.
+    /// Returns the mean facing of the triangles at the first moment, −1 to 1: their projected areas
+    /// as seen from `direction`, front faces minus back faces, divided by the sum of both. About 0
+    /// for closed surfaces; 0 if there are no triangles.
     double facing(const glm::dvec3& direction) const;
 
   private:
@@ -49,39 +49,39 @@ class SceneExtent {
 /// 2.0 §3.4; −Y if `up` is +Z, as in modelling programs), a little from the right and from above.
 glm::dvec3 pleasingForward(const glm::dvec3& up);
 
-/// A viewing direction, and the up vector of the picture.
+/// A viewing direction, and the picture's up vector.
 struct FramingDirection {
     glm::dvec3 forward, up;
 };
 
-/// Returns the direction from which to frame a scene. A flat scene (thinner than a twentieth of its
-/// second-smallest extent, along an axis) is seen along that axis, from the side of
-/// pleasingForward(), unless most of its triangles show their backs there. It is seen from above if
-/// `up` is that axis, like a map with the far side upwards. All others are seen along
-/// pleasingForward().
+/// Returns the direction from which to frame a scene. A flat scene (along one axis, thinner than a
+/// twentieth of its second-smallest extent) is seen along this axis, from the side of
+/// pleasingForward(), or from the other side if most of its triangles face there. If `up` is this
+/// axis, the scene is seen from above, like a map with the far side at the top. All other scenes
+/// are seen along pleasingForward().
 FramingDirection framingDirection(const SceneExtent& extent, const glm::dvec3& up);
 
-/// Returns the diagonal of the bounds; if that is 0, a length that suits the position.
+/// Returns the diagonal of the bounds; if it is 0, a length suited to the position.
 double sceneSize(const Bounds& bounds);
 
-/// A function that returns a scene's extent along a direction: the greatest dot product with points
-/// relative to some origin.
+/// A function that returns a scene's extent along a direction: the maximum dot product with points
+/// relative to an origin.
 using Reach = std::function<double(const glm::dvec3& direction)>;
 
-/// Margin at each end of the picture side that limits the camera's distance, as a fraction of that
-/// side.
+/// The margin at each end of the picture side that limits the camera's distance, as a fraction of
+/// this side.
 inline constexpr double kFramingMargin = 0.05;
 
-/// Returns the eye of a camera that looks along `forward`, relative to the origin of `reach`: as
-/// near as possible with the scene in the frame, with margins of kFramingMargin. With `centred`,
-/// the origin is in the middle of the picture; otherwise the scene is. The size of an orthographic
-/// frame is given; the eye is just placed in front. `size` is sceneSize(), which gives a distance
-/// for scenes without an extent.
+/// Returns the eye of a camera that looks along `forward`, relative to the origin of `reach`. The
+/// camera is as near as possible with the scene in the frame, with margins of kFramingMargin. If
+/// `centred`, the origin is in the middle of the picture; otherwise the scene is. The frame of an
+/// orthographic camera is fixed, so its eye is only placed in front. `size` is sceneSize(), which
+/// gives a distance for scenes without an extent.
 glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::dvec3& forward,
                       const glm::dvec3& up, const Projection& projection);
 
-/// Depths of the nearest and farthest corner of bounds along the viewing axis, positive in front of
-/// the camera; scene units.
+/// The depths of the nearest and farthest corner of bounds along the viewing axis, positive in
+/// front of the camera; scene units.
 struct DepthRange {
     double nearest = 0, farthest = 0;
 };
@@ -89,17 +89,17 @@ DepthRange depthRange(const Bounds& bounds, const glm::dmat4& camera_to_world);
 
 // Defined in camera_choice.cpp.
 
-/// Returns the names of the scene's cameras, in draw order: their own, else their nodes', else
-/// "camera N".
+/// Returns the names of the scene's cameras, in draw order. A camera without a name gets its node's
+/// name or, if there is none, "camera N".
 std::vector<std::string> cameraNames(const PosedScene& posed);
 
-/// Returns the view of the chosen, built or framed camera; `extent` is the scene to be seen. A
-/// scene's camera keeps its vertical field of view at any aspect ratio, and its near and far
-/// planes. A built camera has a near plane that clips nothing it could show (1e-4 of the scene's
-/// size or of the distance to the target; with reversed Z that costs no precision) and no far
-/// plane, or one past the scene if orthographic. Throws Error (kUsage) if the camera is unknown,
-/// with the list of cameras, if the crop is outside the picture, or if the camera is impossible;
-/// (kInput) if the file gives the camera no direction or no extent.
+/// Returns the view of the chosen, built or framed camera. `extent` is the scene to show. A scene's
+/// camera keeps its vertical field of view at any aspect ratio, and its near and far planes. A
+/// built camera has a near plane that clips nothing it could show: 1e-4 of the scene's size or of
+/// the distance to the target (with reversed Z, this costs no precision). It has no far plane or,
+/// if orthographic, one beyond the scene. Throws Error (kUsage) if the camera is unknown, with the
+/// list of cameras, if the crop is outside the picture, or if the camera is impossible; (kInput) if
+/// the file gives the camera no direction or no extent.
 View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraChoice& choice);
 
 }  // namespace peeler

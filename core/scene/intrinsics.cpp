@@ -15,18 +15,18 @@
 namespace peeler {
 namespace {
 
-/// The position of a requested picture within a larger picture that is centred on the axis, along
-/// one dimension.
+/// The position of a requested picture, along one dimension, in a larger picture that is centred on
+/// the axis.
 struct OffCentre {
-    int whole = 0, first = 0;  ///< pixels of the larger picture; index of the requested one's first
-    double sample = 0;         ///< position within each pixel
+    int whole = 0, first = 0;  ///< size of the larger picture; index of the first requested pixel
+    double sample = 0;         ///< sample position in each pixel
     bool operator==(const OffCentre&) const = default;
 };
 
-/// Returns the placement of a picture with `pixels` pixels whose axis is at `centre`, in pixels
-/// from the centre of the first pixel. Nothing if the larger picture would exceed kMostPictureSide.
+/// Returns the placement of a picture with `pixels` pixels and its axis at `centre`, in pixels from
+/// the centre of the first pixel; nullopt if the larger picture would exceed kMostPictureSide.
 std::optional<OffCentre> offCentre(int pixels, double centre) {
-    const double corner = centre + 0.5;  // from the first pixel's corner
+    const double corner = centre + 0.5;  // measured from the corner of the first pixel
     const double whole = std::ceil(2 * std::max(corner, pixels - corner));
     if (!(whole <= kMostPictureSide)) return std::nullopt;
     const double before = whole / 2 - corner;
@@ -52,12 +52,12 @@ double rounded(double value, int digits) {
 }
 
 /// Returns the number with the fewest digits that equals `value` up to rounding and for which
-/// fits() is true, or nothing if no number passes.
+/// fits() is true; nullopt if there is no such number.
 template <class Fits>
 std::optional<double> simplest(double value, const Fits& fits) {
     for (int digits = 1; digits < std::numeric_limits<double>::max_digits10; ++digits)
         if (const double candidate = rounded(value, digits); fits(candidate)) return candidate;
-    constexpr int kFarthest = 4;  // units in the last place; two divisions err by less
+    constexpr int kFarthest = 4;  // units in the last place; more than the error of two divisions
     double below = value, above = value;
     for (int step = 0; step <= kFarthest; ++step) {
         if (fits(below)) return below;
@@ -68,13 +68,13 @@ std::optional<double> simplest(double value, const Fits& fits) {
     return std::nullopt;
 }
 
-/// Returns the focal length of a picture of `whole` pixels with this half extent at distance 1.
+/// Returns the focal length of a picture of `whole` pixels that has this half extent at distance 1.
 double focalLengthOf(int whole, double half) {
     const double value = whole / (2 * half);
     if (const auto found = simplest(value, [&](double f) { return whole / (2 * f) == half; }))
         return *found;
-    // No focal length gives exactly `half`, so use the nearest half extent for which there is one;
-    // converting back and forth then changes nothing more.
+    // No focal length gives exactly `half`, so use the nearest half extent that has a focal length.
+    // Converting back and forth then changes nothing more.
     const double nearest = whole / (2 * value);
     return nearest == half ? value : focalLengthOf(whole, nearest);
 }
@@ -85,13 +85,12 @@ double centreOf(int pixels, const OffCentre& side) {
     const double value = (side.whole / 2.0 - before) - 0.5;
     const auto fits = [&](double centre) { return offCentre(pixels, centre) == side; };
     if (const auto found = simplest(value, fits)) return *found;
-    // No position gives exactly this crop, so use the crop of a smaller picture that these
-    // intrinsics would give.
+    // No position gives exactly this crop, so use the crop of a smaller picture that `value` gives.
     const auto smaller = offCentre(pixels, value);
     return !smaller || *smaller == side ? value : centreOf(pixels, *smaller);
 }
 
-/// Focal length and principal point along one side.
+/// The focal length and the principal point along one dimension.
 struct SideLens {
     double focal_length, centre;
 };

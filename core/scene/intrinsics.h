@@ -7,9 +7,9 @@
 
 namespace peeler {
 
-/// Applies intrinsics to a view; the picture keeps its size. Throws Error (kUsage) if they are not
-/// positive and finite, if the view is orthographic, or if the principal point is too far outside
-/// the picture.
+/// Applies intrinsics to a view. The picture keeps its size. Throws Error (kUsage) if the
+/// intrinsics are not positive and finite, if the view is orthographic, or if the principal point
+/// is too far outside the picture.
 void setIntrinsics(View& view, const Intrinsics& camera);
 
 }  // namespace peeler

@@ -11,8 +11,8 @@
 namespace peeler {
 namespace {
 
-/// Returns a light's placement as a rigid matrix. Accepts a matrix without a roll, and for point
-/// lights also without a direction, since the light does not need them.
+/// Returns a light's placement as a rigid matrix. Accepts a node matrix without a roll and, for
+/// point lights, without a direction.
 glm::dmat4 place(const LightInstance& instance, LightType type) {
     const glm::dmat4& world = instance.world;
     const glm::dvec3 at(world[3]), forward = -glm::dvec3(world[2]);
@@ -104,8 +104,8 @@ std::optional<View> lightView(const PlacedLight& light, const PosedScene& posed)
     }
     view.projection.half_width = view.projection.half_height =
         kViewMargin * std::tan(std::min(light.light.outer_cone, kWidestCone));
-    const double farthest = -extents[2].low;  // negative if everything is behind the light, which
-                                              // then sees nothing
+    const double farthest = -extents[2].low;  // negative if everything is behind
+                                              // the light
     view.projection.near = 1e-5 * (farthest > 0 ? farthest : 1);
     return view;
 }

@@ -11,7 +11,7 @@ namespace peeler {
 
 /// A texture slot of a material.
 struct MaterialTexture {
-    TextureRef* ref = nullptr;  ///< null: the material has no such member
+    TextureRef* ref = nullptr;  ///< null if the material has no such member
     bool srgb = false;
 };
 inline constexpr std::size_t kMaterialTextures = 17;
@@ -20,14 +20,14 @@ inline constexpr std::size_t kMaterialTextures = 17;
 std::array<MaterialTexture, kMaterialTextures> texturesOf(Material& material);
 
 /// Returns the reflectance at normal incidence of a dielectric in air; 1 for an ior of 0, which
-/// stands for infinity (KHR_materials_ior).
+/// means infinity (KHR_materials_ior).
 float dielectricF0(float ior);
 
-/// Whether light passes through the surface, so that it occludes nothing.
+/// Whether light passes through the surface, which then occludes nothing.
 bool isTransmissive(const Material& material);
 
-/// Whether transmitted light may be tinted, apart from vertex colours: the base colour, its
-/// texture, or the volume may filter channels differently.
+/// Whether the material may tint transmitted light: its base colour, texture or volume may filter
+/// channels differently. Vertex colours are not considered.
 bool isTintedGlass(const Material& material);
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Traversal of a scene's node forest: instances, deformed vertices and bounds.
+// Traversal of a scene's node forest: instances, deformed vertices, and bounds.
 #include "core/scene/posed_scene.h"
 
 #include <algorithm>
@@ -15,8 +15,8 @@
 
 namespace peeler {
 
-/// Joint matrices of a skin at a moment, each the product of the joint's transform and its inverse
-/// bind matrix. Has external linkage because PosedScene::Builder has members of this type.
+/// The joint matrices of a skin at a moment. Each is the product of the joint's transform and its
+/// inverse bind matrix. Has external linkage because PosedScene::Builder has members of this type.
 struct JointMatrices {
     std::vector<glm::dmat4> joints;
     glm::dmat4 unskinned{1};  ///< for primitives without joints, which follow their node
@@ -24,7 +24,7 @@ struct JointMatrices {
 
 namespace {
 
-constexpr std::size_t kBlock = 4096;  // vertices per thread at a time
+constexpr std::size_t kBlock = 4096;  // vertices per task
 
 /// Calls body(first, end) for blocks of vertices, in parallel.
 template <class Body>
@@ -34,7 +34,8 @@ void forBlocks(std::size_t vertices, const Body& body) {
     });
 }
 
-/// Adds w times a target's displacements to the components that the displacements have.
+/// Adds w times a target's displacements. If the values have more components than the
+/// displacements, the additional ones stay unchanged.
 template <class Vector, class Displacement>
 void displace(std::vector<Vector>& values, const std::vector<Displacement>& displacements,
               double w) {
@@ -83,7 +84,7 @@ void applySkin(const Primitive& primitive, const JointMatrices& skin, DeformedVe
     });
 }
 
-/// Returns the values if a target displaces them, otherwise an empty array.
+/// Returns the values if a target displaces them; otherwise an empty array.
 template <class Vector, class ArrayOf>
 std::vector<Vector> ifDisplaced(const std::vector<Vector>& values,
                                 const std::vector<MorphTarget>& targets, const ArrayOf& array_of) {
@@ -93,9 +94,10 @@ std::vector<Vector> ifDisplaced(const std::vector<Vector>& values,
 }
 
 /// Applies morph targets (glTF 2.0 §3.7.2.2; missing weights are 0, colours are clamped) and, if
-/// `skin` is given, joints (§3.7.3.3: linear blend skinning with all joint sets, weights scaled to
-/// add up to 1; the first joint if all are 0). Normals are transformed by the inverse transpose.
-/// Vertices run in parallel; the result does not depend on their order.
+/// `skin` is given, joints (§3.7.3.3). Skinning is linear blend skinning with all joint sets; the
+/// weights are scaled to add up to 1, or select the first joint if all are 0. Normals are
+/// transformed by the inverse transpose. Vertices run in parallel; the result does not depend on
+/// their order.
 DeformedVertices deformedVertices(const Primitive& primitive, std::span<const double> weights,
                                   const JointMatrices* skin) {
     DeformedVertices result{primitive.positions, primitive.normals, primitive.tangents};
@@ -140,13 +142,13 @@ struct Visit {
     bool visible = true;
 };
 
-/// Calls body(visit) for `roots` and every node below them, parents first, in file order.
-/// `to_world` is the parent transform of the roots.
+/// Calls body(visit) for `roots` and all nodes below them, parents first, in file order. `to_world`
+/// is the parent transform of the roots.
 template <class Body>
 void walk(const Scene& scene, const Pose& pose, const std::vector<int>& roots,
           const glm::dmat4& to_world, const Body& body) {
-    // An explicit stack, since nesting depth is unlimited. Last in, first out, so children are
-    // pushed in reverse to come out in file order.
+    // An explicit stack, since nesting depth is unlimited. The stack is last in, first out, so
+    // children are pushed in reverse order.
     std::vector<Visit> stack;
     const auto push = [&](const std::vector<int>& nodes, const glm::dmat4& world, bool visible) {
         for (auto node = nodes.rbegin(); node != nodes.rend(); ++node)
@@ -165,7 +167,7 @@ void walk(const Scene& scene, const Pose& pose, const std::vector<int>& roots,
     }
 }
 
-/// Returns the world matrices of all nodes, because joints need not be in the scene of their mesh.
+/// Returns the world matrices of all nodes, since joints may be outside the displayed scene.
 std::vector<glm::dmat4> worldsOf(const Scene& scene, const Pose& pose, const glm::dmat4& to_world) {
     std::vector<glm::dmat4> worlds(scene.nodes.size(), glm::dmat4(1));
     walk(scene, pose, rootsOf(scene.nodes), to_world,
@@ -201,7 +203,7 @@ void placeNodes(const Scene& scene, int index, std::span<const PlacedNode> nodes
     }
 }
 
-/// Lists instances and deforms their meshes.
+/// Collects instances and deforms their meshes.
 class PosedScene::Builder {
   public:
     Builder(const Scene& scene, const Pose& pose, const glm::dmat4& to_world, Shown& shown)
@@ -210,7 +212,8 @@ class PosedScene::Builder {
     void add(const Visit& visit) {
         const Node& node = scene_.nodes[static_cast<std::size_t>(visit.node)];
         if (node.camera >= 0)
-            shown_.cameras.push_back({visit.node, node.camera, visit.world});  // never hidden
+            // Cameras are never hidden.
+            shown_.cameras.push_back({visit.node, node.camera, visit.world});
         if (!visit.visible) return;
         if (node.mesh >= 0) addMesh(node, visit);
         if (node.light >= 0) shown_.lights.push_back({visit.node, node.light, visit.world});
@@ -236,8 +239,8 @@ class PosedScene::Builder {
         }
     }
 
-    /// Places a skinned mesh at its joints. Deformed vertices are floats, so they are stored
-    /// relative to the first joint to keep precision far from the origin.
+    /// Places a skinned mesh at its joints. Deformed vertices are floats, so they are relative to
+    /// the first joint, which preserves precision far from the origin.
     const JointMatrices& place(const Node& node, MeshInstance& instance) {
         const Skin& skin = scene_.skins[static_cast<std::size_t>(node.skin)];
         if (worlds_.empty()) worlds_ = worldsOf(scene_, pose_, to_world_);
@@ -253,8 +256,8 @@ class PosedScene::Builder {
                 matrices.joints.push_back(to_anchor * worldOf(i) * skin.inverse_bind[i]);
         matrices.unskinned = to_anchor * instance.world;
         instance.world = glm::translate(glm::dmat4(1), anchor);
-        // Joints can mirror a mesh, as nodes can. The first vertex decides: if only some joints
-        // mirror, neither answer is right.
+        // Joints can mirror a mesh, as nodes can. The first vertex decides; if only some joints
+        // mirror, neither answer is correct.
         const auto& primitives = scene_.meshes[static_cast<std::size_t>(node.mesh)].primitives;
         instance.mirrored =
             !primitives.empty() && isMirrored(skinMatrix(primitives.front(), matrices, 0));
@@ -279,9 +282,10 @@ class PosedScene::Builder {
 
     const Scene& scene_;
     const Pose& pose_;
-    const glm::dmat4& to_world_;          ///< parent transform of the scene's roots
-    std::vector<glm::dmat4> worlds_;      ///< world matrices of all nodes, once a skin needs them
-    std::map<int, JointMatrices> skins_;  ///< by skin, shared by the nodes that use it
+    const glm::dmat4& to_world_;  ///< parent transform of the scene's roots
+    /// World matrices of all nodes; empty until a skin needs them.
+    std::vector<glm::dmat4> worlds_;
+    std::map<int, JointMatrices> skins_;  ///< by skin; nodes with the same skin share them
     Shown& shown_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene posed at a moment: node transforms, and instances of meshes, cameras and lights.
+// A posed scene: node transforms, and instances of meshes, cameras and lights, at a moment.
 #pragma once
 
 #include <array>
@@ -19,48 +19,49 @@ namespace peeler {
 
 // Defined in animation.cpp.
 
-/// Evaluates keyframes (glTF 2.0 §3.11, appendix C). The time is rounded to a float, like the keys'
-/// times. Gives the exact key value at a key's time, and the first or last key's value before or
-/// after all keys. `value` receives one value, and its size must be the value's width. For
-/// quaternions (x, y, z, w: `rotation`), kLinear is a spherical interpolation along the shorter
-/// arc.
+/// Evaluates keyframes (glTF 2.0 §3.11, appendix C). The time is rounded to a float, as keys' times
+/// are. The result at a key's time is exactly the key's value; before the first key or after the
+/// last, it is the first or last key's value. `value` receives one value, and its size must be the
+/// value's width. For quaternions (x, y, z, w: `rotation`), kLinear interpolates spherically along
+/// the shorter arc.
 void sampleKeyframes(const Keyframes& keyframes, double time, bool rotation,
                      std::span<double> value);
 
-/// Returns the time of the animation's last key, in seconds; 0 without keys.
+/// Returns the time of the animation's last key, in seconds; 0 if there are no keys.
 double durationOf(const Animation& animation);
 
-/// Transforms of all nodes at a moment, and the morph weights.
+/// The transforms of all nodes at a moment, and the morph weights.
 struct Pose {
-    std::vector<glm::dmat4> locals;              ///< of every node, relative to its parent
-    std::map<int, std::vector<double>> weights;  ///< by node, if its morph weights are animated
+    std::vector<glm::dmat4> locals;  ///< of every node, relative to its parent
+    /// By node; only nodes with animated morph weights.
+    std::map<int, std::vector<double>> weights;
 };
 
-/// Returns the pose that the file gives without animations.
+/// Returns the pose of the file without animations.
 Pose restPose(const Scene& scene);
 
 /// Returns the pose at a time in seconds under these animations (indices into Scene::animations).
-/// If two change the same property, the later one in the list counts. Properties without animation
-/// stay at rest.
+/// If several animations change the same property, the last one in the list wins. Properties
+/// without animation stay at rest.
 Pose poseAt(const Scene& scene, std::span<const int> animations, double time);
 
 // Defined in posed_scene.cpp.
 
-/// A node, and its new position and rotation in world space.
+/// A node, with a new position and rotation in world space.
 struct PlacedNode {
     int node = 0;
     glm::dmat4 to_world{1};  ///< rotation and translation
 };
 
-/// Moves nodes to the given transforms, regardless of their parents; each keeps the scale that it
-/// has in the pose. `index` is that of the displayed scene. Throws Error (kInput) if a node's own
-/// matrix, or its parent's, has no inverse.
+/// Moves nodes to the given transforms, regardless of their parents. Each node keeps its scale in
+/// the pose. `index` is the index of the displayed scene. Throws Error (kInput) if the matrix of a
+/// node or of its parent has no inverse.
 void placeNodes(const Scene& scene, int index, std::span<const PlacedNode> nodes, Pose& pose);
 
-/// The vertices of a primitive after morphing and skinning. They replace the primitive's own
-/// arrays: each has the same length, and is empty if the primitive's is. Texture coordinates and
-/// colours without morph targets are also empty; the primitive's own apply then. At all times, the
-/// same arrays are empty.
+/// The vertices of a primitive after morphing and skinning, which replace the primitive's own
+/// arrays. Each array has the length of the primitive's array. Texture coordinates and colours
+/// without morph targets are empty; the primitive's own arrays then apply. The same arrays are
+/// empty at all times.
 struct DeformedVertices {
     std::vector<glm::vec3> positions, normals;
     std::vector<glm::vec4> tangents;
@@ -68,7 +69,7 @@ struct DeformedVertices {
     std::vector<glm::vec4> colors{};
 };
 
-/// Returns `v` normalised; 0 if it has no length.
+/// Returns `v` normalised; 0 if its length is 0.
 template <class T>
 glm::vec<3, T> unitOrZero(const glm::vec<3, T>& v) {
     const T length = glm::length(v);
@@ -79,26 +80,26 @@ glm::vec<3, T> unitOrZero(const glm::vec<3, T>& v) {
 /// for a singular matrix.
 glm::dmat3 normalMatrix(const glm::dmat3& m);
 
-/// A placed mesh. `world` is the product of the node matrices from the root (and the instance's,
-/// EXT_mesh_gpu_instancing). The vertices of a skinned mesh are in world space except for a
+/// A placed mesh. `world` is the product of the node matrices from the root, times the instance's
+/// matrix (EXT_mesh_gpu_instancing). The vertices of a skinned mesh are in world space except for a
 /// translation.
 struct MeshInstance {
     int node = 0;
     int mesh = 0;
     glm::dmat4 world{1};
-    bool mirrored = false;  ///< front faces are clockwise
-    int deformed = -1;      ///< index into PosedScene::deformed(), −1 = the mesh as it is
+    bool mirrored = false;  ///< whether front faces are clockwise
+    int deformed = -1;      ///< index into PosedScene::deformed(); −1: not deformed
     bool operator==(const MeshInstance&) const = default;
 };
 
-/// A placed camera: it looks along −Z of `world`, which may scale.
+/// A placed camera, which looks along −Z of `world`. `world` may contain a scale.
 struct CameraInstance {
     int node = 0;
     int camera = 0;
     glm::dmat4 world{1};
 };
 
-/// A placed light: it shines along −Z of `world`, which may scale.
+/// A placed light, which shines along −Z of `world`. `world` may contain a scale.
 struct LightInstance {
     int node = 0;
     int light = 0;
@@ -108,12 +109,12 @@ struct LightInstance {
 
 using DeformedMesh = std::vector<DeformedVertices>;  ///< per primitive
 
-/// The contents of one of a file's scenes in a pose, listed depth first, which is the draw order.
-/// The same instances exist in the same order at all times. Copies are cheap, because they share
-/// immutable contents.
+/// The contents of one of a file's scenes in a pose. They are listed depth first, which is the draw
+/// order. The same instances exist in the same order at all times. Copies are cheap, because they
+/// share immutable contents.
 class PosedScene {
   public:
-    /// `index` is an index into Scene::scenes; `scene` must outlive this object and all copies.
+    /// `index` is an index into Scene::scenes. `scene` must outlive this object and all its copies.
     /// Throws Error (kUsage) if there is no such scene.
     PosedScene(const Scene& scene, int index, const Pose& pose);
     /// Poses the scene at rest.
@@ -138,8 +139,8 @@ class PosedScene {
     const Primitive& primitive(const KeyOrigin& origin) const {
         return primitives(meshes()[origin.instance])[origin.primitive];
     }
-    /// Return a primitive's arrays as displayed; empty where the file has none. Positions, normals
-    /// and tangents are in the space that the instance's `world` transforms from.
+    /// Return a primitive's arrays as displayed; an array that the file lacks is empty. Positions,
+    /// normals and tangents are in the space that the instance's `world` transforms to world space.
     const std::vector<glm::vec3>& positions(const MeshInstance& instance,
                                             std::size_t primitive) const;
     const std::vector<glm::vec3>& normals(const MeshInstance& instance,
@@ -153,15 +154,15 @@ class PosedScene {
     /// Returns, for every mesh instance, its index among the instances of its node.
     std::vector<std::uint32_t> instanceOrdinals() const;
 
-    /// Whether anything drawn transmits coloured light: isTintedGlass(), or a transmissive surface
-    /// with vertex colours. The same at all times.
+    /// Whether anything drawn transmits coloured light: tinted glass (isTintedGlass()), or a
+    /// transmissive surface with vertex colours. The answer is the same at all times.
     bool hasTintedGlass() const;
 
-    /// Returns the box around all vertices; nothing if there are no vertices.
+    /// Returns the bounding box of all vertices; nullopt if there are no vertices.
     std::optional<Bounds> bounds() const;
 
-    /// Returns the extent of the vertices along a world direction: the largest dot(direction, p −
-    /// origin). −inf without vertices. Tighter than the bounds for oblique directions.
+    /// Returns the maximum of dot(direction, p − origin) over the vertices p, in world space; −inf
+    /// if there are no vertices. Tighter than the bounds for oblique directions.
     double reach(const glm::dvec3& origin, const glm::dvec3& direction) const;
 
   private:

@@ -90,8 +90,8 @@ void checkMeshes(const Scene& scene) {
 void checkMaterials(const Scene& scene) {
     if (scene.materials.empty()) refuse("there are no materials; the default one is needed", "");
     for (std::size_t m = 0; m < scene.materials.size(); ++m) {
-        Material material = scene.materials[m];  // a copy, since texturesOf() takes a mutable
-                                                 // material
+        Material material = scene.materials[m];  // a copy, since texturesOf() needs a
+                                                 // mutable material
         for (const MaterialTexture& texture : texturesOf(material)) {
             if (texture.ref)
                 checkIndex(texture.ref->image, scene.images.size(), true, "image",
@@ -142,7 +142,7 @@ void checkNodes(const Scene& scene) {
                 refuse("node " + std::to_string(child) + " has two parents", where);
         }
     }
-    // Since no node has two parents now, nodes that no root reaches form a cycle.
+    // No node has two parents, so nodes that no root reaches form a cycle.
     std::vector<int> reached = rootsOf(scene.nodes);
     for (std::size_t i = 0; i < reached.size(); ++i) {
         const auto& children = scene.nodes[static_cast<std::size_t>(reached[i])].children;

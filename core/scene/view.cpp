@@ -7,10 +7,10 @@
 namespace peeler::inline v0 {
 namespace {
 
-/// Directions closer than this (sine of the angle) count as parallel.
+/// The sine of the angle below which two directions are parallel.
 constexpr double kParallel = 1e-7;
 
-/// Returns `v` normalised; nothing if its length is 0 or not finite. Divides by the largest
+/// Returns `v` normalised; nullopt if its length is 0 or not finite. Divides by the largest
 /// component first, because the squares of a tiny scene's values may underflow.
 std::optional<glm::dvec3> normalized(const glm::dvec3& v) {
     const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
@@ -27,7 +27,7 @@ std::optional<glm::dmat4> lookAlong(const glm::dvec3& eye, const glm::dvec3& for
     const glm::dvec3 side = glm::cross(*ahead, *upwards);
     if (glm::length(side) < kParallel) return std::nullopt;
     glm::dvec3 right = glm::normalize(side);
-    // For nearly parallel directions, rounding leaves the cross product slightly off the
+    // If the directions are nearly parallel, rounding leaves the cross product slightly off the
     // perpendicular.
     constexpr double kSlanting = 1e-13;
     const double slant = glm::dot(right, *ahead);
@@ -66,8 +66,8 @@ glm::dmat4 Projection::matrix(double u0, double v0, double u1, double v1) const 
 
 namespace {
 
-/// Calls use(linear) with the function from depth to camera Z. It is chosen once for many depths,
-/// so that compilers can vectorise the loop over them.
+/// Calls use(linear) with the function from depth to camera Z. The function is chosen once for many
+/// depths, so that compilers can vectorise the loop over them.
 template <class Use>
 auto withLinearZ(const Projection& projection, Use&& use) {
     const double n = projection.near, f = projection.far;

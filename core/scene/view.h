@@ -11,20 +11,20 @@ namespace peeler {
 
 /// Returns a matrix's distance from a rigid transform: the largest deviation of its determinant
 /// from 1, of its squared axis lengths from 1, and of its axes' dot products from 0. NaN or
-/// infinite if the matrix is.
+/// infinite if the matrix is NaN or infinite.
 double distanceFromRigid(const glm::dmat4& matrix);
 
-/// The greatest distanceFromRigid() of a matrix that is rigid up to rounding; results of
-/// lookAlong() and rigid() stay within it.
+/// The maximum distanceFromRigid() of a matrix that is rigid up to rounding. Results of lookAlong()
+/// and rigid() stay within it.
 inline constexpr double kRigidByRounding = 1e-12;
 
 /// Mapping between a view's pixels and points in camera space (looking along −Z, +Y up). Pixel
-/// coordinates are continuous, y down: (0, 0) is the display window's upper left corner, and pixel
-/// (x, y) has its sample at (x, y) + View::sample.
+/// coordinates are continuous, y down: (0, 0) is the display window's upper left corner, and the
+/// sample of pixel (x, y) is at (x, y) + View::sample.
 ///
 /// Depth along the axis (Z, positive in front) also has a *planar* form: 1/Z for a perspective
-/// camera, Z for an orthographic one. Along a plane in space, planar depth is linear in the pixel
-/// coordinates.
+/// camera, Z for an orthographic camera. Along a plane in space, planar depth is linear in the
+/// pixel coordinates.
 class PixelRays {
   public:
     explicit PixelRays(const View& view)
@@ -35,7 +35,7 @@ class PixelRays {
     bool perspective() const { return perspective_; }
 
     double planar(double z) const { return perspective_ ? 1 / z : z; }
-    /// Whether a planar depth belongs to a point that the camera can see.
+    /// Whether the camera can see a point with this planar depth.
     bool isSeen(double planar) const {
         return perspective_ ? planar > 0 && planar < kFarthest : std::abs(planar) < kFarthest;
     }
@@ -57,8 +57,8 @@ class PixelRays {
     /// camera.
     double weight(double z) const { return perspective_ ? 1 / z : 1; }
 
-    /// Returns the change of planar depth from one pixel to the next on a surface turned by 45°
-    /// from facing the camera, at this planar depth.
+    /// Returns the change of planar depth from one pixel to the next, at this planar depth, on a
+    /// surface turned by 45° from facing the camera.
     glm::dvec2 unitStep(double planar) const {
         const glm::dvec2 spacing = 2.0 * half_ / size_;
         return perspective_ ? spacing * planar : spacing;

@@ -21,7 +21,7 @@ double vanDerCorput(int i) {
     return sum;
 }
 
-/// Returns Smith's lambda, which gives the masked fraction of the microfacets.
+/// Returns Smith's lambda, from which the masked fraction of the microfacets follows.
 double smith(double a2, double cosine) {
     return 0.5 * (std::sqrt(1 + a2 * (1 - cosine * cosine) / (cosine * cosine)) - 1);
 }
@@ -50,14 +50,14 @@ struct Part {
     }
 };
 
-/// The factor of F0 (scale) and the added term for F90 (bias).
+/// A lobe in two parts: the factor of F0 (scale), and the term to add for F90 (bias).
 struct GgxLobe {
     Part scale, bias;
 };
 
 /// Integrates a GGX lobe by sampling visible normals (Heitz, "Sampling the GGX Distribution of
-/// Visible Normals", 2018), so that the remaining integrand is between 0 and 1. The view lies in
-/// the plane y = 0.
+/// Visible Normals", 2018), so that the remaining integrand is between 0 and 1. The view is in the
+/// plane y = 0.
 GgxLobe ggxLobe(double alpha, double n_dot_v) {
     static const auto points = diskSamples();
     const double a2 = alpha * alpha, hidden = smith(a2, n_dot_v);
@@ -84,9 +84,10 @@ GgxLobe ggxLobe(double alpha, double n_dot_v) {
     return lobe;
 }
 
-/// Returns the mean cosine with the normal of a level's filter lobe: GGX seen head-on, weighted by
-/// the cosine. The distribution is a function of x, the squared cosine of the half vector, and the
-/// solid angle is proportional to dx. This gives a closed form over u = 1 - (1 - alpha²) x.
+/// Returns the mean cosine between the normal and a level's filter lobe: GGX seen head-on, weighted
+/// by the cosine. The distribution is a function of x, the squared cosine of the half vector, and
+/// the solid angle is proportional to dx. So the integrals have a closed form in u = 1 - (1 -
+/// alpha²) x.
 double levelCosine(double alpha) {
     const double a2 = std::min(alpha * alpha, 0.998), k = 1 - a2, m = 1 + a2;
     const auto weights = [m](double u) { return -m / u - 2 * std::log(u); };
@@ -113,7 +114,7 @@ double turnOf(const Part& part, double n_dot_v) {
 }
 
 /// Returns the roughness of the level whose filter is as wide as the part, divided by `roughness`,
-/// which is the lobe's own.
+/// the roughness of the lobe.
 double widthOf(const Part& part, double roughness) {
     if (!(part.share > 1e-12)) return 1;
     return levelOfCosine(glm::length(part.moment) / part.share) / roughness;
@@ -125,11 +126,11 @@ struct GgxEntry {
 };
 
 GgxEntry ggxEntry(double roughness, double n_dot_v) {
-    // Below this roughness, widths are taken from a lobe of this roughness: there are too few
-    // samples for the tails of narrower lobes, and all narrow lobes have the same shape.
+    // Below this roughness, widths are those of a lobe of this roughness. Narrower lobes have too
+    // few samples in their tails, and all narrow lobes have the same shape.
     constexpr double kNarrow = 0.2;
-    // Above this view cosine, mean directions are taken at this cosine: seen head-on, the normal
-    // and the mirrored view coincide, so there is no line between them.
+    // Above this view cosine, mean directions are taken at this cosine. Seen head-on, the normal
+    // and the mirrored view coincide, so no line connects them.
     constexpr double kHeadOn = 0.995;
     const auto lobeOf = [](double rough, double cosine) {
         return ggxLobe(std::max(rough * rough, kLeastAlpha), cosine);
@@ -138,8 +139,8 @@ GgxEntry ggxEntry(double roughness, double n_dot_v) {
     const double leaning = std::min(n_dot_v, kHeadOn), wide = std::max(roughness, kNarrow);
     const GgxLobe turned = n_dot_v > leaning ? lobeOf(roughness, leaning) : own;
     const GgxLobe widened = roughness < wide ? lobeOf(wide, n_dot_v) : own;
-    // In the mean cosine, the tails of a narrow lobe weigh more than the eye gives them, so its
-    // width is reduced (tests/benchmarks/referee.py).
+    // In the mean cosine, the tails of a narrow lobe weigh more than they contribute visually, so
+    // the lobe's width is reduced (tests/benchmarks/referee.py).
     const double seen = std::min(1.0, 0.9 + 0.25 * roughness);
     return {{own.scale.share, own.bias.share},
             {turnOf(turned.scale, leaning), seen * widthOf(widened.scale, wide),
@@ -159,8 +160,8 @@ double lambda(double cosine, double alpha) {
                                  : 2 * lambdaFit(0.5, alpha) - lambdaFit(1 - cosine, alpha));
 }
 
-/// Returns the Charlie lobe (sheen) times `n_dot_l`. `shadowing` is 1 plus the sum of lambda() for
-/// the two directions.
+/// Returns the Charlie lobe (sheen) times `n_dot_l`. `shadowing` is 1 plus the sum of lambda() over
+/// both directions.
 double charlie(double alpha, double n_dot_v, double n_dot_l, double cos_phi, double shadowing) {
     const double visibility = std::min(1.0, 1 / (shadowing * 4 * n_dot_l * n_dot_v));
     const double sines = std::sqrt((1 - n_dot_l * n_dot_l) * (1 - n_dot_v * n_dot_v));
@@ -171,7 +172,7 @@ double charlie(double alpha, double n_dot_v, double n_dot_l, double cos_phi, dou
            std::pow(h_sine2, 0.5 / alpha);
 }
 
-/// Returns the albedo of sheen, summed over cells of equal solid angle.
+/// Returns the albedo of sheen, a sum over cells of equal solid angle.
 double sheenAlbedo(double alpha, double n_dot_v) {
     constexpr int kCosines = 32, kAngles = 32;
     const double v_lambda = lambda(n_dot_v, alpha);
@@ -187,7 +188,7 @@ double sheenAlbedo(double alpha, double n_dot_v) {
     return std::min(1.0, sum * 2 * std::numbers::pi / (kCosines * kAngles));
 }
 
-/// Evaluates `integrand` (roughness, view cosine) for every entry.
+/// Evaluates `integrand` (a function of roughness and view cosine) for every entry.
 template <typename Entry, typename Integrand>
 std::vector<Entry> tabulated(const Integrand& integrand) {
     constexpr std::size_t kSide = kAlbedoTableSize;
@@ -201,7 +202,7 @@ std::vector<Entry> tabulated(const Integrand& integrand) {
     return table;
 }
 
-// Returns the entries from which both tables are made; computed once.
+// Returns the entries that both tables are made from. Computed once.
 const std::vector<GgxEntry>& ggxEntries() {
     static const auto entries = tabulated<GgxEntry>(ggxEntry);
     return entries;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables of the directional albedos of lobes, and of where GGX looks up prefiltered light.
+// Tables of the directional albedos of lobes, and of lookups in prefiltered light for GGX.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -11,18 +11,19 @@ namespace peeler {
 /// cosine of c / (size − 1).
 inline constexpr int kAlbedoTableSize = 64;
 
-/// Returns the albedo table. x, y: directional albedo of GGX (height-correlated Smith) as scale and
-/// bias of F0 (Karis, "Real Shading in Unreal Engine 4", 2013); together at most 1. z: that of
-/// sheen (Estevez & Kulla, "Production Friendly Microfacet Sheen BRDF", 2017), at most 1. w: 0.
-/// Independent of the number of threads. Computed at build time, like lobeTable() (constants.h).
+/// Returns the albedo table. x, y: the directional albedo of GGX (height-correlated Smith) as scale
+/// and bias of F0 (Karis, "Real Shading in Unreal Engine 4", 2013); their sum is at most 1. z: the
+/// albedo of sheen (Estevez & Kulla, "Production Friendly Microfacet Sheen BRDF", 2017), at most 1.
+/// w: 0. Independent of the number of threads. Computed at build time, like lobeTable()
+/// (constants.h).
 std::vector<glm::vec4> albedoTable();
 
-/// Returns the table of lookups in prefiltered light for GGX, chosen so that they integrate the
-/// lobe exactly if radiance is linear in the direction. x, y: for the F0 term; z, w: for the F90
-/// term, which Schlick's factor pushes away from the normal. x and z: the mean direction, as a
-/// position on the line from the normal (0) to the mirrored view (1); values above 1 are possible.
-/// y and w: the roughness of the level whose lobe has the same mean cosine with its axis, divided
-/// by the surface's; slightly less for a roughness below 0.4.
+/// Returns the table of lookups in prefiltered light for GGX. The lookups integrate the lobe
+/// exactly if radiance is linear in the direction. x, y: for the F0 term. z, w: for the F90 term,
+/// which Schlick's factor moves away from the normal. x and z: the mean direction, as a position on
+/// the line from the normal (0) to the mirrored view (1); it may exceed 1. y and w: the roughness
+/// of the level whose lobe has the same mean cosine with its axis, divided by the surface's
+/// roughness; slightly reduced for a roughness below 0.4.
 std::vector<glm::vec4> lobeTable();
 
 }  // namespace peeler

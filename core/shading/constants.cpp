@@ -4,8 +4,8 @@
 namespace peeler {
 namespace {
 
-// Embeds the file from write_constants.cpp. The assembler includes it as is, because compilers are
-// slow on arrays of this size.
+// Embeds the file that write_constants.cpp writes. The assembler includes it unchanged, because
+// compilers are slow on arrays of this size.
 asm(".pushsection .rodata\n"
     ".balign 64\n"
     ".globl peeler_constants\n"

@@ -12,8 +12,7 @@
 
 namespace peeler {
 
-/// Texels per side of a face: for the sharpest level of the studio's radiance, and for its
-/// irradiance.
+/// Texels per side of a face, in the sharpest level of the studio's radiance and in its irradiance.
 inline constexpr int kStudioFace = 128, kStudioIrradianceFace = 16;
 inline constexpr int kStudioLevels = 5;
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Prefiltered environment maps. The mean of a lobe over an environment is computed as a weighted
-// sum over a few directions. Each direction stands for a patch of sky, whose mean radiance is
-// looked up in a pyramid of cube maps, as in Křivánek & Colbert, "Real-time Shading with Filtered
-// Importance Sampling", 2008. Unlike theirs, patches lie side by side in rings about the lobe's
-// axis, so that there are no gaps and bright lamps leave no grain.
+// Prefiltered environment maps. The mean of a lobe over an environment is a weighted sum over a few
+// directions. Each direction represents a patch of sky. The mean radiance of a patch is looked up
+// in a pyramid of cube maps, as in Křivánek & Colbert, "Real-time Shading with Filtered Importance
+// Sampling", 2008. Unlike in their method, patches lie side by side in rings around the lobe's
+// axis, so that there are no gaps, and bright lamps cause no grain.
 #include "core/shading/environment_maps.h"
 
 #include <algorithm>
@@ -18,15 +18,15 @@
 namespace peeler {
 namespace {
 
-// Texels per side. Chosen so that mirror reflections keep the resolution of the environment picture
-// (up to kLargestFace) and the levels for wide lobes do not become too coarse.
+// Texels per side. Mirror reflections keep the resolution of the environment picture (up to
+// kLargestFace), and the levels for wide lobes do not become too coarse.
 constexpr int kSmallFace = 16, kUsualFace = 128, kLargestFace = 512;
 constexpr int kRoughestFace = 8;
 constexpr int kIrradianceFace = 16, kIrradianceSource = 32;
-// Texels per side of the pyramid's coarsest face; its texels limit the size of patches.
+// Texels per side of the pyramid's coarsest face. Patches are no larger than its texels.
 constexpr int kCoarsestFace = 8;
 
-// The faces' own axes: along the rows, down the columns, and outward (OpenGL 4.6, table 8.19).
+// The axes of each face: along the rows, down the columns, and outward (OpenGL 4.6, table 8.19).
 constexpr std::array<glm::mat3, 6> kFaceAxes = {
     glm::mat3(0, 0, -1, 0, -1, 0, 1, 0, 0), glm::mat3(0, 0, 1, 0, -1, 0, -1, 0, 0),
     glm::mat3(1, 0, 0, 0, 0, 1, 0, 1, 0),   glm::mat3(1, 0, 0, 0, 0, -1, 0, -1, 0),
@@ -118,8 +118,8 @@ glm::vec3 lookUp(const Environment& image, double rotation, const glm::vec3& dir
 
 CubeMap toCube(const Environment& image, double rotation, int size) {
     CubeMap cube = makeCube(size);
-    // If a texel of the cube is smaller than a pixel of the image, one lookup is enough; otherwise
-    // average four.
+    // If a texel of the cube is smaller than a pixel of the image, one lookup is enough. Otherwise
+    // four lookups are averaged.
     const int parts = 4 * size > image.width ? 1 : 2;
     parallelFor(rowsOf(cube), [&](std::size_t row) {
         const int face = static_cast<int>(row) / size, y = static_cast<int>(row) % size;
@@ -179,8 +179,8 @@ class SeamlessCube {
 
     int size() const { return size_; }
 
-    /// Returns the interpolated radiance from a direction of any length. `own` is in the axes of
-    /// `face`, but may hit another face.
+    /// Returns the interpolated radiance from a direction of any length. `own` is the direction in
+    /// the axes of `face`, but may hit another face.
     glm::vec4 at(int face, const glm::vec3& own) const {
         if (std::max(std::abs(own.x), std::abs(own.y)) <= own.z) return on(face, own);
         const glm::vec3 direction = kFaceAxes[static_cast<std::size_t>(face)] * own;
@@ -189,10 +189,10 @@ class SeamlessCube {
     }
 
   private:
-    /// Does the same as at() for a direction that hits `face`.
+    /// Returns the interpolated radiance from a direction that hits `face`.
     glm::vec4 on(int face, const glm::vec3& own) const {
         const float scale = half_ / own.z;
-        // Texel index plus 1, since there is a border; never negative.
+        // Texel index plus 1 for the border; never negative.
         const float x = own.x * scale + (half_ + 0.5F), y = own.y * scale + (half_ + 0.5F);
         const int left = static_cast<int>(x), upper = static_cast<int>(y);
         const float across = x - static_cast<float>(left), down = y - static_cast<float>(upper);
@@ -202,7 +202,7 @@ class SeamlessCube {
                (next[0] * (1 - across) + next[1] * across) * down;
     }
 
-    /// Returns the texel of a neighbouring face that is nearest to a border texel.
+    /// Returns the texel of a neighbouring face nearest to a border texel.
     static glm::vec3 beyond(const CubeMap& cube, int face, int x, int y) {
         const glm::vec3 direction = cubeDirection(face, x, y, cube.size);
         const int other = faceOf(direction);
@@ -219,17 +219,17 @@ class SeamlessCube {
     std::vector<glm::vec4> texels_;
 };
 
-/// A patch of a lobe about +Z: its centre (by the mean cosine), its weight in the lobe, and the
-/// pyramid level whose texels have about the patch's size.
+/// A patch of a lobe around +Z: its centre (by the mean cosine), its weight in the lobe, and the
+/// pyramid level with texels of about the patch's size.
 struct Patch {
     glm::vec3 direction{0};
     float weight = 0;
     std::size_t level = 0;
 };
 
-/// Returns the patches of a lobe: rings between these angles from the axis, each cut into `around`
-/// patches of equal weight. The weight is `lobe`, a function of the angle, integrated over the
-/// solid angle.
+/// Returns the patches of a lobe. Rings between these angles from the axis are each divided into
+/// `around` patches of equal weight. A patch's weight is `lobe`, a function of the angle,
+/// integrated over the patch's solid angle.
 std::vector<Patch> patches(const std::vector<double>& angles, int around,
                            const std::function<double(double)>& lobe,
                            const std::vector<SeamlessCube>& pyramid) {
@@ -268,12 +268,12 @@ std::vector<Patch> patches(const std::vector<double>& angles, int around,
     return all;
 }
 
-/// Returns the patches from which a GGX surface that faces +Z reflects light toward a viewer at +Z,
+/// Returns the patches from which a GGX surface facing +Z reflects light toward a viewer at +Z,
 /// weighted by the light's cosine.
 std::vector<Patch> ggxPatches(double roughness, const std::vector<SeamlessCube>& pyramid) {
     const double alpha = roughness * roughness;
-    // In units of alpha, narrow lobes all have the same shape, with half of their weight within 1.
-    // Maps of wide lobes have few texels, so they can afford more patches.
+    // In units of alpha, all narrow lobes have the same shape, with half of their weight within 1.
+    // Maps of wide lobes have few texels, so more patches are affordable.
     constexpr int kWideRings = 10;
     const bool wide = alpha > 0.2;
     std::vector<double> angles{0};
@@ -301,7 +301,7 @@ CubeMap convolved(const std::vector<SeamlessCube>& pyramid, int size,
         const int face = static_cast<int>(row) / size, y = static_cast<int>(row) % size;
         const glm::mat3& axes = kFaceAxes[static_cast<std::size_t>(face)];
         for (int x = 0; x < size; ++x) {
-            // In the face's axes, so that the tangents vary smoothly from texel to texel.
+            // In the face's axes, tangents vary smoothly from texel to texel.
             const glm::vec3 n = cubeDirection(face, x, y, size) * axes;
             const glm::vec3 tangent = glm::normalize(glm::vec3(n.z, 0, -n.x));
             const glm::vec3 bitangent = glm::cross(n, tangent);
@@ -327,7 +327,8 @@ CubeMap irradianceOf(const CubeMap& source) {
         for (int y = 0; y < source.size; ++y)
             for (int x = 0; x < source.size; ++x) {
                 const glm::vec3 d = cubeDirection(face, x, y, source.size);
-                // A texel's solid angle falls with the cube of its distance from the centre.
+                // A texel's solid angle is inversely proportional to the cube of its distance from
+                // the centre.
                 const float near = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
                 texels.push_back(
                     {d, source.texels[texelOf(source, face, x, y)], near * near * near});
@@ -380,8 +381,7 @@ EnvironmentMaps prefilter(const Environment& environment) {
     };
     const int least = std::clamp(texels(environment.width), kSmallFace, kUsualFace);
     const int size = std::clamp(texels(environment.width / 4), least, kLargestFace);
-    // Sources that are finer than this are shrunk first, since they would alias in the cube's
-    // texels.
+    // Finer sources are shrunk first, since they would alias in the cube's texels.
     const int width = std::min(environment.width, 4 * size);
     const int height = std::min(environment.height, 2 * size);
     const bool fits = width == environment.width && height == environment.height;

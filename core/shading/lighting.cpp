@@ -77,7 +77,7 @@ void EnvironmentTextures::bind() const {
 
 namespace {
 
-/// Clamps to the range of a float: larger values would become infinity or NaN.
+/// Clamps to the range of a float, since larger values would become infinity or NaN.
 glm::vec3 finite(const glm::dvec3& v) {
     constexpr double kLargest = std::numeric_limits<float>::max();
     return glm::vec3(glm::clamp(v, -kLargest, kLargest));
@@ -104,7 +104,7 @@ shader::LightRecord record(const PlacedLight& placed, const glm::dmat4& view_fro
     r.axis = glm::vec4(backward, light.range ? 1 / *light.range : 0);
     r.color = glm::vec4(finite(light.color * light.intensity), 0);
     r.map.x = -1;
-    r.cone = {0, 1, 0, 0};  // full strength in every direction
+    r.cone = {0, 1, 0, 0};  // full strength in all directions
     if (light.type == LightType::kSpot) {
         const double inner = std::cos(light.inner_cone), outer = std::cos(light.outer_cone);
         const double scale = 1 / std::max(0.001, inner - outer);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lights, environment and shadows of a scene as shader resources.
+// The lights, environment and shadows of a scene, as shader resources.
 #pragma once
 
 #include <vector>
@@ -14,18 +14,18 @@
 namespace peeler {
 
 /// Textures of a scene's own environment: two cube maps (prefilter()), the albedo table and the
-/// lobe table. A scene without an environment needs none of them, since shaders compute the
-/// built-in light themselves; but it has the albedo table if one of its materials has a sheen.
+/// lobe table. Without an environment, shaders compute the built-in light and need at most the
+/// albedo table, for materials with a sheen.
 class EnvironmentTextures {
   public:
-    /// Uploads the textures needed. An environment is prefiltered, unless it is the built-in studio
-    /// without rotation: its maps are embedded in the program, like the tables (constants.h).
-    /// Throws Error (kMemory) if the driver has no room.
+    /// Uploads the necessary textures. Prefilters the environment, unless it is the built-in studio
+    /// without rotation. The studio's maps are embedded in the program, like the tables
+    /// (constants.h). Throws Error (kMemory) if the driver runs out of memory.
     EnvironmentTextures(const gl::Functions& gl, const Scene& scene);
 
     /// Whether the scene has an environment of its own.
     bool present() const { return static_cast<bool>(radiance_); }
-    /// Binds the textures from PEELER_ENVIRONMENT_UNIT on.
+    /// Binds the textures, from unit PEELER_ENVIRONMENT_UNIT on.
     void bind() const;
 
   private:
@@ -35,22 +35,22 @@ class EnvironmentTextures {
 };
 
 /// Midpoint shadow maps for every directional and spot light: the depth midway between the two
-/// surfaces nearest to the light (midpoints() of core/image/statistics.h; a use of depth peeling
-/// from Everitt, "Interactive Order-Independent Transparency", 2001, section 4). Points farther
-/// than that are in shadow. A lit surface lies in front of the midpoint by half the distance to the
+/// surfaces nearest to the light (midpoints() in core/image/statistics.h; a use of depth peeling
+/// from Everitt, "Interactive Order-Independent Transparency", 2001, section 4). Points beyond this
+/// depth are in shadow. A lit surface lies in front of the midpoint by half the distance to the
 /// next surface, so no bias is needed. OPAQUE and MASK surfaces cast shadows, with both faces;
 /// BLEND and transmissive surfaces do not. Point lights cast no shadows.
 struct ShadowMaps {
     struct Map {
-        int layer = -1;  ///< index in the texture array; −1 = the light casts no shadows
+        int layer = -1;  ///< index in the texture array; −1: the light casts no shadows
         View view;
     };
 
     int size = 0;           ///< texels per side
-    ClipVolume clip;        ///< the volume that shadow casters were clipped to
-    std::vector<Map> maps;  ///< per light
-    gl::Texture texture;    ///< an array of R32F layers, rows top to bottom; empty without shadow
-                            ///< casters
+    ClipVolume clip;        ///< volume that shadow casters were clipped to
+    std::vector<Map> maps;  ///< one per light
+    gl::Texture texture;    ///< array of R32F layers, rows top to bottom; empty if nothing
+                            ///< casts shadows
 };
 
 /// A storage buffer with one record per light, in camera space.
@@ -58,25 +58,26 @@ class Lighting {
   public:
     Lighting(const gl::Functions& gl, const PosedScene& posed);
 
-    /// Takes the lights of the same scene in another pose.
+    /// Sets the lights to those of another pose of the same scene.
     void setPose(const PosedScene& posed) { lights_ = placedLights(posed); }
 
-    /// Sets the shadow maps, from the next setView() on; they must outlive their use. Null: no
-    /// shadows.
+    /// Sets the shadow maps for the next and all later setView() calls. They must outlive their
+    /// use. Null: no shadows.
     void setShadows(const ShadowMaps* shadows) { shadows_ = shadows; }
 
     const std::vector<PlacedLight>& lights() const { return lights_; }
-    /// Whether the scene has lights of its own; the built-in key light is off then, and the
-    /// built-in environment dimmed.
+    /// Whether the scene has lights of its own. If so, the built-in key light is off and the
+    /// built-in environment is dimmed.
     bool punctual() const { return punctual_; }
-    /// Whether the scene has an environment of its own, replacing everything built-in.
+    /// Whether the scene has an environment of its own, which replaces all built-in light.
     bool environment() const { return environment_.present(); }
-    /// Whether some of the lights cast shadows.
+    /// Whether any light casts shadows.
     bool shadowed() const { return shadows_ && shadows_->texture; }
 
-    /// Uploads the records, including those of shadow maps. The GPU must not be using them.
+    /// Uploads the records, including the shadow maps' transforms. The GPU must have finished using
+    /// the old records.
     void setView(const glm::dmat4& camera_to_world);
-    /// Binds the records as PEELER_LIGHTS, the environment textures, and any shadow maps.
+    /// Binds the records as PEELER_LIGHTS, the environment textures, and the shadow maps, if any.
     void bind() const;
 
   private:

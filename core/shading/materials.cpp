@@ -81,8 +81,8 @@ shader::MaterialRecord materialRecord(const Material& source) {
 }
 
 void checkTextureUnits(Material material, int units) {
-    // The units of other textures: shadow maps (1), environment, irradiance, albedo and lobe tables
-    // (4), and previous layer and opaque bound of peel_layer.frag (4).
+    // The texture units for other uses: shadow maps (1), environment, irradiance, albedo and lobe
+    // tables (4), and the previous layer and opaque bound of peel_layer.frag (4).
     constexpr int kOthers = 9;
     int used = 0;
     for (const MaterialTexture& texture : texturesOf(material))
@@ -101,7 +101,7 @@ namespace {
 
 struct Tables {
     std::array<float, 256> decode{};
-    std::array<std::uint8_t, 4097> encode{};  // indexed by linear values in steps of 1/4096
+    std::array<std::uint8_t, 4097> encode{};  // by linear value, in steps of 1/4096
 };
 
 Tables makeTables(bool srgb) {
@@ -123,9 +123,9 @@ const Tables& tables(bool srgb) {
     return srgb ? srgb_tables : linear_tables;
 }
 
-constexpr float kHalf = 0.5F;  // for rounding: std::lround costs more than the rest of a level
+constexpr float kHalf = 0.5F;  // rounds; std::lround would cost more than the rest of a level
 
-/// Up to three source texels of one destination texel, with their weights (which sum to 1).
+/// Up to three source texels of one destination texel, with weights that add up to 1.
 struct Taps {
     std::array<int, 3> at{};
     std::array<float, 3> weight{};

@@ -13,28 +13,28 @@
 
 namespace peeler {
 
-/// Returns a material's uniform block; textures are bound separately.
+/// Returns a material's uniform block. Textures are bound separately.
 shader::MaterialRecord materialRecord(const Material& material);
 
-/// A material feature beyond plain metallic-roughness, with the macro that shaders test for it.
+/// A material feature beyond plain metallic-roughness, with the macro that shaders test.
 struct MaterialFeature {
     const char* definition;
     bool (*used)(const Material&);
-    bool changes_alpha = false;  ///< also matters for passes without lighting
+    bool changes_alpha = false;  ///< whether passes without lighting also need it
 };
-/// Returns all features; a shader variant has one bit for each, in this order.
+/// Returns all features. A shader variant has one bit for each, in this order.
 std::span<const MaterialFeature> materialFeatures();
 
-/// Throws Error (kDevice) if the material has more textures than the device's texture units allow,
-/// besides those of lights and methods.
+/// Throws Error (kDevice) if the material's textures, with those of lights and methods, exceed the
+/// device's texture units.
 void checkTextureUnits(Material material, int units);
 
-/// Returns the number of levels in a full mipmap chain, including the image itself.
+/// Returns the number of levels in a full mipmap chain, including the original image.
 int mipmapLevels(int width, int height);
 
-/// Returns the next smaller mipmap level: each size halved, rounded down, at least 1. Box filter;
-/// at an odd size, each texel averages the (up to three) texels it covers by their overlap. `srgb`:
-/// R, G and B are averaged as linear values. Alpha is averaged as stored.
+/// Returns the next smaller mipmap level. Each side is halved, rounded down, but at least 1. Uses a
+/// box filter: if the size is odd, each texel averages up to three source texels, weighted by
+/// overlap. `srgb`: R, G and B are averaged as linear values. Alpha is averaged as stored.
 Image halved(const Image& image, bool srgb);
 
 }  // namespace peeler

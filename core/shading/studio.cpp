@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The built-in studio, in azimuths (from +Z toward +X) and elevations around the object. A viewer
-// stands in front, between +Z and +X: the key light is over the left shoulder, the dark side on the
-// right, and strips at the sides and behind outline the edges of smooth shapes.
+// in front stands between +Z and +X. The key light is over the viewer's left shoulder, the dark
+// side on the right. Strips at the sides and behind outline the edges of smooth shapes.
 #include "core/shading/studio.h"
 
 #include <algorithm>
@@ -16,12 +16,12 @@ namespace {
 
 constexpr int kParts = 2;
 
-/// A planar rectangular emitter with soft edges, darker away from its centre.
+/// A planar rectangular emitter with soft edges, darker toward its corners.
 struct SoftBox {
-    double azimuth, elevation;       ///< of its centre, degrees
-    double half_width, half_height;  ///< seen from a distance of 1
-    double edge;                     ///< width of the fade
-    double vignette;                 ///< fraction of its light that is missing in the corners
+    double azimuth, elevation;       ///< of the centre, degrees
+    double half_width, half_height;  ///< as seen from a distance of 1
+    double edge;                     ///< width of the soft edge
+    double vignette;                 ///< fraction of the radiance that is missing in the corners
     glm::dvec3 radiance;
 };
 
@@ -64,8 +64,8 @@ std::array<PlacedBox, std::size(kSoftBoxes)> placedBoxes() {
     return placed;
 }
 
-/// Returns the coverage of the box in a direction, from 0 to 1, and sets `light` to the box's
-/// radiance there.
+/// Returns the coverage of the box in a direction, from 0 to 1. Sets `light` to the box's radiance
+/// there.
 double coverage(const PlacedBox& placed, const glm::dvec3& direction, glm::dvec3& light) {
     const double along = glm::dot(direction, placed.middle);
     if (along < 1e-3) return 0;
@@ -118,7 +118,7 @@ Environment studioEnvironment() {
                 }
                 sum += radiance;
             }
-            // Rounded, so that machines whose sines differ in the last bit get the same studio.
+            // Rounded, so that machines whose sines differ in the last bit compute the same studio.
             constexpr double kStep = 4096;
             studio.radiance[row * kStudioWidth + column] =
                 glm::round(sum / double(kParts * kParts) * kStep) / kStep;

@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kOrbitElevation = 30;  // degrees
 
-/// Returns a number in [0, 1) with 53 bits. Replaces std::uniform_real_distribution, which may
-/// differ between libraries.
+/// Returns a random number in [0, 1) with 53 bits. Replaces std::uniform_real_distribution, which
+/// may differ between libraries.
 double uniform(std::mt19937_64& random) {
     return static_cast<double>(random() >> 11U) * 0x1p-53;
 }
@@ -30,7 +30,8 @@ std::vector<glm::dvec3> standpoints(const ViewsAround& asked) {
     for (int i = 0; i < asked.count; ++i) {
         double y = std::sin(glm::radians(kOrbitElevation));
         double turn = static_cast<double>(i) / asked.count;
-        if (asked.around == Around::kRandom) {  // Archimedes: heights are evenly distributed
+        // Archimedes: heights on a sphere are evenly distributed.
+        if (asked.around == Around::kRandom) {
             y = 2 * uniform(random) - 1;
             turn = uniform(random);
         }
@@ -49,14 +50,14 @@ std::vector<CameraChoice> viewsAround(const ViewsAround& asked, const SceneExten
     const double half_height = std::tan(glm::radians(asked.fov) / 2);
     const double half_width = half_height * asked.size.width / asked.size.height;
     const double radius = glm::length(bounds.max - bounds.min) / 2;
-    // At the usual distance, the sphere around the bounds touches the planes of the narrower field
+    // At the usual distance, the sphere around the bounds touches the edges of the narrower field
     // of view.
     const double narrow = std::atan(std::min(half_width, half_height) * (1 - 2 * kFramingMargin));
     const double usual = radius > 0 ? radius / std::sin(narrow) : 2 * sceneSize(bounds);
     const double distance = asked.distance.value_or(usual);
     const double focal = asked.size.height / (2 * half_height);
 
-    const double inset = asked.through_corners ? 0 : 0.5;  // centres have integer coordinates
+    const double inset = asked.through_corners ? 0 : 0.5;  // pixel centres have integer coordinates
     std::vector<CameraChoice> cameras;
     for (const glm::dvec3& direction : standpoints(asked)) {
         CameraChoice& camera = cameras.emplace_back();
@@ -65,7 +66,7 @@ std::vector<CameraChoice> viewsAround(const ViewsAround& asked, const SceneExten
                              asked.size.height / 2.0 - inset};
         const glm::dvec3 eye = middle + distance * direction;
         auto pose = lookAlong(eye, -direction, {0, 1, 0});
-        if (!pose) pose = lookAlong(eye, -direction, {0, 0, -1});  // straight down or up
+        if (!pose) pose = lookAlong(eye, -direction, {0, 0, -1});  // looks straight down or up
         camera.pose = *pose;
     }
     return cameras;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera sets around a scene, and normalisation to the scale of data sets.
+// Sets of cameras around a scene, and normalisation of scenes to the size usual in data sets.
 #pragma once
 
 #include <cstdint>
@@ -13,33 +13,34 @@
 
 namespace peeler {
 
-/// Placement of cameras around the centre of a scene.
+/// The placement of cameras around the centre of a scene.
 enum class Around : std::uint8_t {
-    kSphere,      ///< evenly on all sides (a spherical Fibonacci lattice)
-    kHemisphere,  ///< evenly on the upper half
+    kSphere,      ///< evenly in all directions (a spherical Fibonacci lattice)
+    kHemisphere,  ///< evenly over the upper half
     kOrbit,       ///< on a circle, 30° above the horizon
-    kRandom,      ///< randomly on all sides
+    kRandom,      ///< randomly in all directions
 };
 
 struct ViewsAround {
     int count = 1;
     Around around = Around::kSphere;
     std::uint64_t seed = 0;            ///< for kRandom
-    std::optional<double> distance{};  ///< of the eye from the centre, scene units
-    double fov = 40;                   ///< vertical, degrees
-    /// Rays go through the upper left corners of pixels instead of their centres, as in data-set
-    /// tools that count pixels from 0 and put the principal point at half the picture's size.
+    std::optional<double> distance{};  ///< from the centre to the eye, scene units
+    double fov = 40;                   ///< vertical field of view, degrees
+    /// Whether rays go through the upper left corners of pixels instead of their centres, as in
+    /// data-set tools that count pixels from 0 and put the principal point at half the picture's
+    /// size.
     bool through_corners = false;
-    Size size{};  ///< width and height must be given
+    Size size{};  ///< must have width and height
 };
 
 /// Returns cameras that look at the centre of the scene's bounds. +Y is up in every picture, as far
-/// as possible. Without a distance, all stand so far away that a sphere around the bounds fits into
-/// the picture. They are calibrated (CameraChoice::pose and intrinsics), so that camera files
-/// describe them completely. The same numbers give the same cameras on every machine.
+/// as possible. If no distance is given, a sphere around the bounds fits into each picture. The
+/// cameras are calibrated (CameraChoice::pose and intrinsics), so that camera files describe them
+/// completely. The same settings give the same cameras on every machine.
 std::vector<CameraChoice> viewsAround(const ViewsAround& asked, const SceneExtent& extent);
 
-/// Target size of a normalised scene.
+/// The target size of a normalised scene.
 enum class Normalized : std::uint8_t {
     kUnitCube,   ///< the longest side of its bounds is 1
     kUnitSphere  ///< the vertex farthest from the centre of its bounds is at distance 1
@@ -48,7 +49,7 @@ enum class Normalized : std::uint8_t {
 /// A uniform scaling that also moves the centre of the bounds to the origin.
 struct Normalizing {
     double scale = 1;
-    glm::dvec3 middle{0};  ///< before scaling
+    glm::dvec3 middle{0};  ///< centre of the bounds before scaling
 
     glm::dmat4 matrix() const;
 };

@@ -24,13 +24,13 @@ namespace {
 
 constexpr int kStripRows = 16;
 constexpr int kBandStrips = 16;
-/// Fixed-point steps per pixel, chosen so that products of two coordinates fit into 64 bits.
+/// Fixed-point steps per pixel. Products of two coordinates fit into 64 bits.
 constexpr double kSteps = 4096;
-/// The maximum coordinate of a cell's corners, in pixels. Cells that reach farther out almost touch
-/// the camera, and are dropped.
+/// The maximum coordinate of a cell's corners, in pixels. Cells beyond it almost touch the camera,
+/// and are dropped.
 constexpr double kFarOut = 1 << 17;
-/// The alpha from which a fragment hides those behind it; not 1, because interpolation may miss 1
-/// by rounding.
+/// The alpha from which a fragment hides the fragments behind it. Less than 1, because
+/// interpolation may miss 1 by rounding.
 constexpr float kOpaque = 0.9999F;
 
 using Fixed = glm::tvec2<std::int64_t>;
@@ -38,24 +38,24 @@ using Fixed = glm::tvec2<std::int64_t>;
 /// A cell as seen by the other camera.
 struct ScreenCell {
     std::array<Fixed, kCorners> corners;
-    /// Per corner, a factor of its barycentric coordinate: the ratio of the two cameras' weights,
-    /// which makes interpolation a projective map from picture to picture.
+    /// Per corner: a factor for its barycentric coordinate, the ratio of the two cameras' weights.
+    /// It makes interpolation a projective map from picture to picture.
     std::array<double, kCorners> weights;
     Fixed least, most;
 };
 
-/// A fragment seen in a pixel, and the position (u, v) in its cell: -0.5 to 0.5 each, v down.
+/// A fragment in a pixel, with the position (u, v) in its cell: -0.5 to 0.5 each, v down.
 struct CellHit {
     std::uint32_t pixel, fragment;
     float z, u, v;
 };
 
-/// Rounds like std::llround, without the cost of a call.
+/// Rounds like std::llround, without a function call.
 std::int64_t rounded(double value) {
     return static_cast<std::int64_t>(value + (value < 0 ? -0.5 : 0.5));
 }
 
-/// Returns twice the signed area of a triangle; exactly antisymmetric.
+/// Returns twice the signed area of a triangle. Exactly antisymmetric.
 std::int64_t area(const Fixed& a, const Fixed& b, const Fixed& c) {
     return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
@@ -174,8 +174,8 @@ Reprojection::StripRange Reprojection::stripsOf(const ScreenCell& cell) const {
 }
 
 void Reprojection::sortIntoStrips() {
-    // A counting sort whose chunks are source rows: the result is in fragment order for any number
-    // of threads.
+    // A counting sort in chunks of source rows. The result is in fragment order for any number of
+    // threads.
     const auto width = static_cast<std::size_t>(image_.window.width());
     const auto height = static_cast<std::size_t>(image_.window.height());
     const std::size_t chunk_rows = 16, chunks = (height + chunk_rows - 1) / chunk_rows;
@@ -222,7 +222,7 @@ void Reprojection::rasterise(std::uint32_t fragment, const ScreenCell& cell, con
         strip);
     if (box.empty()) return;
     const Fixed sample(rounded(to_.sample.x * kSteps), rounded(to_.sample.y * kSteps));
-    // A cell's two triangles share a diagonal.
+    // The two triangles of a cell share a diagonal.
     constexpr std::array<std::array<std::size_t, 3>, 2> kTriangles = {{{0, 1, 2}, {0, 2, 3}}};
     for (const auto& triangle : kTriangles) {
         std::array<std::size_t, 3> at = triangle;
@@ -242,8 +242,8 @@ void Reprojection::rasterise(std::uint32_t fragment, const ScreenCell& cell, con
                     const Fixed& a = cell.corners[at[(k + 1) % 3]];
                     const Fixed& b = cell.corners[at[(k + 2) % 3]];
                     const std::int64_t edge = area(a, b, p);
-                    // A sample on an edge belongs to one of the two cells that share it: the one
-                    // whose inside is to the right of or below the edge (clockwise, y down).
+                    // A sample on an edge belongs to one of the two cells that share the edge: the
+                    // cell to the right of the edge or below it (clockwise, y down).
                     const bool owns = a.y == b.y ? b.x > a.x : b.y < a.y;
                     inside = edge > 0 || (edge == 0 && owns);
                     shares[k] = static_cast<double>(edge) * cell.weights[at[k]];
@@ -266,9 +266,9 @@ void Reprojection::rasterise(std::uint32_t fragment, const ScreenCell& cell, con
 
 void Reprojection::addHit(std::uint32_t fragment, const glm::dvec2& in_cell, std::uint32_t pixel,
                           std::vector<CellHit>& hits) const {
-    // The corners' planar depth, interpolated bilinearly and corrected so that the centre gets the
-    // fragment's own depth. At the captured camera, this keeps nearly touching surfaces in captured
-    // order.
+    // Interpolates the corners' planar depth bilinearly, with a correction that gives the centre
+    // the fragment's own depth. At the captured camera, this keeps nearly touching surfaces in
+    // captured order.
     const auto& corners = cells_.corners[fragment];
     const double u = in_cell.x + 0.5, v = in_cell.y + 0.5;
     const double own = from_rays_.planar(image_.z[fragment]);

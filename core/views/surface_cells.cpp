@@ -14,16 +14,16 @@
 namespace peeler {
 namespace {
 
-/// Depth steps between neighbouring pixels, in pixel spacings (the tangent of the angle between
-/// surface and picture): the steepest one of a pair, and the steepest that needs no similar step
-/// beside it.
+/// Limits of depth steps between neighbouring pixels, in pixel spacings (the tangent of the angle
+/// between surface and picture). kSteepestStep: the maximum step of a pair. kGentleStep: the
+/// maximum step that needs no similar step beside it.
 constexpr double kSteepestStep = 20, kGentleStep = 3;
 /// A steep step and its neighbour on the same surface differ by at most this fraction of the step.
 constexpr double kBend = 0.8;
-/// Cost of an unpaired fragment, in squared steps. A pair saves two of these costs, so its step may
-/// be up to kSteepestStep.
+/// The cost of an unpaired fragment, in squared steps. A pair saves two of these costs, so its step
+/// may be up to kSteepestStep.
 constexpr double kGap = kSteepestStep * kSteepestStep / 2;
-/// Maximum linked fragments per pixel; those behind have no links.
+/// The maximum number of linked fragments per pixel. Fragments behind them have no links.
 constexpr std::size_t kMostFragments = 128;
 
 constexpr Side opposite(Side side) {
@@ -50,8 +50,8 @@ class Linker {
                 planar_[f] = rays_.planar(image_.z[f]);
             }
         });
-        // Rows can run in parallel, because each writes the upper sides of the row below, but not
-        // those of its own fragments.
+        // Rows can run in parallel: each writes the upper sides of the row below, but not the upper
+        // sides of its own fragments.
         parallelFor(height, [&](std::size_t y) {
             Table table;
             for (std::size_t x = 0; x < width; ++x) {
@@ -85,7 +85,7 @@ class Linker {
         return {image_.offsets[pixel], std::min<std::size_t>(image_.count(pixel), kMostFragments)};
     }
 
-    /// Returns the signed step between two fragments in pixel spacings.
+    /// Returns the signed depth step between two fragments, in pixel spacings.
     double slope(std::size_t from, std::size_t to, Side side) const {
         const double unit = rays_.unitStep(std::min(planar_[from], planar_[to]))[side % 2];
         return (planar_[to] - planar_[from]) / std::abs(unit);
@@ -108,10 +108,10 @@ class Linker {
         links_[to][opposite(side)] = from;
     }
 
-    /// Finds the order-preserving assignment of two lists with the least sum of squared steps, by
-    /// dynamic programming (sequence alignment). Plain sums cannot separate two parallel surfaces
-    /// closer to each other than their step: a wrong pairing costs the same. Greedy pairing would
-    /// even prefer the wrong one.
+    /// Finds the order-preserving assignment of two lists with the minimum sum of squared steps, by
+    /// dynamic programming (sequence alignment). Steps are squared because plain sums cannot
+    /// separate two parallel surfaces that are closer to each other than their step: a wrong
+    /// pairing costs the same. Greedy pairing would even prefer the wrong one.
     void align(std::size_t pixel, std::size_t next, Side side, Table& table) {
         const List from = list(pixel), to = list(next);
         if (from.count == 0 || to.count == 0) return;
@@ -145,7 +145,7 @@ class Linker {
         }
     }
 
-    /// Whether a link is kept. Both ends give the same answer.
+    /// Whether to keep a link. The result is the same from both ends.
     bool holds(std::size_t fragment, Side side) const {
         const std::uint32_t next = links_[fragment][side];
         if (next == kNoFragment) return false;
@@ -173,13 +173,13 @@ SurfaceLinks linkSurfaces(const LayeredImage& image, const View& view) {
 
 namespace {
 
-/// With a perspective camera, the maximum factor by which the planar depth at a corner may exceed
-/// or fall below those of the fragments around the corner, so that a surface seen edge-on does not
-/// reach behind the camera or to the horizon.
+/// For perspective cameras: the maximum factor by which the planar depth at a corner may exceed or
+/// fall below that of the fragments around the corner. It keeps a surface seen edge-on from
+/// extending behind the camera or to the horizon.
 constexpr double kStretch = 2;
 
-/// The sides that lead from pixel to pixel around a corner, clockwise, starting in the pixel of
-/// which it is the corner `kLowerRight`.
+/// The sides that lead from pixel to pixel around a corner, clockwise. The first pixel is the one
+/// whose `kLowerRight` is the corner.
 constexpr std::array<Side, 4> kAround = {kRight, kDown, kLeft, kUp};
 constexpr Side back(Side side) {
     return static_cast<Side>((side + 2) % kSides);
@@ -204,7 +204,7 @@ class CellMaker {
     }
 
     float corner(std::uint32_t fragment, Corner corner) const {
-        // The index of this pixel among the four around the corner, in kAround's order.
+        // The index of this pixel among the four pixels around the corner, in the order of kAround.
         const auto start = static_cast<std::size_t>((corner + 2) % kCorners);
         std::array<std::uint32_t, 4> members{};
         members.fill(kNoFragment);
@@ -243,7 +243,7 @@ class CellMaker {
     const LayeredImage& image_;
     const PixelRays& rays_;
     const SurfaceLinks& links_;
-    std::vector<std::array<double, 2>> slopes_;  ///< planar depth per pixel, right and down
+    std::vector<std::array<double, 2>> slopes_;  ///< planar depth per pixel, to the right and down
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Connected surface cells of fragments: links between neighbouring pixels, and the area that each
-// fragment covers.
+// Surface cells of fragments: links between neighbouring pixels, and the area that each fragment
+// covers.
 #pragma once
 
 #include <array>
@@ -13,37 +13,37 @@
 
 namespace peeler {
 
-/// Sides of a pixel, clockwise, so that the opposite side is two further on.
+/// The sides of a pixel, clockwise; the opposite side is two further on.
 enum Side : std::uint8_t { kLeft, kUp, kRight, kDown };
 inline constexpr std::size_t kSides = 4;
 
-/// Per fragment and side, the fragment that continues its surface in the neighbouring pixel, or
+/// Per fragment and side: the fragment that continues the surface in the neighbouring pixel, or
 /// kNoFragment. Links are mutual.
 using SurfaceLinks = std::vector<std::array<std::uint32_t, kSides>>;
 
-/// Links the fragments of neighbouring pixels. Layers are ordered by depth and not by surface, so a
-/// fragment's neighbour may be on any layer. Fragments of two pixels are paired in depth order, so
-/// that the sum of their squared depth steps is the least; coincident ones in draw order. With
-/// channels `id.object` and `id.instance`, only fragments of the same object are paired. A pair
-/// remains if its step is gentle (below a slope of 72°), or if the surface continues with a similar
-/// step on one side of it; otherwise the step counts as a silhouette edge.
+/// Links the fragments of neighbouring pixels. Layers are ordered by depth, not by surface, so a
+/// fragment's neighbour may be on any layer. Fragments of two pixels are paired in depth order
+/// (coincident ones in draw order), with the minimum sum of squared depth steps. With channels
+/// `id.object` and `id.instance`, only fragments of the same object are paired. A pair is kept if
+/// its step is gentle (below a slope of 72°), or if the surface continues with a similar step on
+/// one side of it. Other steps are silhouette edges.
 SurfaceLinks linkSurfaces(const LayeredImage& image, const View& view);
 
-/// Corners of a pixel, clockwise; corner c lies between the sides c and c + 1.
+/// The corners of a pixel, clockwise. Corner c is between the sides c and c + 1.
 enum Corner : std::uint8_t { kUpperLeft, kUpperRight, kLowerRight, kLowerLeft };
 inline constexpr std::size_t kCorners = 4;
 
-/// Offset of a corner from the sample, in pixels.
+/// The offset of each corner from the sample, in pixels.
 inline constexpr std::array<std::array<double, 2>, kCorners> kCornerOffsets = {
     {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}};
 
-/// The pixel of every fragment projected onto its surface: a cell with four corners. Neighbours on
-/// a surface share bit-identical corners, so cells neither leave gaps nor overlap. Where the
-/// surface ends, a cell ends half a pixel beyond its sample, as the pixel does.
+/// Cells: each fragment's pixel, projected onto its surface, with four corners. Neighbours on a
+/// surface share bit-identical corners, so cells neither leave gaps nor overlap. Where a surface
+/// ends, its last cell ends half a pixel beyond the sample, like the pixel.
 struct SurfaceCells {
     SurfaceLinks links;
-    /// Planar depth (PixelRays) of each corner: the mean of the extrapolations of the fragments
-    /// that share it, by their own slopes. 0 for fragments that the camera cannot see.
+    /// Planar depth (PixelRays) of each corner. Each fragment at a corner is extrapolated to it by
+    /// its own slope, and the results are averaged. 0 for fragments that the camera cannot see.
     std::vector<std::array<float, kCorners>> corners;
 };
 
